@@ -1,0 +1,25 @@
+# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io]) and pkg-config.
+set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/adaptive_bvh)
+
+install(DIRECTORY include/adaptive_bvh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS adaptive_bvh EXPORT adaptive_bvh_targets)
+install(EXPORT adaptive_bvh_targets NAMESPACE adaptive_bvh:: DESTINATION ${cmake_dir}
+  FILE adaptive_bvh-targets.cmake)
+# A component has its own file, so that finding the core never asks for what a component needs.
+if(TARGET adaptive_bvh_mesh_io)
+  install(TARGETS adaptive_bvh_mesh_io EXPORT adaptive_bvh_mesh_io_targets)
+  install(EXPORT adaptive_bvh_mesh_io_targets NAMESPACE adaptive_bvh:: DESTINATION ${cmake_dir}
+    FILE adaptive_bvh-mesh_io-targets.cmake)
+endif()
+
+configure_package_config_file(cmake/adaptive_bvh-config.cmake.in
+  ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake INSTALL_DESTINATION ${cmake_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/adaptive_bvh-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake
+              ${PROJECT_BINARY_DIR}/adaptive_bvh-config-version.cmake
+        DESTINATION ${cmake_dir})
+
+configure_file(cmake/adaptive_bvh.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/adaptive_bvh)

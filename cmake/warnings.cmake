@@ -1,0 +1,9 @@
+# Our own code is compiled with these; users of the library are not.
+add_library(adaptive_bvh_warnings INTERFACE)
+if(is_top_level)
+  target_compile_options(adaptive_bvh_warnings INTERFACE
+    $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall;-Wextra;-Wpedantic>
+    # FCL's own code, inlined into ours, trips this one: contacts and points that it fills later.
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+    $<$<BOOL:${ADAPTIVE_BVH_WARNINGS_AS_ERRORS}>:-Werror>)
+endif()

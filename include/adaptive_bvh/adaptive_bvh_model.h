@@ -1,0 +1,181 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
+
+#include "adaptive_bvh/refit_policy.h"
+#include "adaptive_bvh/update_report.h"
+
+namespace adaptive_bvh {
+
+enum class FrameKind;
+
+namespace detail {
+template <typename BV>
+struct ModelAccess;
+}
+
+/// A fcl::BVHModel for a mesh that deforms. Change the type's name, keep the calls: FCL queries it
+/// as before and answers as on a freshly built model, while an update costs a fraction of FCL's.
+///
+/// Per frame the model measures how far the vertices moved, inflates every bounding volume just
+/// enough to surely hold its triangles, and recomputes only the volumes that its RefitPolicy calls
+/// unfit (*Adaptive Bounding Volume Hierarchies for Deformable Surface Models*, Chalmers 2011,
+/// chapter III; cited as "thesis").
+///
+/// **Invariant.** Whenever a caller can see the model, every bounding volume contains every triangle
+/// below it, rounding included; `validate` checks it. So every FCL query is exact in every frame,
+/// whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it misses
+/// collisions.)
+///
+/// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
+/// Coordinates must be finite and at most 1e148 (double) or 1e13 (float) in magnitude.
+///
+/// **Errors.** FCL's calls return FCL's codes and print nothing. `update`, which FCL does not have,
+/// throws. A refused call or frame leaves the model as it was, queryable.
+///
+/// **Threads.** Any number of threads may query a model at once, by FCL or by query.h. Updates,
+/// policy changes and builds need the model for themselves.
+///
+/// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
+/// through the calls below. Its address stays the same over replace* and `update`.
+///
+/// BV is fcl::RSS<float> or fcl::RSS<double>; both are compiled into the library.
+template <typename BV>
+class AdaptiveBVHModel : public fcl::BVHModel<BV> {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+  using Base = fcl::BVHModel<BV>;
+
+  explicit AdaptiveBVHModel(const RefitPolicy& policy = RefitPolicy());
+
+  /// Deep: the copy is updated and queried apart from the original.
+  AdaptiveBVHModel(const AdaptiveBVHModel& other);
+
+  /// Takes over mesh and tree of a plain FCL model, deeply; every volume is recomputed, so it does
+  /// not matter how that model was refitted.
+  explicit AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy = RefitPolicy());
+
+  /// FCL's assignment copies pointers and frees them twice, and cannot be mended from outside.
+  AdaptiveBVHModel& operator=(const AdaptiveBVHModel&) = delete;
+
+  ~AdaptiveBVHModel();
+
+  /// \name Building, as in FCL
+  /// beginModel, add..., endModel. FCL's return codes, and beyond FCL:
+  /// - add... before beginModel or after endModel is refused (BVH_ERR_BUILD_OUT_OF_SEQUENCE), where
+  ///   FCL writes out of bounds.
+  /// - endModel refuses a triangle with an index past the vertices, and a coordinate that is not
+  ///   finite or too large (BVH_ERR_INCORRECT_DATA); the model stays in the state "begun".
+  ///
+  /// A model without triangles is a point cloud: it can be built and updated, and FCL cannot query
+  /// it. Degenerate and duplicate triangles and unused vertices are fine; unused vertices count in
+  /// the local AABB, as in FCL.
+  /// \{
+  int beginModel(int num_tris = 0, int num_vertices = 0);
+  int addVertex(const Point& p);
+  int addTriangle(const Point& p1, const Point& p2, const Point& p3);
+  int addSubModel(const std::vector<Point>& ps, const std::vector<fcl::Triangle>& ts);
+  int addSubModel(const std::vector<Point>& ps);
+  int endModel();
+  /// \}
+
+  /// \name A new frame, FCL's way
+  /// beginReplaceModel, replace... for all vertices in order, endReplaceModel. FCL's return codes,
+  /// and beyond FCL: the positions are kept aside until endReplaceModel, which takes over all or
+  /// nothing.
+  /// - Too few vertices: endReplaceModel returns BVH_ERR_INCORRECT_DATA and the old frame stays.
+  ///   Supply the rest and end again, as in FCL, or begin anew.
+  /// - A vertex too many, or a coordinate that is not finite or too large: that replace... call
+  ///   returns BVH_ERR_INCORRECT_DATA and takes nothing; endReplaceModel then returns the same and
+  ///   drops the frame.
+  ///
+  /// `refit == true` is the adaptive update: `bottomup` is accepted and without effect.
+  /// `refit == false` builds a new tree, as in FCL.
+  /// \{
+  int beginReplaceModel();
+  int replaceVertex(const Point& p);
+  int replaceTriangle(const Point& p1, const Point& p2, const Point& p3);
+  int replaceSubModel(const std::vector<Point>& ps);
+  int endReplaceModel(bool refit = true, bool bottomup = true);
+  /// \}
+
+  /// \name A new frame that keeps the last one, FCL's way
+  /// For continuous collision: `prev_vertices` holds the frame before, and every volume contains the
+  /// triangles of both frames. Errors as above. As in FCL, replace... is refused from then on
+  /// (build_state is UPDATED); `update` is not, and drops the frame before.
+  /// \{
+  int beginUpdateModel();
+  int updateVertex(const Point& p);
+  int updateTriangle(const Point& p1, const Point& p2, const Point& p3);
+  int updateSubModel(const std::vector<Point>& ps);
+  int endUpdateModel(bool refit = true, bool bottomup = true);
+  /// \}
+
+  /// A new frame in one call and without a copy aside: `count` positions, one per vertex in order.
+  /// Abandons a frame that was begun. Allocates nothing.
+  /// Throws std::invalid_argument when count is wrong, a coordinate is not finite or too large, or
+  /// `positions` is the model's own `vertices`; std::logic_error when the model is not built. The
+  /// model then stays on its last frame.
+  const UpdateReport& update(const Point* positions, std::size_t count);
+  const UpdateReport& update(const std::vector<Point>& positions);
+
+  /// What the last build or update did.
+  const UpdateReport& lastUpdate() const;
+
+  const RefitPolicy& refitPolicy() const;
+  /// For the updates to come. Throws std::invalid_argument on a negative or non-finite parameter.
+  void setRefitPolicy(const RefitPolicy& policy);
+
+  /// Checks the invariant: every volume contains every triangle below it (in swept mode of both
+  /// frames), up to the rounding error of the check itself, which is at most 6 epsilon times the
+  /// extent of the volume. Also the links of the tree. Takes O(n depth). On false, `reason` says
+  /// what is wrong where.
+  bool validate(std::string* reason = nullptr) const;
+
+  /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
+  /// Lengths in the mesh's unit, rounded up. 0 <= node < getNumBVs(), 0 <= triangle < num_tris.
+  /// \{
+  S originalRadius(int node) const;           ///< radius when the node was last refitted
+  S latestDisplacement(int triangle) const;   ///< of its corners, largest, in the last frame
+  S overallDisplacement(int triangle) const;  ///< the same since its leaf was last refitted
+  int recordedQueries() const;                ///< recording queries since the last update
+  bool traversed(int node) const;             ///< test B: did one of them go below the node?
+  /// Memory beside FCL's own, in bytes.
+  std::size_t trackingBytes() const;
+  /// \}
+
+  /// BV_RSS; BV_UNKNOWN without triangles, on which FCL's distance and collide report that they do
+  /// not support the pair, where they would crash. FCL asks this first in every query, so it is also
+  /// where a tree that was changed through a fcl::BVHModel reference is found and repaired.
+  fcl::NODE_TYPE getNodeType() const override;
+
+  /// FCL calls this when a fcl::CollisionObject is made. Current after every update anyway.
+  void computeLocalAABB() override;
+
+ private:
+  struct State;
+  friend struct detail::ModelAccess<BV>;
+
+  static const Base& synchronised(const AdaptiveBVHModel& other);
+  bool usableBuild() const;
+  void takeOverBuild();
+  void take(FrameKind kind, const Point* positions);
+  void resynchronise() const;
+
+  std::unique_ptr<State> state_;
+};
+
+using AdaptiveBVHModelf = AdaptiveBVHModel<fcl::RSS<float>>;
+using AdaptiveBVHModeld = AdaptiveBVHModel<fcl::RSS<double>>;
+
+extern template class AdaptiveBVHModel<fcl::RSS<float>>;
+extern template class AdaptiveBVHModel<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

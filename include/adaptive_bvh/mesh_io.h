@@ -1,0 +1,59 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
+
+namespace adaptive_bvh {
+
+/// Component `mesh_io`: triangle meshes from files, by assimp.
+
+/// Positions in the file's unit, in one frame; triangles index them, counter-clockwise seen from
+/// outside as far as the file says so.
+template <typename S>
+struct TriangleMesh {
+  std::vector<fcl::Vector3<S>> vertices;
+  std::vector<fcl::Triangle> triangles;
+};
+
+struct MeshLoadOptions {
+  /// Make vertices of exactly equal position one. Most formats (STL always) repeat a vertex for
+  /// every face, which hides the connectivity of the surface. The first of the equal ones stays.
+  bool weld = true;
+};
+
+/// A file could not be used. `what()` names the path and the reason.
+class MeshLoadError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads OBJ, STL, PLY, DAE (Collada), glTF and what else assimp reads. Polygons are triangulated,
+/// points and lines dropped. The transforms of the scene's nodes are applied, with the file's unit
+/// scale, in double; a transform that mirrors turns the triangles over, so that they keep facing
+/// outside. Several meshes become one. Faces of zero area are kept.
+///
+/// Throws MeshLoadError when the file is missing or broken, holds no triangle, names a vertex that
+/// it does not have, or has a coordinate that is not finite.
+template <typename S>
+TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
+
+/// Builds `model` (any fcl::BVHModel, adaptive or plain; new or used) from the mesh: beginModel,
+/// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.
+template <typename Model, typename S>
+int fillModel(const TriangleMesh<S>& mesh, Model& model) {
+  if (model.build_state != fcl::BVH_BUILD_STATE_EMPTY) model.beginModel();  // FCL: clears, refuses
+  int code = model.beginModel(static_cast<int>(mesh.triangles.size()),
+                              static_cast<int>(mesh.vertices.size()));
+  if (code == fcl::BVH_OK) code = model.addSubModel(mesh.vertices, mesh.triangles);
+  if (code == fcl::BVH_OK) code = model.endModel();
+  return code;
+}
+
+extern template TriangleMesh<float> loadMesh(const std::string&, const MeshLoadOptions&);
+extern template TriangleMesh<double> loadMesh(const std::string&, const MeshLoadOptions&);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,74 @@
+#pragma once
+
+namespace adaptive_bvh {
+
+/// When a bounding volume counts as unfit and is refitted: the seven logical combinations of the
+/// three fitness tests of thesis section 4.5, and the two extremes it compares them with. A name
+/// without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
+///
+/// - Test A, inflation factor (4.4.1): the volume grew by more than `max_inflation`.
+/// - Test B, recent traversal (4.4.2): a query since the last update went below the node, or tested
+///   its triangle.
+/// - Test C, child node distances (4.4.3): in such a query both children lay so far from the other
+///   side that the original volume would have told more than the inflated one. C implies B.
+enum class FitnessCriterion {
+  A,          ///< thesis i
+  B,          ///< thesis ii; also how the thesis models Larsson and Akenine-Moeller (2006)
+  AB,         ///< thesis iii
+  BC,         ///< thesis iv
+  ABC,        ///< thesis v
+  AOrBC,      ///< thesis vi
+  ABOrBC,     ///< thesis vii, the best of Table 2
+  RefitAll,   ///< every node, every frame: what FCL's top-down refit does
+  RefitNone,  ///< never: nodes only inflate
+};
+
+/// What an inflation (current radius - original radius) is compared with.
+enum class InflationReference {
+  /// Original radius plus half the rectangle's shorter side; the longer side where both are zero.
+  /// A length of the whole volume: it stays meaningful for flat parts, whose radius is only the
+  /// rounding term.
+  NodeSize,
+  /// The thesis's measure (4.4.1): the original radius alone. The volume of a single triangle, or
+  /// of any flat part, has a radius of rounding size, so that any motion counts as a huge, yet
+  /// finite, inflation there.
+  OriginalRadius,
+};
+
+/// Decides which bounding volumes an update refits. A plain value: copy it, change it, hand it to
+/// AdaptiveBVHModel::setRefitPolicy at any time between two updates.
+///
+/// No policy makes an answer wrong. It only moves work between the update and the query.
+struct RefitPolicy {
+  /// Which combination of tests marks a node as unfit.
+  FitnessCriterion criterion = FitnessCriterion::ABOrBC;
+
+  /// p_max of test A, a ratio >= 0: unfit when inflation / reference length exceeds it.
+  double max_inflation = 0.2;
+
+  /// k of test C, in [0, 1]: both children must be farther off than the parent by more than this
+  /// share of the parent's inflation.
+  double child_distance_ratio = 0.891981;
+
+  /// gamma of test C, a ratio >= 0: test C looks only at nodes inflated by at least this factor.
+  double min_inflation = 0.1;
+
+  /// What `max_inflation` and `min_inflation` are ratios of.
+  InflationReference reference = InflationReference::NodeSize;
+
+  /// A leaf's radius is original + overall displacement. The thesis (4.3, step 3) only ever raises
+  /// it; the bound holds as well when a vertex has swung back, so it may follow downwards too.
+  bool leaf_radius_may_shrink = true;
+
+  /// The row of thesis Table 2 for `criterion`, with the thesis's own inflation measure and leaf
+  /// rule. Parameters that a criterion does not use keep their defaults.
+  static RefitPolicy thesis(FitnessCriterion criterion);
+
+  /// Throws std::invalid_argument, naming the member, when a parameter is negative or not finite.
+  void check() const;
+};
+
+/// The criterion as a formula, e.g. "(A and B) or (B and C)"; never null.
+const char* toString(FitnessCriterion criterion);
+
+}  // namespace adaptive_bvh

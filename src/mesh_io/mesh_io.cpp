@@ -1,0 +1,126 @@
+#include "adaptive_bvh/mesh_io.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <unordered_map>
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+namespace adaptive_bvh {
+namespace {
+
+using Matrix4d = Eigen::Matrix4d;
+using Mesh = TriangleMesh<double>;
+
+[[noreturn]] void fail(const std::string& path, const std::string& reason) {
+  throw MeshLoadError("cannot load mesh '" + path + "': " + reason);
+}
+
+Matrix4d toDouble(const aiMatrix4x4& m) {
+  Matrix4d result;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      result(row, column) = static_cast<double>(m[static_cast<unsigned>(row)][column]);
+  return result;
+}
+
+void append(const aiMesh& source, const Matrix4d& transform, const std::string& path, Mesh& mesh) {
+  const std::size_t offset = mesh.vertices.size();
+  for (unsigned v = 0; v < source.mNumVertices; ++v) {
+    const aiVector3D& p = source.mVertices[v];
+    const Eigen::Vector4d q(p.x, p.y, p.z, 1);
+    mesh.vertices.emplace_back((transform * q).head<3>());
+  }
+  const bool mirrored = transform.topLeftCorner<3, 3>().determinant() < 0;
+  for (unsigned f = 0; f < source.mNumFaces; ++f) {
+    const aiFace& face = source.mFaces[f];
+    if (face.mNumIndices != 3) continue;  // points and lines; polygons are triangles by now
+    std::size_t corner[3];
+    for (int k = 0; k < 3; ++k) {
+      if (face.mIndices[k] >= source.mNumVertices)
+        fail(path, "a face names vertex " + std::to_string(face.mIndices[k]) + " of " +
+                       std::to_string(source.mNumVertices));
+      corner[k] = offset + face.mIndices[k];
+    }
+    if (mirrored) std::swap(corner[1], corner[2]);
+    mesh.triangles.emplace_back(corner[0], corner[1], corner[2]);
+  }
+}
+
+/// Walks the scene with an explicit stack: a hostile file may nest as deep as it likes.
+Mesh flatten(const aiScene& scene, const std::string& path) {
+  struct Item {
+    const aiNode* node;
+    Matrix4d parent;
+  };
+  Mesh mesh;
+  std::vector<Item> stack = {{scene.mRootNode, Matrix4d::Identity()}};
+  while (!stack.empty()) {
+    const Item item = stack.back();
+    stack.pop_back();
+    const Matrix4d transform = item.parent * toDouble(item.node->mTransformation);
+    for (unsigned i = 0; i < item.node->mNumMeshes; ++i)
+      append(*scene.mMeshes[item.node->mMeshes[i]], transform, path, mesh);
+    for (unsigned i = item.node->mNumChildren; i-- > 0;)  // the first child is next
+      stack.push_back({item.node->mChildren[i], transform});
+  }
+  return mesh;
+}
+
+struct BitsHash {
+  std::size_t operator()(const std::array<double, 3>& p) const {
+    std::size_t hash = 0;
+    for (double x : p) hash = hash * 1000003u ^ std::hash<double>()(x);
+    return hash;
+  }
+};
+
+void weldEqualPositions(Mesh& mesh) {
+  std::unordered_map<std::array<double, 3>, std::size_t, BitsHash> seen;
+  std::vector<std::size_t> new_index(mesh.vertices.size());
+  std::size_t kept = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const fcl::Vector3<double> p = mesh.vertices[v];
+    // Equal as numbers: -0 hashes like 0.
+    const auto found = seen.emplace(std::array<double, 3>{p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, kept);
+    if (found.second) mesh.vertices[kept++] = p;
+    new_index[v] = found.first->second;
+  }
+  mesh.vertices.resize(kept);
+  for (fcl::Triangle& t : mesh.triangles) t.set(new_index[t[0]], new_index[t[1]], new_index[t[2]]);
+}
+
+}  // namespace
+
+template <typename S>
+TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+  if (!std::ifstream(path).good()) fail(path, "the file does not exist or cannot be read");
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (!scene) fail(path, importer.GetErrorString());
+  if (!scene->mRootNode) fail(path, "the scene is empty");
+
+  Mesh mesh = flatten(*scene, path);
+  if (mesh.triangles.empty()) fail(path, "it holds no triangles");
+  if (options.weld) weldEqualPositions(mesh);
+
+  TriangleMesh<S> result;
+  result.triangles = std::move(mesh.triangles);
+  result.vertices.reserve(mesh.vertices.size());
+  for (const fcl::Vector3<double>& p : mesh.vertices) {
+    result.vertices.push_back(p.cast<S>());
+    if (!result.vertices.back().allFinite()) fail(path, "a coordinate is not finite");
+  }
+  return result;
+}
+
+template TriangleMesh<float> loadMesh(const std::string&, const MeshLoadOptions&);
+template TriangleMesh<double> loadMesh(const std::string&, const MeshLoadOptions&);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,50 @@
+#include "query/mesh_mesh.h"
+
+#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
+
+namespace adaptive_bvh {
+
+template <typename S>
+S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
+                   const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
+                   const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
+                   const Recorder<S>& recorder) {
+  if (request.isSatisfied(result)) return result.min_distance;
+  recorder.addQuery();
+  using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
+  RecordingDistanceNode<Node, S> node(recorder);
+  fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);
+  fcl::detail::distance(&node);
+  return result.min_distance;
+}
+
+template <typename S>
+std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
+                            const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
+                            const fcl::CollisionRequest<S>& request,
+                            fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+  if (request.isSatisfied(result)) return result.numContacts();
+  recorder.addQuery();
+  using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+  RecordingCollisionNode<Node, S> node(recorder);
+  fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);
+  fcl::detail::collide(&node);
+  return result.numContacts();
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,       \
+                              const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,       \
+                              const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,            \
+                              const Recorder<S>&);                                                \
+  template std::size_t meshMeshCollide(                                                           \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                               \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                               \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

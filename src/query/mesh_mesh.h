@@ -1,0 +1,24 @@
+#pragma once
+
+#include "adaptive_bvh/query.h"
+
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include "query/recording_node.h"
+
+namespace adaptive_bvh {
+
+/// Recorded mesh-mesh queries. Both models must have triangles.
+template <typename S>
+S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
+                   const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
+                   const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
+                   const Recorder<S>& recorder);
+
+template <typename S>
+std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
+                            const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
+                            const fcl::CollisionRequest<S>& request,
+                            fcl::CollisionResult<S>& result, const Recorder<S>& recorder);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,88 @@
+#include "query/mesh_shape.h"
+
+#include <fcl/geometry/shape/utility.h>
+#include <fcl/narrowphase/detail/gjk_solver_indep.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_shape_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision/shape_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+
+#include "query/shape_visitor.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// FCL's approximate cost: the mesh's root volume as a box against the shape. (FCL centres that box
+/// on the rectangle's corner; kept, so that the field is FCL's.)
+template <typename S, typename Shape, typename Solver>
+void addApproximateCost(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
+                        const Shape& shape, const fcl::Transform3<S>& tf2, const Solver& solver,
+                        const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+  fcl::Box<S> box;
+  fcl::Transform3<S> box_tf;
+  fcl::constructBox(mesh.getBV(0).bv, tf1, box, box_tf);
+  box.cost_density = mesh.cost_density;
+  box.threshold_occupied = mesh.threshold_occupied;
+  box.threshold_free = mesh.threshold_free;
+
+  const fcl::CollisionRequest<S> cost_only(result.numContacts(), false,
+                                           request.num_max_cost_sources, true, false);
+  if (cost_only.isSatisfied(result)) return;
+  solver.enableCachedGuess(true);
+  fcl::detail::ShapeCollisionTraversalNode<fcl::Box<S>, Shape, Solver> node;
+  fcl::detail::initialize(node, box, box_tf, shape, tf2, &solver, cost_only, result);
+  fcl::detail::collide(&node);
+}
+
+template <typename S, typename Solver>
+std::size_t run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
+                const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
+                const Solver& solver, const fcl::CollisionRequest<S>& request,
+                fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+  const bool approximate_cost = request.enable_cost && request.use_approximate_cost;
+  fcl::CollisionRequest<S> mesh_request(request);
+  mesh_request.enable_cost = request.enable_cost && !approximate_cost;
+
+  return visitShape(shape, [&](const auto& typed_shape) -> std::size_t {
+    using Shape = std::decay_t<decltype(typed_shape)>;
+    using Node = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
+    RecordingCollisionNode<Node, S> node(recorder);
+    fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver,
+                            mesh_request, result);
+    fcl::detail::collide(&node);
+    if (approximate_cost)
+      addApproximateCost(mesh, tf1, typed_shape, tf2, solver, request, result);
+    return result.numContacts();
+  });
+}
+
+}  // namespace
+
+template <typename S>
+std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
+                             const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
+                             const fcl::CollisionRequest<S>& request,
+                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+  if (request.isSatisfied(result)) return result.numContacts();
+  recorder.addQuery();
+  if (request.gjk_solver_type == fcl::GST_LIBCCD) {
+    fcl::detail::GJKSolver_libccd<S> solver;
+    solver.collision_tolerance = request.gjk_tolerance;
+    return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
+  }
+  fcl::detail::GJKSolver_indep<S> solver;
+  solver.gjk_tolerance = request.gjk_tolerance;
+  solver.epa_tolerance = request.gjk_tolerance;
+  return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                        \
+  template std::size_t meshShapeCollide(                                                   \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                        \
+      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                         \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "tree/evidence.h"
+
+namespace adaptive_bvh {
+
+/// Where a query leaves what it saw of the two sides. Null for a side that is not adaptive.
+template <typename S>
+struct Recorder {
+  Evidence<S>* side[2] = {nullptr, nullptr};
+
+  void addQuery() const {
+    if (side[0]) side[0]->addQuery();
+    if (side[1] && side[1] != side[0]) side[1]->addQuery();
+  }
+  void addVisit(int b1, int b2) const {
+    if (side[0]) side[0]->addVisit(b1);
+    if (side[1]) side[1]->addVisit(b2);
+  }
+};
+
+/// A traversal node of FCL's (`Node`) that also records. What it computes is FCL's.
+///
+/// FCL's distanceRecurse asks in this order, so all that test C needs passes by (thesis 4.4.3):
+///   canStop(D)               false: go below the pair (B1, B2), whose distance D is
+///   firstOverSecond(B1, B2)  which of the two is split; say B1, into A1 and C1
+///   BVTesting(A1, B2)        D_a
+///   BVTesting(C1, B2)        D_c
+/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: no D, no evidence for C.
+template <typename Node, typename S>
+class RecordingDistanceNode : public Node {
+ public:
+  explicit RecordingDistanceNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+
+  bool canStop(S distance) const override {
+    const bool stop = Node::canStop(distance);
+    if (!stop) parent_distance_ = distance;
+    return stop;
+  }
+
+  bool firstOverSecond(int b1, int b2) const override {
+    recorder_.addVisit(b1, b2);
+    const bool first = Node::firstOverSecond(b1, b2);
+    split_evidence_ = recorder_.side[first ? 0 : 1];
+    split_node_ = first ? b1 : b2;
+    first_child_distance_ = kNone;
+    return first;
+  }
+
+  S BVTesting(int b1, int b2) const override {
+    const S distance = Node::BVTesting(b1, b2);
+    if (first_child_distance_ == kNone)
+      first_child_distance_ = distance;
+    else if (split_evidence_)
+      split_evidence_->addChildGap(
+          split_node_, std::min(first_child_distance_, distance) - parent_distance_);
+    return distance;
+  }
+
+  void leafTesting(int b1, int b2) const override {
+    recorder_.addVisit(b1, b2);
+    Node::leafTesting(b1, b2);
+  }
+
+ private:
+  static constexpr S kNone = -1;  // no distance is negative
+
+  Recorder<S> recorder_;
+  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
+  mutable S first_child_distance_ = kNone;
+  mutable Evidence<S>* split_evidence_ = nullptr;
+  mutable int split_node_ = 0;
+};
+
+/// The same for FCL's collisionRecurse, whose tests only say whether the volumes are disjoint.
+template <typename Node, typename S>
+class RecordingCollisionNode : public Node {
+ public:
+  explicit RecordingCollisionNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+
+  using Node::BVTesting;
+  bool BVTesting(int b1, int b2) const override {
+    const bool disjoint = Node::BVTesting(b1, b2);
+    if (!disjoint) recorder_.addVisit(b1, b2);
+    return disjoint;
+  }
+
+ private:
+  Recorder<S> recorder_;
+};
+
+}  // namespace adaptive_bvh

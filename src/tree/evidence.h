@@ -1,0 +1,71 @@
+#pragma once
+
+#include <atomic>
+#include <limits>
+#include <memory>
+
+namespace adaptive_bvh {
+
+/// What recording queries saw of a tree since its last update: which nodes they went below (test B)
+/// and, for test C, how much farther off than the node both its children lay.
+///
+/// Test C asks for a visit with alpha > t and beta > t. Over all visits that is: the largest
+/// min(alpha, beta) exceeds t. So one number a node is enough, and no query needs the policy.
+///
+/// Queries hold the model const and run on many threads: marks are relaxed atomic maxima, so their
+/// order does not matter and no lock is taken. Reading and clearing belong to the update, which the
+/// caller keeps apart from queries.
+template <typename S>
+class Evidence {
+ public:
+  Evidence() = default;
+  Evidence(const Evidence& other) { *this = other; }
+  Evidence& operator=(const Evidence& other) {
+    reset(other.size_);
+    for (int i = 0; i < size_; ++i)
+      gap_[i].store(other.gap_[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
+    queries_.store(other.queries(), std::memory_order_relaxed);
+    return *this;
+  }
+
+  /// Room for `nodes` nodes, none visited.
+  void reset(int nodes) {
+    if (nodes != size_) gap_ = std::make_unique<std::atomic<S>[]>(static_cast<std::size_t>(nodes));
+    size_ = nodes;
+    clear();
+  }
+
+  void clear() {
+    for (int i = 0; i < size_; ++i) gap_[i].store(notVisited(), std::memory_order_relaxed);
+    queries_.store(0, std::memory_order_relaxed);
+  }
+
+  void addQuery() { queries_.fetch_add(1, std::memory_order_relaxed); }
+  void addVisit(int node) { raise(node, std::numeric_limits<S>::lowest()); }
+  /// min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) is no evidence.
+  void addChildGap(int node, S gap) { raise(node, gap); }
+
+  /// Number of recording queries since the last `clear`.
+  int queries() const { return queries_.load(std::memory_order_relaxed); }
+  bool visited(int node) const { return childGap(node) > notVisited(); }
+  /// The largest min(alpha, beta); the lowest number when no visit had one.
+  S childGap(int node) const { return gap_[node].load(std::memory_order_relaxed); }
+
+  std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(gap_[0]); }
+
+ private:
+  static constexpr S notVisited() { return -std::numeric_limits<S>::infinity(); }
+
+  void raise(int node, S value) {
+    std::atomic<S>& gap = gap_[node];
+    S seen = gap.load(std::memory_order_relaxed);
+    while (seen < value && !gap.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
+  }
+
+  int size_ = 0;
+  std::unique_ptr<std::atomic<S>[]> gap_;
+  std::atomic<int> queries_{0};
+};
+
+}  // namespace adaptive_bvh

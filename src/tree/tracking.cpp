@@ -1,0 +1,46 @@
+#include "tree/tracking.h"
+
+namespace adaptive_bvh {
+
+template <typename BV>
+void Tracking<BV>::adopt(const fcl::BVHModel<BV>& model) {
+  const auto nodes = static_cast<std::size_t>(model.getNumBVs());
+  const std::size_t primitives = (nodes + 1) / 2;  // a binary tree with one leaf a primitive
+  const MeshView<S> mesh = viewOf(model);
+
+  original_radius.resize(nodes);
+  motion.assign(nodes, S(0));
+  latest.assign(primitives, S(0));
+  overall.resize(primitives);
+  reference.resize(primitives);
+  order.resize(primitives);
+  vertex_motion.assign(static_cast<std::size_t>(model.num_vertices), S(0));
+
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    original_radius[i] = Volume<BV>::radius(node.bv);
+    if (!node.isLeaf()) continue;
+    const auto primitive = static_cast<unsigned>(node.primitiveId());
+    order[node.first_primitive] = primitive;
+    resetPrimitive(mesh, primitive);
+  }
+}
+
+template <typename BV>
+void Tracking<BV>::resetPrimitive(const MeshView<S>& mesh, unsigned primitive) {
+  overall[primitive] = 0;
+  for (int k = 0; k < mesh.verticesPerPrimitive(); ++k)
+    reference[primitive][k] = mesh.vertices[mesh.vertex(primitive, k)];
+}
+
+template <typename BV>
+std::size_t Tracking<BV>::bytes() const {
+  const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+  return size(original_radius) + size(motion) + size(latest) + size(overall) + size(reference) +
+         size(vertex_motion) + size(order);
+}
+
+template struct Tracking<fcl::RSS<float>>;
+template struct Tracking<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

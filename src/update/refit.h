@@ -1,0 +1,27 @@
+#pragma once
+
+#include "adaptive_bvh/refit_policy.h"
+#include "adaptive_bvh/update_report.h"
+#include "tree/evidence.h"
+#include "tree/tracking.h"
+
+namespace adaptive_bvh {
+
+/// Recomputes the volumes that `policy` calls unfit from their triangles, thesis 4.3 and 4.5.
+/// A node is judged and refitted by itself: its children keep what they have. Afterwards its
+/// current radius is its original radius. Without evidence (no recording query since the last
+/// update) test B counts as true for every node and test C as false.
+///
+/// Adds what it did to `report`. Allocates nothing.
+template <typename BV>
+void refitUnfit(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
+                const Evidence<typename BV::S>& evidence, const RefitPolicy& policy,
+                UpdateReport& report);
+
+/// Takes over a tree of unknown history: tracking begins anew and every volume but the root's is
+/// recomputed in place. Returns the root's new volume, for Seal::close to write last: queries on
+/// other threads may be looking at it meanwhile.
+template <typename BV>
+BV refitAllButRoot(fcl::BVHModel<BV>& model, Tracking<BV>& tracking);
+
+}  // namespace adaptive_bvh

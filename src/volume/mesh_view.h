@@ -1,0 +1,35 @@
+#pragma once
+
+#include <fcl/common/types.h>
+#include <fcl/math/triangle.h>
+
+namespace adaptive_bvh {
+
+/// The primitives of a model (triangles, or points where `triangles` is null) and their positions,
+/// as FCL stores them. Owns nothing.
+template <typename S>
+struct MeshView {
+  const fcl::Vector3<S>* vertices = nullptr;
+  /// Positions of the frame before, when volumes must hold both frames (swept update); else null.
+  const fcl::Vector3<S>* previous = nullptr;
+  const fcl::Triangle* triangles = nullptr;
+
+  int verticesPerPrimitive() const { return triangles ? 3 : 1; }
+
+  /// Index of corner k of a primitive; a point has the one corner 0.
+  unsigned vertex(unsigned primitive, int k) const {
+    return triangles ? static_cast<unsigned>(triangles[primitive][k]) : primitive;
+  }
+
+  /// Calls visit(position) for every corner of a primitive, in the frame before too where given.
+  template <typename Visit>
+  void forEachPosition(unsigned primitive, Visit&& visit) const {
+    for (int k = 0; k < verticesPerPrimitive(); ++k) {
+      const unsigned v = vertex(primitive, k);
+      visit(vertices[v]);
+      if (previous) visit(previous[v]);
+    }
+  }
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include <fcl/common/types.h>
+
+namespace adaptive_bvh {
+
+/// Outward rounding: every function here returns at least the exact real value.
+///
+/// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. "Tiny" makes up
+/// for underflow: a square below the smallest normal number loses at most that number, and the root
+/// of three such losses is below 2 sqrt(min).
+namespace rounding {
+
+template <typename S>
+constexpr S epsilon() {
+  return std::numeric_limits<S>::epsilon();
+}
+
+template <typename S>
+S tiny() {
+  static const S value = 2 * std::sqrt(std::numeric_limits<S>::min());
+  return value;
+}
+
+/// Coordinates beyond this could overflow in the sums of squares of a fit; updates reject them.
+/// 2^-20 sqrt(max): 1.3e148 for double, 1.8e13 for float.
+template <typename S>
+S largestCoordinate() {
+  static const S value = std::ldexp(std::sqrt(std::numeric_limits<S>::max()), -20);
+  return value;
+}
+
+/// At least |v|, for a vector v whose components carry a relative error of at most u each (the
+/// difference of two points does). Squares, sums and root add 3u, so the norm is off by a factor of
+/// at most 1 + 4u, and the product and sum below by 2u more: 8u = 4 epsilon covers both.
+template <typename S>
+S norm(const fcl::Vector3<S>& v) {
+  const S length = v.norm();
+  if (length == 0 && v.isZero(0)) return 0;
+  return length * (1 + 4 * epsilon<S>()) + tiny<S>();
+}
+
+/// At least a + b, for a, b >= 0: the sum is off by 1 + u, the product by 1 + u, 2 epsilon = 4u.
+template <typename S>
+S sum(S a, S b) {
+  return b == 0 ? a : (a + b) * (1 + 2 * epsilon<S>());
+}
+
+}  // namespace rounding
+}  // namespace adaptive_bvh
