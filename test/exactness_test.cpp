@@ -1,0 +1,193 @@
+// Every query on an adaptive model answers as brute force does, in every frame, whatever the policy.
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "support/brute_force.h"
+#include "support/fcl_float.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+
+constexpr FitnessCriterion kCriteria[] = {
+    FitnessCriterion::A,       FitnessCriterion::B,      FitnessCriterion::AB,
+    FitnessCriterion::BC,      FitnessCriterion::ABC,    FitnessCriterion::AOrBC,
+    FitnessCriterion::ABOrBC,  FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
+
+constexpr int kFrames = 150;
+
+/// Rounding of one distance between bodies of size about 1: FCL's own rectangle and triangle
+/// distances err by some 1e-15 (double) and some 1e-6 (float) there.
+template <typename S>
+S tolerance() {
+  return std::is_same<S, float>::value ? S(1e-5) : S(1e-12);
+}
+
+/// An adaptive model and a plain one of FCL's, which follow the same deformation.
+template <typename S>
+struct Body {
+  using BV = fcl::RSS<S>;
+
+  Body(const TriangleMesh<S>& mesh, typename Deformation<S>::Kind kind, const RefitPolicy& policy,
+       unsigned seed)
+      : adaptive(policy), deformation(mesh, kind, seed) {
+    EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, adaptive));
+    EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, plain));
+  }
+
+  void advance(int frame) {
+    const std::vector<Vector3<S>>& positions = deformation.next();
+    if (frame % 2 == 0) {
+      adaptive.update(positions);
+    } else {
+      ASSERT_EQ(fcl::BVH_OK, adaptive.beginReplaceModel());
+      ASSERT_EQ(fcl::BVH_OK, adaptive.replaceSubModel(positions));
+      ASSERT_EQ(fcl::BVH_OK, adaptive.endReplaceModel());
+    }
+    plain.beginReplaceModel();
+    plain.replaceSubModel(positions);
+    plain.endReplaceModel(true, false);  // top-down: FCL's sound refit
+    std::string reason;
+    ASSERT_TRUE(adaptive.validate(&reason)) << reason;
+  }
+
+  AdaptiveBVHModel<BV> adaptive;
+  fcl::BVHModel<BV> plain;
+  Deformation<S> deformation;
+};
+
+template <typename S>
+using Geometry = fcl::CollisionGeometry<S>;
+
+/// The pairs of triangles in a result; FCL stores up to two contact points a pair.
+template <typename S>
+std::set<std::pair<int, int>> pairsOf(const fcl::CollisionResult<S>& result) {
+  std::set<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < result.numContacts(); ++i)
+    pairs.emplace(result.getContact(i).b1, result.getContact(i).b2);
+  return pairs;
+}
+
+struct Tally {
+  int queries = 0, touching = 0, recorded = 0;
+};
+
+template <typename S>
+void compareOnce(const Body<S>& a, const Body<S>& b, int frame, std::mt19937& random,
+                 Tally& tally) {
+  const fcl::Transform3<S> tf1 = frame % 5 == 0 ? fcl::Transform3<S>::Identity()
+                                                : randomPose<S>(random, S(0.6));
+  const fcl::Transform3<S> tf2 = randomPose<S>(random, S(0.8));
+  const Geometry<S>* ga = &a.adaptive;
+  const Geometry<S>* gb = &b.adaptive;
+  const BruteForce<S> brute(a.adaptive, tf1, b.adaptive, tf2);
+
+  const S expected = brute.distance();
+  const fcl::DistanceRequest<S> request(true);
+  fcl::DistanceResult<S> plain_result, drop_in, recorded;
+  fcl::distance(static_cast<const Geometry<S>*>(&a.plain), tf1,
+                static_cast<const Geometry<S>*>(&b.plain), tf2, request, plain_result);
+  fcl::distance(ga, tf1, gb, tf2, request, drop_in);
+  EXPECT_NEAR(expected, plain_result.min_distance, tolerance<S>());
+  EXPECT_NEAR(expected, drop_in.min_distance, tolerance<S>());
+  const bool record = frame % 4 != 3;  // every fourth frame leaves no evidence
+  if (record) {
+    adaptive_bvh::distance(ga, tf1, gb, tf2, request, recorded);
+    EXPECT_EQ(drop_in.min_distance, recorded.min_distance);
+    EXPECT_EQ(drop_in.b1, recorded.b1);
+    EXPECT_EQ(drop_in.b2, recorded.b2);
+    EXPECT_EQ(drop_in.o1, recorded.o1);
+    EXPECT_EQ(drop_in.o2, recorded.o2);
+    EXPECT_EQ(drop_in.nearest_points[0], recorded.nearest_points[0]);
+    EXPECT_EQ(drop_in.nearest_points[1], recorded.nearest_points[1]);
+    EXPECT_EQ(1, a.adaptive.recordedQueries());
+    ++tally.recorded;
+  }
+
+  const std::set<std::pair<int, int>> contacts = brute.contacts();
+  fcl::CollisionRequest<S> all(std::numeric_limits<int>::max(), true);
+  fcl::CollisionResult<S> collision;
+  if (record) {
+    adaptive_bvh::collide(ga, tf1, gb, tf2, all, collision);
+  } else {
+    fcl::detail::orientedMeshCollide<fcl::detail::MeshCollisionTraversalNodeRSS<S>, fcl::RSS<S>>(
+        ga, tf1, gb, tf2, all, collision);
+  }
+  EXPECT_EQ(contacts, pairsOf(collision));
+
+  ++tally.queries;
+  tally.touching += !contacts.empty();
+}
+
+template <typename S>
+Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigned seed) {
+  std::mt19937 random(seed);
+  const TriangleMesh<S> pairs[][2] = {{plate<S>(4, 4), dome<S>(8, 3)},
+                                      {tube<S>(5, 6), plate<S>(5, 3)},
+                                      {soup<S>(20, random), tube<S>(4, 4)},
+                                      {dome<S>(10, 4), plate<S>(6, 6)}};
+  Tally tally;
+  for (const auto& pair : pairs) {
+    Body<S> a(pair[0], kind, policy, seed + 1), b(pair[1], kind, policy, seed + 2);
+    for (int frame = 0; frame < kFrames && !testing::Test::HasFailure(); ++frame) {
+      a.advance(frame);
+      if (frame < kFrames / 2) b.advance(frame);  // then b rests, as a finished body does
+      compareOnce(a, b, frame, random, tally);
+    }
+  }
+  return tally;
+}
+
+/// The nine criteria: the even ones as the thesis sets them, and each also by our own measure.
+class Exactness : public testing::TestWithParam<FitnessCriterion> {
+ protected:
+  template <typename S>
+  void check() {
+    Tally total;
+    for (auto kind : {Deformation<S>::Kind::Smooth, Deformation<S>::Kind::Jerky}) {
+      RefitPolicy own;
+      own.criterion = GetParam();
+      const RefitPolicy policy =
+          kind == Deformation<S>::Kind::Smooth ? RefitPolicy::thesis(GetParam()) : own;
+      const Tally tally = run<S>(policy, kind, 100 + unsigned(GetParam()));
+      total.queries += tally.queries;
+      total.touching += tally.touching;
+      total.recorded += tally.recorded;
+    }
+    // The nine criteria and two scalars together: 21,600 (model pair, frame) queries.
+    EXPECT_EQ(2 * 4 * kFrames, total.queries);
+    EXPECT_GT(total.touching, total.queries / 20) << "the poses must meet often enough";
+    EXPECT_LT(total.touching, total.queries * 19 / 20);
+    EXPECT_GT(total.recorded, total.queries / 2);
+    RecordProperty("queries", total.queries);
+    RecordProperty("touching", total.touching);
+  }
+};
+
+TEST_P(Exactness, Double) { check<double>(); }
+TEST_P(Exactness, Float) { check<float>(); }
+
+INSTANTIATE_TEST_SUITE_P(AllCriteria, Exactness, testing::ValuesIn(kCriteria));
+
+/// Sizes beyond the quick ones above: 162 and 1,800 triangles a body, fewer frames.
+TEST(ExactnessLarge, MorePlatesAndHoses) {
+  std::mt19937 random(7);
+  const auto smooth = Deformation<double>::Kind::Smooth;
+  for (const int size : {9, 30}) {
+    Body<double> a(plate<double>(size, size), smooth, RefitPolicy(), 1);
+    Body<double> b(tube<double>(size, size), smooth, RefitPolicy(), 2);
+    Tally tally;
+    for (int frame = 0; frame < (size == 9 ? 40 : 6); ++frame) {
+      a.advance(frame);
+      b.advance(frame);
+      compareOnce(a, b, frame, random, tally);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <limits>
+#include <set>
+#include <utility>
+
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+
+/// The oracles: every pair of triangles, by FCL's own triangle routines, in the frame FCL uses (the
+/// second body in the frame of the first). No hierarchy takes part.
+template <typename S>
+class BruteForce {
+ public:
+  BruteForce(const fcl::BVHModel<fcl::RSS<S>>& first, const fcl::Transform3<S>& tf1,
+             const fcl::BVHModel<fcl::RSS<S>>& second, const fcl::Transform3<S>& tf2)
+      : first_(first), second_(second), relative_(tf1.inverse(Eigen::Isometry) * tf2) {}
+
+  S distance() const {
+    S least = std::numeric_limits<S>::max();
+    forEachPair([&](int, int, const Corners& p, const Corners& q) {
+      Vector3<S> on_p, on_q;
+      least = std::min(least, fcl::detail::TriangleDistance<S>::triDistance(
+                                  *p[0], *p[1], *p[2], *q[0], *q[1], *q[2], relative_, on_p, on_q));
+    });
+    return least;
+  }
+
+  /// The pairs of triangles that intersect.
+  std::set<std::pair<int, int>> contacts() const {
+    const fcl::Matrix3<S> R = relative_.linear();
+    const Vector3<S> T = relative_.translation();
+    std::set<std::pair<int, int>> found;
+    forEachPair([&](int i, int j, const Corners& p, const Corners& q) {
+      if (fcl::detail::Intersect<S>::intersect_Triangle(*p[0], *p[1], *p[2], *q[0], *q[1], *q[2], R,
+                                                        T))
+        found.emplace(i, j);
+    });
+    return found;
+  }
+
+ private:
+  using Corners = std::array<const Vector3<S>*, 3>;
+
+  static Corners corners(const fcl::BVHModel<fcl::RSS<S>>& model, int t) {
+    const fcl::Triangle& triangle = model.tri_indices[t];
+    return {&model.vertices[triangle[0]], &model.vertices[triangle[1]],
+            &model.vertices[triangle[2]]};
+  }
+
+  template <typename Visit>
+  void forEachPair(Visit&& visit) const {
+    for (int i = 0; i < first_.num_tris; ++i)
+      for (int j = 0; j < second_.num_tris; ++j)
+        visit(i, j, corners(first_, i), corners(second_, j));
+  }
+
+  const fcl::BVHModel<fcl::RSS<S>>& first_;
+  const fcl::BVHModel<fcl::RSS<S>>& second_;
+  fcl::Transform3<S> relative_;
+};
+
+}  // namespace adaptive_bvh_test
