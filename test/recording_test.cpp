@@ -1,0 +1,165 @@
+// What a recording traversal leaves behind: visits (test B) and child gaps (test C), by hand.
+#include "query/recording_node.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <thread>
+#include <vector>
+
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/distance_traversal_node_base.h>
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::Evidence;
+using adaptive_bvh::Recorder;
+
+/// Two trees of the same shape, and distances as the test writes them down.
+///
+///        0
+///      /   \         .
+///    1(T)   2
+///         /   \      .
+///       3(T)  4(T)
+///
+/// The first tree is split as long as it is not at a leaf.
+class ScriptedNode : public fcl::detail::DistanceTraversalNodeBase<double> {
+ public:
+  static bool isLeaf(int b) { return b == 1 || b == 3 || b == 4; }
+  static int left(int b) { return b == 0 ? 1 : 3; }
+
+  bool isFirstNodeLeaf(int b) const override { return isLeaf(b); }
+  bool isSecondNodeLeaf(int b) const override { return isLeaf(b); }
+  bool firstOverSecond(int b1, int) const override { return !isLeaf(b1); }
+  int getFirstLeftChild(int b) const override { return left(b); }
+  int getFirstRightChild(int b) const override { return left(b) + 1; }
+  int getSecondLeftChild(int b) const override { return left(b); }
+  int getSecondRightChild(int b) const override { return left(b) + 1; }
+  void enableStatistics(bool) override {}
+
+  double BVTesting(int b1, int b2) const override {
+    ++tests;
+    return distances.at({b1, b2});
+  }
+  void leafTesting(int b1, int b2) const override {
+    least = std::min(least, triangle_distances.at({b1, b2}));
+  }
+  bool canStop(double c) const override { return c >= least; }
+
+  std::map<std::pair<int, int>, double> distances, triangle_distances;
+  mutable double least = 1e9;
+  mutable int tests = 0;
+};
+
+class Recording : public testing::Test {
+ protected:
+  Recording() : first_(evidence(5)), second_(evidence(5)) {}
+
+  static Evidence<double> evidence(int nodes) {
+    Evidence<double> e;
+    e.reset(nodes);
+    return e;
+  }
+
+  /// Runs FCL's recursion; returns the number of volume tests.
+  int run(const ScriptedNode& script) {
+    Recorder<double> recorder;
+    recorder.side[0] = &first_;
+    recorder.side[1] = &second_;
+    recorder.addQuery();
+    adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(recorder);
+    node.distances = script.distances;
+    node.triangle_distances = script.triangle_distances;
+    fcl::detail::distance<double>(&node);
+    return node.tests;
+  }
+
+  Evidence<double> first_, second_;
+};
+
+// (0,0) is split in the first tree: (1,0) = 2, (2,0) = 5. No distance of (0,0) is known.
+//   (1,0), D = 2, is split in the second: (1,1) = 3, (1,2) = 4.5. alpha = 1, beta = 2.5.
+//     (1,1): the triangles are 3.2 apart.
+//     (1,2) = 4.5 and (2,0) = 5 are pruned.
+TEST_F(Recording, KeepsVisitsAndTheSmallerOfAlphaAndBeta) {
+  ScriptedNode script;
+  script.distances = {{{1, 0}, 2}, {{2, 0}, 5}, {{1, 1}, 3}, {{1, 2}, 4.5}};
+  script.triangle_distances = {{{1, 1}, 3.2}};
+  EXPECT_EQ(4, run(script)) << "no test beyond FCL's own";
+
+  const bool first_visited[] = {true, true, false, false, false};
+  const bool second_visited[] = {true, true, false, false, false};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(first_visited[i], first_.visited(i)) << i;
+    EXPECT_EQ(second_visited[i], second_.visited(i)) << i;
+  }
+  EXPECT_DOUBLE_EQ(1.0, second_.childGap(0));
+  EXPECT_LT(first_.childGap(0), -1e300) << "visited, yet without a parent distance";
+  EXPECT_EQ(1, first_.queries());
+}
+
+// As above, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the last
+// one seen. (2,0) is split in the first tree: (3,0) = 2.9, (4,0) = 2.7: alpha 0.4, beta 0.2.
+TEST_F(Recording, ComparesChildrenWithTheirOwnParent) {
+  ScriptedNode script;
+  script.distances = {{{1, 0}, 2},   {{2, 0}, 2.5}, {{1, 1}, 3},
+                      {{1, 2}, 4.5}, {{3, 0}, 2.9}, {{4, 0}, 2.7}};
+  script.triangle_distances = {{{1, 1}, 2.6}};
+  run(script);
+  EXPECT_DOUBLE_EQ(1.0, second_.childGap(0));
+  EXPECT_NEAR(0.2, first_.childGap(2), 1e-15);
+  EXPECT_TRUE(first_.visited(2));
+  EXPECT_FALSE(first_.visited(3));
+}
+
+// A second query that sees another gap at the same node: the larger one decides, for test C asks
+// whether any visit passed.
+TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
+  ScriptedNode script;
+  script.distances = {{{1, 0}, 2}, {{2, 0}, 5}, {{1, 1}, 3}, {{1, 2}, 4.5}};
+  script.triangle_distances = {{{1, 1}, 3.2}};
+  run(script);
+  script.distances = {{{1, 0}, 2}, {{2, 0}, 5}, {{1, 1}, 4.25}, {{1, 2}, 3.75}};
+  script.triangle_distances = {{{1, 2}, 3.8}, {{1, 1}, 9}, {{1, 3}, 3.8}, {{1, 4}, 3.8}};
+  script.distances[{1, 3}] = script.distances[{1, 4}] = 3.75;
+  run(script);
+  EXPECT_DOUBLE_EQ(1.75, second_.childGap(0));
+  EXPECT_EQ(2, second_.queries());
+  second_.clear();
+  EXPECT_EQ(0, second_.queries());
+  EXPECT_FALSE(second_.visited(0));
+}
+
+TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
+  Evidence<double> evidence;
+  evidence.reset(3);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 8; ++t)
+    threads.emplace_back([&evidence, t] {
+      for (int i = 0; i < 1000; ++i) {
+        evidence.addQuery();
+        evidence.addVisit(1);
+        evidence.addChildGap(2, (i * 7 + t * 131) % 1000 + 0.001 * t);
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(8000, evidence.queries());
+  EXPECT_FALSE(evidence.visited(0));
+  EXPECT_TRUE(evidence.visited(1));
+  EXPECT_DOUBLE_EQ(999.007, evidence.childGap(2));
+}
+
+TEST(EvidenceCopy, IsDeep) {
+  Evidence<double> a;
+  a.reset(2);
+  a.addChildGap(1, 0.5);
+  Evidence<double> b = a;
+  a.clear();
+  EXPECT_DOUBLE_EQ(0.5, b.childGap(1));
+  EXPECT_FALSE(a.visited(1));
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
