@@ -34,11 +34,15 @@ void addApproximateCost(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Trans
   fcl::detail::collide(&node);
 }
 
+}  // namespace
+
 template <typename S, typename Solver>
-std::size_t run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
-                const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
-                const Solver& solver, const fcl::CollisionRequest<S>& request,
-                fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
+                             const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
+                             const Solver& solver, const fcl::CollisionRequest<S>& request,
+                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+  if (request.isSatisfied(result)) return result.numContacts();
+  recorder.addQuery();
   const bool approximate_cost = request.enable_cost && request.use_approximate_cost;
   fcl::CollisionRequest<S> mesh_request(request);
   mesh_request.enable_cost = request.enable_cost && !approximate_cost;
@@ -56,33 +60,37 @@ std::size_t run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>
   });
 }
 
-}  // namespace
-
 template <typename S>
 std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const fcl::CollisionRequest<S>& request,
                              fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
-  if (request.isSatisfied(result)) return result.numContacts();
-  recorder.addQuery();
   if (request.gjk_solver_type == fcl::GST_LIBCCD) {
     fcl::detail::GJKSolver_libccd<S> solver;
     solver.collision_tolerance = request.gjk_tolerance;
-    return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
+    return meshShapeCollide(mesh, tf1, shape, tf2, solver, request, result, recorder);
   }
   fcl::detail::GJKSolver_indep<S> solver;
   solver.gjk_tolerance = request.gjk_tolerance;
   solver.epa_tolerance = request.gjk_tolerance;
-  return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
+  return meshShapeCollide(mesh, tf1, shape, tf2, solver, request, result, recorder);
 }
 
+#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, Solver)                                         \
+  template std::size_t meshShapeCollide(                                                   \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                        \
+      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, const Solver&,          \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                        \
   template std::size_t meshShapeCollide(                                                   \
       const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                        \
       const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                         \
-      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);      \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)                     \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_indep<S>)
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
+#undef ADAPTIVE_BVH_INSTANTIATE_SOLVER
 
 }  // namespace adaptive_bvh

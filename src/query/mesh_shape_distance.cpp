@@ -10,26 +10,27 @@
 namespace adaptive_bvh {
 namespace {
 
-/// fcl::distance's enable_signed_distance for a mesh: the deepest of the contacts that a collision
-/// query of one contact finds, negated.
-template <typename S>
+/// What fcl::distance does for enable_signed_distance: the deepest contact of a collision query, as
+/// a negative distance. Where none has a positive depth FCL answers with the least positive number,
+/// negated, and the last contact's position.
+template <typename S, typename Solver>
 void replaceByPenetration(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                           const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
-                          const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                          const Recorder<S>& recorder) {
-  fcl::CollisionRequest<S> contact_request;
-  contact_request.enable_contact = true;
-  contact_request.gjk_solver_type = request.gjk_solver_type;
-  contact_request.gjk_tolerance = request.distance_tolerance;
+                          const Solver& solver, const fcl::DistanceRequest<S>& request,
+                          fcl::DistanceResult<S>& result, const Recorder<S>& recorder) {
+  const fcl::CollisionRequest<S> with_contact(1, true);
   fcl::CollisionResult<S> contacts;
-  if (meshShapeCollide(mesh, tf1, shape, tf2, contact_request, contacts, recorder) == 0) return;
+  meshShapeCollide(mesh, tf1, shape, tf2, solver, with_contact, contacts, recorder);
 
-  const fcl::Contact<S>* deepest = &contacts.getContact(0);
-  for (std::size_t i = 1; i < contacts.numContacts(); ++i)
-    if (contacts.getContact(i).penetration_depth > deepest->penetration_depth)
-      deepest = &contacts.getContact(i);
-  result.min_distance = -deepest->penetration_depth;
-  if (request.enable_nearest_points)
+  S depth = std::numeric_limits<S>::min();
+  const fcl::Contact<S>* deepest = nullptr;
+  for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
+    const fcl::Contact<S>& contact = contacts.getContact(i);
+    if (!deepest || contact.penetration_depth > depth) deepest = &contact;
+    depth = std::max(depth, contact.penetration_depth);
+  }
+  result.min_distance = -depth;
+  if (request.enable_nearest_points && deepest)
     result.nearest_points[0] = result.nearest_points[1] = deepest->pos;
 }
 
@@ -38,15 +39,21 @@ S run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
       const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, const Solver& solver,
       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
       const Recorder<S>& recorder) {
-  return visitBoundedShape(shape, [&](const auto& typed_shape) -> S {
-    using Shape = std::decay_t<decltype(typed_shape)>;
-    using Node = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
-    RecordingDistanceNode<Node, S> node(recorder);
-    fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver, request,
-                            result);
-    fcl::detail::distance(&node);
-    return result.min_distance;
-  });
+  if (!request.isSatisfied(result)) {
+    recorder.addQuery();
+    visitBoundedShape(shape, [&](const auto& typed_shape) {
+      using Shape = std::decay_t<decltype(typed_shape)>;
+      using Node = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
+      RecordingDistanceNode<Node, S> node(recorder);
+      fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver,
+                              request, result);
+      fcl::detail::distance(&node);
+    });
+  }
+  const S found = result.min_distance;
+  if (found < 0 && request.enable_signed_distance)
+    replaceByPenetration(mesh, tf1, shape, tf2, solver, request, result, recorder);
+  return found;
 }
 
 }  // namespace
@@ -56,22 +63,14 @@ S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform
                     const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                     const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                     const Recorder<S>& recorder) {
-  S found = result.min_distance;
-  if (!request.isSatisfied(result)) {
-    recorder.addQuery();
-    if (request.gjk_solver_type == fcl::GST_LIBCCD) {
-      fcl::detail::GJKSolver_libccd<S> solver;
-      solver.distance_tolerance = request.distance_tolerance;
-      found = run(mesh, tf1, shape, tf2, solver, request, result, recorder);
-    } else {
-      fcl::detail::GJKSolver_indep<S> solver;
-      solver.gjk_tolerance = request.distance_tolerance;
-      found = run(mesh, tf1, shape, tf2, solver, request, result, recorder);
-    }
+  if (request.gjk_solver_type == fcl::GST_LIBCCD) {
+    fcl::detail::GJKSolver_libccd<S> solver;
+    solver.distance_tolerance = request.distance_tolerance;
+    return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
   }
-  if (found != 0 && result.min_distance < 0 && request.enable_signed_distance)
-    replaceByPenetration(mesh, tf1, shape, tf2, request, result, recorder);
-  return found;
+  fcl::detail::GJKSolver_indep<S> solver;
+  solver.gjk_tolerance = request.distance_tolerance;
+  return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \

@@ -24,7 +24,7 @@ typename BV::S moveVertices(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
     const fcl::Vector3<S>& old = model.prev_vertices ? model.prev_vertices[v] : model.vertices[v];
     const S d = rounding::norm<S>(positions[v] - old);
     tracking.vertex_motion[v] = d;
-    if (!(d <= largest)) largest = d;  // NaN must not hide
+    if (!std::isnan(largest)) largest = std::max(d, largest);  // in this order NaN wins, and stays
     model.vertices[v] = positions[v];
   }
 

@@ -1,0 +1,88 @@
+// A steady-state frame allocates nothing: neither the update, whatever it refits, nor the query.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "support/meshes.h"
+
+namespace {
+long allocations = 0;
+
+void* counted(std::size_t size) {
+  ++allocations;
+  void* memory = std::malloc(size == 0 ? 1 : size);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size); }
+void* operator new[](std::size_t size) { return counted(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+
+class Allocation : public testing::TestWithParam<FitnessCriterion> {};
+
+TEST(AllocationCounter, Counts) {
+  const long before = allocations;
+  delete new int(1);
+  EXPECT_EQ(before + 1, allocations);
+}
+
+TEST_P(Allocation, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = plate<double>(10, 10);
+  AdaptiveBVHModeld model(RefitPolicy::thesis(GetParam())), other;
+  fillModel(mesh, model);
+  fillModel(tube<double>(6, 8), other);
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
+  above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+
+  long in_updates = 0, in_queries = 0;
+  int refitted = 0;
+  for (int frame = 0; frame < 30; ++frame) {
+    const auto& positions = deformation.next();
+    long before = allocations;
+    if (frame % 3 == 0) {
+      model.update(positions);
+    } else if (frame % 3 == 1) {
+      model.beginReplaceModel();
+      model.replaceSubModel(positions);
+      model.endReplaceModel();
+    } else {
+      model.beginReplaceModel();
+      for (const auto& p : positions) model.replaceVertex(p);
+      model.endReplaceModel();
+    }
+    if (frame > 0) in_updates += allocations - before;
+    refitted += model.lastUpdate().refitted();
+
+    fcl::DistanceResultd distance;
+    before = allocations;
+    adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), distance);
+    if (frame > 0) in_queries += allocations - before;
+    EXPECT_GT(distance.min_distance, 0);
+  }
+  EXPECT_EQ(0, in_updates);
+  EXPECT_EQ(0, in_queries);
+  EXPECT_EQ(GetParam() != FitnessCriterion::RefitNone, refitted > 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Criteria, Allocation,
+                         testing::Values(FitnessCriterion::ABOrBC, FitnessCriterion::A,
+                                         FitnessCriterion::RefitAll, FitnessCriterion::RefitNone));
+
+}  // namespace
+}  // namespace adaptive_bvh_test

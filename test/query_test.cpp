@@ -1,0 +1,368 @@
+// Recorded queries return FCL's results in every field, for every pair that they take.
+#include "adaptive_bvh/query.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
+#include <fcl/geometry/shape/sphere.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/brute_force.h"
+#include "support/fcl_float.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+
+template <typename S>
+using Geometry = fcl::CollisionGeometry<S>;
+
+template <typename S>
+std::shared_ptr<fcl::Convex<S>> tetrahedron() {
+  auto corners = std::make_shared<std::vector<Vector3<S>>>();
+  *corners = {{0, 0, 0}, {S(0.6), 0, 0}, {0, S(0.5), 0}, {0, 0, S(0.7)}};
+  auto faces = std::make_shared<std::vector<int>>(
+      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 0, 3, 2, 3, 1, 2, 3});
+  return std::make_shared<fcl::Convex<S>>(corners, 4, faces);
+}
+
+template <typename S>
+std::vector<std::shared_ptr<Geometry<S>>> boundedShapes() {
+  return {std::make_shared<fcl::Box<S>>(S(0.4), S(0.3), S(0.5)),
+          std::make_shared<fcl::Ellipsoid<S>>(S(0.3), S(0.2), S(0.25)),
+          std::make_shared<fcl::Capsule<S>>(S(0.15), S(0.4)),
+          std::make_shared<fcl::Cone<S>>(S(0.2), S(0.4)),
+          std::make_shared<fcl::Cylinder<S>>(S(0.2), S(0.4)),
+          std::make_shared<fcl::Sphere<S>>(S(0.25)),
+          tetrahedron<S>()};
+}
+
+template <typename S>
+void expectEqual(const fcl::DistanceResult<S>& a, const fcl::DistanceResult<S>& b,
+                 bool with_points = true) {
+  EXPECT_EQ(a.min_distance, b.min_distance);
+  EXPECT_EQ(a.o1, b.o1);
+  EXPECT_EQ(a.o2, b.o2);
+  EXPECT_EQ(a.b1, b.b1);
+  EXPECT_EQ(a.b2, b.b2);
+  if (a.min_distance <= 0 || !with_points) return;  // FCL leaves the points unset then
+  EXPECT_EQ(a.nearest_points[0], b.nearest_points[0]);
+  EXPECT_EQ(a.nearest_points[1], b.nearest_points[1]);
+}
+
+template <typename S>
+void expectEqual(const fcl::CollisionResult<S>& a, const fcl::CollisionResult<S>& b) {
+  ASSERT_EQ(a.numContacts(), b.numContacts());
+  for (std::size_t i = 0; i < a.numContacts(); ++i) {
+    const fcl::Contact<S>&x = a.getContact(i), &y = b.getContact(i);
+    EXPECT_EQ(x.o1, y.o1);
+    EXPECT_EQ(x.o2, y.o2);
+    EXPECT_EQ(x.b1, y.b1);
+    EXPECT_EQ(x.b2, y.b2);
+    EXPECT_EQ(x.pos, y.pos);
+    EXPECT_EQ(x.normal, y.normal);
+    EXPECT_EQ(x.penetration_depth, y.penetration_depth);
+  }
+  fcl::CollisionResult<S> copy_a(a), copy_b(b);
+  std::vector<fcl::CostSource<S>> costs_a, costs_b;
+  copy_a.getCostSources(costs_a);
+  copy_b.getCostSources(costs_b);
+  ASSERT_EQ(costs_a.size(), costs_b.size());
+  for (std::size_t i = 0; i < costs_a.size(); ++i) {
+    EXPECT_EQ(costs_a[i].aabb_min, costs_b[i].aabb_min);
+    EXPECT_EQ(costs_a[i].aabb_max, costs_b[i].aabb_max);
+    EXPECT_EQ(costs_a[i].total_cost, costs_b[i].total_cost);
+  }
+}
+
+/// FCL's signed distance ends in a failed assertion when the shapes touch and the first contact has
+/// no positive depth.
+template <typename S>
+bool signedDistanceIsSafe(const Geometry<S>* o1, const fcl::Transform3<S>& tf1,
+                          const Geometry<S>* o2, const fcl::Transform3<S>& tf2) {
+  fcl::DistanceResult<S> distance;
+  if (fcl::distance<S>(o1, tf1, o2, tf2, fcl::DistanceRequest<S>(), distance) > 0) return true;
+  fcl::CollisionResult<S> contact;
+  fcl::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(1, true), contact);
+  return contact.isCollision() && contact.getContact(0).penetration_depth > S(1e-3);
+}
+
+template <typename S>
+class Query : public testing::Test {
+ protected:
+  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+
+  Query() : deformation_(dome<S>(9, 4), Deformation<S>::Kind::Smooth, 5) {
+    fillModel(dome<S>(9, 4), model_);
+    fillModel(tube<S>(5, 5), other_);
+  }
+
+  void deform() {
+    model_.update(deformation_.next());
+    ASSERT_TRUE(model_.validate());
+  }
+
+  Model model_;
+  fcl::BVHModel<fcl::RSS<S>> other_;
+  Deformation<S> deformation_;
+  std::mt19937 random_{3};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Query, Scalars);
+
+TYPED_TEST(Query, MeshShapeDistanceEqualsFclsInEveryField) {
+  using S = TypeParam;
+  int touching = 0, apart = 0, with_sign = 0;
+  for (auto solver : {fcl::GST_LIBCCD, fcl::GST_INDEP})
+    for (const auto& shape : boundedShapes<S>())
+      for (int frame = 0; frame < 12; ++frame) {
+        this->deform();
+        const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.3));
+        const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.9));
+        const Geometry<S>* mesh = &this->model_;
+        fcl::DistanceRequest<S> request(true);
+        request.gjk_solver_type = solver;
+        request.enable_signed_distance =
+            frame % 3 == 0 && solver == fcl::GST_LIBCCD &&
+            signedDistanceIsSafe<S>(mesh, tf1, shape.get(), tf2);
+        with_sign += request.enable_signed_distance;
+        for (bool mesh_first : {true, false}) {
+          fcl::DistanceResult<S> by_fcl, recorded;
+          const auto* o1 = mesh_first ? mesh : shape.get();
+          const auto* o2 = mesh_first ? shape.get() : mesh;
+          const S a = fcl::distance<S>(o1, tf1, o2, tf2, request, by_fcl);
+          const S b = adaptive_bvh::distance<S>(o1, tf1, o2, tf2, request, recorded);
+          // A touching sphere is FCL's own uninitialised number: nothing to compare.
+          if (shape->getNodeType() == fcl::GEOM_SPHERE && !(a > S(1e-3))) continue;
+          EXPECT_EQ(a, b);
+          expectEqual(by_fcl, recorded);
+          ++(by_fcl.min_distance > 0 ? apart : touching);
+        }
+        EXPECT_GE(this->model_.recordedQueries(), 1);
+        EXPECT_TRUE(this->model_.traversed(0));
+      }
+  EXPECT_GT(touching, 20);
+  EXPECT_GT(with_sign, 10);
+  EXPECT_GT(apart, 100);
+}
+
+TYPED_TEST(Query, MeshShapeCollisionEqualsFclsInEveryField) {
+  using S = TypeParam;
+  std::vector<std::shared_ptr<Geometry<S>>> shapes = boundedShapes<S>();
+  shapes.push_back(std::make_shared<fcl::Plane<S>>(Vector3<S>(0, 0, 1), S(0.1)));
+  shapes.push_back(std::make_shared<fcl::Halfspace<S>>(Vector3<S>(0, 0, 1), S(0.1)));
+  int colliding = 0;
+  for (auto solver : {fcl::GST_LIBCCD, fcl::GST_INDEP})
+    for (const auto& shape : shapes)
+      for (int frame = 0; frame < 8; ++frame) {
+        this->deform();
+        const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.2));
+        const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.6));
+        fcl::CollisionRequest<S> request(frame % 2 ? 1 : 1000, frame % 4 < 3, 10, frame % 3 == 0,
+                                         frame % 6 == 0, solver);
+        const Geometry<S>* mesh = &this->model_;
+        for (bool mesh_first : {true, false}) {
+          fcl::CollisionResult<S> by_fcl, recorded;
+          const auto* o1 = mesh_first ? mesh : shape.get();
+          const auto* o2 = mesh_first ? shape.get() : mesh;
+          const std::size_t a = fcl::collide<S>(o1, tf1, o2, tf2, request, by_fcl);
+          const std::size_t b = adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, recorded);
+          EXPECT_EQ(a, b);
+          if (request.enable_contact) expectEqual(by_fcl, recorded);
+          colliding += a > 0;
+        }
+      }
+  EXPECT_GT(colliding, 60);
+}
+
+/// fcl::collide copies, moves and rebuilds the models: other trees, the same set of contacts.
+TYPED_TEST(Query, MeshMeshCollisionHasFclsContacts) {
+  using S = TypeParam;
+  using Key = std::tuple<int, int>;
+  int colliding = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    this->deform();
+    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.2));
+    const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.6));
+    const fcl::CollisionRequest<S> request(100000, true);
+    fcl::CollisionResult<S> by_fcl, recorded;
+    const Geometry<S>*o1 = &this->model_, *o2 = &this->other_;
+    fcl::collide<S>(o1, tf1, o2, tf2, request, by_fcl);
+    adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, recorded);
+    ASSERT_EQ(by_fcl.numContacts(), recorded.numContacts());
+    const auto sorted = [](const fcl::CollisionResult<S>& result) {
+      std::multimap<Key, fcl::Contact<S>> contacts;
+      for (std::size_t i = 0; i < result.numContacts(); ++i) {
+        const fcl::Contact<S>& c = result.getContact(i);
+        contacts.emplace(Key(c.b1, c.b2), c);
+      }
+      return contacts;
+    };
+    const S close = std::is_same<S, float>::value ? S(2e-3) : S(1e-9);
+    const auto expected = sorted(by_fcl), found = sorted(recorded);
+    for (auto x = expected.begin(), y = found.begin(); x != expected.end(); ++x, ++y) {
+      EXPECT_EQ(x->first, y->first);
+      EXPECT_TRUE(x->second.pos.isApprox(y->second.pos, close));
+      EXPECT_TRUE(x->second.normal.isApprox(y->second.normal, close));
+      EXPECT_NEAR(x->second.penetration_depth, y->second.penetration_depth, close);
+      EXPECT_EQ(o1, y->second.o1) << "fcl::collide names its temporary copy here";
+    }
+    colliding += !expected.empty();
+
+    fcl::CollisionResult<S> first_contact;
+    EXPECT_EQ(expected.empty() ? 0u : 1u,
+              adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(), first_contact));
+    EXPECT_EQ(0u, adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(0),
+                                           first_contact));
+  }
+  EXPECT_GT(colliding, 15);
+  EXPECT_LT(colliding, 55);
+}
+
+TYPED_TEST(Query, KeepsASmallerDistanceThatTheResultBrought) {
+  using S = TypeParam;
+  const Geometry<S>*o1 = &this->model_, *o2 = &this->other_;
+  const fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  fcl::Transform3<S> far = tf;
+  far.translation()[0] = 5;
+  fcl::DistanceResult<S> by_fcl(S(0.5)), recorded(S(0.5));
+  fcl::distance<S>(o1, tf, o2, far, fcl::DistanceRequest<S>(), by_fcl);
+  adaptive_bvh::distance<S>(o1, tf, o2, far, fcl::DistanceRequest<S>(), recorded);
+  EXPECT_EQ(S(0.5), recorded.min_distance);
+  expectEqual(by_fcl, recorded, false);
+}
+
+TYPED_TEST(Query, TakesCollisionObjectsAndEitherOrder) {
+  using S = TypeParam;
+  auto adaptive = std::make_shared<AdaptiveBVHModel<fcl::RSS<S>>>(this->model_);
+  auto plain = std::make_shared<fcl::BVHModel<fcl::RSS<S>>>(this->other_);
+  const fcl::CollisionObject<S> a(adaptive, randomPose<S>(this->random_, S(0.1)));
+  const fcl::CollisionObject<S> b(plain, randomPose<S>(this->random_, S(2)));
+  fcl::DistanceResult<S> ab, ba, expected;
+  adaptive_bvh::distance<S>(&a, &b, fcl::DistanceRequest<S>(), ab);
+  adaptive_bvh::distance<S>(&b, &a, fcl::DistanceRequest<S>(), ba);
+  fcl::distance<S>(adaptive.get(), a.getTransform(), plain.get(), b.getTransform(),
+                   fcl::DistanceRequest<S>(), expected);
+  expectEqual(expected, ab, false);
+  EXPECT_NEAR(ab.min_distance, ba.min_distance, 1e-5);
+  EXPECT_EQ(2, adaptive->recordedQueries());
+  fcl::CollisionResult<S> collision;
+  EXPECT_EQ(expected.min_distance <= 0,
+            adaptive_bvh::collide<S>(&a, &b, fcl::CollisionRequest<S>(), collision) > 0);
+}
+
+TYPED_TEST(Query, HandsOtherPairsToFcl) {
+  using S = TypeParam;
+  const fcl::Box<S> box(1, 1, 1);
+  const fcl::Sphere<S> sphere(S(0.3));
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), far = tf;
+  far.translation()[0] = 3;
+  fcl::DistanceResult<S> by_fcl, recorded;
+  fcl::distance<S>(&box, tf, &sphere, far, fcl::DistanceRequest<S>(), by_fcl);
+  adaptive_bvh::distance<S>(&box, tf, &sphere, far, fcl::DistanceRequest<S>(), recorded);
+  EXPECT_EQ(by_fcl.min_distance, recorded.min_distance);
+  fcl::CollisionResult<S> collision;
+  EXPECT_EQ(0u, adaptive_bvh::collide<S>(&box, tf, &sphere, far, fcl::CollisionRequest<S>(),
+                                         collision));
+  fcl::DistanceResult<S> plain_pair;  // two plain meshes
+  EXPECT_GT(adaptive_bvh::distance<S>(&this->other_, tf, &this->other_, far,
+                                      fcl::DistanceRequest<S>(), plain_pair),
+            0);
+}
+
+TYPED_TEST(Query, RefusesTheDistancesOnWhichFclCrashes) {
+  using S = TypeParam;
+  const fcl::Plane<S> plane(Vector3<S>(0, 0, 1), 0);
+  const fcl::Halfspace<S> halfspace(Vector3<S>(0, 0, 1), 0);
+  const fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  fcl::DistanceResult<S> result;
+  for (const Geometry<S>* shape : {static_cast<const Geometry<S>*>(&plane),
+                                   static_cast<const Geometry<S>*>(&halfspace)})
+    EXPECT_THROW(adaptive_bvh::distance<S>(&this->model_, tf, shape, tf, fcl::DistanceRequest<S>(),
+                                           result),
+                 std::invalid_argument);
+}
+
+/// A model with itself at another place: evidence from both sides goes to the one tree.
+TYPED_TEST(Query, AModelMayMeetItself) {
+  using S = TypeParam;
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), beside = tf;
+  beside.translation()[0] = S(1.7);
+  this->deform();
+  fcl::DistanceResult<S> result;
+  adaptive_bvh::distance<S>(&this->model_, tf, &this->model_, beside, fcl::DistanceRequest<S>(),
+                            result);
+  EXPECT_NEAR(BruteForce<S>(this->model_, tf, this->model_, beside).distance(), result.min_distance,
+              1e-5);
+  EXPECT_EQ(1, this->model_.recordedQueries());
+}
+
+/// The end of the chain: what the query saw decides what the next update refits.
+TEST(EvidenceInUse, OnlyTraversedNodesAreRefitted) {
+  adaptive_bvh::RefitPolicy policy = adaptive_bvh::RefitPolicy::thesis(
+      adaptive_bvh::FitnessCriterion::B);
+  AdaptiveBVHModel<fcl::RSSd> model(policy);
+  const TriangleMesh<double> mesh = plate<double>(12, 12);
+  fillModel(mesh, model);
+  AdaptiveBVHModel<fcl::RSSd> tool;
+  fillModel(dome<double>(6, 3), tool);
+  const fcl::Transform3d tf = fcl::Transform3d::Identity();
+  fcl::Transform3d over_corner = tf;
+  over_corner.translation() = Eigen::Vector3d(1.6, 1.6, 0.2);
+
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 8);
+  model.update(deformation.next());
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance<double>(&model, tf, &tool, over_corner, fcl::DistanceRequestd(), result);
+  std::vector<bool> traversed;
+  for (int i = 0; i < model.getNumBVs(); ++i) traversed.push_back(model.traversed(i));
+  const auto count = std::count(traversed.begin(), traversed.end(), true);
+  EXPECT_GT(count, 5);
+  EXPECT_LT(count, model.getNumBVs() / 3);
+
+  model.update(deformation.next());
+  EXPECT_EQ(count, model.lastUpdate().refitted());
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const bool refitted = model.getBV(i).bv.r == model.originalRadius(i);
+    EXPECT_EQ(traversed[std::size_t(i)], refitted) << "node " << i;
+  }
+  EXPECT_EQ(0, model.recordedQueries()) << "an update uses evidence up";
+
+  model.update(deformation.next());  // no query in between: B counts as true everywhere
+  EXPECT_EQ(model.getNumBVs(), model.lastUpdate().refitted());
+}
+
+TEST(EvidenceInUse, WithoutQueriesTheDefaultBecomesTestA) {
+  AdaptiveBVHModel<fcl::RSSd> by_default, by_a;
+  adaptive_bvh::RefitPolicy a;
+  a.criterion = adaptive_bvh::FitnessCriterion::A;
+  by_a.setRefitPolicy(a);
+  const TriangleMesh<double> mesh = plate<double>(8, 8);
+  fillModel(mesh, by_default);
+  fillModel(mesh, by_a);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 9);
+  int refitted = 0;
+  for (int frame = 0; frame < 20; ++frame) {
+    by_default.update(deformation.next());
+    by_a.update(deformation.positions());
+    EXPECT_EQ(by_a.lastUpdate().refitted(), by_default.lastUpdate().refitted());
+    refitted += by_a.lastUpdate().refitted();
+  }
+  EXPECT_GT(refitted, 0);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
