@@ -173,8 +173,8 @@ void run(const Options& options) {
   Positions target;
   if (!options.to.empty()) {
     Mesh pose = adaptive_bvh::loadMesh<double>(options.to, keep_vertices);
-    bool same = pose.vertices.size() == a.vertices.size() &&
-                pose.triangles.size() == a.triangles.size();
+    bool same =
+        pose.vertices.size() == a.vertices.size() && pose.triangles.size() == a.triangles.size();
     for (std::size_t t = 0; same && t < a.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) same &= a.triangles[t][k] == pose.triangles[t][k];
     if (!same) throw std::runtime_error("'" + options.to + "' has another topology than the mesh");

@@ -40,7 +40,7 @@ int main() {
 
   for (int frame = 1; frame <= 10; ++frame) {
     cloth.beginReplaceModel();
-    cloth.replaceSubModel(sheet(0.1 * frame));
+    cloth.replaceSubModel(sheet(0.02 * frame));
     cloth.endReplaceModel();  // FCL would now refit 1,599 volumes, and wrongly: see README
 
     fcl::DistanceResultd result;

@@ -1,5 +1,5 @@
 // A deforming gripper pad among rigid shapes: a broad-phase manager finds the candidates, recorded
-// collision decides. After each update FCL's cached boxes must be brought up to date, in this order.
+// collision decides. After an update FCL's cached boxes must be brought up to date, as shown.
 #include <cmath>
 #include <cstdio>
 
@@ -66,7 +66,7 @@ int main() {
     gripper.computeAABB();            // 2. the object's box in the world
     manager.update();                 // 3. the manager's tree (update(&object) keeps a stale box)
     std::size_t contacts = 0;
-    manager.collide(&gripper, &contacts, narrowPhase);
+    manager.collide(&contacts, narrowPhase);
     std::printf("frame %2d: %3zu contacts, %3d volumes refitted\n", frame, contacts,
                 model->lastUpdate().refitted());
   }

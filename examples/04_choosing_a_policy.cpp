@@ -55,7 +55,8 @@ int main() {
       const auto start = std::chrono::steady_clock::now();
       refits += model.update(positions).refitted();
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&model, origin, &wall, origin, fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance<double>(&model, origin, &wall, origin, fcl::DistanceRequestd(),
+                                     result);
       seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       nearest = std::min(nearest, result.min_distance);
     }

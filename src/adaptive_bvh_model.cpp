@@ -106,10 +106,11 @@ int AdaptiveBVHModel<BV>::endModel() {
   return code;
 }
 
-/// Tracking starts at the tree that FCL just built. Its volumes are sound when our fitter made them.
+/// Tracking starts at the tree FCL just built. Its volumes are sound when our fitter made them.
 template <typename BV>
 void AdaptiveBVHModel<BV>::takeOverBuild() {
   State& state = *state_;
+  state.tree.seal.breakOpen();
   if (this->bv_fitter == sharedFitter<BV>())
     adoptBuild<BV>(*this, state.tree);
   else
@@ -135,7 +136,8 @@ int AdaptiveBVHModel<BV>::replaceVertex(const Point& p) {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceTriangle(const Point& p1, const Point& p2, const Point& p3) {
-  return replaceSubModel({p1, p2, p3});
+  const Point corners[3] = {p1, p2, p3};
+  return state_->frame.add(FrameKind::Replace, this->build_state, this->num_vertices, corners, 3);
 }
 
 template <typename BV>
@@ -172,7 +174,8 @@ int AdaptiveBVHModel<BV>::updateVertex(const Point& p) {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateTriangle(const Point& p1, const Point& p2, const Point& p3) {
-  return updateSubModel({p1, p2, p3});
+  const Point corners[3] = {p1, p2, p3};
+  return state_->frame.add(FrameKind::Update, this->build_state, this->num_vertices, corners, 3);
 }
 
 template <typename BV>

@@ -43,7 +43,8 @@ class QuietFcl {
 
 Positions moved(Positions positions, double by = 0.1) {
   for (std::size_t v = 0; v < positions.size(); ++v)
-    positions[v] += by * Point(std::sin(7. * double(v)), std::cos(3. * double(v)), std::sin(double(v)));
+    positions[v] +=
+        by * Point(std::sin(7. * double(v)), std::cos(3. * double(v)), std::sin(double(v)));
   return positions;
 }
 
@@ -254,9 +255,9 @@ TEST_F(DropIn, UpdateThrowsASentence) {
   };
   Positions short_frame(mesh_.vertices.begin(), mesh_.vertices.begin() + 3);
   EXPECT_NE(std::string::npos, message([&] { model_.update(short_frame); }).find("3 positions"));
-  EXPECT_NE(std::string::npos,
-            message([&] { model_.update(model_.vertices, std::size_t(model_.num_vertices)); })
-                .find("own vertices"));
+  EXPECT_NE(std::string::npos, message([&] {
+                                 model_.update(model_.vertices, std::size_t(model_.num_vertices));
+                               }).find("own vertices"));
   AdaptiveBVHModeld empty;
   EXPECT_NE(std::string::npos, message([&] { empty.update(Positions()); }).find("endModel"));
   RefitPolicy policy;
@@ -334,7 +335,8 @@ TEST_F(DropIn, SweptModeHoldsBothFramesAndUpdateLeavesIt) {
   expectSound(model_);
 }
 
-/// The tree as the sets of triangles below its nodes: what matters, whichever child is the left one.
+/// The tree as the sets of triangles below its nodes: what matters, whichever child is the left
+/// one.
 std::set<std::set<int>> groupsOf(const Plain& model) {
   std::set<std::set<int>> groups;
   std::vector<std::set<int>> below(std::size_t(model.getNumBVs()));
@@ -505,7 +507,8 @@ TEST_F(DropIn, NoticesChangesMadeThroughTheBase) {
       next = moved(next, 0.1);
       again.update(next);  // by the next update, without a query in between
       // generateBVHModel ends with computeLocalAABB, a virtual call: repaired by then.
-      EXPECT_NE(again.lastUpdate().resynchronised, mutation.name == std::string("generateBVHModel"));
+      EXPECT_NE(again.lastUpdate().resynchronised,
+                mutation.name == std::string("generateBVHModel"));
       expectPositions(again, next);
       expectSound(again);
       again.update(moved(next, 0.1));
@@ -555,9 +558,9 @@ TEST_F(DropIn, AnEmptyModelIsHarmless) {
   empty.computeLocalAABB();
   const AdaptiveBVHModeld copy(empty);
   fcl::DistanceResultd result;
-  EXPECT_EQ(std::numeric_limits<double>::max(),
-            fcl::distance<double>(&empty, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(),
-                                  result))
+  EXPECT_EQ(
+      std::numeric_limits<double>::max(),
+      fcl::distance<double>(&empty, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(), result))
       << "FCL: not supported; it crashes on an empty model of its own";
   EXPECT_THROW(adaptive_bvh::distance<double>(&empty, kIdentity, &obstacle_, above_,
                                               fcl::DistanceRequestd(), result),
@@ -584,11 +587,11 @@ TEST_F(DropIn, APointCloudIsBuiltAndUpdated) {
 TEST_F(DropIn, OddTrianglesAreFine) {
   const Point a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
   const std::vector<TriangleMesh<double>> meshes = {
-      {{a, b, c}, {fcl::Triangle(0, 1, 2)}},                                      // one
-      {{a, b, c}, std::vector<fcl::Triangle>(9, fcl::Triangle(0, 1, 2))},         // duplicates
-      {{a, b, c}, {fcl::Triangle(0, 0, 0), fcl::Triangle(0, 1, 1)}},              // degenerate
-      {{a, a, a, b, b, b}, {fcl::Triangle(0, 1, 2), fcl::Triangle(3, 4, 5)}},     // points
-      {{a, b, c, Point(50, 0, 0)}, {fcl::Triangle(0, 1, 2)}},                     // unused vertex
+      {{a, b, c}, {fcl::Triangle(0, 1, 2)}},                                   // one
+      {{a, b, c}, std::vector<fcl::Triangle>(9, fcl::Triangle(0, 1, 2))},      // duplicates
+      {{a, b, c}, {fcl::Triangle(0, 0, 0), fcl::Triangle(0, 1, 1)}},           // degenerate
+      {{a, a, a, b, b, b}, {fcl::Triangle(0, 1, 2), fcl::Triangle(3, 4, 5)}},  // points
+      {{a, b, c, Point(50, 0, 0)}, {fcl::Triangle(0, 1, 2)}},                  // unused vertex
   };
   for (const auto& mesh : meshes) {
     AdaptiveBVHModeld model;
@@ -597,8 +600,8 @@ TEST_F(DropIn, OddTrianglesAreFine) {
       model.update(moved(mesh.vertices, 0.1 * (frame % 3)));
       expectSound(model);
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&model, kIdentity, &obstacle_, above_,
-                                     fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance<double>(&model, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(),
+                                     result);
     }
   }
   AdaptiveBVHModeld unused;

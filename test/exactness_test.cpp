@@ -1,4 +1,5 @@
-// Every query on an adaptive model answers as brute force does, in every frame, whatever the policy.
+// Every query on an adaptive model answers as brute force does, in every frame, whatever the
+// policy.
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
@@ -14,9 +15,9 @@ using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 
 constexpr FitnessCriterion kCriteria[] = {
-    FitnessCriterion::A,       FitnessCriterion::B,      FitnessCriterion::AB,
-    FitnessCriterion::BC,      FitnessCriterion::ABC,    FitnessCriterion::AOrBC,
-    FitnessCriterion::ABOrBC,  FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
+    FitnessCriterion::A,      FitnessCriterion::B,        FitnessCriterion::AB,
+    FitnessCriterion::BC,     FitnessCriterion::ABC,      FitnessCriterion::AOrBC,
+    FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
 
 constexpr int kFrames = 150;
 
@@ -79,8 +80,8 @@ struct Tally {
 template <typename S>
 void compareOnce(const Body<S>& a, const Body<S>& b, int frame, std::mt19937& random,
                  Tally& tally) {
-  const fcl::Transform3<S> tf1 = frame % 5 == 0 ? fcl::Transform3<S>::Identity()
-                                                : randomPose<S>(random, S(0.6));
+  const fcl::Transform3<S> tf1 =
+      frame % 5 == 0 ? fcl::Transform3<S>::Identity() : randomPose<S>(random, S(0.6));
   const fcl::Transform3<S> tf2 = randomPose<S>(random, S(0.8));
   const Geometry<S>* ga = &a.adaptive;
   const Geometry<S>* gb = &b.adaptive;

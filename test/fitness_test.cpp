@@ -131,9 +131,9 @@ TEST(Presets, AreTheRowsOfTable2) {
 }
 
 TEST(Presets, RefuseParametersThatMeanNothing) {
-  for (double RefitPolicy::*member : {&RefitPolicy::max_inflation,
-                                      &RefitPolicy::child_distance_ratio,
-                                      &RefitPolicy::min_inflation})
+  for (double RefitPolicy::*member :
+       {&RefitPolicy::max_inflation, &RefitPolicy::child_distance_ratio,
+        &RefitPolicy::min_inflation})
     for (double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
       RefitPolicy policy;
       policy.*member = bad;

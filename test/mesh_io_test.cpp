@@ -36,7 +36,8 @@ double area(const Mesh& mesh) {
   for (const fcl::Triangle& t : mesh.triangles)
     sum += (mesh.vertices[t[1]] - mesh.vertices[t[0]])
                .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
-               .norm() / 2;
+               .norm() /
+           2;
   return sum;
 }
 
@@ -111,7 +112,8 @@ TEST(LoadMesh, PlyKeepsItsVertexOrder) {
 std::string collada(const std::string& unit, const std::string& first, const std::string& second) {
   return R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
- <asset>)" + unit + R"(<up_axis>Y_UP</up_axis></asset>
+ <asset>)" +
+         unit + R"(<up_axis>Y_UP</up_axis></asset>
  <library_geometries><geometry id="g" name="g"><mesh>
   <source id="p"><float_array id="pa" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
    <technique_common><accessor source="#pa" count="4" stride="3">
@@ -122,8 +124,10 @@ std::string collada(const std::string& unit, const std::string& first, const std
    <p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
  </mesh></geometry></library_geometries>
  <library_visual_scenes><visual_scene id="s" name="s">
-  <node id="a" name="a">)" + first + R"(<instance_geometry url="#g"/>
-   <node id="b" name="b">)" + second + R"(<instance_geometry url="#g"/></node></node>
+  <node id="a" name="a">)" +
+         first + R"(<instance_geometry url="#g"/>
+   <node id="b" name="b">)" +
+         second + R"(<instance_geometry url="#g"/></node></node>
  </visual_scene></library_visual_scenes>
  <scene><instance_visual_scene url="#s"/></scene>
 </COLLADA>)";
@@ -143,9 +147,8 @@ TEST(LoadMesh, ColladaAppliesUnitAndNestedTransforms) {
 }
 
 TEST(LoadMesh, AMirrorTurnsTheTrianglesOver) {
-  const File file("mirror.dae",
-                  collada("<unit name=\"metre\" meter=\"1\"/>", "<scale>-1 1 1</scale>",
-                          "<scale>1 -2 1</scale>"));
+  const File file("mirror.dae", collada("<unit name=\"metre\" meter=\"1\"/>",
+                                        "<scale>-1 1 1</scale>", "<scale>1 -2 1</scale>"));
   const Mesh mesh = loadMesh<double>(file.path());
   // The first faces outside after one mirror, the second after two.
   EXPECT_NEAR((1 + 2) / 6., volume(mesh), 1e-6);

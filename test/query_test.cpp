@@ -135,9 +135,8 @@ TYPED_TEST(Query, MeshShapeDistanceEqualsFclsInEveryField) {
         const Geometry<S>* mesh = &this->model_;
         fcl::DistanceRequest<S> request(true);
         request.gjk_solver_type = solver;
-        request.enable_signed_distance =
-            frame % 3 == 0 && solver == fcl::GST_LIBCCD &&
-            signedDistanceIsSafe<S>(mesh, tf1, shape.get(), tf2);
+        request.enable_signed_distance = frame % 3 == 0 && solver == fcl::GST_LIBCCD &&
+                                         signedDistanceIsSafe<S>(mesh, tf1, shape.get(), tf2);
         with_sign += request.enable_signed_distance;
         for (bool mesh_first : {true, false}) {
           fcl::DistanceResult<S> by_fcl, recorded;
@@ -223,10 +222,11 @@ TYPED_TEST(Query, MeshMeshCollisionHasFclsContacts) {
     colliding += !expected.empty();
 
     fcl::CollisionResult<S> first_contact;
-    EXPECT_EQ(expected.empty() ? 0u : 1u,
-              adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(), first_contact));
-    EXPECT_EQ(0u, adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(0),
-                                           first_contact));
+    EXPECT_EQ(
+        expected.empty() ? 0u : 1u,
+        adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(), first_contact));
+    EXPECT_EQ(
+        0u, adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(0), first_contact));
   }
   EXPECT_GT(colliding, 15);
   EXPECT_LT(colliding, 55);
@@ -275,8 +275,8 @@ TYPED_TEST(Query, HandsOtherPairsToFcl) {
   adaptive_bvh::distance<S>(&box, tf, &sphere, far, fcl::DistanceRequest<S>(), recorded);
   EXPECT_EQ(by_fcl.min_distance, recorded.min_distance);
   fcl::CollisionResult<S> collision;
-  EXPECT_EQ(0u, adaptive_bvh::collide<S>(&box, tf, &sphere, far, fcl::CollisionRequest<S>(),
-                                         collision));
+  EXPECT_EQ(
+      0u, adaptive_bvh::collide<S>(&box, tf, &sphere, far, fcl::CollisionRequest<S>(), collision));
   fcl::DistanceResult<S> plain_pair;  // two plain meshes
   EXPECT_GT(adaptive_bvh::distance<S>(&this->other_, tf, &this->other_, far,
                                       fcl::DistanceRequest<S>(), plain_pair),
@@ -289,11 +289,11 @@ TYPED_TEST(Query, RefusesTheDistancesOnWhichFclCrashes) {
   const fcl::Halfspace<S> halfspace(Vector3<S>(0, 0, 1), 0);
   const fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
   fcl::DistanceResult<S> result;
-  for (const Geometry<S>* shape : {static_cast<const Geometry<S>*>(&plane),
-                                   static_cast<const Geometry<S>*>(&halfspace)})
-    EXPECT_THROW(adaptive_bvh::distance<S>(&this->model_, tf, shape, tf, fcl::DistanceRequest<S>(),
-                                           result),
-                 std::invalid_argument);
+  for (const Geometry<S>* shape :
+       {static_cast<const Geometry<S>*>(&plane), static_cast<const Geometry<S>*>(&halfspace)})
+    EXPECT_THROW(
+        adaptive_bvh::distance<S>(&this->model_, tf, shape, tf, fcl::DistanceRequest<S>(), result),
+        std::invalid_argument);
 }
 
 /// A model with itself at another place: evidence from both sides goes to the one tree.
@@ -312,8 +312,8 @@ TYPED_TEST(Query, AModelMayMeetItself) {
 
 /// The end of the chain: what the query saw decides what the next update refits.
 TEST(EvidenceInUse, OnlyTraversedNodesAreRefitted) {
-  adaptive_bvh::RefitPolicy policy = adaptive_bvh::RefitPolicy::thesis(
-      adaptive_bvh::FitnessCriterion::B);
+  adaptive_bvh::RefitPolicy policy =
+      adaptive_bvh::RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::B);
   AdaptiveBVHModel<fcl::RSSd> model(policy);
   const TriangleMesh<double> mesh = plate<double>(12, 12);
   fillModel(mesh, model);

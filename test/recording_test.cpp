@@ -100,8 +100,8 @@ TEST_F(Recording, KeepsVisitsAndTheSmallerOfAlphaAndBeta) {
   EXPECT_EQ(1, first_.queries());
 }
 
-// As above, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the last
-// one seen. (2,0) is split in the first tree: (3,0) = 2.9, (4,0) = 2.7: alpha 0.4, beta 0.2.
+// As above, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the
+// last one seen. (2,0) is split in the first tree: (3,0) = 2.9, (4,0) = 2.7: alpha 0.4, beta 0.2.
 TEST_F(Recording, ComparesChildrenWithTheirOwnParent) {
   ScriptedNode script;
   script.distances = {{{1, 0}, 2},   {{2, 0}, 2.5}, {{1, 1}, 3},

@@ -54,13 +54,14 @@ class Threads : public testing::Test {
     const fcl::Boxd box(0.4, 0.5, 0.6);
     Answers answers;
     for (int i = 0; i < kPoses; ++i) {
-      const fcl::Transform3d &tf1 = poses_[std::size_t(2 * i)], &tf2 = poses_[std::size_t(2 * i + 1)];
+      const fcl::Transform3d &tf1 = poses_[std::size_t(2 * i)],
+                             &tf2 = poses_[std::size_t(2 * i + 1)];
       const auto distance = [&](bool recorded, const Geometry* other) {
         fcl::DistanceResultd result;
         const fcl::DistanceRequestd request;
-        answers.distances.push_back(recorded
-                                        ? adaptive_bvh::distance(a, tf1, other, tf2, request, result)
-                                        : fcl::distance(a, tf1, other, tf2, request, result));
+        answers.distances.push_back(
+            recorded ? adaptive_bvh::distance(a, tf1, other, tf2, request, result)
+                     : fcl::distance(a, tf1, other, tf2, request, result));
       };
       const auto collide = [&](bool recorded, const Geometry* other) {
         fcl::CollisionResultd result;

@@ -20,8 +20,8 @@ struct Mesh {
   std::vector<Face> faces;
 };
 
-/// A dome of radius 1 with a flared rim: a pole and rings of 6, 12, ... 54, 56, 58 vertices, so that
-/// the edges are about equally long everywhere.
+/// A dome of radius 1 with a flared rim: a pole and rings of 6, 12, ... 54, 56, 58 vertices, so
+/// that the edges are about equally long everywhere.
 Mesh helmet() {
   std::vector<std::size_t> ring_sizes;
   for (std::size_t n = 6; n <= 54; n += 6) ring_sizes.push_back(n);

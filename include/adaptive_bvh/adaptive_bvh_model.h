@@ -28,10 +28,10 @@ struct ModelAccess;
 /// unfit (*Adaptive Bounding Volume Hierarchies for Deformable Surface Models*, Chalmers 2011,
 /// chapter III; cited as "thesis").
 ///
-/// **Invariant.** Whenever a caller can see the model, every bounding volume contains every triangle
-/// below it, rounding included; `validate` checks it. So every FCL query is exact in every frame,
-/// whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it misses
-/// collisions.)
+/// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
+/// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
+/// frame, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it
+/// misses collisions.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 1e148 (double) or 1e13 (float) in magnitude.
@@ -107,9 +107,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// \}
 
   /// \name A new frame that keeps the last one, FCL's way
-  /// For continuous collision: `prev_vertices` holds the frame before, and every volume contains the
-  /// triangles of both frames. Errors as above. As in FCL, replace... is refused from then on
-  /// (build_state is UPDATED); `update` is not, and drops the frame before.
+  /// For continuous collision: `prev_vertices` holds the frame before, and every volume contains
+  /// the triangles of both frames. Errors as above. As in FCL, replace... is refused from then on
+  /// (build_state is UPDATED), and fcl::collide ignores the transform of a model in that state;
+  /// adaptive_bvh::collide does not. `update` drops the frame before and ends the state.
   /// \{
   int beginUpdateModel();
   int updateVertex(const Point& p);
@@ -152,8 +153,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// \}
 
   /// BV_RSS; BV_UNKNOWN without triangles, on which FCL's distance and collide report that they do
-  /// not support the pair, where they would crash. FCL asks this first in every query, so it is also
-  /// where a tree that was changed through a fcl::BVHModel reference is found and repaired.
+  /// not support the pair, where they would crash. FCL asks this first in every query, so it is
+  /// also where a tree that was changed through a fcl::BVHModel reference is found and repaired.
   fcl::NODE_TYPE getNodeType() const override;
 
   /// FCL calls this when a fcl::CollisionObject is made. Current after every update anyway.

@@ -34,9 +34,9 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
 /// primitive shape, in either order. Any other pair is handed to FCL.
 ///
 /// Every field of the result is what FCL computes on the same trees. Beyond FCL:
-/// - `collide` of two meshes uses FCL's oriented traversal. fcl::collide copies both models on every
-///   call and rebuilds the copy of one that is not at the identity. The contacts are the same set;
-///   their order may differ.
+/// - `collide` of two meshes takes the oriented traversal, where fcl::collide copies both models on
+///   every call and rebuilds the copy of one that is not at the identity. The contacts are the same
+///   set; their order may differ.
 /// - A model without triangles on either side of a recorded pair, and the distance to a plane or a
 ///   half-space, throw std::invalid_argument; FCL crashes there.
 ///

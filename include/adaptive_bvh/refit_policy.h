@@ -38,9 +38,9 @@ enum class InflationReference {
 /// Decides which bounding volumes an update refits. A plain value: copy it, change it, hand it to
 /// AdaptiveBVHModel::setRefitPolicy at any time between two updates.
 ///
-/// No policy makes an answer wrong. It only moves work between the update and the query. The defaults
-/// were measured on example 01 and the meshes it was tried with: 0.1 to 0.2 cost the same within
-/// noise, half and double of that more.
+/// No policy makes an answer wrong. It only moves work between the update and the query. The
+/// defaults were measured on example 01 and the meshes it was tried with: 0.1 to 0.2 cost the same
+/// within noise, half and double of that more.
 struct RefitPolicy {
   /// Which combination of tests marks a node as unfit.
   FitnessCriterion criterion = FitnessCriterion::ABOrBC;

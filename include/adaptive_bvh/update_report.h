@@ -4,10 +4,10 @@ namespace adaptive_bvh {
 
 /// What the last update of a model did, and how long it took.
 struct UpdateReport {
-  int nodes = 0;             ///< bounding volumes in the tree
-  int inflated = 0;          ///< volumes whose radius the error propagation changed
-  int refitted_leaves = 0;   ///< leaf volumes recomputed from their triangle
-  int refitted_inner = 0;    ///< inner volumes recomputed from the triangles below them
+  int nodes = 0;                 ///< bounding volumes in the tree
+  int inflated = 0;              ///< volumes whose radius the error propagation changed
+  int refitted_leaves = 0;       ///< leaf volumes recomputed from their triangle
+  int refitted_inner = 0;        ///< inner volumes recomputed from the triangles below them
   long refitted_primitives = 0;  ///< triangles those refits read, summed: the work of the refits
 
   /// The largest motion of a vertex since the frame before, in the units of the mesh.

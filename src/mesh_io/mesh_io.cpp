@@ -6,10 +6,10 @@
 #include <fstream>
 #include <unordered_map>
 
-#include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/Importer.hpp>
 
 namespace adaptive_bvh {
 namespace {
@@ -87,7 +87,8 @@ void weldEqualPositions(Mesh& mesh) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const fcl::Vector3<double> p = mesh.vertices[v];
     // Equal as numbers: -0 hashes like 0.
-    const auto found = seen.emplace(std::array<double, 3>{p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, kept);
+    const auto found =
+        seen.emplace(std::array<double, 3>{p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, kept);
     if (found.second) mesh.vertices[kept++] = p;
     new_index[v] = found.first->second;
   }

@@ -34,14 +34,14 @@ std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::
   return result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,       \
-                              const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,       \
-                              const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,            \
-                              const Recorder<S>&);                                                \
-  template std::size_t meshMeshCollide(                                                           \
-      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                               \
-      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                               \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
+  template S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
+                              const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
+                              const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,      \
+                              const Recorder<S>&);                                          \
+  template std::size_t meshMeshCollide(                                                     \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                         \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                         \
       const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -54,8 +54,7 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
     fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver,
                             mesh_request, result);
     fcl::detail::collide(&node);
-    if (approximate_cost)
-      addApproximateCost(mesh, tf1, typed_shape, tf2, solver, request, result);
+    if (approximate_cost) addApproximateCost(mesh, tf1, typed_shape, tf2, solver, request, result);
     return result.numContacts();
   });
 }
@@ -76,17 +75,17 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
   return meshShapeCollide(mesh, tf1, shape, tf2, solver, request, result, recorder);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, Solver)                                         \
-  template std::size_t meshShapeCollide(                                                   \
-      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                        \
-      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, const Solver&,          \
+#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, Solver)                                \
+  template std::size_t meshShapeCollide(                                          \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,               \
+      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, const Solver&, \
       const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                        \
-  template std::size_t meshShapeCollide(                                                   \
-      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                        \
-      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                         \
-      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);      \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)                     \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                   \
+  template std::size_t meshShapeCollide(                                              \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                   \
+      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                    \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&); \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)                \
   ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_indep<S>)
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

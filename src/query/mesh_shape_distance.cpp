@@ -73,10 +73,10 @@ S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform
   return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
-  template S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,  \
-                               const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,   \
-                               const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,       \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
+  template S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
+                               const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,  \
+                               const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,      \
                                const Recorder<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -102,13 +102,13 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
       });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
-  template bool recordedDistance(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&, \
-                                 const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&, \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template bool recordedDistance(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
+                                 const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
                                  const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&, S&); \
-  template bool recordedCollide(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
-                                const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
-                                const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&,    \
+  template bool recordedCollide(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,   \
+                                const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,   \
+                                const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&,     \
                                 std::size_t&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

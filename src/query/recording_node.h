@@ -55,8 +55,8 @@ class RecordingDistanceNode : public Node {
     if (first_child_distance_ == kNone)
       first_child_distance_ = distance;
     else if (split_evidence_)
-      split_evidence_->addChildGap(
-          split_node_, std::min(first_child_distance_, distance) - parent_distance_);
+      split_evidence_->addChildGap(split_node_,
+                                   std::min(first_child_distance_, distance) - parent_distance_);
     return distance;
   }
 

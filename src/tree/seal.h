@@ -8,9 +8,9 @@
 
 namespace adaptive_bvh {
 
-/// Tells whether FCL changed a tree behind our back. FCL's mutators are not virtual: code that holds
-/// a fcl::BVHModel& can refit or rebuild the nodes (FCL's own polynomial continuous collision does).
-/// Every such path rewrites the root, so the root is the seal.
+/// Tells whether FCL changed a tree behind our back. FCL's mutators are not virtual: code that
+/// holds a fcl::BVHModel& can refit or rebuild the nodes (FCL's own polynomial continuous collision
+/// does). Every such path rewrites the root, so the root is the seal.
 ///
 /// Closing it raises the root's radius by one step of floating point, which is conservative. A fit
 /// of the same positions that leaves all other numbers alike thus never looks like the sealed root.

@@ -100,10 +100,10 @@ bool repairIfChanged(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   return true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,          \
-                                const RefitPolicy&, FrameKind, const fcl::Vector3<S>*);           \
-  template void adoptBuild(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);              \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
+  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
+                                const RefitPolicy&, FrameKind, const fcl::Vector3<S>*);  \
+  template void adoptBuild(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);     \
   template bool repairIfChanged(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -36,7 +36,7 @@ typename BV::S moveVertices(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
       latest = std::max(latest, tracking.vertex_motion[mesh.vertex(p, k)]);
     tracking.latest[p] = latest;
     if (latest == 0) continue;  // as far from its reference as it was
-    S overall = 0;  // of both frames in swept mode: the leaf must hold both
+    S overall = 0;              // of both frames in swept mode: the leaf must hold both
     for (int k = 0; k < corners; ++k) {
       const unsigned v = mesh.vertex(p, k);
       const fcl::Vector3<S>& from = tracking.reference[p][k];
@@ -62,10 +62,10 @@ void updateLocalAABB(fcl::BVHModel<BV>& model) {
   model.aabb_radius = std::sqrt(squared);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                              \
-  template bool usablePositions(const fcl::Vector3<S>*, std::size_t);            \
-  template S moveVertices(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&,   \
-                          const fcl::Vector3<S>*);                               \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                            \
+  template bool usablePositions(const fcl::Vector3<S>*, std::size_t);          \
+  template S moveVertices(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&, \
+                          const fcl::Vector3<S>*);                             \
   template void updateLocalAABB(fcl::BVHModel<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -67,9 +67,9 @@ BV refitAllButRoot(fcl::BVHModel<BV>& model, Tracking<BV>& tracking) {
   return root;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
-  template void refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&,              \
-                           const Evidence<S>&, const RefitPolicy&, UpdateReport&);           \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                \
+  template void refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&,    \
+                           const Evidence<S>&, const RefitPolicy&, UpdateReport&); \
   template fcl::RSS<S> refitAllButRoot(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -9,9 +9,9 @@ namespace adaptive_bvh {
 
 /// Outward rounding: every function here returns at least the exact real value.
 ///
-/// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. "Tiny" makes up
-/// for underflow: a square below the smallest normal number loses at most that number, and the root
-/// of three such losses is below 2 sqrt(min).
+/// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. "Tiny" makes
+/// up for underflow: a square below the smallest normal number loses at most that number, and the
+/// root of three such losses is below 2 sqrt(min).
 namespace rounding {
 
 template <typename S>

@@ -122,9 +122,8 @@ class Deformation {
     for (std::size_t v = 0; v < rest_.size(); ++v) {
       now_[v] = rest_[v];
       for (const Wave& wave : waves_)
-        now_[v] += wave.direction *
-                   (std::sin(wave.number.dot(rest_[v]) + wave.speed * S(frame_)) -
-                    std::sin(wave.number.dot(rest_[v])));
+        now_[v] += wave.direction * (std::sin(wave.number.dot(rest_[v]) + wave.speed * S(frame_)) -
+                                     std::sin(wave.number.dot(rest_[v])));
     }
   }
 

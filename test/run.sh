@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Sets up everything, builds, and runs all tests; arguments go to ctest (try -R Exactness).
+# CMAKE_ARGS: further settings for cmake.
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+build=${BUILD_DIR:-$root/build/release}
+
+"$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
+  libassimp-dev libcli11-dev libgtest-dev
+cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DADAPTIVE_BVH_TESTS=ON \
+  ${CMAKE_ARGS:-} >/dev/null
+cmake --build "$build" --parallel "$(nproc)"
+cd "$build"
+exec ctest --output-on-failure --parallel "$(nproc)" "$@"
