@@ -19,7 +19,19 @@ constexpr FitnessCriterion kCriteria[] = {
     FitnessCriterion::BC,     FitnessCriterion::ABC,      FitnessCriterion::AOrBC,
     FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define ADAPTIVE_BVH_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define ADAPTIVE_BVH_SANITIZED
+#endif
+#endif
+
+#ifdef ADAPTIVE_BVH_SANITIZED
+constexpr int kFrames = 24;  // brute force is slow there, and the code is the same
+#else
 constexpr int kFrames = 150;
+#endif
 
 /// Rounding of one distance between bodies of size about 1: FCL's own rectangle and triangle
 /// distances err by some 1e-15 (double) and some 1e-6 (float) there.

@@ -45,7 +45,13 @@ TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options
 /// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.
 template <typename Model, typename S>
 int fillModel(const TriangleMesh<S>& mesh, Model& model) {
-  if (model.build_state != fcl::BVH_BUILD_STATE_EMPTY) model.beginModel();  // FCL: clears, refuses
+  if (model.build_state != fcl::BVH_BUILD_STATE_EMPTY) {
+    model.beginModel();  // FCL clears a used model, refuses, and forgets what it just allocated
+    delete[] model.vertices;
+    delete[] model.tri_indices;
+    model.vertices = nullptr;
+    model.tri_indices = nullptr;
+  }
   int code = model.beginModel(static_cast<int>(mesh.triangles.size()),
                               static_cast<int>(mesh.vertices.size()));
   if (code == fcl::BVH_OK) code = model.addSubModel(mesh.vertices, mesh.triangles);
