@@ -20,16 +20,24 @@ constexpr S epsilon() {
 }
 
 template <typename S>
-S tiny() {
-  static const S value = 2 * std::sqrt(std::numeric_limits<S>::min());
+constexpr S powerOfTwo(int exponent) {
+  return exponent == 0  ? S(1)
+         : exponent > 0 ? 2 * powerOfTwo<S>(exponent - 1)
+                        : powerOfTwo<S>(exponent + 1) / 2;
+}
+
+/// 2 sqrt(min); min is the even power of two 2^(min_exponent - 1).
+template <typename S>
+constexpr S tiny() {
+  constexpr S value = powerOfTwo<S>((std::numeric_limits<S>::min_exponent - 1) / 2 + 1);
   return value;
 }
 
 /// Coordinates beyond this could overflow in the sums of squares of a fit; updates reject them.
-/// 2^-20 sqrt(max): 1.3e148 for double, 1.8e13 for float.
+/// 2^-20 sqrt(2^max_exponent): 1.3e148 for double, 1.8e13 for float.
 template <typename S>
-S largestCoordinate() {
-  static const S value = std::ldexp(std::sqrt(std::numeric_limits<S>::max()), -20);
+constexpr S largestCoordinate() {
+  constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::max_exponent / 2 - 20);
   return value;
 }
 

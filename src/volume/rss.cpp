@@ -1,8 +1,10 @@
 #include "volume/rss.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 
@@ -40,12 +42,23 @@ Matrix3<S> frameAlong(const Vector3<S>& a, const Vector3<S>& b) {
   return frame;
 }
 
-/// Raises the radius until the volume holds p in exact arithmetic.
+/// The vector to p from a point of the rectangle, the nearest one up to rounding.
 template <typename S>
-void include(fcl::RSS<S>& bv, const Vector3<S>& p) {
-  using V = Volume<fcl::RSS<S>>;
-  const S distance = V::distanceToRectangle(bv, p);
-  bv.r = std::max(bv.r, distance + V::containmentError(bv, distance));
+Vector3<S> fromRectangle(const fcl::RSS<S>& bv, const Vector3<S>& p) {
+  const Vector3<S> v = p - bv.To;
+  const S x = std::min(std::max(bv.axis.col(0).dot(v), S(0)), bv.l[0]);
+  const S y = std::min(std::max(bv.axis.col(1).dot(v), S(0)), bv.l[1]);
+  return v - bv.axis.col(0) * x - bv.axis.col(1) * y;
+}
+
+/// The least radius, error included, with which the volume holds all points in exact arithmetic.
+template <typename S, typename Points>
+S radiusFor(const fcl::RSS<S>& bv, const Points& points) {
+  S squared = 0;
+  for (const Vector3<S>& p : points)
+    squared = std::max(squared, fromRectangle(bv, p).squaredNorm());
+  const S distance = std::sqrt(squared);
+  return distance + Volume<fcl::RSS<S>>::containmentError(bv, distance);
 }
 
 /// One triangle: the rectangle on its longest edge, twice its area, the least any rectangle can do.
@@ -60,44 +73,39 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
 
   fcl::RSS<S> bv;
   bv.axis = frameAlong<S>(along, apex);
-  // The apex projects into the longest edge, but for rounding; `include` pays for that.
+  // The apex projects into the longest edge, but for rounding; `radiusFor` pays for that.
   bv.To = base;
   bv.l[0] = along.norm();
   bv.l[1] = std::max(S(0), bv.axis.col(1).dot(apex));
-  bv.r = 0;
-  for (const Vector3<S>* p : corner) include(bv, *p);
+  bv.r = radiusFor(bv, std::array<Vector3<S>, 3>{p0, p1, p2});
   return bv;
 }
 
-/// A set of positions, walked as often as a fit needs.
+/// The positions of a fit, gathered once: a fit walks them five times, and in the mesh they lie
+/// apart. The array, one a thread, grows to the largest fit that the thread has made, which is the
+/// first one of a build, the root's; from then on nothing is allocated.
 template <typename S>
-struct Positions {
-  const MeshView<S>& mesh;
-  const unsigned* primitives;
-  int count;
-
-  const Vector3<S>& first() const { return mesh.vertices[mesh.vertex(primitives[0], 0)]; }
-
-  template <typename Visit>
-  void forEach(Visit&& visit) const {
-    for (int i = 0; i < count; ++i) mesh.forEachPosition(primitives[i], visit);
-  }
-};
+const std::vector<Vector3<S>>& gather(const MeshView<S>& mesh, const unsigned* primitives,
+                                      int count) {
+  static thread_local std::vector<Vector3<S>> positions;
+  positions.clear();
+  for (int i = 0; i < count; ++i)
+    mesh.forEachPosition(primitives[i], [&](const Vector3<S>& p) { positions.push_back(p); });
+  return positions;
+}
 
 /// Principal axes, largest variance first. Moments are taken about one of the points, so that a
 /// far-off mesh loses no digits. Errors here cost tightness, never containment.
 template <typename S>
-Matrix3<S> principalAxes(const Positions<S>& points) {
-  const Vector3<S> origin = points.first();
+Matrix3<S> principalAxes(const std::vector<Vector3<S>>& points) {
   Vector3<S> sum = Vector3<S>::Zero();
   Matrix3<S> products = Matrix3<S>::Zero();
-  S n = 0;
-  points.forEach([&](const Vector3<S>& p) {
-    const Vector3<S> q = p - origin;
+  for (const Vector3<S>& p : points) {
+    const Vector3<S> q = p - points.front();
     sum += q;
     products.noalias() += q * q.transpose();
-    n += 1;
-  });
+  }
+  const S n = static_cast<S>(points.size());
   const Matrix3<S> covariance = products / n - (sum / n) * (sum / n).transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3<S>> eigen(covariance);
   return frameAlong<S>(eigen.eigenvectors().col(2), eigen.eigenvectors().col(1));
@@ -126,19 +134,19 @@ struct Interval {
 /// ends w short of it. Points beyond two sides at once may lie outside the round corner: there both
 /// sides grow by the least equal step that reaches the point.
 template <typename S>
-fcl::RSS<S> fitPositions(const Positions<S>& points) {
+fcl::RSS<S> fitPositions(const std::vector<Vector3<S>>& points) {
   fcl::RSS<S> bv;
+  const Vector3<S> origin = points.front();
   bv.axis = principalAxes(points);
-  const Vector3<S> origin = points.first();
   const auto local = [&](const Vector3<S>& p) -> Vector3<S> {
     return bv.axis.transpose() * (p - origin);
   };
 
   Interval<S> z;
-  points.forEach([&](const Vector3<S>& p) {
+  for (const Vector3<S>& p : points) {
     const S height = bv.axis.col(2).dot(p - origin);
     z.add(height, height);
-  });
+  }
   const S middle = (z.low + z.high) / 2;
   const S r = (z.high - z.low) / 2;
   const auto squaredReach = [&](S height) {
@@ -146,32 +154,33 @@ fcl::RSS<S> fitPositions(const Positions<S>& points) {
   };
 
   Interval<S> x, y;
-  points.forEach([&](const Vector3<S>& p) {
+  for (const Vector3<S>& p : points) {
     const Vector3<S> q = local(p);
+    if (x.beyond(q[0]) <= 0 && y.beyond(q[1]) <= 0) continue;  // as w >= 0, no end moves
     const S w = std::sqrt(squaredReach(q[2]));
     x.add(q[0] + w, q[0] - w);
     y.add(q[1] + w, q[1] - w);
-  });
+  }
   x.close();
   y.close();
 
-  points.forEach([&](const Vector3<S>& p) {
+  for (const Vector3<S>& p : points) {
     const Vector3<S> q = local(p);
     const S dx = x.beyond(q[0]);
     const S dy = y.beyond(q[1]);
+    if (dx <= 0 || dy <= 0) continue;
     const S w2 = squaredReach(q[2]);
-    if (dx <= 0 || dy <= 0 || dx * dx + dy * dy <= w2) return;
+    if (dx * dx + dy * dy <= w2) continue;
     // The smaller root g of (dx - g)^2 + (dy - g)^2 = w^2.
     const S step = (dx + dy - std::sqrt(std::max(S(0), 2 * w2 - (dx - dy) * (dx - dy)))) / 2;
     x.grow(q[0], step);
     y.grow(q[1], step);
-  });
+  }
 
   bv.To = origin + bv.axis * Vector3<S>(x.low, y.low, middle);
   bv.l[0] = x.high - x.low;
   bv.l[1] = y.high - y.low;
-  bv.r = 0;
-  points.forEach([&](const Vector3<S>& p) { include(bv, p); });
+  bv.r = radiusFor(bv, points);
   return bv;
 }
 
@@ -185,10 +194,7 @@ S Volume<fcl::RSS<S>>::size(const BV& bv, S radius) {
 
 template <typename S>
 S Volume<fcl::RSS<S>>::distanceToRectangle(const BV& bv, const Point& p) {
-  const Point v = p - bv.To;
-  const S x = std::min(std::max(bv.axis.col(0).dot(v), S(0)), bv.l[0]);
-  const S y = std::min(std::max(bv.axis.col(1).dot(v), S(0)), bv.l[1]);
-  return (v - bv.axis.col(0) * x - bv.axis.col(1) * y).norm();
+  return fromRectangle(bv, p).norm();
 }
 
 // Any x in [0, l0] and y in [0, l1] name a point q of the rectangle, so |p - q| bounds the distance
@@ -210,7 +216,7 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const unsigned* pr
     const fcl::Triangle& t = mesh.triangles[primitives[0]];
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
-  return fitPositions(Positions<S>{mesh, primitives, count});
+  return fitPositions(gather(mesh, primitives, count));
 }
 
 template struct Volume<fcl::RSS<float>>;

@@ -38,7 +38,8 @@ struct Volume<fcl::RSS<S_>> {
   }
 
   /// The smallest volume found that holds the `count` primitives listed; tight, not minimal. Every
-  /// position lies inside in exact arithmetic. count >= 1. Allocates nothing.
+  /// position lies inside in exact arithmetic. count >= 1. Allocates only while a thread's fits
+  /// grow in size.
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
 };
 
