@@ -531,6 +531,27 @@ TEST_F(DropIn, NoticesChangesMadeThroughTheBase) {
     }
 }
 
+/// The seal in single precision, where a step of the radius is 1e-7 of it.
+TEST(DropInFloat, NoticesChangesMadeThroughTheBase) {
+  const TriangleMesh<float> mesh = plate<float>(5, 4);
+  for (bool same : {false, true})
+    for (bool refit : {false, true})
+      for (bool bottomup : {false, true}) {
+        adaptive_bvh::AdaptiveBVHModelf model;
+        fillModel(mesh, model);
+        Deformation<float> deformation(mesh, Deformation<float>::Kind::Smooth, 6);
+        model.update(deformation.next());
+        fcl::BVHModel<fcl::RSSf>& base = model;
+        base.beginReplaceModel();
+        base.replaceSubModel(same ? deformation.positions() : deformation.next());
+        base.endReplaceModel(refit, bottomup);
+        model.update(deformation.next());
+        EXPECT_TRUE(model.lastUpdate().resynchronised);
+        std::string reason;
+        EXPECT_TRUE(model.validate(&reason)) << reason;
+      }
+}
+
 TEST_F(DropIn, NoticesFclsOwnPolynomialContinuousCollision) {
   Positions next = mesh_.vertices;
   for (int frame = 0; frame < 5; ++frame) {

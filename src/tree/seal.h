@@ -24,9 +24,8 @@ class Seal {
   using S = typename BV::S;
   using V = Volume<BV>;
 
-  Seal() { breakOpen(); }
-
   bool intact(const BV& root) const {
+    if (!load(closed_)) return false;
     for (int i = 0; i < V::kNumbers; ++i) {
       const S a = load(number(root, i));
       const S b = load(number(copy_, i));
@@ -40,22 +39,28 @@ class Seal {
   S close(BV& root, BV volume) {
     V::setRadius(volume, std::nextafter(V::radius(volume), std::numeric_limits<S>::infinity()));
     for (BV* target : {&copy_, &root})
-      for (int i = 0; i < V::kNumbers; ++i)
-        __atomic_store(&V::number(*target, i), &V::number(volume, i), __ATOMIC_RELEASE);
+      for (int i = 0; i < V::kNumbers; ++i) store(V::number(*target, i), V::number(volume, i));
+    store(closed_, true);
     return V::radius(volume);
   }
 
   /// From now on no root is intact.
-  void breakOpen() { V::setRadius(copy_, std::numeric_limits<S>::quiet_NaN()); }
+  void breakOpen() { store(closed_, false); }
 
  private:
   static const S& number(const BV& bv, int i) { return V::number(const_cast<BV&>(bv), i); }
-  static S load(const S& source) {
-    S value;
+  template <typename T>
+  static T load(const T& source) {
+    T value;
     __atomic_load(&source, &value, __ATOMIC_ACQUIRE);
     return value;
   }
+  template <typename T>
+  static void store(T& target, T value) {
+    __atomic_store(&target, &value, __ATOMIC_RELEASE);
+  }
 
+  bool closed_ = false;
   BV copy_;
 };
 
