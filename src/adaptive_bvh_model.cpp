@@ -10,8 +10,25 @@
 namespace adaptive_bvh {
 namespace {
 
-bool isBuilt(fcl::BVHBuildState state) {
-  return state == fcl::BVH_BUILD_STATE_PROCESSED || state == fcl::BVH_BUILD_STATE_UPDATED;
+template <typename BV>
+bool isBegun(const fcl::BVHModel<BV>& model) {
+  return model.build_state == fcl::BVH_BUILD_STATE_BEGUN;
+}
+
+template <typename BV>
+bool isBuilt(const fcl::BVHModel<BV>& model) {
+  return model.build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
+         model.build_state == fcl::BVH_BUILD_STATE_UPDATED;
+}
+
+/// Every triangle names vertices that are there, and every vertex is where a volume can be fitted.
+template <typename BV>
+bool isUsable(const fcl::BVHModel<BV>& model) {
+  const auto count = static_cast<std::size_t>(model.num_vertices);
+  for (int t = 0; t < model.num_tris; ++t)
+    for (int k = 0; k < 3; ++k)
+      if (model.tri_indices[t][k] >= count) return false;
+  return usablePositions<typename BV::S>(model.vertices, count);
 }
 
 }  // namespace
@@ -28,7 +45,7 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(const RefitPolicy& policy)
 
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(const AdaptiveBVHModel& other)
-    : Base(synchronised(other)), state_(std::make_unique<State>(*other.state_)) {}
+    : Base((other.resynchronise(), other)), state_(std::make_unique<State>(*other.state_)) {}
 
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy)
@@ -36,17 +53,11 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& pol
   setRefitPolicy(policy);
   this->bv_fitter = sharedFitter<BV>();
   this->bv_splitter = sharedSplitter<BV>();
-  if (isBuilt(this->build_state)) computeLocalAABB();
+  if (isBuilt(*this)) computeLocalAABB();
 }
 
 template <typename BV>
 AdaptiveBVHModel<BV>::~AdaptiveBVHModel() = default;
-
-template <typename BV>
-const fcl::BVHModel<BV>& AdaptiveBVHModel<BV>::synchronised(const AdaptiveBVHModel& other) {
-  other.resynchronise();
-  return other;
-}
 
 // ---- building -----------------------------------------------------------------------------------
 
@@ -64,43 +75,30 @@ int AdaptiveBVHModel<BV>::beginModel(int num_tris, int num_vertices) {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addVertex(const Point& p) {
-  if (this->build_state != fcl::BVH_BUILD_STATE_BEGUN) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
-  return Base::addVertex(p);
+  return isBegun(*this) ? Base::addVertex(p) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addTriangle(const Point& p1, const Point& p2, const Point& p3) {
-  if (this->build_state != fcl::BVH_BUILD_STATE_BEGUN) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
-  return Base::addTriangle(p1, p2, p3);
+  return isBegun(*this) ? Base::addTriangle(p1, p2, p3) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addSubModel(const std::vector<Point>& ps,
                                       const std::vector<fcl::Triangle>& ts) {
-  if (this->build_state != fcl::BVH_BUILD_STATE_BEGUN) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
-  return Base::addSubModel(ps, ts);
+  return isBegun(*this) ? Base::addSubModel(ps, ts) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addSubModel(const std::vector<Point>& ps) {
-  if (this->build_state != fcl::BVH_BUILD_STATE_BEGUN) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
-  return Base::addSubModel(ps);
-}
-
-template <typename BV>
-bool AdaptiveBVHModel<BV>::usableBuild() const {
-  const auto count = static_cast<std::size_t>(this->num_vertices);
-  for (int t = 0; t < this->num_tris; ++t)
-    for (int k = 0; k < 3; ++k)
-      if (this->tri_indices[t][k] >= count) return false;
-  return usablePositions<S>(this->vertices, count);
+  return isBegun(*this) ? Base::addSubModel(ps) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endModel() {
-  if (this->build_state != fcl::BVH_BUILD_STATE_BEGUN) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  if (!isBegun(*this)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
   if (this->num_tris == 0 && this->num_vertices == 0) return fcl::BVH_ERR_BUILD_EMPTY_MODEL;
-  if (!usableBuild()) return fcl::BVH_ERR_INCORRECT_DATA;
+  if (!isUsable(*this)) return fcl::BVH_ERR_INCORRECT_DATA;
   const int code = Base::endModel();
   if (code == fcl::BVH_OK) takeOverBuild();
   return code;
@@ -131,35 +129,23 @@ int AdaptiveBVHModel<BV>::beginReplaceModel() {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceVertex(const Point& p) {
-  return state_->frame.add(FrameKind::Replace, this->build_state, this->num_vertices, &p, 1);
+  return stage(FrameKind::Replace, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return state_->frame.add(FrameKind::Replace, this->build_state, this->num_vertices, corners, 3);
+  return stage(FrameKind::Replace, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceSubModel(const std::vector<Point>& ps) {
-  return state_->frame.add(FrameKind::Replace, this->build_state, this->num_vertices, ps.data(),
-                           ps.size());
+  return stage(FrameKind::Replace, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endReplaceModel(bool refit, bool) {
-  const std::vector<Point>& positions = state_->frame.positions();
-  const int code = state_->frame.end(FrameKind::Replace, this->build_state, this->num_vertices);
-  if (code != fcl::BVH_OK) return code;
-  if (refit) {
-    take(FrameKind::Replace, positions.data());
-  } else {
-    Base::beginReplaceModel();
-    for (const Point& p : positions) Base::replaceVertex(p);
-    Base::endReplaceModel(false, false);
-    takeOverBuild();
-  }
-  return code;
+  return endFrame(FrameKind::Replace, refit);
 }
 
 template <typename BV>
@@ -169,42 +155,66 @@ int AdaptiveBVHModel<BV>::beginUpdateModel() {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateVertex(const Point& p) {
-  return state_->frame.add(FrameKind::Update, this->build_state, this->num_vertices, &p, 1);
+  return stage(FrameKind::Update, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return state_->frame.add(FrameKind::Update, this->build_state, this->num_vertices, corners, 3);
+  return stage(FrameKind::Update, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateSubModel(const std::vector<Point>& ps) {
-  return state_->frame.add(FrameKind::Update, this->build_state, this->num_vertices, ps.data(),
-                           ps.size());
+  return stage(FrameKind::Update, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endUpdateModel(bool refit, bool) {
-  const std::vector<Point>& positions = state_->frame.positions();
-  const int code = state_->frame.end(FrameKind::Update, this->build_state, this->num_vertices);
+  return endFrame(FrameKind::Update, refit);
+}
+
+template <typename BV>
+int AdaptiveBVHModel<BV>::stage(FrameKind kind, const Point* positions, std::size_t count) {
+  return state_->frame.add(kind, this->build_state, this->num_vertices, positions, count);
+}
+
+template <typename BV>
+int AdaptiveBVHModel<BV>::endFrame(FrameKind kind, bool refit) {
+  const int code = state_->frame.end(kind, this->build_state, this->num_vertices);
   if (code != fcl::BVH_OK) return code;
-  if (refit) {
-    take(FrameKind::Update, positions.data());
+  if (refit)
+    take(kind, state_->frame.positions().data());
+  else
+    rebuild(kind, state_->frame.positions());
+  return code;
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::take(FrameKind kind, const Point* positions) {
+  state_->report = advance<BV>(*this, state_->tree, state_->policy, kind, positions);
+}
+
+/// A new tree, by FCL's own calls.
+template <typename BV>
+void AdaptiveBVHModel<BV>::rebuild(FrameKind kind, const std::vector<Point>& positions) {
+  if (kind == FrameKind::Replace) {
+    Base::beginReplaceModel();
+    Base::replaceSubModel(positions);
+    Base::endReplaceModel(false, false);
   } else {
     Base::beginUpdateModel();
-    for (const Point& p : positions) Base::updateVertex(p);
+    Base::updateSubModel(positions);
     Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
-    takeOverBuild();
   }
-  return code;
+  takeOverBuild();
 }
 
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::size_t count) {
   const auto expected = static_cast<std::size_t>(this->num_vertices);
   state_->frame.abandon(this->build_state);
-  if (!isBuilt(this->build_state))
+  if (!isBuilt(*this))
     throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
   if (count != expected)
     throw std::invalid_argument("AdaptiveBVHModel::update: " + std::to_string(count) +
@@ -224,11 +234,6 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::si
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<Point>& positions) {
   return update(positions.data(), positions.size());
-}
-
-template <typename BV>
-void AdaptiveBVHModel<BV>::take(FrameKind kind, const Point* positions) {
-  state_->report = advance<BV>(*this, state_->tree, state_->policy, kind, positions);
 }
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------

@@ -164,10 +164,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   struct State;
   friend struct detail::ModelAccess<BV>;
 
-  static const Base& synchronised(const AdaptiveBVHModel& other);
-  bool usableBuild() const;
   void takeOverBuild();
+  int stage(FrameKind kind, const Point* positions, std::size_t count);
+  int endFrame(FrameKind kind, bool refit);
   void take(FrameKind kind, const Point* positions);
+  void rebuild(FrameKind kind, const std::vector<Point>& positions);
   void resynchronise() const;
 
   std::unique_ptr<State> state_;
