@@ -190,5 +190,22 @@ TEST_F(FourTriangles, SweptModeKeepsTheFrameBefore) {
   EXPECT_LE(growth(leaf_[0]), 0.5 + kRounding);
 }
 
+// Also there the latest displacement counts from the frame before, not from the one whose array the
+// new frame is written to, two frames back.
+TEST_F(FourTriangles, SweptModeMeasuresFromTheFrameBefore) {
+  double height = 0;
+  for (double step : {0.5, 0.25, -0.125}) {
+    height += step;
+    positions_[9][2] = height;
+    model_.beginUpdateModel();
+    model_.updateSubModel(positions_);
+    EXPECT_EQ(fcl::BVH_OK, model_.endUpdateModel());
+    EXPECT_NEAR(std::abs(step), model_.latestDisplacement(3), kRounding);
+    EXPECT_EQ(0, model_.latestDisplacement(0));
+    EXPECT_TRUE(model_.validate());
+  }
+  EXPECT_NEAR(0.875, growth(parent_[3]), 4 * kRounding);
+}
+
 }  // namespace
 }  // namespace adaptive_bvh_test

@@ -36,9 +36,8 @@ class RecordingDistanceNode : public Node {
   explicit RecordingDistanceNode(const Recorder<S>& recorder) : recorder_(recorder) {}
 
   bool canStop(S distance) const override {
-    const bool stop = Node::canStop(distance);
-    if (!stop) parent_distance_ = distance;
-    return stop;
+    parent_distance_ = distance;  // of the pair entered next, if it is entered
+    return Node::canStop(distance);
   }
 
   bool firstOverSecond(int b1, int b2) const override {
