@@ -9,6 +9,6 @@ build=${BUILD_DIR:-$root/build/release}
 # The tests would ask for GoogleTest; a build folder that test/run.sh made keeps them.
 [ -f "$build/CMakeCache.txt" ] || tests_off=-DADAPTIVE_BVH_TESTS=OFF
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release ${tests_off:-} >/dev/null
-echo "Building (about a minute the first time) ..."
+echo "Building (a minute or two the first time) ..."
 cmake --build "$build" --parallel "$(nproc)" --target 01_deforming_distance >/dev/null
 exec "$build/examples/01_deforming_distance" "$@"
