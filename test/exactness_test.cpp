@@ -155,7 +155,7 @@ Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigne
   return tally;
 }
 
-/// The nine criteria: the even ones as the thesis sets them, and each also by our own measure.
+/// The nine criteria: as the thesis sets them in smooth motion, by our own measure in jerky motion.
 class Exactness : public testing::TestWithParam<FitnessCriterion> {
  protected:
   template <typename S>

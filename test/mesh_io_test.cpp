@@ -2,6 +2,7 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <fstream>
@@ -41,7 +42,7 @@ double area(const Mesh& mesh) {
   return sum;
 }
 
-/// Six times the enclosed volume's sixth: positive when a closed surface faces outside.
+/// The enclosed volume: positive when a closed surface faces outside.
 double volume(const Mesh& mesh) {
   double sum = 0;
   for (const fcl::Triangle& t : mesh.triangles)
@@ -57,6 +58,13 @@ std::string reasonOf(const std::string& path) {
     return error.what();
   }
   return "";
+}
+
+/// An ASCII PLY file that announces so many vertices and faces; `body` may hold others.
+std::string ply(int vertices, int faces, const std::string& body) {
+  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertices) +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+         std::to_string(faces) + "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 
 // Two unit quads of different materials that share an edge, a line and a point.
@@ -93,11 +101,9 @@ TEST(LoadMesh, StlRepeatsVerticesAndIsWelded) {
 }
 
 TEST(LoadMesh, PlyKeepsItsVertexOrder) {
-  const File file("tetra.ply",
-                  "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
-                  "property float z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                  "end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
-                  "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  const File file("tetra.ply", ply(4, 4,
+                                   "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                                   "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"));
   const auto mesh = loadMesh<float>(file.path());
   ASSERT_EQ(4u, mesh.vertices.size());
   EXPECT_EQ(fcl::Vector3f(0, 1, 0), mesh.vertices[2]);
@@ -162,22 +168,13 @@ TEST(LoadMesh, NamesPathAndReasonOfWhatItCannotUse) {
   EXPECT_FALSE(reasonOf(points.path()).empty());
   const File foreign("text.xyzzy", "hello");
   EXPECT_FALSE(reasonOf(foreign.path()).empty());
-  const File cut("cut.ply",
-                 "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\n"
-                 "property float z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                 "end_header\n0 0 0\n1 0 0\n");
+  const File cut("cut.ply", ply(400, 4, "0 0 0\n1 0 0\n"));
   EXPECT_FALSE(reasonOf(cut.path()).empty());
-  const File index("index.ply",
-                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-                   "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                   "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 77\n");
+  const File index("index.ply", ply(3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 77\n"));
   EXPECT_FALSE(reasonOf(index.path()).empty());
   const File xml("broken.dae", "<COLLADA><unclosed>");
   EXPECT_FALSE(reasonOf(xml.path()).empty());
-  const File nan("nan.ply",
-                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                 "end_header\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n");
+  const File nan("nan.ply", ply(3, 1, "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"));
   EXPECT_NE(std::string::npos, reasonOf(nan.path()).find("not finite"));
   const File huge("huge.obj", "v 0 0 0\nv 1e60 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_NE(std::string::npos, reasonOf(huge.path()).find("not finite"));

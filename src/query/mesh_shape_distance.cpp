@@ -1,5 +1,8 @@
 #include "query/mesh_shape.h"
 
+#include <algorithm>
+#include <limits>
+
 #include <fcl/narrowphase/detail/gjk_solver_indep.h>
 #include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>

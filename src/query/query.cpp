@@ -1,6 +1,7 @@
 #include "adaptive_bvh/query.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "model_state.h"
 #include "query/mesh_mesh.h"

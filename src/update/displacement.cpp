@@ -36,7 +36,8 @@ typename BV::S moveVertices(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
       latest = std::max(latest, tracking.vertex_motion[mesh.vertex(p, k)]);
     tracking.latest[p] = latest;
     if (latest == 0) continue;  // as far from its reference as it was
-    S overall = 0;              // of both frames in swept mode: the leaf must hold both
+    // In swept mode of both frames: the leaf must hold both.
+    S overall = 0;
     for (int k = 0; k < corners; ++k) {
       const unsigned v = mesh.vertex(p, k);
       const fcl::Vector3<S>& from = tracking.reference[p][k];

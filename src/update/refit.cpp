@@ -1,5 +1,7 @@
 #include "update/refit.h"
 
+#include <limits>
+
 #include "update/fitness.h"
 
 namespace adaptive_bvh {
