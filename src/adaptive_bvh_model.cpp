@@ -2,10 +2,11 @@
 
 #include <stdexcept>
 
-#include "hierarchy/fcl_hooks.h"
+#include "hierarchy/splitter.h"
 #include "model_state.h"
 #include "tree/check.h"
 #include "update/advance.h"
+#include "volume/fcl_fitter.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -36,23 +37,28 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
 // ---- construction -------------------------------------------------------------------------------
 
 template <typename BV>
-AdaptiveBVHModel<BV>::AdaptiveBVHModel(const RefitPolicy& policy)
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(const RefitPolicy& policy, HierarchyStrategy strategy)
     : state_(std::make_unique<State>()) {
   setRefitPolicy(policy);
   this->bv_fitter = sharedFitter<BV>();
-  this->bv_splitter = sharedSplitter<BV>();
+  this->bv_splitter = sharedSplitter<BV>(strategy);
 }
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(HierarchyStrategy strategy)
+    : AdaptiveBVHModel(RefitPolicy(), strategy) {}
 
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(const AdaptiveBVHModel& other)
     : Base((other.resynchronise(), other)), state_(std::make_unique<State>(*other.state_)) {}
 
 template <typename BV>
-AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy)
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy,
+                                       HierarchyStrategy strategy)
     : Base(plain), state_(std::make_unique<State>()) {
   setRefitPolicy(policy);
   this->bv_fitter = sharedFitter<BV>();
-  this->bv_splitter = sharedSplitter<BV>();
+  this->bv_splitter = sharedSplitter<BV>(strategy);
   if (isBuilt(*this)) computeLocalAABB();
 }
 
@@ -293,8 +299,8 @@ typename BV::S AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const {
 }
 
 template <typename BV>
-int AdaptiveBVHModel<BV>::recordedQueries() const {
-  return state_->tree.evidence.queries();
+QueryWork AdaptiveBVHModel<BV>::recordedWork() const {
+  return state_->tree.evidence.work();
 }
 
 template <typename BV>

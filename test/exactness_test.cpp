@@ -117,7 +117,7 @@ void compareOnce(const Body<S>& a, const Body<S>& b, int frame, std::mt19937& ra
     EXPECT_EQ(drop_in.o2, recorded.o2);
     EXPECT_EQ(drop_in.nearest_points[0], recorded.nearest_points[0]);
     EXPECT_EQ(drop_in.nearest_points[1], recorded.nearest_points[1]);
-    EXPECT_EQ(1, a.adaptive.recordedQueries());
+    EXPECT_EQ(1, a.adaptive.recordedWork().queries);
     ++tally.recorded;
   }
 

@@ -150,7 +150,7 @@ TYPED_TEST(Query, MeshShapeDistanceEqualsFclsInEveryField) {
           expectEqual(by_fcl, recorded);
           ++(by_fcl.min_distance > 0 ? apart : touching);
         }
-        EXPECT_GE(this->model_.recordedQueries(), 1);
+        EXPECT_GE(this->model_.recordedWork().queries, 1);
         EXPECT_TRUE(this->model_.traversed(0));
       }
   EXPECT_GT(touching, 20);
@@ -258,7 +258,7 @@ TYPED_TEST(Query, TakesCollisionObjectsAndEitherOrder) {
                    fcl::DistanceRequest<S>(), expected);
   expectEqual(expected, ab, false);
   EXPECT_NEAR(ab.min_distance, ba.min_distance, 1e-5);
-  EXPECT_EQ(2, adaptive->recordedQueries());
+  EXPECT_EQ(2, adaptive->recordedWork().queries);
   fcl::CollisionResult<S> collision;
   EXPECT_EQ(expected.min_distance <= 0,
             adaptive_bvh::collide<S>(&a, &b, fcl::CollisionRequest<S>(), collision) > 0);
@@ -307,7 +307,7 @@ TYPED_TEST(Query, AModelMayMeetItself) {
                             result);
   EXPECT_NEAR(BruteForce<S>(this->model_, tf, this->model_, beside).distance(), result.min_distance,
               1e-5);
-  EXPECT_EQ(1, this->model_.recordedQueries());
+  EXPECT_EQ(1, this->model_.recordedWork().queries);
 }
 
 /// The end of the chain: what the query saw decides what the next update refits.
@@ -339,7 +339,7 @@ TEST(EvidenceInUse, OnlyTraversedNodesAreRefitted) {
     const bool refitted = model.getBV(i).bv.r == model.originalRadius(i);
     EXPECT_EQ(traversed[std::size_t(i)], refitted) << "node " << i;
   }
-  EXPECT_EQ(0, model.recordedQueries()) << "an update uses evidence up";
+  EXPECT_EQ(0, model.recordedWork().queries) << "an update uses evidence up";
 
   model.update(deformation.next());  // no query in between: B counts as true everywhere
   EXPECT_EQ(model.getNumBVs(), model.lastUpdate().refitted());

@@ -14,6 +14,7 @@ namespace adaptive_bvh_test {
 namespace {
 
 using adaptive_bvh::Evidence;
+using adaptive_bvh::QueryWork;
 using adaptive_bvh::Recorder;
 
 /// Two trees of the same shape, and distances as the test writes them down.
@@ -68,7 +69,6 @@ class Recording : public testing::Test {
     Recorder<double> recorder;
     recorder.side[0] = &first_;
     recorder.side[1] = &second_;
-    recorder.addQuery();
     adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(recorder);
     node.distances = script.distances;
     node.triangle_distances = script.triangle_distances;
@@ -97,7 +97,11 @@ TEST_F(Recording, KeepsVisitsAndTheSmallerOfAlphaAndBeta) {
   }
   EXPECT_DOUBLE_EQ(1.0, second_.childGap(0));
   EXPECT_LT(first_.childGap(0), -1e300) << "visited, yet without a parent distance";
-  EXPECT_EQ(1, first_.queries());
+  for (const QueryWork& work : {first_.work(), second_.work()}) {
+    EXPECT_EQ(1, work.queries);
+    EXPECT_EQ(4, work.bv_tests);
+    EXPECT_EQ(1, work.leaf_tests);
+  }
 }
 
 // As above, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the
@@ -126,9 +130,9 @@ TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
   script.distances[{1, 3}] = script.distances[{1, 4}] = 3.75;
   run(script);
   EXPECT_DOUBLE_EQ(1.75, second_.childGap(0));
-  EXPECT_EQ(2, second_.queries());
+  EXPECT_EQ(2, second_.work().queries);
   second_.clear();
-  EXPECT_EQ(0, second_.queries());
+  EXPECT_EQ(0, second_.work().queries);
   EXPECT_FALSE(second_.visited(0));
 }
 
@@ -139,13 +143,15 @@ TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
   for (int t = 0; t < 8; ++t)
     threads.emplace_back([&evidence, t] {
       for (int i = 0; i < 1000; ++i) {
-        evidence.addQuery();
+        evidence.addQuery(5, 2);
         evidence.addVisit(1);
         evidence.addChildGap(2, (i * 7 + t * 131) % 1000 + 0.001 * t);
       }
     });
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(8000, evidence.queries());
+  EXPECT_EQ(8000, evidence.work().queries);
+  EXPECT_EQ(40000, evidence.work().bv_tests);
+  EXPECT_EQ(16000, evidence.work().leaf_tests);
   EXPECT_FALSE(evidence.visited(0));
   EXPECT_TRUE(evidence.visited(1));
   EXPECT_DOUBLE_EQ(999.007, evidence.childGap(2));

@@ -95,9 +95,9 @@ class Threads : public testing::Test {
 
 TEST_F(Threads, GetTheAnswersOfOneThread) {
   const Answers serial = ask();
-  const int queries = a_.recordedQueries();
+  const int queries = a_.recordedWork().queries;
   for (const Answers& answers : askInParallel()) EXPECT_TRUE(answers == serial);
-  EXPECT_EQ(queries * (1 + kThreads), a_.recordedQueries());
+  EXPECT_EQ(queries * (1 + kThreads), a_.recordedWork().queries);
 }
 
 /// The evidence of parallel queries is that of the same queries one after the other.

@@ -8,6 +8,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
 
+#include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
 
@@ -53,14 +54,19 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   using Point = fcl::Vector3<S>;
   using Base = fcl::BVHModel<BV>;
 
-  explicit AdaptiveBVHModel(const RefitPolicy& policy = RefitPolicy());
+  /// `strategy` says how trees are built, by endModel and by endReplaceModel(false). It sits in
+  /// FCL's `bv_splitter`; a splitter of your own put there takes its place.
+  explicit AdaptiveBVHModel(const RefitPolicy& policy = RefitPolicy(),
+                            HierarchyStrategy strategy = HierarchyStrategy::BottomUp);
+  explicit AdaptiveBVHModel(HierarchyStrategy strategy);
 
   /// Deep: the copy is updated and queried apart from the original.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
 
   /// Takes over mesh and tree of a plain FCL model, deeply; every volume is recomputed, so it does
-  /// not matter how that model was refitted.
-  explicit AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy = RefitPolicy());
+  /// not matter how that model was refitted. `strategy` is for rebuilding.
+  explicit AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy = RefitPolicy(),
+                            HierarchyStrategy strategy = HierarchyStrategy::BottomUp);
 
   /// FCL's assignment copies pointers and frees them twice, and cannot be mended from outside.
   AdaptiveBVHModel& operator=(const AdaptiveBVHModel&) = delete;
@@ -146,8 +152,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   S originalRadius(int node) const;           ///< radius when the node was last refitted
   S latestDisplacement(int triangle) const;   ///< of its corners, largest, in the last frame
   S overallDisplacement(int triangle) const;  ///< the same since its leaf was last refitted
-  int recordedQueries() const;                ///< recording queries since the last update
-  bool traversed(int node) const;             ///< test B: did one of them go below the node?
+  bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
+  QueryWork recordedWork() const;
   /// Memory beside FCL's own, in bytes.
   std::size_t trackingBytes() const;
   /// \}

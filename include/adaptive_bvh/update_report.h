@@ -25,4 +25,12 @@ struct UpdateReport {
   double seconds() const { return displacement_seconds + propagation_seconds + refit_seconds; }
 };
 
+/// What recording queries (query.h) did on a model since its last update. A query between two
+/// adaptive models counts on both.
+struct QueryWork {
+  int queries = 0;
+  long bv_tests = 0;    ///< pairs of volumes, or of a volume and a shape, whose distance was taken
+  long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape
+};
+
 }  // namespace adaptive_bvh

@@ -12,7 +12,6 @@ S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform
                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                    const Recorder<S>& recorder) {
   if (request.isSatisfied(result)) return result.min_distance;
-  recorder.addQuery();
   using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
   RecordingDistanceNode<Node, S> node(recorder);
   fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);
@@ -26,7 +25,6 @@ std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::
                             const fcl::CollisionRequest<S>& request,
                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
   if (request.isSatisfied(result)) return result.numContacts();
-  recorder.addQuery();
   using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
   RecordingCollisionNode<Node, S> node(recorder);
   fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);

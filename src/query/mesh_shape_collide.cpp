@@ -42,7 +42,6 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
                              const Solver& solver, const fcl::CollisionRequest<S>& request,
                              fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
   if (request.isSatisfied(result)) return result.numContacts();
-  recorder.addQuery();
   const bool approximate_cost = request.enable_cost && request.use_approximate_cost;
   fcl::CollisionRequest<S> mesh_request(request);
   mesh_request.enable_cost = request.enable_cost && !approximate_cost;

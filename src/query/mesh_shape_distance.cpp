@@ -43,7 +43,6 @@ S run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
       const Recorder<S>& recorder) {
   if (!request.isSatisfied(result)) {
-    recorder.addQuery();
     visitBoundedShape(shape, [&](const auto& typed_shape) {
       using Shape = std::decay_t<decltype(typed_shape)>;
       using Node = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;

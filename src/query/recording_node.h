@@ -12,9 +12,9 @@ template <typename S>
 struct Recorder {
   Evidence<S>* side[2] = {nullptr, nullptr};
 
-  void addQuery() const {
-    if (side[0]) side[0]->addQuery();
-    if (side[1] && side[1] != side[0]) side[1]->addQuery();
+  void addQuery(long bv_tests, long leaf_tests) const {
+    if (side[0]) side[0]->addQuery(bv_tests, leaf_tests);
+    if (side[1] && side[1] != side[0]) side[1]->addQuery(bv_tests, leaf_tests);
   }
   void addVisit(int b1, int b2) const {
     if (side[0]) side[0]->addVisit(b1);
@@ -22,7 +22,7 @@ struct Recorder {
   }
 };
 
-/// A traversal node of FCL's (`Node`) that also records. What it computes is FCL's.
+/// A traversal node of FCL's (`Node`) that also records, for one query. What it computes is FCL's.
 ///
 /// FCL's distanceRecurse asks in this order, so all that test C needs passes by (thesis 4.4.3):
 ///   canStop(D)               false: go below the pair (B1, B2), whose distance D is
@@ -34,6 +34,7 @@ template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
   explicit RecordingDistanceNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+  ~RecordingDistanceNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
 
   bool canStop(S distance) const override {
     parent_distance_ = distance;  // of the pair entered next, if it is entered
@@ -50,6 +51,7 @@ class RecordingDistanceNode : public Node {
   }
 
   S BVTesting(int b1, int b2) const override {
+    ++bv_tests_;
     const S distance = Node::BVTesting(b1, b2);
     if (first_child_distance_ == kNone)
       first_child_distance_ = distance;
@@ -60,6 +62,7 @@ class RecordingDistanceNode : public Node {
   }
 
   void leafTesting(int b1, int b2) const override {
+    ++leaf_tests_;
     recorder_.addVisit(b1, b2);
     Node::leafTesting(b1, b2);
   }
@@ -68,6 +71,7 @@ class RecordingDistanceNode : public Node {
   static constexpr S kNone = -1;  // no distance is negative
 
   Recorder<S> recorder_;
+  mutable long bv_tests_ = 0, leaf_tests_ = 0;
   mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
   mutable S first_child_distance_ = kNone;
   mutable Evidence<S>* split_evidence_ = nullptr;
@@ -79,16 +83,25 @@ template <typename Node, typename S>
 class RecordingCollisionNode : public Node {
  public:
   explicit RecordingCollisionNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+  ~RecordingCollisionNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
 
   using Node::BVTesting;
   bool BVTesting(int b1, int b2) const override {
+    ++bv_tests_;
     const bool disjoint = Node::BVTesting(b1, b2);
     if (!disjoint) recorder_.addVisit(b1, b2);
     return disjoint;
   }
 
+  using Node::leafTesting;
+  void leafTesting(int b1, int b2) const override {
+    ++leaf_tests_;
+    Node::leafTesting(b1, b2);
+  }
+
  private:
   Recorder<S> recorder_;
+  mutable long bv_tests_ = 0, leaf_tests_ = 0;
 };
 
 }  // namespace adaptive_bvh

@@ -4,6 +4,8 @@
 #include <limits>
 #include <memory>
 
+#include "adaptive_bvh/update_report.h"
+
 namespace adaptive_bvh {
 
 /// What recording queries saw of a tree since its last update: which nodes they went below (test B)
@@ -24,7 +26,7 @@ class Evidence {
     reset(other.size_);
     for (int i = 0; i < size_; ++i)
       gap_[i].store(other.gap_[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
-    queries_.store(other.queries(), std::memory_order_relaxed);
+    setWork(other.work());
     return *this;
   }
 
@@ -37,16 +39,26 @@ class Evidence {
 
   void clear() {
     for (int i = 0; i < size_; ++i) gap_[i].store(notVisited(), std::memory_order_relaxed);
-    queries_.store(0, std::memory_order_relaxed);
+    setWork(QueryWork());
   }
 
-  void addQuery() { queries_.fetch_add(1, std::memory_order_relaxed); }
+  void addQuery(long bv_tests, long leaf_tests) {
+    queries_.fetch_add(1, std::memory_order_relaxed);
+    bv_tests_.fetch_add(bv_tests, std::memory_order_relaxed);
+    leaf_tests_.fetch_add(leaf_tests, std::memory_order_relaxed);
+  }
   void addVisit(int node) { raise(node, std::numeric_limits<S>::lowest()); }
   /// min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) is no evidence.
   void addChildGap(int node, S gap) { raise(node, gap); }
 
-  /// Number of recording queries since the last `clear`.
-  int queries() const { return queries_.load(std::memory_order_relaxed); }
+  /// Of recording queries since the last `clear`.
+  QueryWork work() const {
+    QueryWork work;
+    work.queries = queries_.load(std::memory_order_relaxed);
+    work.bv_tests = bv_tests_.load(std::memory_order_relaxed);
+    work.leaf_tests = leaf_tests_.load(std::memory_order_relaxed);
+    return work;
+  }
   bool visited(int node) const { return childGap(node) > notVisited(); }
   /// The largest min(alpha, beta); the lowest number when no visit had one.
   S childGap(int node) const { return gap_[node].load(std::memory_order_relaxed); }
@@ -54,6 +66,12 @@ class Evidence {
   std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(gap_[0]); }
 
  private:
+  void setWork(const QueryWork& work) {
+    queries_.store(work.queries, std::memory_order_relaxed);
+    bv_tests_.store(work.bv_tests, std::memory_order_relaxed);
+    leaf_tests_.store(work.leaf_tests, std::memory_order_relaxed);
+  }
+
   static constexpr S notVisited() { return -std::numeric_limits<S>::infinity(); }
 
   void raise(int node, S value) {
@@ -66,6 +84,7 @@ class Evidence {
   int size_ = 0;
   std::unique_ptr<std::atomic<S>[]> gap_;
   std::atomic<int> queries_{0};
+  std::atomic<long> bv_tests_{0}, leaf_tests_{0};
 };
 
 }  // namespace adaptive_bvh

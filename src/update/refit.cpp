@@ -43,7 +43,7 @@ void refitUnfit(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
                 const Evidence<typename BV::S>& evidence, const RefitPolicy& policy,
                 UpdateReport& report) {
   const MeshView<typename BV::S> mesh = viewOf(model);
-  const bool has_evidence = evidence.queries() > 0;
+  const bool has_evidence = evidence.work().queries > 0;
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     NodeFitness fitness = fitnessOf(node, tracking.original_radius[i], policy);

@@ -1,6 +1,4 @@
-#include "hierarchy/fcl_hooks.h"
-
-#include <fcl/geometry/bvh/detail/BV_splitter.h>
+#include "volume/fcl_fitter.h"
 
 #include "volume/rss.h"
 
@@ -36,29 +34,6 @@ class Fitter final : public fcl::detail::BVFitterBase<BV> {
   }
 };
 
-/// FCL's own rule, one instance per thread.
-template <typename BV>
-class Splitter final : public fcl::detail::BVSplitterBase<BV> {
- public:
-  using S = typename BV::S;
-
-  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
-    rule().set(vertices, triangles, type);
-  }
-  void computeRule(const BV& bv, unsigned int* primitives, int count) override {
-    rule().computeRule(bv, primitives, count);
-  }
-  bool apply(const fcl::Vector3<S>& q) const override { return rule().apply(q); }
-  void clear() override { rule().clear(); }
-
- private:
-  using Rule = fcl::detail::BVSplitter<BV>;
-  static Rule& rule() {
-    static thread_local Rule mean_split(fcl::detail::SPLIT_METHOD_MEAN);
-    return mean_split;
-  }
-};
-
 }  // namespace
 
 template <typename BV>
@@ -67,15 +42,7 @@ std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter() {
   return fitter;
 }
 
-template <typename BV>
-std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter() {
-  static const auto splitter = std::make_shared<Splitter<BV>>();
-  return splitter;
-}
-
 template std::shared_ptr<fcl::detail::BVFitterBase<fcl::RSS<float>>> sharedFitter();
 template std::shared_ptr<fcl::detail::BVFitterBase<fcl::RSS<double>>> sharedFitter();
-template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<float>>> sharedSplitter();
-template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<double>>> sharedSplitter();
 
 }  // namespace adaptive_bvh

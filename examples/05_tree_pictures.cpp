@@ -1,0 +1,188 @@
+// What a tree looks like: writes the bounding volumes at one depth, or the patches of triangles
+// below them, as a mesh file with one colour a node. Open it with any viewer.
+//   05_tree_pictures helmet --depth 3 --out helmet.ply
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+
+#include <assimp/Exporter.hpp>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <CLI/CLI.hpp>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/mesh_io.h"
+#include "scenarios.h"
+
+namespace {
+
+using adaptive_bvh::HierarchyStrategy;
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Point = fcl::Vector3d;
+
+struct Options {
+  std::string mesh = "helmet", out = "tree.ply";
+  int depth = 3, resolution = 1;
+  bool patches = false;
+  HierarchyStrategy strategy = HierarchyStrategy::BottomUp;
+};
+
+Mesh meshNamed(const Options& options) {
+  if (options.mesh == "helmet") return scenarios::helmet(options.resolution).mesh();
+  if (options.mesh == "cable") return scenarios::cable(options.resolution).mesh();
+  if (options.mesh == "plate") return scenarios::plate(options.resolution).mesh();
+  return adaptive_bvh::loadMesh<double>(options.mesh);
+}
+
+/// The surface of a rectangle-swept sphere: a globe cut along two meridian planes, its quarters
+/// moved to the corners of the rectangle. `least` keeps flat ones visible from both sides.
+Mesh surfaceOf(const fcl::RSSd& rss, double least) {
+  constexpr int kQuarter = 6, kRings = 12;  // steps along a quarter circle; from pole to pole
+  constexpr std::size_t kColumns = 4 * (kQuarter + 1);
+  const double r = std::max(rss.r, least);
+  Mesh mesh;
+  for (int j = 0; j <= kRings; ++j)
+    for (int quarter = 0; quarter < 4; ++quarter)
+      for (int i = 0; i <= kQuarter; ++i) {
+        const double across = M_PI / 2 * (quarter + double(i) / kQuarter);
+        const double down = M_PI * j / kRings;
+        const Point corner(quarter == 0 || quarter == 3 ? rss.l[0] : 0,
+                           quarter <= 1 ? rss.l[1] : 0, 0);
+        const Point out(std::sin(down) * std::cos(across), std::sin(down) * std::sin(across),
+                        std::cos(down));
+        mesh.vertices.push_back(rss.To + rss.axis * (corner + r * out));
+      }
+  for (std::size_t j = 0; j < kRings; ++j)
+    for (std::size_t i = 0; i < kColumns; ++i) {
+      const std::size_t a = kColumns * j + i, b = kColumns * j + (i + 1) % kColumns;
+      mesh.triangles.emplace_back(a, a + kColumns, b + kColumns);
+      mesh.triangles.emplace_back(a, b + kColumns, b);
+    }
+  for (std::size_t pole : {std::size_t(0), kColumns * kRings}) {  // the flat faces
+    const std::size_t a = pole, b = a + kQuarter + 1, c = b + kQuarter + 1, d = c + kQuarter + 1;
+    mesh.triangles.emplace_back(a, b, c);
+    mesh.triangles.emplace_back(a, c, d);
+  }
+  return mesh;
+}
+
+Mesh patchOf(const Model& model, int node) {
+  Mesh mesh;
+  std::map<std::size_t, std::size_t> names;
+  for (int triangle : primitivesBelow(model, node)) {
+    std::size_t corner[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t v = model.tri_indices[triangle][k];
+      const auto [name, is_new] = names.emplace(v, mesh.vertices.size());
+      if (is_new) mesh.vertices.push_back(model.vertices[v]);
+      corner[k] = name->second;
+    }
+    mesh.triangles.emplace_back(corner[0], corner[1], corner[2]);
+  }
+  return mesh;
+}
+
+/// Neighbouring numbers get hues far apart.
+aiColor4D colourOf(std::size_t number) {
+  const double hue = 6 * std::fmod(0.61803398875 * double(number), 1.);
+  const double value = number % 3 == 0 ? 0.95 : number % 3 == 1 ? 0.8 : 0.62;
+  const auto channel = [&](double shift) {
+    const double k = std::fmod(hue + shift, 6.);
+    return float(value * (1 - 0.65 * std::max(0., std::min({k, 4 - k, 1.}))));
+  };
+  return {channel(5), channel(3), channel(1), 1};
+}
+
+/// assimp's scene owns all it points to.
+void add(aiScene& scene, unsigned at, const Mesh& part) {
+  auto* mesh = scene.mMeshes[at] = new aiMesh;
+  mesh->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
+  mesh->mMaterialIndex = at;
+  mesh->mNumVertices = unsigned(part.vertices.size());
+  mesh->mVertices = new aiVector3D[part.vertices.size()];
+  mesh->mColors[0] = new aiColor4D[part.vertices.size()];
+  for (std::size_t v = 0; v < part.vertices.size(); ++v) {
+    const Point& p = part.vertices[v];
+    mesh->mVertices[v] = aiVector3D(ai_real(p[0]), ai_real(p[1]), ai_real(p[2]));
+    mesh->mColors[0][v] = colourOf(at);
+  }
+  mesh->mNumFaces = unsigned(part.triangles.size());
+  mesh->mFaces = new aiFace[part.triangles.size()];
+  for (std::size_t t = 0; t < part.triangles.size(); ++t) {
+    mesh->mFaces[t].mNumIndices = 3;
+    mesh->mFaces[t].mIndices = new unsigned[3];
+    for (int k = 0; k < 3; ++k) mesh->mFaces[t].mIndices[k] = unsigned(part.triangles[t][k]);
+  }
+  const aiColor4D colour = colourOf(at);
+  scene.mMaterials[at] = new aiMaterial;
+  scene.mMaterials[at]->AddProperty(&colour, 1, AI_MATKEY_COLOR_DIFFUSE);
+  scene.mRootNode->mMeshes[at] = at;
+}
+
+void write(const std::vector<Mesh>& parts, const std::string& path) {
+  const std::map<std::string, const char*> formats = {
+      {".ply", "ply"}, {".obj", "obj"}, {".gltf", "gltf2"}, {".glb", "glb2"}, {".stl", "stlb"}};
+  const auto format = formats.find(std::filesystem::path(path).extension().string());
+  if (format == formats.end())
+    throw std::runtime_error("'" + path + "' must end in .ply, .obj, .gltf, .glb or .stl");
+  const auto count = unsigned(parts.size());
+  aiScene scene;
+  scene.mNumMeshes = scene.mNumMaterials = count;
+  scene.mMeshes = new aiMesh*[count];
+  scene.mMaterials = new aiMaterial*[count];
+  scene.mRootNode = new aiNode;
+  scene.mRootNode->mNumMeshes = count;
+  scene.mRootNode->mMeshes = new unsigned[count];
+  for (unsigned i = 0; i < count; ++i) add(scene, i, parts[i]);
+  Assimp::Exporter exporter;
+  if (exporter.Export(&scene, format->second, path) != aiReturn_SUCCESS)
+    throw std::runtime_error("cannot write '" + path + "': " + exporter.GetErrorString());
+}
+
+void run(const Options& options) {
+  Model model(options.strategy);
+  fillModel(meshNamed(options), model);
+  const adaptive_bvh::HierarchyQuality quality = measureHierarchy(model);
+  std::vector<Mesh> parts;
+  for (int node : nodesAtDepth(model, options.depth))
+    parts.push_back(options.patches ? patchOf(model, node)
+                                    : surfaceOf(model.getBV(node).bv, 1e-3 * model.aabb_radius));
+  write(parts, options.out);
+  std::printf("%s, %s: %d triangles, depth %d (balance %.2f), aspect ratio %.2f, overlap %.1f %%\n",
+              options.mesh.c_str(), toString(options.strategy), model.num_tris, quality.depth,
+              quality.balance, quality.aspect_ratio, 100 * quality.sibling_overlap);
+  std::printf("%zu nodes at depth %d -> %s\n", parts.size(), options.depth, options.out.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("The bounding volumes of one tree depth as a mesh file, one colour a node.");
+  app.add_option("MESH", options.mesh, "helmet, cable, plate, or a mesh file");
+  app.add_option("--depth", options.depth, "Depth in the tree; 0 is the root")
+      ->check(CLI::Range(0, 64));
+  app.add_option("--out", options.out, "File to write: .ply, .obj, .gltf, .glb or .stl");
+  app.add_flag("--patches", options.patches, "The triangles below the nodes, not their volumes");
+  app.add_option("--resolution", options.resolution,
+                 "Of helmet, cable and plate: this squared times the triangles")
+      ->check(CLI::Range(1, 64));
+  app.add_option("--strategy", options.strategy, "How the tree is built")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, HierarchyStrategy>{{"top-down", HierarchyStrategy::TopDown},
+                                                   {"bottom-up", HierarchyStrategy::BottomUp}}));
+  try {
+    app.parse(argc, argv);
+    run(options);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+  } catch (const std::exception& error) {
+    std::cerr << "05_tree_pictures: " << error.what() << '\n';
+    return 2;
+  }
+  return 0;
+}

@@ -1,0 +1,178 @@
+#include "hierarchy/bottom_up.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "hierarchy/edges.h"
+#include "hierarchy/pairing.h"
+#include "hierarchy/proximity.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A number for each connected component, by group.
+std::vector<unsigned> components(const GroupGraph& graph) {
+  std::vector<unsigned> component(graph.size(), kNone), queue;
+  for (unsigned g = 0; g < graph.size(); ++g) {
+    if (component[g] != kNone) continue;
+    component[g] = g;
+    queue.assign(1, g);
+    for (std::size_t head = 0; head < queue.size(); ++head)
+      for (auto n = graph.begin(queue[head]); n != graph.end(queue[head]); ++n)
+        if (component[n->group] == kNone) {
+          component[n->group] = g;
+          queue.push_back(n->group);
+        }
+  }
+  return component;
+}
+
+/// The groups of the present level, and the tree below them.
+class Levels {
+ public:
+  template <typename S>
+  Levels(const MeshView<S>& mesh, unsigned count) : groups_(count), boxes_(count) {
+    tree_.leaves = count;
+    tree_.children.reserve(count - 1);
+    boxes_.reserve(2 * static_cast<std::size_t>(count));
+    for (unsigned t = 0; t < count; ++t) {
+      groups_[t] = t;
+      mesh.forEachPosition(t, [&](const fcl::Vector3<S>& p) {
+        boxes_[t].extend(p.template cast<double>());
+      });
+    }
+  }
+
+  /// Pairs neighbours until every component is one group.
+  void mergeConnected(std::vector<Link> links) {
+    std::vector<unsigned> component;
+    while (!links.empty()) {
+      const GroupGraph graph(size(), links);
+      if (component.empty()) component = components(graph);
+      const std::vector<unsigned> number = merge(pairAll(graph, component));
+      component = renumbered(component, number);
+      links = contracted(links, number);
+    }
+  }
+
+  /// Pairs groups that are near each other until one is left.
+  void mergeNear() {
+    isolated_.clear();
+    while (size() > 1) {
+      sortAlongCurve();
+      const std::vector<unsigned> one_component(size(), 0);
+      merge(pairAll(GroupGraph(size(), proximityLinks(boxes(groups_))), one_component));
+    }
+  }
+
+  BinaryTree take() { return std::move(tree_); }
+
+ private:
+  unsigned size() const { return static_cast<unsigned>(groups_.size()); }
+
+  std::vector<Box> boxes(const std::vector<unsigned>& nodes) const {
+    std::vector<Box> result;
+    result.reserve(nodes.size());
+    for (unsigned node : nodes) result.push_back(boxes_[node]);
+    return result;
+  }
+
+  /// Pairs all groups but those without neighbours, and one in each component of odd size. What
+  /// `pairGroups` leaves over is paired along a Morton curve.
+  std::vector<unsigned> pairAll(const GroupGraph& graph,
+                                const std::vector<unsigned>& component) const {
+    std::vector<unsigned> mate = pairGroups(graph, isolated_), rest, nodes;
+    for (unsigned g = 0; g < size(); ++g)
+      if (mate[g] == kNone && graph.begin(g) != graph.end(g)) {
+        rest.push_back(g);
+        nodes.push_back(groups_[g]);
+      }
+    std::vector<unsigned> order = mortonOrder(boxes(nodes));
+    for (unsigned& place : order) place = rest[place];
+    std::stable_sort(order.begin(), order.end(),
+                     [&](unsigned a, unsigned b) { return component[a] < component[b]; });
+    for (std::size_t i = 1; i < order.size(); ++i) {
+      const unsigned a = order[i - 1], b = order[i];
+      if (component[a] != component[b] || mate[a] != kNone) continue;
+      mate[a] = b;
+      mate[b] = a;
+    }
+    return mate;
+  }
+
+  /// Makes the pairs the groups of the next level, after those that stayed alone. Returns the new
+  /// number of every group.
+  std::vector<unsigned> merge(const std::vector<unsigned>& mate) {
+    std::vector<unsigned> number(size()), next;
+    isolated_.clear();
+    for (unsigned g = 0; g < size(); ++g)
+      if (mate[g] == kNone) {
+        number[g] = static_cast<unsigned>(next.size());
+        isolated_.push_back(number[g]);
+        next.push_back(groups_[g]);
+      }
+    for (unsigned g = 0; g < size(); ++g)
+      if (mate[g] != kNone && g < mate[g]) {
+        number[g] = number[mate[g]] = static_cast<unsigned>(next.size());
+        next.push_back(join(groups_[g], groups_[mate[g]]));
+      }
+    groups_.swap(next);
+    return number;
+  }
+
+  unsigned join(unsigned left, unsigned right) {
+    tree_.children.push_back({left, right});
+    boxes_.push_back(boxes_[left].merged(boxes_[right]));
+    return static_cast<unsigned>(boxes_.size()) - 1;
+  }
+
+  std::vector<unsigned> renumbered(const std::vector<unsigned>& of_old,
+                                   const std::vector<unsigned>& number) const {
+    std::vector<unsigned> of_new(size());
+    for (std::size_t g = 0; g < of_old.size(); ++g) of_new[number[g]] = of_old[g];
+    return of_new;
+  }
+
+  std::vector<Link> contracted(std::vector<Link>& links,
+                               const std::vector<unsigned>& number) const {
+    for (Link& link : links) {
+      const auto ends = std::minmax(number[link.first], number[link.second]);
+      link.first = ends.first;
+      link.second = ends.second;
+    }
+    return combined(size(), links);
+  }
+
+  void sortAlongCurve() {
+    const std::vector<unsigned> order = mortonOrder(boxes(groups_));
+    std::vector<unsigned> sorted, isolated;
+    for (unsigned g : order) {
+      if (std::binary_search(isolated_.begin(), isolated_.end(), g))
+        isolated.push_back(static_cast<unsigned>(sorted.size()));
+      sorted.push_back(groups_[g]);
+    }
+    groups_.swap(sorted);
+    isolated_.swap(isolated);
+  }
+
+  BinaryTree tree_;
+  std::vector<unsigned> groups_;  // by group of the level: its node of the tree
+  std::vector<unsigned> isolated_;  // groups that stayed alone on the level before, ascending
+  std::vector<Box> boxes_;        // by node
+};
+
+}  // namespace
+
+template <typename S>
+BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count) {
+  Levels levels(mesh, count);
+  if (mesh.triangles) levels.mergeConnected(sharedEdges(mesh, count));
+  levels.mergeNear();
+  return levels.take();
+}
+
+template BinaryTree buildBottomUp(const MeshView<float>&, unsigned);
+template BinaryTree buildBottomUp(const MeshView<double>&, unsigned);
+
+}  // namespace adaptive_bvh

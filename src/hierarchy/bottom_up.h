@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "volume/mesh_view.h"
+
+namespace adaptive_bvh {
+
+/// A binary tree over primitives 0, 1, ..., n - 1. These are its leaves; node n + i has the
+/// children `children[i]`, which have smaller numbers. The last node is the root.
+struct BinaryTree {
+  unsigned leaves = 0;
+  std::vector<std::array<unsigned, 2>> children;
+};
+
+/// Builds the tree level by level from the connectivity of the mesh (thesis appendix).
+///
+/// On each level every group of triangles is paired with a neighbour, preferably the one with which
+/// it shares the greatest length of mesh edges: "a pairing whose total edge connection is large is
+/// likely to be square-like". Then the pairs are the groups of the next level; the lengths that
+/// pairs share are sums of those of their members. Of each connected component at most one group
+/// stays isolated a level, and is the first to choose on the next.
+///
+/// Where exchanging partners cannot bring isolated groups together (three triangles around a fourth
+/// leave two over, whatever one does), those left in one component are paired along a Morton curve.
+///
+/// Components that have become one group each, and points and triangles that share no edge, are
+/// merged in the same manner with proximity in place of shared edges.
+///
+/// Every level halves the number of groups of a component, then that of the components, rounding
+/// up: the depth is at most ceil(log2 t) + ceil(log2 c) for c components, the largest of t
+/// triangles. As t + c <= n + 1, this is at most 2 log2(n + 1).
+template <typename S>
+BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count);
+
+}  // namespace adaptive_bvh

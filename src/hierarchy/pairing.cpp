@@ -1,0 +1,156 @@
+#include "hierarchy/pairing.h"
+
+#include <cstddef>
+
+namespace adaptive_bvh {
+namespace {
+
+using Mates = std::vector<unsigned>;
+
+void pairUp(Mates& mate, unsigned a, unsigned b) {
+  mate[a] = b;
+  mate[b] = a;
+}
+
+// ---- the walk -----------------------------------------------------------------------------------
+
+class Walk {
+ public:
+  Walk(const GroupGraph& graph, Mates& mate) : graph_(graph), mate_(mate), next_(graph.size()) {
+    for (unsigned g = 0; g < graph.size(); ++g) next_[g] = graph.begin(g);
+  }
+
+  /// Pairs `start` if it has a free neighbour, and on the way all that the walk comes by.
+  void from(unsigned start) {
+    path_.assign(1, start);
+    while (!path_.empty()) {
+      const unsigned g = path_.back();
+      const GroupGraph::Neighbour* best = mate_[g] == kNone ? bestFree(g) : nullptr;
+      if (!best) {  // paired meanwhile, or isolated
+        path_.pop_back();
+        continue;
+      }
+      // Weights rise along the path, so it never meets itself.
+      if (bestFree(best->group)->weight > best->weight)
+        path_.push_back(best->group);
+      else
+        pairUp(mate_, g, best->group);
+    }
+  }
+
+  void takeBest(unsigned g) {
+    if (mate_[g] != kNone) return;
+    if (const GroupGraph::Neighbour* best = bestFree(g)) pairUp(mate_, g, best->group);
+  }
+
+ private:
+  /// Nobody becomes free again during the walk, so each list is read once.
+  const GroupGraph::Neighbour* bestFree(unsigned g) {
+    const GroupGraph::Neighbour*& next = next_[g];
+    while (next != graph_.end(g) && mate_[next->group] != kNone) ++next;
+    return next != graph_.end(g) ? next : nullptr;
+  }
+
+  const GroupGraph& graph_;
+  Mates& mate_;
+  std::vector<const GroupGraph::Neighbour*> next_;
+  std::vector<unsigned> path_;
+};
+
+// ---- the search ---------------------------------------------------------------------------------
+
+/// One round: trees grow from all isolated groups at once. A tree goes from a group to a neighbour
+/// and on to that one's mate; the groups at even distance ("outer") could give up their mate, if
+/// all those between them and the isolated one change theirs. Where outer groups of two trees are
+/// neighbours, both trees get their exchange, and take no further part in the round.
+class Search {
+ public:
+  Search(const GroupGraph& graph, Mates& mate)
+      : graph_(graph), mate_(mate), root_(graph.size()), from_(graph.size()) {}
+
+  /// Takes those that found a mate off `isolated`. True when there were any.
+  bool round(std::vector<unsigned>& isolated) {
+    root_.assign(graph_.size(), kNone);
+    done_.assign(graph_.size(), false);
+    queue_ = isolated;
+    for (unsigned g : isolated) root_[g] = g;
+    for (std::size_t head = 0; head < queue_.size(); ++head) expand(queue_[head]);
+
+    std::vector<unsigned> left;
+    for (unsigned g : isolated)
+      if (mate_[g] == kNone) left.push_back(g);
+    const bool progress = left.size() < isolated.size();
+    isolated.swap(left);
+    return progress;
+  }
+
+ private:
+  void expand(unsigned outer) {
+    for (auto n = graph_.begin(outer); n != graph_.end(outer) && !done_[root_[outer]]; ++n) {
+      const unsigned other = n->group;
+      if (root_[other] == kNone) {
+        grow(outer, other);
+      } else if (isOuter(other) && root_[other] != root_[outer] && !done_[root_[other]]) {
+        done_[root_[outer]] = done_[root_[other]] = true;
+        exchange(outer, other);
+        exchange(other, outer);
+      }
+    }
+  }
+
+  void grow(unsigned outer, unsigned inner) {
+    const unsigned mate = mate_[inner];
+    root_[inner] = root_[mate] = root_[outer];
+    from_[inner] = outer;
+    from_[mate] = kNone;
+    queue_.push_back(mate);
+  }
+
+  bool isOuter(unsigned g) const { return mate_[g] == kNone || from_[g] == kNone; }
+
+  /// `outer` takes `partner`; its mate goes back to the group by which the tree reached it, which
+  /// leaves its own mate, and so on to the isolated one.
+  void exchange(unsigned outer, unsigned partner) {
+    for (;;) {
+      const unsigned left_alone = mate_[outer];
+      mate_[outer] = partner;
+      if (left_alone == kNone) return;
+      const unsigned before = from_[left_alone];
+      mate_[left_alone] = before;
+      partner = left_alone;
+      outer = before;
+    }
+  }
+
+  const GroupGraph& graph_;
+  Mates& mate_;
+  std::vector<unsigned> root_;  // the isolated group whose tree a group is in
+  std::vector<unsigned> from_;  // of an inner group: the outer one it was reached by
+  std::vector<bool> done_;      // by root
+  std::vector<unsigned> queue_;
+};
+
+int roundLimit(unsigned groups) {
+  int rounds = 8;
+  for (; groups > 1; groups /= 2) rounds += 2;
+  return rounds;
+}
+
+}  // namespace
+
+std::vector<unsigned> pairGroups(const GroupGraph& graph, const std::vector<unsigned>& favoured) {
+  Mates mate(graph.size(), kNone);
+  Walk walk(graph, mate);
+  for (unsigned g : favoured) walk.takeBest(g);
+  for (unsigned g = 0; g < graph.size(); ++g) walk.from(g);
+
+  std::vector<unsigned> isolated;
+  for (unsigned g = 0; g < graph.size(); ++g)
+    if (mate[g] == kNone && graph.begin(g) != graph.end(g)) isolated.push_back(g);
+  Search search(graph, mate);
+  for (int round = roundLimit(graph.size()); round > 0 && isolated.size() > 1; --round)
+    if (!search.round(isolated)) break;
+  return mate;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <vector>
+
+#include "hierarchy/group_graph.h"
+
+namespace adaptive_bvh {
+
+using Box = Eigen::AlignedBox3d;
+
+/// The numbers 0, 1, ... of the boxes along a Morton curve through their centres.
+std::vector<unsigned> mortonOrder(const std::vector<Box>& boxes);
+
+/// Links each of the boxes, which must be given in Morton order, to the next eight; the smaller the
+/// box around both, the greater the weight. After Meister and Bittner, "Parallel locally-ordered
+/// clustering for bounding volume hierarchy construction" (2018), which searches the same window.
+std::vector<Link> proximityLinks(const std::vector<Box>& boxes_in_order);
+
+}  // namespace adaptive_bvh

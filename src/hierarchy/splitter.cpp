@@ -1,0 +1,129 @@
+#include "hierarchy/splitter.h"
+
+#include <cstddef>
+#include <vector>
+
+#include <fcl/geometry/bvh/detail/BV_splitter.h>
+
+#include "hierarchy/bottom_up.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A tree in the words of FCL's recursion, which visits the nodes in preorder, left before right,
+/// and asks for every primitive of a node to which side it goes.
+struct Dictation {
+  static constexpr unsigned kLeaf = 0;
+
+  std::vector<unsigned> rank;  ///< by primitive: its place among the leaves, left to right
+  /// By node in preorder: the rank at which its right side begins; kLeaf for a leaf.
+  std::vector<unsigned> right_begin;
+
+  explicit Dictation(const BinaryTree& tree) : rank(tree.leaves) {
+    const auto nodes = tree.leaves + tree.children.size();
+    std::vector<unsigned> size(nodes, 1);
+    for (std::size_t i = 0; i < tree.children.size(); ++i)
+      size[tree.leaves + i] = size[tree.children[i][0]] + size[tree.children[i][1]];
+
+    right_begin.reserve(nodes);
+    std::vector<unsigned> open(1, static_cast<unsigned>(nodes) - 1);
+    for (unsigned leaves = 0; !open.empty();) {
+      const unsigned node = open.back();
+      open.pop_back();
+      if (node < tree.leaves) {
+        rank[node] = leaves++;
+        right_begin.push_back(kLeaf);
+        continue;
+      }
+      const auto& [left, right] = tree.children[node - tree.leaves];
+      right_begin.push_back(leaves + size[left]);
+      open.push_back(right);
+      open.push_back(left);
+    }
+  }
+};
+
+template <typename BV>
+class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
+ public:
+  using S = typename BV::S;
+
+  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
+    Build& build = current();
+    build = Build();
+    build.mesh.vertices = vertices;
+    build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
+  }
+
+  /// FCL says how many primitives there are with the first node, the root.
+  void computeRule(const BV&, unsigned* primitives, int count) override {
+    Build& build = current();
+    if (!build.dictation)
+      build.dictation = std::make_unique<Dictation>(
+          buildBottomUp(build.mesh, static_cast<unsigned>(count)));
+    build.right_begin = build.dictation->right_begin[build.nodes++];
+    build.next = primitives;
+  }
+
+  /// FCL asks for the primitives in the order of its array, of which it has then touched only what
+  /// lies before the one it asks for.
+  bool apply(const fcl::Vector3<S>&) const override {
+    Build& build = current();
+    return build.dictation->rank[*build.next++] >= build.right_begin;
+  }
+
+  void clear() override { current() = Build(); }
+
+ private:
+  struct Build {
+    MeshView<S> mesh;
+    std::unique_ptr<Dictation> dictation;
+    std::size_t nodes = 0;           // visited
+    unsigned right_begin = 0;        // of the node at hand
+    const unsigned* next = nullptr;  // primitive
+  };
+
+  static Build& current() {
+    static thread_local Build build;
+    return build;
+  }
+};
+
+template <typename BV>
+class TopDownSplitter final : public fcl::detail::BVSplitterBase<BV> {
+ public:
+  using S = typename BV::S;
+
+  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
+    rule().set(vertices, triangles, type);
+  }
+  void computeRule(const BV& bv, unsigned* primitives, int count) override {
+    rule().computeRule(bv, primitives, count);
+  }
+  bool apply(const fcl::Vector3<S>& q) const override { return rule().apply(q); }
+  void clear() override { rule().clear(); }
+
+ private:
+  using Rule = fcl::detail::BVSplitter<BV>;
+  static Rule& rule() {
+    static thread_local Rule mean_split(fcl::detail::SPLIT_METHOD_MEAN);
+    return mean_split;
+  }
+};
+
+}  // namespace
+
+template <typename BV>
+std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy) {
+  static const auto bottom_up = std::make_shared<BottomUpSplitter<BV>>();
+  static const auto top_down = std::make_shared<TopDownSplitter<BV>>();
+  if (strategy == HierarchyStrategy::BottomUp) return bottom_up;
+  return top_down;
+}
+
+template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<float>>> sharedSplitter(
+    HierarchyStrategy);
+template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<double>>> sharedSplitter(
+    HierarchyStrategy);
+
+}  // namespace adaptive_bvh

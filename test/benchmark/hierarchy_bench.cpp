@@ -1,0 +1,220 @@
+// Top-down against bottom-up trees: what they cost to build and what they are worth on the five
+// scenarios. Prints the tables of docs/hierarchy.md. Needs a few minutes; see --help.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "scenarios.h"
+
+namespace {
+
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::HierarchyStrategy;
+using adaptive_bvh::RefitPolicy;
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Plain = fcl::BVHModel<fcl::RSSd>;
+using scenarios::Mesh;
+using scenarios::Scenario;
+
+constexpr HierarchyStrategy kStrategies[] = {HierarchyStrategy::TopDown,
+                                             HierarchyStrategy::BottomUp};
+
+template <typename Work>
+double milliseconds(Work&& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// ---- building -----------------------------------------------------------------------------------
+
+/// A sheet of about `triangles` triangles with hills.
+Mesh hills(int triangles) {
+  const int cells = std::max(1, int(std::lround(std::sqrt(triangles / 2.))));
+  Mesh mesh;
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i) {
+      const double x = double(i) / cells, y = double(j) / cells;
+      mesh.vertices.emplace_back(x, y, 0.1 * std::sin(9 * x) * std::cos(7 * y));
+    }
+  const auto id = [cells](int i, int j) { return std::size_t(j * (cells + 1) + i); };
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      mesh.triangles.emplace_back(id(i, j), id(i + 1, j), id(i + 1, j + 1));
+      mesh.triangles.emplace_back(id(i, j), id(i + 1, j + 1), id(i, j + 1));
+    }
+  return mesh;
+}
+
+/// The same with three vertices of its own for every triangle.
+Mesh cutApart(const Mesh& mesh) {
+  Mesh apart;
+  for (const fcl::Triangle& t : mesh.triangles) {
+    const std::size_t v = apart.vertices.size();
+    for (int k = 0; k < 3; ++k) apart.vertices.push_back(mesh.vertices[t[k]]);
+    apart.triangles.emplace_back(v, v + 1, v + 2);
+  }
+  return apart;
+}
+
+void printBuild(const char* name, const Mesh& mesh, int repeats) {
+  std::vector<double> fcl, ours[2];
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    Plain plain;
+    fcl.push_back(milliseconds([&] { fillModel(mesh, plain); }));
+    for (int k = 0; k < 2; ++k) {
+      Model model(kStrategies[k]);
+      ours[k].push_back(milliseconds([&] { fillModel(mesh, model); }));
+    }
+  }
+  std::printf("| %-18s | %9zu | %8.1f | %8.1f (%.2f) | %8.1f (%.2f) | %6.2f |\n", name,
+              mesh.triangles.size(), median(fcl), median(ours[0]), median(ours[0]) / median(fcl),
+              median(ours[1]), median(ours[1]) / median(fcl),
+              1e3 * median(ours[1]) / double(mesh.triangles.size()));
+  std::fflush(stdout);
+}
+
+void printBuilds(int repeats) {
+  std::printf("Building, ms, in brackets against FCL; medians of %d, interleaved\n\n", repeats);
+  std::printf("| mesh               | triangles |      FCL |    top-down      |   bottom-up      | us a triangle |\n");
+  std::printf("| --- | ---: | ---: | ---: | ---: | ---: |\n");
+  for (int n : {1000, 10000, 100000, 500000}) printBuild("hills", hills(n), repeats);
+  printBuild("hills, cut apart", cutApart(hills(100000)), repeats);
+  Mesh soup = cutApart(hills(100000));
+  for (std::size_t v = 0; v < soup.vertices.size(); ++v)
+    soup.vertices[v] *= 1 + 1e-3 * double(v / 3 % 7);
+  printBuild("hills, triangle soup", soup, repeats);
+}
+
+// ---- the scenarios ------------------------------------------------------------------------------
+
+struct Cost {
+  double update = 0, query = 0;
+  long bv_tests = 0, leaf_tests = 0, refitted = 0;
+  void operator+=(const Cost& c) {
+    update += c.update;
+    query += c.query;
+    bv_tests += c.bv_tests;
+    leaf_tests += c.leaf_tests;
+    refitted += c.refitted;
+  }
+};
+
+struct Pair {
+  Model first, second;
+
+  Pair(const Scenario& scenario, const RefitPolicy& policy, HierarchyStrategy strategy)
+      : first(policy, strategy), second(policy, strategy) {
+    fillModel(scenario.first.mesh(), first);
+    fillModel(scenario.second.mesh(), second);
+  }
+
+  Cost frame(const std::vector<scenarios::Point>& p, const std::vector<scenarios::Point>& q) {
+    Cost cost;
+    const auto identity = fcl::Transform3d::Identity();
+    cost.update = milliseconds([&] {
+      first.update(p);
+      second.update(q);
+    });
+    cost.refitted = first.lastUpdate().refitted() + second.lastUpdate().refitted();
+    fcl::DistanceResultd result;
+    cost.query = milliseconds([&] {
+      adaptive_bvh::distance<double>(&first, identity, &second, identity, fcl::DistanceRequestd(),
+                                     result);
+    });
+    cost.bv_tests = first.recordedWork().bv_tests;
+    cost.leaf_tests = first.recordedWork().leaf_tests;
+    distance = result.min_distance;
+    return cost;
+  }
+
+  double distance = 0;
+};
+
+/// All frames, both strategies frame by frame in turn. Returns the largest disagreement.
+double runScenario(const Scenario& scenario, const RefitPolicy& policy, Cost (&costs)[2]) {
+  Pair top_down(scenario, policy, kStrategies[0]), bottom_up(scenario, policy, kStrategies[1]);
+  double worst = 0;
+  std::vector<scenarios::Point> p, q;
+  for (int frame = 1; frame <= scenario.frames(); ++frame) {
+    scenario.first.positions(frame, p);
+    scenario.second.positions(frame, q);
+    costs[0] += top_down.frame(p, q);
+    costs[1] += bottom_up.frame(p, q);
+    worst = std::max(worst, std::abs(top_down.distance - bottom_up.distance));
+  }
+  return worst;
+}
+
+void printCosts(const std::string& name, const Cost (&costs)[2]) {
+  const auto total = [](const Cost& c) { return c.update + c.query; };
+  std::printf("| %-26s | %8ld / %8ld | %7ld / %7ld | %7ld / %7ld | %8.1f / %8.1f | %5.2f |\n",
+              name.c_str(), costs[0].bv_tests, costs[1].bv_tests, costs[0].leaf_tests,
+              costs[1].leaf_tests, costs[0].refitted, costs[1].refitted, total(costs[0]),
+              total(costs[1]), total(costs[0]) / total(costs[1]));
+  std::fflush(stdout);
+}
+
+void printScenarios(int resolution, FitnessCriterion criterion, int repeats) {
+  RefitPolicy policy;
+  policy.criterion = criterion;
+  std::printf("\n%s, triangles x %d; top-down / bottom-up; medians of %d\n\n",
+              criterion == FitnessCriterion::RefitAll ? "RefitAll" : "Default criterion",
+              resolution * resolution, repeats);
+  std::printf("| scenario | BV tests | leaf tests | refits | ms | ratio |\n");
+  std::printf("| --- | ---: | ---: | ---: | ---: | ---: |\n");
+  scenarios::Options options;
+  options.resolution = resolution;
+  Cost sum[2];
+  double worst = 0;
+  for (const Scenario& scenario : scenarios::thesisScenarios(options)) {
+    std::vector<double> update[2], query[2];
+    Cost costs[2];
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      costs[0] = costs[1] = Cost();
+      worst = std::max(worst, runScenario(scenario, policy, costs));
+      for (int k = 0; k < 2; ++k) {
+        update[k].push_back(costs[k].update);
+        query[k].push_back(costs[k].query);
+      }
+    }
+    for (int k = 0; k < 2; ++k) {
+      costs[k].update = median(update[k]);
+      costs[k].query = median(query[k]);
+      sum[k] += costs[k];
+    }
+    printCosts(scenario.name, costs);
+  }
+  printCosts("all", sum);
+  std::printf("\nUpdates %.1f / %.1f ms, queries %.1f / %.1f ms. Largest disagreement %.2g\n",
+              sum[0].update, sum[1].update, sum[0].query, sum[1].query, worst);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int repeats = 3;
+  std::vector<int> resolutions = {1, 4};
+  bool no_builds = false;
+  CLI::App app("Top-down against bottom-up trees: building, and the five scenarios of the thesis.");
+  app.add_option("--repeats", repeats, "Medians of so many runs")->check(CLI::Range(1, 99));
+  app.add_option("--resolution", resolutions, "Triangles times this squared; may be repeated");
+  app.add_flag("--no-builds", no_builds, "Leave out the times of building");
+  CLI11_PARSE(app, argc, argv);
+  if (!no_builds) printBuilds(repeats);
+  for (int resolution : resolutions)
+    for (FitnessCriterion criterion : {RefitPolicy().criterion, FitnessCriterion::RefitAll})
+      printScenarios(resolution, criterion, repeats);
+}
