@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <unordered_set>
 
 namespace adaptive_bvh {
 namespace {
@@ -55,8 +54,8 @@ class EdgeLinks {
 
  private:
   void linkAll(const Side* sides, std::size_t count) {
-    const double length = rounded(static_cast<double>(
-        (mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
+    const double length = rounded(
+        static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
     const std::size_t reach = count <= 32 ? count : 16;
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t j = i + 1; j < std::min(count, i + 1 + reach); ++j)
@@ -73,21 +72,55 @@ Side side(unsigned a, unsigned b, unsigned triangle) {
   return {std::min(a, b), std::max(a, b), triangle};
 }
 
-/// Renames the ends of sides, so that vertices at one position have one name, and drops sides that
-/// have become points.
+/// One name for all vertices at one position: that of the first who asked. An open hash table.
 template <typename S>
-void mergeEqualPositions(const MeshView<S>& mesh, std::vector<Side>& sides) {
-  const auto hash = [&](unsigned v) {
-    std::size_t h = 0;
-    for (int k = 0; k < 3; ++k)
-      h = (h ^ std::hash<S>()(mesh.vertices[v][k])) * std::size_t(0x9E3779B97F4A7C15u);
-    return h ^ (h >> 32);
-  };
-  const auto equal = [&](unsigned a, unsigned b) { return mesh.vertices[a] == mesh.vertices[b]; };
-  std::unordered_set<unsigned, decltype(hash), decltype(equal)> names(sides.size(), hash, equal);
+class PositionNames {
+ public:
+  PositionNames(const MeshView<S>& mesh, unsigned vertices)
+      : mesh_(mesh), names_(vertices, kEmpty) {
+    std::size_t slots = 16;
+    while (slots < 2 * std::size_t(vertices)) slots *= 2;
+    slots_.assign(slots, kEmpty);
+  }
+
+  unsigned of(unsigned vertex) {
+    unsigned& name = names_[vertex];
+    if (name == kEmpty) name = find(vertex);
+    return name;
+  }
+
+ private:
+  static constexpr unsigned kEmpty = ~0u;
+
+  unsigned find(unsigned vertex) {
+    const std::size_t mask = slots_.size() - 1;
+    for (std::size_t i = hash(mesh_.vertices[vertex]) & mask;; i = (i + 1) & mask) {
+      if (slots_[i] == kEmpty) slots_[i] = vertex;
+      if (mesh_.vertices[slots_[i]] == mesh_.vertices[vertex]) return slots_[i];
+    }
+  }
+
+  static std::size_t hash(const fcl::Vector3<S>& p) {
+    std::uint64_t h = 0;
+    for (int k = 0; k < 3; ++k) {
+      h = (h ^ std::hash<S>()(p[k])) * 0x9E3779B97F4A7C15u;
+      h ^= h >> 32;
+    }
+    return static_cast<std::size_t>(h);
+  }
+
+  const MeshView<S>& mesh_;
+  std::vector<unsigned> names_;  // by vertex
+  std::vector<unsigned> slots_;
+};
+
+/// Renames the ends of sides by their positions and drops sides that have become points.
+template <typename S>
+void mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, std::vector<Side>& sides) {
+  PositionNames<S> name(mesh, vertices);
   std::size_t kept = 0;
   for (const Side& s : sides) {
-    const Side renamed = side(*names.insert(s.from).first, *names.insert(s.to).first, s.triangle);
+    const Side renamed = side(name.of(s.from), name.of(s.to), s.triangle);
     if (renamed.from != renamed.to) sides[kept++] = renamed;
   }
   sides.resize(kept);
@@ -108,7 +141,7 @@ std::vector<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
     }
   EdgeLinks<S> links(mesh, vertices);
   std::vector<Side> border = links.link(sides);
-  mergeEqualPositions(mesh, border);
+  mergeEqualPositions(mesh, vertices, border);
   links.link(border);
   return combined(count, links.take());
 }

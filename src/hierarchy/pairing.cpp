@@ -74,7 +74,8 @@ class Search {
     done_.assign(graph_.size(), false);
     queue_ = isolated;
     for (unsigned g : isolated) root_[g] = g;
-    for (std::size_t head = 0; head < queue_.size(); ++head) expand(queue_[head]);
+    searching_ = isolated.size();
+    for (std::size_t head = 0; head < queue_.size() && searching_ > 1; ++head) expand(queue_[head]);
 
     std::vector<unsigned> left;
     for (unsigned g : isolated)
@@ -92,6 +93,7 @@ class Search {
         grow(outer, other);
       } else if (isOuter(other) && root_[other] != root_[outer] && !done_[root_[other]]) {
         done_[root_[outer]] = done_[root_[other]] = true;
+        searching_ -= 2;
         exchange(outer, other);
         exchange(other, outer);
       }
@@ -128,6 +130,7 @@ class Search {
   std::vector<unsigned> from_;  // of an inner group: the outer one it was reached by
   std::vector<bool> done_;      // by root
   std::vector<unsigned> queue_;
+  std::size_t searching_ = 0;
 };
 
 int roundLimit(unsigned groups) {

@@ -43,14 +43,14 @@ std::vector<unsigned> mortonOrder(const std::vector<Box>& boxes) {
 }
 
 std::vector<Link> proximityLinks(const std::vector<Box>& boxes_in_order) {
-  constexpr std::size_t kWindow = 8;
+  constexpr std::size_t kWindow = 4;
   std::vector<Link> links;
   links.reserve(kWindow * boxes_in_order.size());
   for (std::size_t i = 0; i < boxes_in_order.size(); ++i)
     for (std::size_t j = i + 1; j < std::min(boxes_in_order.size(), i + 1 + kWindow); ++j) {
       const Box around = boxes_in_order[i].merged(boxes_in_order[j]);
-      links.push_back({static_cast<unsigned>(i), static_cast<unsigned>(j),
-                       -around.diagonal().squaredNorm()});
+      links.push_back(
+          {static_cast<unsigned>(i), static_cast<unsigned>(j), -around.diagonal().squaredNorm()});
     }
   return links;
 }

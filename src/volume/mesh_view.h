@@ -21,14 +21,17 @@ struct MeshView {
     return triangles ? static_cast<unsigned>(triangles[primitive][k]) : primitive;
   }
 
-  /// Calls visit(position) for every corner of a primitive, in the frame before too where given.
+  /// Calls visit(position) for a vertex, in the frame before too where given.
+  template <typename Visit>
+  void forEachPositionOf(unsigned v, Visit&& visit) const {
+    visit(vertices[v]);
+    if (previous) visit(previous[v]);
+  }
+
+  /// The same for every corner of a primitive.
   template <typename Visit>
   void forEachPosition(unsigned primitive, Visit&& visit) const {
-    for (int k = 0; k < verticesPerPrimitive(); ++k) {
-      const unsigned v = vertex(primitive, k);
-      visit(vertices[v]);
-      if (previous) visit(previous[v]);
-    }
+    for (int k = 0; k < verticesPerPrimitive(); ++k) forEachPositionOf(vertex(primitive, k), visit);
   }
 };
 
