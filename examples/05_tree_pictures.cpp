@@ -1,15 +1,16 @@
 // What a tree looks like: writes the bounding volumes at one depth, or the patches of triangles
 // below them, as a mesh file with one colour a node. Open it with any viewer.
 //   05_tree_pictures helmet --depth 3 --out helmet.ply
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
 
-#include <assimp/Exporter.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/Exporter.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -38,39 +39,47 @@ Mesh meshNamed(const Options& options) {
   return adaptive_bvh::loadMesh<double>(options.mesh);
 }
 
+/// A surface in one colour; `normals` by vertex, or none.
+struct Part {
+  Mesh mesh;
+  std::vector<Point> normals;
+};
+
 /// The surface of a rectangle-swept sphere: a globe cut along two meridian planes, its quarters
 /// moved to the corners of the rectangle. `least` keeps flat ones visible from both sides.
-Mesh surfaceOf(const fcl::RSSd& rss, double least) {
+Part surfaceOf(const fcl::RSSd& rss, double least) {
   constexpr int kQuarter = 6, kRings = 12;  // steps along a quarter circle; from pole to pole
   constexpr std::size_t kColumns = 4 * (kQuarter + 1);
   const double r = std::max(rss.r, least);
-  Mesh mesh;
+  Part part;
   for (int j = 0; j <= kRings; ++j)
     for (int quarter = 0; quarter < 4; ++quarter)
       for (int i = 0; i <= kQuarter; ++i) {
         const double across = M_PI / 2 * (quarter + double(i) / kQuarter);
         const double down = M_PI * j / kRings;
-        const Point corner(quarter == 0 || quarter == 3 ? rss.l[0] : 0,
-                           quarter <= 1 ? rss.l[1] : 0, 0);
+        const Point corner(quarter == 0 || quarter == 3 ? rss.l[0] : 0, quarter <= 1 ? rss.l[1] : 0,
+                           0);
         const Point out(std::sin(down) * std::cos(across), std::sin(down) * std::sin(across),
                         std::cos(down));
-        mesh.vertices.push_back(rss.To + rss.axis * (corner + r * out));
+        part.mesh.vertices.push_back(rss.To + rss.axis * (corner + r * out));
+        part.normals.push_back(rss.axis * out);
       }
+  auto& triangles = part.mesh.triangles;
   for (std::size_t j = 0; j < kRings; ++j)
     for (std::size_t i = 0; i < kColumns; ++i) {
       const std::size_t a = kColumns * j + i, b = kColumns * j + (i + 1) % kColumns;
-      mesh.triangles.emplace_back(a, a + kColumns, b + kColumns);
-      mesh.triangles.emplace_back(a, b + kColumns, b);
+      triangles.emplace_back(a, a + kColumns, b + kColumns);
+      triangles.emplace_back(a, b + kColumns, b);
     }
-  for (std::size_t pole : {std::size_t(0), kColumns * kRings}) {  // the flat faces
-    const std::size_t a = pole, b = a + kQuarter + 1, c = b + kQuarter + 1, d = c + kQuarter + 1;
-    mesh.triangles.emplace_back(a, b, c);
-    mesh.triangles.emplace_back(a, c, d);
+  const std::size_t side = kQuarter + 1, bottom = kColumns * kRings;  // the flat faces
+  for (std::size_t i = 1; i < 3; ++i) {
+    triangles.emplace_back(0, i * side, (i + 1) * side);
+    triangles.emplace_back(bottom, bottom + (i + 1) * side, bottom + i * side);
   }
-  return mesh;
+  return part;
 }
 
-Mesh patchOf(const Model& model, int node) {
+Part patchOf(const Model& model, int node) {
   Mesh mesh;
   std::map<std::size_t, std::size_t> names;
   for (int triangle : primitivesBelow(model, node)) {
@@ -83,7 +92,7 @@ Mesh patchOf(const Model& model, int node) {
     }
     mesh.triangles.emplace_back(corner[0], corner[1], corner[2]);
   }
-  return mesh;
+  return {mesh, {}};
 }
 
 /// Neighbouring numbers get hues far apart.
@@ -98,24 +107,29 @@ aiColor4D colourOf(std::size_t number) {
 }
 
 /// assimp's scene owns all it points to.
-void add(aiScene& scene, unsigned at, const Mesh& part) {
+void add(aiScene& scene, unsigned at, const Part& part) {
+  const auto vector = [](const Point& p) {
+    return aiVector3D(ai_real(p[0]), ai_real(p[1]), ai_real(p[2]));
+  };
+  const auto& [vertices, triangles] = part.mesh;
   auto* mesh = scene.mMeshes[at] = new aiMesh;
   mesh->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
   mesh->mMaterialIndex = at;
-  mesh->mNumVertices = unsigned(part.vertices.size());
-  mesh->mVertices = new aiVector3D[part.vertices.size()];
-  mesh->mColors[0] = new aiColor4D[part.vertices.size()];
-  for (std::size_t v = 0; v < part.vertices.size(); ++v) {
-    const Point& p = part.vertices[v];
-    mesh->mVertices[v] = aiVector3D(ai_real(p[0]), ai_real(p[1]), ai_real(p[2]));
-    mesh->mColors[0][v] = colourOf(at);
+  mesh->mNumVertices = unsigned(vertices.size());
+  mesh->mVertices = new aiVector3D[vertices.size()];
+  mesh->mColors[0] = new aiColor4D[vertices.size()];
+  std::transform(vertices.begin(), vertices.end(), mesh->mVertices, vector);
+  std::fill_n(mesh->mColors[0], vertices.size(), colourOf(at));
+  if (!part.normals.empty()) {
+    mesh->mNormals = new aiVector3D[vertices.size()];
+    std::transform(part.normals.begin(), part.normals.end(), mesh->mNormals, vector);
   }
-  mesh->mNumFaces = unsigned(part.triangles.size());
-  mesh->mFaces = new aiFace[part.triangles.size()];
-  for (std::size_t t = 0; t < part.triangles.size(); ++t) {
+  mesh->mNumFaces = unsigned(triangles.size());
+  mesh->mFaces = new aiFace[triangles.size()];
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
     mesh->mFaces[t].mNumIndices = 3;
     mesh->mFaces[t].mIndices = new unsigned[3];
-    for (int k = 0; k < 3; ++k) mesh->mFaces[t].mIndices[k] = unsigned(part.triangles[t][k]);
+    for (int k = 0; k < 3; ++k) mesh->mFaces[t].mIndices[k] = unsigned(triangles[t][k]);
   }
   const aiColor4D colour = colourOf(at);
   scene.mMaterials[at] = new aiMaterial;
@@ -123,7 +137,7 @@ void add(aiScene& scene, unsigned at, const Mesh& part) {
   scene.mRootNode->mMeshes[at] = at;
 }
 
-void write(const std::vector<Mesh>& parts, const std::string& path) {
+void write(const std::vector<Part>& parts, const std::string& path) {
   const std::map<std::string, const char*> formats = {
       {".ply", "ply"}, {".obj", "obj"}, {".gltf", "gltf2"}, {".glb", "glb2"}, {".stl", "stlb"}};
   const auto format = formats.find(std::filesystem::path(path).extension().string());
@@ -147,7 +161,7 @@ void run(const Options& options) {
   Model model(options.strategy);
   fillModel(meshNamed(options), model);
   const adaptive_bvh::HierarchyQuality quality = measureHierarchy(model);
-  std::vector<Mesh> parts;
+  std::vector<Part> parts;
   for (int node : nodesAtDepth(model, options.depth))
     parts.push_back(options.patches ? patchOf(model, node)
                                     : surfaceOf(model.getBV(node).bv, 1e-3 * model.aabb_radius));
@@ -172,9 +186,8 @@ int main(int argc, char** argv) {
                  "Of helmet, cable and plate: this squared times the triangles")
       ->check(CLI::Range(1, 64));
   app.add_option("--strategy", options.strategy, "How the tree is built")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, HierarchyStrategy>{{"top-down", HierarchyStrategy::TopDown},
-                                                   {"bottom-up", HierarchyStrategy::BottomUp}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, HierarchyStrategy>{
+          {"top-down", HierarchyStrategy::TopDown}, {"bottom-up", HierarchyStrategy::BottomUp}}));
   try {
     app.parse(argc, argv);
     run(options);

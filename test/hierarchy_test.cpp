@@ -297,42 +297,67 @@ TEST_F(BottomUp, PairsToSquaresOnAPlate) {
 TEST_F(BottomUp, StaysCompactOnOtherPlates) {
   for (int cells : {9, 13, 22, 37}) {
     const HierarchyQuality quality = measureHierarchy(built(plate<double>(cells, cells)));
-    EXPECT_LT(quality.aspect_ratio, 1.7) << cells;
-    for (const LevelQuality& level : quality.levels) {
-      EXPECT_LT(level.aspect_ratio, 2.3) << cells;
-      EXPECT_LT(level.area, 2 * 2.5) << cells;
+    EXPECT_LT(quality.aspect_ratio, 1.6) << cells;
+    for (const LevelQuality& level : quality.levels) EXPECT_LT(level.area, 2 * 2.2) << cells;
+  }
+}
+
+/// The area of the convex hull of points in the plane, by Andrew's chains.
+double flatHullArea(std::vector<Eigen::Vector2d> points) {
+  std::sort(points.begin(), points.end(), [](const auto& p, const auto& q) {
+    return std::make_pair(p[0], p[1]) < std::make_pair(q[0], q[1]);
+  });
+  const auto cross = [](const auto& a, const auto& b, const auto& c) {
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+  };
+  double twice = 0;
+  for (int chain = 0; chain < 2; ++chain, std::reverse(points.begin(), points.end())) {
+    std::vector<Eigen::Vector2d> hull;
+    for (const auto& p : points) {
+      while (hull.size() > 1 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+      hull.push_back(p);
     }
+    for (std::size_t i = 1; i < hull.size(); ++i)
+      twice += hull[i - 1][0] * hull[i][1] - hull[i - 1][1] * hull[i][0];
   }
+  return twice / 2;
 }
 
-/// The least volume of a box around the points in `tries` orientations.
-double leastBox(const std::vector<Point>& points, int tries) {
+/// The surface of the convex hull, by Cauchy's formula: four times the mean of its shadows.
+double hullSurface(const std::vector<Point>& points) {
   std::mt19937 random(1);
-  double least = 1e9;
-  for (int i = 0; i < tries; ++i) {
+  constexpr int kDirections = 2000;
+  double sum = 0;
+  for (int i = 0; i < kDirections; ++i) {
     const Eigen::Matrix3d turn = randomPose<double>(random, 0).linear();
-    Eigen::AlignedBox3d box;
-    for (const Point& p : points) box.extend(turn * p);
-    least = std::min(least, box.volume());
+    std::vector<Eigen::Vector2d> shadow;
+    for (const Point& p : points) shadow.emplace_back((turn * p).head<2>());
+    sum += flatHullArea(shadow);
   }
-  return least;
+  return 4 * sum / kDirections;
 }
 
-// Thesis figure 8 complains of a root "quite larger than it should be". Ours is not, nor are its
-// children: drawn as boxes, as there, they are within a few per cent of the best box there is.
+// Thesis figure 8 complains of a root "quite larger than it should be". A convex set around points
+// has at least the surface of their hull, and one that is round everywhere more. The roots of the
+// helmet have little more, and less than those of FCL's fit (2.8 times the hull for the root).
 TEST_F(BottomUp, HelmetRootsAreTight) {
   const Mesh mesh = scenarios::helmet().mesh();
   const AdaptiveBVHModeld model = built(mesh);
-  for (int depth = 0; depth <= 1; ++depth)
+  const HierarchyQuality quality = measureHierarchy(model);
+  const double allowed[] = {1.4, 1.8, 1.9};
+  for (int depth = 0; depth <= 2; ++depth) {
+    double hulls = 0;
     for (int node : nodesAtDepth(model, depth)) {
       std::vector<Point> points;
       for (int t : primitivesBelow(model, node))
         for (int k = 0; k < 3; ++k)
           points.push_back(mesh.vertices[mesh.triangles[std::size_t(t)][k]]);
-      const fcl::RSSd& bv = model.getBV(node).bv;
-      const double box = (bv.l[0] + 2 * bv.r) * (bv.l[1] + 2 * bv.r) * 2 * bv.r;
-      EXPECT_LT(box, 1.15 * leastBox(points, 3000)) << "node " << node;
+      hulls += hullSurface(points);
     }
+    const double area = quality.levels[std::size_t(depth)].area;
+    EXPECT_LT(area, allowed[depth] * hulls) << depth;
+    EXPECT_GT(area, 0.99 * hulls) << "or the check is wrong";
+  }
 }
 
 TEST_F(BottomUp, MergesComponentsByProximity) {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <algorithm>
+
+#include <fcl/math/bv/RSS.h>
+
+#include "volume/mesh_view.h"
+
+namespace adaptive_bvh {
+
+/// See Volume<fcl::RSS<S>>::fit.
+template <typename S>
+fcl::RSS<S> fitRss(const MeshView<S>& mesh, const unsigned* primitives, int count);
+
+/// The vector to p from a point of the rectangle, the nearest one up to rounding.
+template <typename S>
+fcl::Vector3<S> vectorFromRectangle(const fcl::RSS<S>& bv, const fcl::Vector3<S>& p) {
+  const fcl::Vector3<S> v = p - bv.To;
+  const S x = std::min(std::max(bv.axis.col(0).dot(v), S(0)), bv.l[0]);
+  const S y = std::min(std::max(bv.axis.col(1).dot(v), S(0)), bv.l[1]);
+  return v - bv.axis.col(0) * x - bv.axis.col(1) * y;
+}
+
+}  // namespace adaptive_bvh
