@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -13,7 +14,8 @@ enum class HierarchyStrategy {
   /// By the connectivity of the mesh, level by level (thesis appendix): groups that share the
   /// greatest length of edges are joined. Neighbours in the mesh stay neighbours in the tree
   /// however the mesh folds. Any input will do: components are merged by proximity, and triangles
-  /// without shared vertices are connected by the positions of their corners.
+  /// without shared vertices are connected by the positions of their corners. The default, because
+  /// it measures better on deforming meshes: 1.1 to 1.4 times in update + query (docs/hierarchy.md).
   BottomUp,
 };
 
@@ -21,7 +23,7 @@ const char* toString(HierarchyStrategy strategy);
 
 /// One level of a tree: all nodes at one depth.
 struct LevelQuality {
-  int nodes = 0;   ///< leaves included
+  int nodes = 0;  ///< leaves included
   int leaves = 0;
   double volume = 0;  ///< of the bounding volumes, summed; unit of length cubed
   double area = 0;    ///< of their surfaces, summed; unit of length squared
@@ -36,8 +38,8 @@ struct LevelQuality {
 
 /// How good a tree is, as it stands: inflation counts.
 struct HierarchyQuality {
-  int depth = 0;        ///< edges from the root to the farthest leaf; FCL recurses that deep
-  double balance = 0;   ///< the least depth possible, ceil(log2 n), over `depth`; 1 for one leaf
+  int depth = 0;       ///< edges from the root to the farthest leaf; FCL recurses that deep
+  double balance = 0;  ///< the least depth possible, ceil(log2 n), over `depth`; 1 for one leaf
   std::vector<LevelQuality> levels;  ///< levels[d]: the nodes at depth d; depth + 1 entries
 
   /// As in LevelQuality, over all inner nodes.
