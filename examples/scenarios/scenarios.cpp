@@ -59,8 +59,7 @@ Point fold(const Point& p, double t) {
   const double side = p[0] < 0 ? -1 : 1, s = std::abs(p[0]);
   const Arc arc = arcAt(0.93 * M_PI * smooth(t) / kBand, std::min(s, kBand / 2));
   const double flat = std::max(0., s - kBand / 2);
-  return {side * (arc.x + flat * std::cos(arc.turn)), p[1],
-          arc.y + flat * std::sin(arc.turn)};
+  return {side * (arc.x + flat * std::cos(arc.turn)), p[1], arc.y + flat * std::sin(arc.turn)};
 }
 
 Pose turned(double degrees, const Point& axis) {
@@ -121,8 +120,8 @@ std::vector<Scenario> thesisScenarios(const Options& options) {
   const Point y = Point::UnitY(), x = Point::UnitX();
   std::vector<Scenario> all;
   all.push_back({"plate and twisting plate", plate(s), twistingPlate(s).placed(moved(0, 0, 1.37))});
-  all.push_back({"cable and plate", cable(s),
-                 plate(s).placed(moved(1.6, 0, -1.35) * turned(90, y))});
+  all.push_back(
+      {"cable and plate", cable(s), plate(s).placed(moved(1.6, 0, -1.35) * turned(90, y))});
   all.push_back({"helmet and folding sheet", helmet(s),
                  foldingSheet(s).placed(moved(0, 0, 2.25) * turned(180, x))});
   all.push_back({"helmet and cable", helmet(s), cable(s).placed(moved(0, 1.49, 1.6))});

@@ -38,9 +38,8 @@ class Levels {
     boxes_.reserve(2 * static_cast<std::size_t>(count));
     for (unsigned t = 0; t < count; ++t) {
       groups_[t] = t;
-      mesh.forEachPosition(t, [&](const fcl::Vector3<S>& p) {
-        boxes_[t].extend(p.template cast<double>());
-      });
+      mesh.forEachPosition(
+          t, [&](const fcl::Vector3<S>& p) { boxes_[t].extend(p.template cast<double>()); });
     }
   }
 
@@ -157,9 +156,9 @@ class Levels {
   }
 
   BinaryTree tree_;
-  std::vector<unsigned> groups_;  // by group of the level: its node of the tree
+  std::vector<unsigned> groups_;    // by group of the level: its node of the tree
   std::vector<unsigned> isolated_;  // groups that stayed alone on the level before, ascending
-  std::vector<Box> boxes_;        // by node
+  std::vector<Box> boxes_;          // by node
 };
 
 }  // namespace

@@ -20,7 +20,6 @@ constexpr unsigned kNone = ~0u;
 ///
 /// A group that has a mate after 1. has one after 2. No recursion. The walk is linear but for the
 /// sorting of neighbours; the search is linear a round, with at most 2 log2(n) + 8 rounds.
-std::vector<unsigned> pairGroups(const GroupGraph& graph,
-                                 const std::vector<unsigned>& favoured);
+std::vector<unsigned> pairGroups(const GroupGraph& graph, const std::vector<unsigned>& favoured);
 
 }  // namespace adaptive_bvh

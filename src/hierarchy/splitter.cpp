@@ -59,8 +59,8 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (!build.dictation)
-      build.dictation = std::make_unique<Dictation>(
-          buildBottomUp(build.mesh, static_cast<unsigned>(count)));
+      build.dictation =
+          std::make_unique<Dictation>(buildBottomUp(build.mesh, static_cast<unsigned>(count)));
     build.right_begin = build.dictation->right_begin[build.nodes++];
     build.next = primitives;
   }

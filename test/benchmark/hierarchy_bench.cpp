@@ -88,7 +88,9 @@ void printBuild(const char* name, const Mesh& mesh, int repeats) {
 
 void printBuilds(int repeats) {
   std::printf("Building, ms, in brackets against FCL; medians of %d, interleaved\n\n", repeats);
-  std::printf("| mesh               | triangles |      FCL |    top-down      |   bottom-up      | us a triangle |\n");
+  std::printf(
+      "| mesh               | triangles |      FCL |    top-down      |   bottom-up      | us a "
+      "triangle |\n");
   std::printf("| --- | ---: | ---: | ---: | ---: | ---: |\n");
   for (int n : {1000, 10000, 100000, 500000}) printBuild("hills", hills(n), repeats);
   printBuild("hills, cut apart", cutApart(hills(100000)), repeats);
