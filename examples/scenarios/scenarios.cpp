@@ -1,6 +1,8 @@
 #include "scenarios.h"
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "bodies.h"
@@ -62,19 +64,63 @@ Point fold(const Point& p, double t) {
   return {side * (arc.x + flat * std::cos(arc.turn)), p[1], arc.y + flat * std::sin(arc.turn)};
 }
 
+Point still(const Point& p, double) { return p; }
+
+/// A dent of radius 0.15 in the middle, down to 0.3 and back: pi 0.15^2 of 2.7^2 is 1 %.
+constexpr double kDentRadius = 0.153;
+double dentDepth(double t) { return 0.3 * std::sin(M_PI * t); }
+Point poke(const Point& p, double t) {
+  const double r = std::hypot(p[0], p[1]) / kDentRadius;
+  return r < 1 ? p - Point(0, 0, dentDepth(t) * std::pow(1 - r * r, 2)) : p;
+}
+
+/// A small dome upside down that follows the bottom of the dent at a short distance.
+Point pokingTool(const Point& p, double t) {
+  return {0.05 * p[0], -0.05 * p[1], 0.05 * (1.1 - p[2]) + 0.12 - dentDepth(t)};
+}
+
+/// Falls freely from above the helmet, and rests on it where it arrives; outside it hangs down, as
+/// far as its middle has fallen. The edge between both is rounded.
+Point drape(const Point& p, double t) {
+  const double falling = 2.2 - 3 * t * t;
+  const double r2 = std::pow(p[0] / 0.99, 2) + std::pow(p[1] / 1.16, 2);
+  const double resting = 0.02 + (r2 < 1 ? 1.1 * std::sqrt(1 - r2) : -0.5 * (std::sqrt(r2) - 1));
+  const double gap = falling - resting;
+  const double z = resting + (gap + std::sqrt(gap * gap + 4e-4)) / 2;  // a smooth maximum with 0
+  return {p[0], p[1], z};
+}
+
+Point vibrate(const Point& p, double t) {
+  const double phase = 2 * M_PI * 15 * t;  // 60 frames: four a period
+  return p * (1 + 0.01 * std::sin(phase) * std::sin(9 * p[0] + 4 * p[1]) * std::cos(7 * p[2]));
+}
+
+Point tumble(const Point& p, double t) {
+  const Point axis = Point(0.7, 0.6, 0.2).normalized();
+  return Eigen::AngleAxisd(4 * M_PI * smooth(t), axis) * p;
+}
+
 Pose turned(double degrees, const Point& axis) {
   return Pose(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
 }
 Pose moved(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
+std::vector<Scenario> oriented(std::vector<Scenario> scenarios, const Options& options) {
+  if (!options.aligned)
+    for (Scenario& scenario : scenarios) scenario = turnedGenerically(scenario);
+  return scenarios;
+}
+
 }  // namespace
 
-Body::Body(std::string name, Mesh rest, int frames, Motion motion, const Pose& pose)
-    : name_(std::move(name)),
-      rest_(std::move(rest)),
-      frames_(frames),
-      motion_(std::move(motion)),
-      pose_(pose) {}
+Body::Body(std::string name, Mesh rest, int frames, Motion motion)
+    : name_(std::move(name)), rest_(std::move(rest)), frames_(frames), motion_(std::move(motion)) {}
+
+Body::Body(std::string name, Mesh rest, int frames, PointMotion motion)
+    : Body(std::move(name), std::move(rest), frames,
+           [motion](const std::vector<Point>& points, double t, std::vector<Point>& out) {
+             for (std::size_t v = 0; v < points.size(); ++v) out[v] = motion(points[v], t);
+           }) {}
 
 Mesh Body::mesh() const {
   Mesh mesh;
@@ -86,7 +132,8 @@ Mesh Body::mesh() const {
 void Body::positions(int frame, std::vector<Point>& out) const {
   const double t = std::min(1., double(frame) / frames_);
   out.resize(rest_.vertices.size());
-  for (std::size_t v = 0; v < out.size(); ++v) out[v] = pose_ * motion_(rest_.vertices[v], t);
+  motion_(rest_.vertices, t, out);
+  for (Point& p : out) p = pose_ * p;
 }
 
 std::vector<Point> Body::positions(int frame) const {
@@ -126,14 +173,51 @@ std::vector<Scenario> thesisScenarios(const Options& options) {
                  foldingSheet(s).placed(moved(0, 0, 2.25) * turned(180, x))});
   all.push_back({"helmet and cable", helmet(s), cable(s).placed(moved(0, 1.49, 1.6))});
   all.push_back({"helmet and plate", helmet(s), plate(s).placed(moved(0, 0, -0.39))});
-  if (!options.aligned) {
-    const Pose generic = turned(67.3, {0.48, -0.31, 0.82});
-    for (Scenario& scenario : all) {
-      scenario.first = scenario.first.placed(generic);
-      scenario.second = scenario.second.placed(generic);
-    }
-  }
-  return all;
+  return oriented(std::move(all), options);
+}
+
+std::vector<Scenario> furtherScenarios(const Options& options) {
+  const int s = options.resolution;
+  std::vector<Scenario> all;
+  all.push_back({"local poke",
+                 {"sheet", grid(36 * s, 36 * s, kSide, kSide), 60, poke},
+                 Body("tool", dome(s), 60, pokingTool)});
+  all.push_back({"cloth drop",
+                 {"cloth", grid(70 * s, 70 * s, kSide, kSide), 40, drape},
+                 {"dome", dome(2 * s), 1, still}});
+  all.push_back(
+      {"vibration",
+       {"helmet", dome(2 * s), 60, vibrate},
+       Body("plate", grid(18 * s, 18 * s, kSide, kSide), 1, still).placed(moved(0, 0, -0.3))});
+  all.push_back(
+      {"rigid tumble",
+       {"helmet", dome(2 * s), 60, tumble},
+       Body("plate", grid(18 * s, 18 * s, kSide, kSide), 1, still).placed(moved(0, 0, -1.17))});
+  return oriented(std::move(all), options);
+}
+
+Scenario interpolated(const std::string& name, const Mesh& from, const std::vector<Point>& to,
+                      int frames) {
+  if (from.vertices.size() != to.size())
+    throw std::invalid_argument(name + ": the two poses differ in their number of vertices");
+  Eigen::AlignedBox3d box;
+  for (const Point& p : from.vertices) box.extend(p);
+  const double size = box.sizes().maxCoeff();
+  const Point below(box.center()[0], box.center()[1], box.min()[2] - 0.15 * size);
+  return {
+      name,
+      {name, from, frames,
+       [to](const std::vector<Point>& rest, double t, std::vector<Point>& out) {
+         const double there = (1 - std::cos(2 * M_PI * t)) / 2;  // and back
+         for (std::size_t v = 0; v < rest.size(); ++v)
+           out[v] = (1 - there) * rest[v] + there * to[v];
+       }},
+      Body("plate", grid(9, 9, size, size), 1, still).placed(Pose(Eigen::Translation3d(below)))};
+}
+
+Scenario turnedGenerically(const Scenario& scenario) {
+  const Pose generic = turned(67.3, {0.48, -0.31, 0.82});
+  return {scenario.name, scenario.first.placed(generic), scenario.second.placed(generic)};
 }
 
 MotionSize measureMotion(const Body& body) {

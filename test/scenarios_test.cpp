@@ -1,0 +1,156 @@
+// The scenarios are what the thesis says they are, and what their descriptions promise.
+#include "scenarios.h"
+
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using scenarios::Body;
+using scenarios::Mesh;
+using scenarios::Options;
+using scenarios::Point;
+using scenarios::Scenario;
+
+std::vector<Scenario> all(const Options& options = {}) {
+  std::vector<Scenario> list = scenarios::thesisScenarios(options);
+  for (const Scenario& scenario : scenarios::furtherScenarios(options)) list.push_back(scenario);
+  return list;
+}
+
+void expectSize(std::size_t vertices, std::size_t triangles, int frames, const Body& body) {
+  EXPECT_EQ(vertices, body.vertices()) << body.name();
+  EXPECT_EQ(triangles, body.triangles().size()) << body.name();
+  EXPECT_EQ(frames, body.frames()) << body.name();
+}
+
+TEST(Scenarios, HaveTheSizesOfThesisTable1) {
+  expectSize(100, 162, 62, scenarios::plate());
+  expectSize(100, 162, 218, scenarios::twistingPlate());
+  expectSize(100, 180, 127, scenarios::cable());
+  expectSize(385, 710, 20, scenarios::helmet());
+  expectSize(100, 162, 29, scenarios::foldingSheet());
+  const std::vector<Scenario> five = scenarios::thesisScenarios();
+  ASSERT_EQ(5u, five.size());
+  const int frames[] = {218, 127, 29, 127, 62};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(frames[i], five[i].frames()) << five[i].name;
+}
+
+TEST(Scenarios, GrowWithTheSquareOfTheResolution) {
+  for (int s : {2, 3}) {
+    const std::vector<Scenario> coarse = all(), fine = all({s, false});
+    for (std::size_t i = 0; i < coarse.size(); ++i)
+      EXPECT_EQ(coarse[i].triangles() * std::size_t(s * s), fine[i].triangles()) << fine[i].name;
+  }
+}
+
+/// The point of `points` nearest to p.
+double nearest(const Point& p, const std::vector<Point>& points) {
+  double least = 1e9;
+  for (const Point& q : points) least = std::min(least, (p - q).norm());
+  return least;
+}
+
+// The vertices of the coarse body are vertices of the finer one, in every frame.
+TEST(Scenarios, MoveAlikeAtEveryResolution) {
+  const std::vector<Scenario> coarse = scenarios::thesisScenarios(),
+                              fine = scenarios::thesisScenarios({2, false});
+  for (std::size_t i = 0; i < coarse.size(); ++i)
+    for (int frame : {0, 7, 19, 60, 500})
+      for (auto body : {&Scenario::first, &Scenario::second}) {
+        const std::vector<Point> points = (fine[i].*body).positions(frame);
+        for (const Point& p : (coarse[i].*body).positions(frame))
+          EXPECT_LT(nearest(p, points), 1e-9);
+      }
+}
+
+TEST(Scenarios, TurnAsAWhole) {
+  const std::vector<Scenario> aligned = all({1, true}), general = all();
+  for (std::size_t i = 0; i < aligned.size(); ++i) {
+    const auto p = aligned[i].first.positions(9), q = aligned[i].second.positions(9);
+    const auto tp = general[i].first.positions(9), tq = general[i].second.positions(9);
+    EXPECT_NEAR((p[5] - q[11]).norm(), (tp[5] - tq[11]).norm(), 1e-12);
+    EXPECT_GT((p[5] - tp[5]).norm(), 0.01);
+  }
+}
+
+TEST(Scenarios, StayAsTheyAreAfterTheirLastFrame) {
+  const Body helmet = scenarios::helmet();
+  EXPECT_EQ(helmet.positions(20), helmet.positions(21));
+  EXPECT_NE(helmet.positions(10), helmet.positions(11));
+}
+
+/// Distances in all frames.
+std::vector<double> distances(const Scenario& scenario) {
+  adaptive_bvh::AdaptiveBVHModeld a, b;
+  fillModel(scenario.first.mesh(), a);
+  fillModel(scenario.second.mesh(), b);
+  const auto origin = fcl::Transform3d::Identity();
+  std::vector<double> found;
+  for (int frame = 1; frame <= scenario.frames(); ++frame) {
+    a.update(scenario.first.positions(frame));
+    b.update(scenario.second.positions(frame));
+    fcl::DistanceResultd result;
+    found.push_back(
+        adaptive_bvh::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result));
+  }
+  return found;
+}
+
+// Near each other all the time, with gaps nearly always: what the queries have to do matters.
+TEST(Scenarios, ComeNearAndRarelyTouch) {
+  int touching = 0, frames = 0;
+  for (const Scenario& scenario : all()) {
+    const std::vector<double> found = distances(scenario);
+    EXPECT_LT(*std::min_element(found.begin(), found.end()), 0.13) << scenario.name;
+    EXPECT_LT(*std::max_element(found.begin(), found.end()), 2.3) << scenario.name;
+    const auto touches = std::count_if(found.begin(), found.end(), [](double d) { return d <= 0; });
+    EXPECT_LE(touches, scenario.frames() / 7) << scenario.name;
+    touching += int(touches);
+    frames += scenario.frames();
+  }
+  EXPECT_GT(touching, 0);
+  EXPECT_LT(touching, frames / 20);
+}
+
+TEST(Scenarios, MoveSmoothly) {
+  for (const Scenario& scenario : all())
+    for (const Body* body : {&scenario.first, &scenario.second}) {
+      const scenarios::MotionSize size = scenarios::measureMotion(*body);
+      EXPECT_LT(size.largest_in_diagonals, 0.12) << scenario.name << ": " << body->name();
+      EXPECT_LE(size.mean_in_edges, size.largest_in_edges);
+    }
+}
+
+TEST(Scenarios, AnElementPokesAnHundredth) {
+  const Body sheet = scenarios::furtherScenarios()[0].first;
+  const std::vector<Point> before = sheet.positions(9), after = sheet.positions(10);
+  std::size_t moved = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) moved += before[v] != after[v];
+  EXPECT_NEAR(0.01, double(moved) / double(before.size()), 0.003);
+}
+
+TEST(Scenarios, ATumbleHasNoStrain) {
+  const Body helmet = scenarios::furtherScenarios()[3].first;
+  const std::vector<Point> before = helmet.positions(0), after = helmet.positions(23);
+  for (const fcl::Triangle& t : helmet.triangles())
+    EXPECT_NEAR((before[t[0]] - before[t[1]]).norm(), (after[t[0]] - after[t[1]]).norm(), 1e-12);
+}
+
+TEST(Scenarios, InterpolateThereAndBack) {
+  const Mesh mesh = scenarios::helmet().mesh();
+  std::vector<Point> to = mesh.vertices;
+  for (Point& p : to) p *= 1.5;
+  const Scenario scenario = scenarios::interpolated("helmet", mesh, to, 10);
+  EXPECT_NEAR(0, (scenario.first.positions(5)[7] - to[7]).norm(), 1e-12);
+  EXPECT_NEAR(0, (scenario.first.positions(10)[7] - mesh.vertices[7]).norm(), 1e-12);
+  EXPECT_GT(distances(scenario)[9], 0);
+  to.pop_back();
+  EXPECT_THROW(scenarios::interpolated("helmet", mesh, to, 10), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
