@@ -171,7 +171,7 @@ std::vector<Scenario> thesisScenarios(const Options& options) {
       {"cable and plate", cable(s), plate(s).placed(moved(1.6, 0, -1.35) * turned(90, y))});
   all.push_back({"helmet and folding sheet", helmet(s),
                  foldingSheet(s).placed(moved(0, 0, 2.25) * turned(180, x))});
-  all.push_back({"helmet and cable", helmet(s), cable(s).placed(moved(0, 1.49, 1.6))});
+  all.push_back({"helmet and cable", helmet(s), cable(s).placed(moved(0, 1.485, 1.6))});
   all.push_back({"helmet and plate", helmet(s), plate(s).placed(moved(0, 0, -0.39))});
   return oriented(std::move(all), options);
 }

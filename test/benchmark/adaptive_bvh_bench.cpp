@@ -1,0 +1,174 @@
+// Update + exact distance of two deforming meshes: this library, the rows of thesis Table 2,
+// Larsson and Akenine-Moeller, and FCL's own ways, in one run. docs/experiment.md has its tables.
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+
+#include "report.h"
+#ifdef ADAPTIVE_BVH_HAS_MESH_IO
+#include "adaptive_bvh/mesh_io.h"
+#endif
+
+namespace {
+
+using namespace adaptive_bvh_bench;  // NOLINT: this is its program
+using scenarios::Scenario;
+
+struct Options {
+  std::vector<int> resolutions = {1};
+  std::string orientation = "general";
+  std::vector<std::string> scenarios, methods, poses;
+  std::string json, csv;
+  bool further = false, slow = false, quiet = false;
+  RunOptions run;
+};
+
+/// A bar on a terminal, nothing elsewhere.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool on) : on_(on && isatty(STDERR_FILENO)) {}
+  ~ProgressBar() {
+    if (on_) std::fprintf(stderr, "\r\033[K");
+  }
+  void show(double share, const std::string& what) const {
+    if (!on_) return;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    const double left = share > 0.01 ? elapsed.count() * (1 - share) / share : 0;
+    std::fprintf(stderr, "\r\033[K[%-30.*s] %3.0f %%  %s left  %s", int(30 * share),
+                 "##############################", 100 * share,
+                 left > 0 ? (std::to_string(int(left)) + " s").c_str() : "?", what.c_str());
+  }
+
+ private:
+  bool on_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+bool isNamed(const std::string& name, const std::vector<std::string>& wanted) {
+  return wanted.empty() || std::any_of(wanted.begin(), wanted.end(), [&](const std::string& w) {
+           return name.find(w) != std::string::npos;
+         });
+}
+
+/// Those asked for; without a choice, all but the slow ones above thesis size.
+std::vector<MethodKind> chosenMethods(const Options& options) {
+  const bool large = *std::max_element(options.resolutions.begin(), options.resolutions.end()) > 1;
+  std::vector<MethodKind> chosen;
+  for (const auto& list : {adaptiveMethods(), larssonMethods(), fclMethods()})
+    for (const MethodKind& kind : list) {
+      const bool named = std::find(options.methods.begin(), options.methods.end(), kind.key) !=
+                         options.methods.end();
+      if (named ||
+          (options.methods.empty() && (kind.note != MethodKind::Slow || options.slow || !large)))
+        chosen.push_back(kind);
+    }
+  if (chosen.empty()) throw std::runtime_error("no method of that name; --help lists them");
+  return chosen;
+}
+
+std::vector<Scenario> chosenScenarios(const Options& options, int resolution, bool aligned) {
+  const scenarios::Options scene = {resolution, aligned};
+  std::vector<Scenario> all = scenarios::thesisScenarios(scene);
+  if (options.further)
+    for (Scenario& scenario : scenarios::furtherScenarios(scene))
+      all.push_back(std::move(scenario));
+#ifdef ADAPTIVE_BVH_HAS_MESH_IO
+  for (std::size_t i = 0; i + 1 < options.poses.size(); i += 2) {
+    adaptive_bvh::MeshLoadOptions keep;
+    keep.weld = false;  // two poses of one mesh pair their vertices by number
+    const auto from = adaptive_bvh::loadMesh<double>(options.poses[i], keep);
+    const auto to = adaptive_bvh::loadMesh<double>(options.poses[i + 1], keep);
+    const std::string name = options.poses[i].substr(options.poses[i].find_last_of('/') + 1);
+    const Scenario scenario = scenarios::interpolated(name, from, to.vertices, 50);
+    all.push_back(aligned ? scenario : scenarios::turnedGenerically(scenario));
+  }
+#endif
+  std::vector<Scenario> chosen;
+  for (const Scenario& scenario : all)
+    if (isNamed(scenario.name, options.scenarios)) chosen.push_back(scenario);
+  if (chosen.empty()) throw std::runtime_error("no scenario of that name");
+  return chosen;
+}
+
+void run(Options options) {
+  const std::vector<MethodKind> kinds = chosenMethods(options);
+  std::vector<Series> all;
+  for (int resolution : options.resolutions)
+    for (bool aligned : {false, true}) {
+      if (options.orientation == (aligned ? "general" : "aligned")) continue;
+      Series series;
+      series.resolution = resolution;
+      series.aligned = aligned;
+      const std::vector<Scenario> chosen = chosenScenarios(options, resolution, aligned);
+      {
+        const ProgressBar bar(!options.quiet);
+        for (std::size_t i = 0; i < chosen.size(); ++i) {
+          options.run.progress = [&](double share, const std::string& what) {
+            bar.show((double(i) + share) / double(chosen.size()), what);
+          };
+          series.scenarios.push_back(runScenario(chosen[i], kinds, options.run));
+        }
+      }
+      writeTables(std::cout, series, kinds);
+      all.push_back(std::move(series));
+    }
+  if (!options.json.empty()) writeJson(options.json, all, kinds);
+  if (!options.csv.empty()) writeCsv(options.csv, all, kinds);
+
+  for (const Series& series : all)
+    for (const ScenarioResult& scenario : series.scenarios)
+      for (std::size_t k = 0; k < kinds.size(); ++k)
+        if (scenario.methods[k].wrong_frames > 0 && kinds[k].note != MethodKind::Wrong)
+          throw std::runtime_error(kinds[k].title + " disagrees with the oracle in " +
+                                   std::to_string(scenario.methods[k].wrong_frames) +
+                                   " frames of " + scenario.name);
+}
+
+std::string methodNames() {
+  std::string names;
+  for (const auto& list : {adaptiveMethods(), larssonMethods(), fclMethods()})
+    for (const MethodKind& kind : list) names += (names.empty() ? "" : ", ") + kind.key;
+  return names;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Update + exact distance of two deforming meshes, many ways, in one process. Prints markdown "
+      "tables. Ends with status 1 when a row that must be exact is not.");
+  app.add_option("--scenario", options.scenarios, "Only scenarios whose name holds this");
+  app.add_flag("--further", options.further, "The four further scenarios as well");
+#ifdef ADAPTIVE_BVH_HAS_MESH_IO
+  app.add_option("--poses", options.poses, "Two poses of one mesh as a scenario: FROM TO ...");
+#endif
+  app.add_option("--resolution", options.resolutions, "Triangles times this squared; several do");
+  app.add_option("--orientation", options.orientation, "general, aligned, or both")
+      ->check(CLI::IsMember({"general", "aligned", "both"}));
+  app.add_option("--method", options.methods, "Only these: " + methodNames());
+  app.add_flag("--slow", options.slow, "The slowest methods above thesis size, too");
+  app.add_option("--repeats", options.run.repeats, "Runs of everything; tables show medians")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--seed", options.run.seed, "Of the order in which methods take turns");
+  app.add_option("--json", options.json, "Write all, frame by frame, to this file");
+  app.add_option("--csv", options.csv, "Write a row per scenario and method to this file");
+  app.add_flag("--quiet", options.quiet, "No progress bar");
+  try {
+    app.parse(argc, argv);
+    run(options);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+  } catch (const CLI::Error& error) {
+    std::cerr << "adaptive_bvh_bench: " << error.what() << '\n';
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "adaptive_bvh_bench: " << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,92 @@
+// The thesis's nine rows with the parameters of its Table 2, and this library's own defaults.
+#include <fcl/narrowphase/distance.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "fcl_support.h"
+#include "method.h"
+
+namespace adaptive_bvh_bench {
+namespace {
+
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+
+class AdaptivePair : public Method {
+ public:
+  AdaptivePair(const scenarios::Scenario& scenario, const RefitPolicy& policy, bool recorded)
+      : first_(policy), second_(policy), recorded_(recorded) {
+    fillModel(scenario.first.mesh(), first_);
+    fillModel(scenario.second.mesh(), second_);
+  }
+
+  void update(const Positions& first, const Positions& second) override {
+    first_.update(first);
+    second_.update(second);
+  }
+
+  double distance() override {
+    fcl::DistanceResultd result;
+    const fcl::DistanceRequestd request;
+    return recorded_ ? adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request,
+                                                      result)
+                     : fcl::distance<double>(&first_, origin_, &second_, origin_, request, result);
+  }
+
+  Work work() override {
+    Work work;
+    if (recorded_) {
+      work.bv_tests = first_.recordedWork().bv_tests;
+      work.leaf_tests = first_.recordedWork().leaf_tests;
+    } else {
+      fcl::DistanceResultd result;
+      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(first_, second_,
+                                                                                    result);
+    }
+    work.refitted = first_.lastUpdate().refitted() + second_.lastUpdate().refitted();
+    return work;
+  }
+
+  std::size_t bytes() const override {
+    return fclBytes(first_) + fclBytes(second_) + first_.trackingBytes() + second_.trackingBytes();
+  }
+
+ private:
+  Model first_, second_;
+  bool recorded_;
+  const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
+};
+
+MethodKind row(std::string key, std::string title, const RefitPolicy& policy, bool recorded = true,
+               MethodKind::Note note = MethodKind::Plain) {
+  return {std::move(key), std::move(title), note,
+          [policy, recorded](const scenarios::Scenario& scenario) {
+            return std::make_unique<AdaptivePair>(scenario, policy, recorded);
+          }};
+}
+
+}  // namespace
+
+std::vector<MethodKind> adaptiveMethods() {
+  const auto thesis = [](const char* key, FitnessCriterion criterion,
+                         MethodKind::Note note = MethodKind::Plain) {
+    return row(key, std::string("thesis: ") + toString(criterion), RefitPolicy::thesis(criterion),
+               true, note);
+  };
+  return {
+      row("recorded", "adaptive_bvh::distance", RefitPolicy()),
+      row("drop-in", "drop-in, fcl::distance", RefitPolicy(), false),
+      thesis("thesis-a", FitnessCriterion::A),
+      thesis("thesis-b", FitnessCriterion::B),
+      thesis("thesis-ab", FitnessCriterion::AB),
+      thesis("thesis-bc", FitnessCriterion::BC, MethodKind::Slow),
+      thesis("thesis-a-or-bc", FitnessCriterion::AOrBC),
+      thesis("thesis-abc", FitnessCriterion::ABC, MethodKind::Slow),
+      thesis("thesis-ab-or-bc", FitnessCriterion::ABOrBC),
+      thesis("thesis-all", FitnessCriterion::RefitAll),
+      thesis("thesis-none", FitnessCriterion::RefitNone, MethodKind::Slow),
+  };
+}
+
+}  // namespace adaptive_bvh_bench

@@ -1,0 +1,108 @@
+// The parts of a frame, by themselves: one volume test, one refit, one sweep. Items are nodes,
+// vertices or fits, so items_per_second compares sizes.
+#include <benchmark/benchmark.h>
+
+#include <fcl/math/bv/RSS.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/hierarchy.h"
+#include "scenarios.h"
+#include "update/displacement.h"
+#include "update/propagation.h"
+
+namespace {
+
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+using V = adaptive_bvh::Volume<fcl::RSSd>;
+
+Model helmetOf(int resolution) {
+  Model model;
+  fillModel(scenarios::helmet(resolution).mesh(), model);
+  return model;
+}
+
+/// Two volumes of the helmet at one depth, at two poses.
+void volumeTest(benchmark::State& state) {
+  const Model model = helmetOf(4);
+  const std::vector<int> nodes = nodesAtDepth(model, int(state.range(0)));
+  fcl::Matrix3d R = Eigen::AngleAxisd(0.7, fcl::Vector3d(1, 2, 3).normalized()).matrix();
+  const fcl::Vector3d T(0.3, 2, 0.5);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const auto &a = model.getBV(nodes[i % nodes.size()]).bv,
+               &b = model.getBV(nodes[(7 * i + 3) % nodes.size()]).bv;
+    benchmark::DoNotOptimize(fcl::distance(R, T, a, b));
+    ++i;
+  }
+}
+BENCHMARK(volumeTest)->Arg(3)->Arg(8)->Arg(12);
+
+void triangleTest(benchmark::State& state) {
+  const scenarios::Mesh mesh = scenarios::helmet(4).mesh();
+  std::size_t i = 0;
+  scenarios::Point p, q;
+  for (auto _ : state) {
+    const auto &s = mesh.triangles[i % mesh.triangles.size()],
+               &t = mesh.triangles[(7 * i + 3) % mesh.triangles.size()];
+    const auto& v = mesh.vertices;
+    benchmark::DoNotOptimize(fcl::detail::TriangleDistance<double>::triDistance(
+        v[s[0]], v[s[1]], v[s[2]], v[t[0]], v[t[1]], v[t[2]], p, q));
+    ++i;
+  }
+}
+BENCHMARK(triangleTest);
+
+/// A fit of 2^k triangles that lie together.
+void refit(benchmark::State& state) {
+  const Model model = helmetOf(4);
+  const auto below = primitivesBelow(model, 0);
+  const std::vector<unsigned> order(below.begin(), below.end());
+  adaptive_bvh::MeshView<double> view;
+  view.vertices = model.vertices;
+  view.triangles = model.tri_indices;
+  const auto count = std::size_t(state.range(0));
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(V::fit(view, &order[i], int(count)));
+    i = i + 2 * count <= order.size() ? i + count : 0;
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(refit)->RangeMultiplier(4)->Range(1, 4096);
+
+adaptive_bvh::Tracking<fcl::RSSd> trackingOf(const Model& model) {
+  adaptive_bvh::Tracking<fcl::RSSd> tracking;
+  tracking.adopt(model);
+  return tracking;
+}
+
+/// Reading a new frame and measuring every displacement; items are vertices.
+void displacement(benchmark::State& state) {
+  Model model = helmetOf(int(state.range(0)));
+  auto tracking = trackingOf(model);
+  const scenarios::Body body = scenarios::helmet(int(state.range(0)));
+  const std::vector<scenarios::Point> frames[] = {body.positions(9), body.positions(10)};
+  int i = 0;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, frames[i++ % 2].data()));
+  state.SetItemsProcessed(state.iterations() * model.num_vertices);
+}
+BENCHMARK(displacement)->RangeMultiplier(4)->Range(1, 16);
+
+/// The inflation sweep; items are nodes.
+void sweep(benchmark::State& state) {
+  Model model = helmetOf(int(state.range(0)));
+  auto tracking = trackingOf(model);
+  const auto positions = scenarios::helmet(int(state.range(0))).positions(1);
+  adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, positions.data());
+  for (auto _ : state)
+    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, tracking, true));
+  state.SetItemsProcessed(state.iterations() * model.getNumBVs());
+}
+BENCHMARK(sweep)->RangeMultiplier(4)->Range(1, 16);
+
+}  // namespace
+
+BENCHMARK_MAIN();

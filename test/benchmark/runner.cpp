@@ -1,0 +1,161 @@
+#include "runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/utility.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+#include <fcl/narrowphase/distance.h>
+
+namespace adaptive_bvh_bench {
+namespace {
+
+/// Milliseconds since the last lap.
+class Clock {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Every pair of triangles, but those whose boxes are farther apart than the best so far.
+double bruteForce(const scenarios::Scenario& scenario, const Positions& p, const Positions& q) {
+  const auto boxes = [](const scenarios::Body& body, const Positions& points) {
+    std::vector<Eigen::AlignedBox3d> result;
+    for (const fcl::Triangle& t : body.triangles()) {
+      result.emplace_back(points[t[0]]);
+      for (int k = 1; k < 3; ++k) result.back().extend(points[t[k]]);
+    }
+    return result;
+  };
+  const auto first = boxes(scenario.first, p), second = boxes(scenario.second, q);
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < first.size(); ++i)
+    for (std::size_t j = 0; j < second.size(); ++j) {
+      if (first[i].exteriorDistance(second[j]) > least) continue;
+      const fcl::Triangle &s = scenario.first.triangles()[i], &t = scenario.second.triangles()[j];
+      Point on_s, on_t;
+      least =
+          std::min(least, fcl::detail::TriangleDistance<double>::triDistance(
+                              p[s[0]], p[s[1]], p[s[2]], q[t[0]], q[t[1]], q[t[2]], on_s, on_t));
+    }
+  return least;
+}
+
+double byAabbTree(const scenarios::Scenario& scenario, const Positions& p, const Positions& q) {
+  fcl::BVHModel<fcl::AABBd> first, second;
+  fillModel(scenarios::Mesh{p, scenario.first.triangles()}, first);
+  fillModel(scenarios::Mesh{q, scenario.second.triangles()}, second);
+  fcl::DistanceResultd result;
+  const auto origin = fcl::Transform3d::Identity();
+  return fcl::distance<double>(&first, origin, &second, origin, fcl::DistanceRequestd(), result);
+}
+
+class Run {
+ public:
+  Run(const scenarios::Scenario& scenario, const std::vector<MethodKind>& kinds,
+      const RunOptions& options)
+      : scenario_(scenario), kinds_(kinds), options_(options) {
+    result_.name = scenario.name;
+    result_.frames = scenario.frames();
+    result_.triangles = scenario.triangles();
+    result_.methods.resize(kinds.size());
+    steps_ = 1 + double(kinds.size()) * options.repeats;
+  }
+
+  ScenarioResult all() {
+    askOracle();
+    std::vector<std::size_t> order(kinds_.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::mt19937 random(options_.seed);
+    for (int repeat = 0; repeat < options_.repeats; ++repeat) {
+      std::shuffle(order.begin(), order.end(), random);
+      for (std::size_t k : order) {
+        step(kinds_[k].title);
+        runMethod(kinds_[k], repeat == 0, result_.methods[k]);
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void step(const std::string& what) {
+    if (options_.progress) options_.progress(done_++ / steps_, scenario_.name + ": " + what);
+  }
+
+  void positions(int frame) {
+    scenario_.first.positions(frame, p_);
+    scenario_.second.positions(frame, q_);
+  }
+
+  void askOracle() {
+    step("oracle");
+    const double pairs =
+        double(scenario_.first.triangles().size()) * double(scenario_.second.triangles().size());
+    const bool brute = pairs <= options_.brute_force_pairs;
+    result_.oracle = brute ? "brute force" : "FCL AABB, rebuilt";
+    for (int frame = 1; frame <= scenario_.frames(); ++frame) {
+      positions(frame);
+      exact_.push_back(brute ? bruteForce(scenario_, p_, q_) : byAabbTree(scenario_, p_, q_));
+      result_.touching_frames += exact_.back() <= 0;
+    }
+  }
+
+  void runMethod(const MethodKind& kind, bool first_time, Measurement& m) {
+    const std::unique_ptr<Method> method = kind.make(scenario_);
+    double update = 0, query = 0;
+    m.frame_ms.resize(exact_.size(), std::numeric_limits<double>::max());
+    for (std::size_t i = 0; i < exact_.size(); ++i) {
+      positions(int(i) + 1);
+      Clock clock;
+      method->update(p_, q_);
+      const double update_ms = clock.lap();
+      const double distance = method->distance();
+      const double query_ms = clock.lap();
+      update += update_ms;
+      query += query_ms;
+      m.frame_ms[i] = std::min(m.frame_ms[i], update_ms + query_ms);
+
+      if (!first_time) continue;
+      m.work += method->work();
+      const double error = std::abs(distance - exact_[i]);
+      m.worst_error = std::max(m.worst_error, error);
+      m.wrong_frames += !(error <= 1e-9 * (1 + exact_[i]));
+    }
+    m.update_ms.push_back(update);
+    m.query_ms.push_back(query);
+    m.bytes_per_triangle = double(method->bytes()) / double(scenario_.triangles());
+  }
+
+  const scenarios::Scenario& scenario_;
+  const std::vector<MethodKind>& kinds_;
+  const RunOptions& options_;
+  ScenarioResult result_;
+  Positions p_, q_;
+  std::vector<double> exact_;  // by frame
+  double steps_, done_ = 0;
+};
+
+}  // namespace
+
+ScenarioResult runScenario(const scenarios::Scenario& scenario,
+                           const std::vector<MethodKind>& kinds, const RunOptions& options) {
+  return Run(scenario, kinds, options).all();
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[(values.size() - 1) / 2];
+}
+
+}  // namespace adaptive_bvh_bench
