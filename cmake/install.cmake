@@ -1,4 +1,4 @@
-# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io]) and pkg-config.
+# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io tuning]) and pkg-config.
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/adaptive_bvh)
 
 install(DIRECTORY include/adaptive_bvh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
@@ -6,11 +6,13 @@ install(TARGETS adaptive_bvh EXPORT adaptive_bvh_targets)
 install(EXPORT adaptive_bvh_targets NAMESPACE adaptive_bvh:: DESTINATION ${cmake_dir}
   FILE adaptive_bvh-targets.cmake)
 # A component has its own file, so that finding the core never asks for what a component needs.
-if(TARGET adaptive_bvh_mesh_io)
-  install(TARGETS adaptive_bvh_mesh_io EXPORT adaptive_bvh_mesh_io_targets)
-  install(EXPORT adaptive_bvh_mesh_io_targets NAMESPACE adaptive_bvh:: DESTINATION ${cmake_dir}
-    FILE adaptive_bvh-mesh_io-targets.cmake)
-endif()
+foreach(component mesh_io tuning)
+  if(TARGET adaptive_bvh_${component})
+    install(TARGETS adaptive_bvh_${component} EXPORT adaptive_bvh_${component}_targets)
+    install(EXPORT adaptive_bvh_${component}_targets NAMESPACE adaptive_bvh::
+      DESTINATION ${cmake_dir} FILE adaptive_bvh-${component}-targets.cmake)
+  endif()
+endforeach()
 
 configure_package_config_file(cmake/adaptive_bvh-config.cmake.in
   ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake INSTALL_DESTINATION ${cmake_dir})

@@ -1,0 +1,123 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "adaptive_bvh/update_report.h"
+
+namespace adaptive_bvh {
+
+/// Component `tuning`: which RefitPolicy suits a simulation best, by a genetic algorithm (thesis
+/// chapter IV). Needs pagmo and nlohmann-json.
+
+/// What a run of a simulation cost: counted, and in seconds.
+struct SimulationWork {
+  long bv_tests = 0, leaf_tests = 0;
+  long inflated = 0;
+  long refitted_leaves = 0, refitted_inner = 0, refitted_primitives = 0;
+  double seconds = 0;  ///< for TuningObjective::MeasuredTime: of updates and queries, by your clock
+
+  void add(const UpdateReport& update);
+  /// Once for each query: of a pair of adaptive models add one side's.
+  void add(const QueryWork& queries);
+  SimulationWork& operator+=(const SimulationWork& other);
+};
+
+/// Runs all frames with a policy: set it on your models, update, query (by query.h, or no policy
+/// can tell what mattered), and add up. Called some thousand times; must not depend on the run
+/// before. May throw; `tune` passes that on.
+using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
+
+/// Nanoseconds for each kind of work. The defaults were measured on a 2 GHz x86-64 server; only
+/// their ratios matter to the search.
+struct WorkCosts {
+  double bv_test = 97;  ///< with all that a traversal does around it
+  double leaf_test = 70;
+  double inflated = 4.5;
+  double refitted_leaf = 88;
+  double refitted_inner = 550;
+  double refitted_primitive = 15;  ///< for each triangle that an inner refit reads
+
+  double seconds(const SimulationWork& work) const;
+
+  /// Measured on this machine, in about a second. Differs a little from time to time: keep the
+  /// result if you want to repeat a search.
+  static WorkCosts measured();
+};
+
+enum class TuningObjective {
+  CountedWork,   ///< WorkCosts times counts: a seed gives the same answer twice
+  MeasuredTime,  ///< SimulationWork::seconds, as in the thesis
+};
+
+struct ParameterRange {
+  double low, high;
+};
+
+/// A policy and what it costs, in seconds of the objective.
+struct TunedPolicy {
+  RefitPolicy policy;
+  double cost = 0;
+  long evaluations = 0;  ///< runs of the simulation that its criterion took
+};
+
+struct TuningProgress {
+  FitnessCriterion criterion;  ///< that is being searched
+  int generation = 0;          ///< of this criterion, from 0
+  TunedPolicy best;            ///< of all criteria so far
+  double share_done = 0;       ///< 0 to 1, of all criteria
+  double seconds_left = 0;     ///< at the speed so far
+};
+
+/// The defaults are the thesis's settings.
+struct TuningOptions {
+  int population = 30;
+  int generations = 50;
+  double overlap = 0.5;    ///< share of the population that stays; the rest are children
+  double crossover = 0.9;  ///< probability
+  double mutation = 0.01;  ///< probability, for each parameter
+  ParameterRange max_inflation = {0, 10};
+  ParameterRange child_distance_ratio = {0, 1};
+  ParameterRange min_inflation = {0, 1};
+  /// One search each.
+  std::vector<FitnessCriterion> criteria = {
+      FitnessCriterion::A,   FitnessCriterion::B,     FitnessCriterion::AB,    FitnessCriterion::BC,
+      FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC};
+  /// Gives what is not searched: the inflation reference and the leaf rule.
+  RefitPolicy base;
+  TuningObjective objective = TuningObjective::CountedWork;
+  WorkCosts costs;
+  unsigned seed = 1;
+  /// After every generation. Return false to stop; the result then holds the best so far.
+  std::function<bool(const TuningProgress&)> progress;
+  /// A file that is written after every generation. When it is there at the start, the search goes
+  /// on from it, as if it had never stopped; its other options must be the same.
+  std::string checkpoint;
+};
+
+struct TuningResult {
+  /// In the order of the options; without those that a stop left untouched.
+  std::vector<TunedPolicy> by_criterion;
+  bool finished = false;
+
+  /// The cheapest. There is at least one.
+  const TunedPolicy& best() const;
+};
+
+/// Searches. Parameters that a criterion does not use keep the value of `base`.
+/// Throws std::invalid_argument on options that make no sense, std::runtime_error when the
+/// checkpoint cannot be read or written or belongs to other options.
+TuningResult tune(const Simulation& simulation, const TuningOptions& options = {});
+
+/// \name Policies and results as JSON text
+/// Reading throws std::invalid_argument, saying what is wrong, on anything but a valid policy.
+/// Members that are missing keep their defaults.
+/// \{
+std::string toJson(const RefitPolicy& policy);
+std::string toJson(const TuningResult& result);
+RefitPolicy policyFromJson(const std::string& text);  ///< also the best one of a result
+/// \}
+
+}  // namespace adaptive_bvh
