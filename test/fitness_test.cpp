@@ -127,7 +127,7 @@ TEST(Presets, AreTheRowsOfTable2) {
   expect(FitnessCriterion::ABOrBC, 1.359579, 0.891981, 0.590829);
   expect(FitnessCriterion::RefitAll, -1, -1, -1);
   expect(FitnessCriterion::RefitNone, -1, -1, -1);
-  EXPECT_EQ(FitnessCriterion::ABOrBC, RefitPolicy().criterion);
+  EXPECT_EQ(FitnessCriterion::AB, RefitPolicy().criterion);
 }
 
 TEST(Presets, RefuseParametersThatMeanNothing) {

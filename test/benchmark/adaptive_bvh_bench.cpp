@@ -23,7 +23,7 @@ struct Options {
   std::string orientation = "general";
   std::vector<std::string> scenarios, methods, poses;
   std::string json, csv;
-  bool further = false, slow = false, quiet = false;
+  bool further = false, slow = false, quiet = false, describe = false;
   RunOptions run;
 };
 
@@ -94,6 +94,25 @@ std::vector<Scenario> chosenScenarios(const Options& options, int resolution, bo
   return chosen;
 }
 
+/// What the scenarios are: sizes, and how far vertices move a frame.
+void describe(const Options& options) {
+  for (int resolution : options.resolutions) {
+    std::printf(
+        "\n| scenario, resolution %d | body | vertices | triangles | frames | step in edges, "
+        "mean | largest | in diagonals, mean | largest |\n| --- | --- | ---: | ---: | ---: | "
+        "---: | ---: | ---: | ---: |\n",
+        resolution);
+    for (const Scenario& scenario : chosenScenarios(options, resolution, false))
+      for (const scenarios::Body* body : {&scenario.first, &scenario.second}) {
+        const scenarios::MotionSize step = scenarios::measureMotion(*body);
+        std::printf("| %s | %s | %zu | %zu | %d | %.3f | %.2f | %.4f | %.3f |\n",
+                    body == &scenario.first ? scenario.name.c_str() : "", body->name().c_str(),
+                    body->vertices(), body->triangles().size(), body->frames(), step.mean_in_edges,
+                    step.largest_in_edges, step.mean_in_diagonals, step.largest_in_diagonals);
+      }
+  }
+}
+
 void run(Options options) {
   const std::vector<MethodKind> kinds = chosenMethods(options);
   std::vector<Series> all;
@@ -157,10 +176,11 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.run.seed, "Of the order in which methods take turns");
   app.add_option("--json", options.json, "Write all, frame by frame, to this file");
   app.add_option("--csv", options.csv, "Write a row per scenario and method to this file");
+  app.add_flag("--describe", options.describe, "Only say how large the scenarios and motions are");
   app.add_flag("--quiet", options.quiet, "No progress bar");
   try {
     app.parse(argc, argv);
-    run(options);
+    options.describe ? describe(options) : run(options);
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const CLI::Error& error) {

@@ -6,6 +6,9 @@
 #ifdef WITH_MESH_IO
 #include <adaptive_bvh/mesh_io.h>
 #endif
+#ifdef WITH_TUNING
+#include <adaptive_bvh/tuning.h>
+#endif
 
 int main() {
   adaptive_bvh::AdaptiveBVHModel<fcl::RSSd> model;
@@ -30,6 +33,9 @@ int main() {
   } catch (const adaptive_bvh::MeshLoadError& error) {
     std::printf("%s\n", error.what());
   }
+#endif
+#ifdef WITH_TUNING
+  model.setRefitPolicy(adaptive_bvh::policyFromJson(adaptive_bvh::toJson(model.refitPolicy())));
 #endif
   return result.min_distance == 0.25 && model.validate() ? 0 : 1;
 }

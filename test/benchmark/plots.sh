@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Pictures from what `adaptive_bvh_bench --json` wrote:
+#   plots.sh RESULTS.json FOLDER            total by method, cost per frame of every scenario
+#   plots.sh RESULTS.json FOLDER growth     update and query against size, where several
+#                                           resolutions are in the file
+# Needs jq and gnuplot.
+set -euo pipefail
+results=$1 folder=$2 kind=${3:-totals}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+style='set term pngcairo noenhanced size 900,520 font "sans,11"; set border 3; set tics nomirror; set grid y'
+
+# Median of a list, and the sums over the scenarios of a series.
+jq_tools='
+  def median: sort | .[(length - 1) / 2 | floor];
+  def total: [.update_ms, .query_ms] | transpose | map(add) | median;
+'
+
+totals() {
+  jq -r "$jq_tools"'.[0].scenarios | map(.methods) | transpose | map({
+      title: .[0].title, update: (map(.update_ms | median) | add),
+      query: (map(.query_ms | median) | add) })
+    | sort_by(.update + .query) | .[] | "\"\(.title)\" \(.update) \(.query)"' \
+    "$results" >"$work/totals.dat"
+  gnuplot <<GNUPLOT
+$style
+set output "$folder/totals.png"
+set title "Sum of the five scenarios, general orientation (logarithmic)"
+set style data histograms; set style histogram clustered gap 1; set style fill solid 0.8
+set logscale y; set yrange [1:*]; set ylabel "milliseconds"; set xtics rotate by -35 scale 0 noenhanced; set bmargin 11; set rmargin 14
+set key top left
+plot "$work/totals.dat" using 2:xtic(1) title "update", '' using 3 title "query"
+GNUPLOT
+
+  local count
+  count=$(jq '.[0].scenarios | length' "$results")
+  for ((i = 0; i < count; ++i)); do
+    local name file plots=""
+    name=$(jq -r ".[0].scenarios[$i].name" "$results")
+    file=$folder/frames_$(echo "$name" | tr ' /.' '___').png
+    for key in fcl-rss expert-aabb larsson thesis-ab-or-bc drop-in recorded; do
+      jq -r --arg key "$key" ".[0].scenarios[$i].methods[] | select(.key == \$key) | .frame_ms[]" \
+        "$results" >"$work/$key.$i.dat"
+      [ -s "$work/$key.$i.dat" ] || continue
+      plots+="${plots:+, }\"$work/$key.$i.dat\" using 0:1 with lines lw 1.5 title \"$key\""
+    done
+    gnuplot <<GNUPLOT
+$style
+set output "$file"
+set title "$name: update + query of every frame"
+set logscale y; set xlabel "frame"; set ylabel "milliseconds"; set key outside right
+plot $plots
+GNUPLOT
+  done
+}
+
+growth() {
+  local key plots_update="" plots_query=""
+  for key in $(jq -r '.[0].scenarios[0].methods[].key' "$results"); do
+    jq -r --arg key "$key" "$jq_tools"'.[] | .scenarios as $all
+      | (($all | map(.triangles) | add) / ($all | length)) as $size
+      | ($all | map(.frames) | add) as $frames
+      | [$all[].methods[] | select(.key == $key)] as $m
+      | "\($size) \(($m | map(.update_ms | median) | add) / $frames) \(($m | map(.query_ms | median) | add) / $frames)"' \
+      "$results" | sort -n >"$work/$key.dat"
+    plots_update+="${plots_update:+, }\"$work/$key.dat\" using 1:2 with linespoints title \"$key\""
+    plots_query+="${plots_query:+, }\"$work/$key.dat\" using 1:3 with linespoints title \"$key\""
+  done
+  gnuplot <<GNUPLOT
+$style
+set output "$folder/growth.png"
+set term pngcairo noenhanced size 1200,520 font "sans,11"
+set multiplot layout 1,2
+set logscale xy; set xlabel "triangles of a scenario, mean"; set key bottom right
+set ylabel "milliseconds a frame"; set title "update"
+plot $plots_update
+set title "query"
+plot $plots_query
+unset multiplot
+GNUPLOT
+}
+
+"$kind"
