@@ -71,7 +71,7 @@ $style
 set output "$folder/growth.png"
 set term pngcairo noenhanced size 1200,520 font "sans,11"
 set multiplot layout 1,2
-set logscale xy; set xlabel "triangles of a scenario, mean"; set key bottom right
+set logscale xy; set xlabel "triangles of a scenario, mean"; set key top left
 set ylabel "milliseconds a frame"; set title "update"
 plot $plots_update
 set title "query"
