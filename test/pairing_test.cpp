@@ -64,27 +64,27 @@ TEST(SharedEdges, SumWhatTwoTrianglesShare) {
   expectLink(0, 1, 12, links[0]);
 }
 
-TEST(SharedEdges, LinkAllPagesOfABook) {
+/// Triangles around one edge of length 2.
+TriangleMesh<double> book(std::size_t pages) {
   TriangleMesh<double> mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 2}};
-  for (std::size_t page = 0; page < 5; ++page) {
+  for (std::size_t page = 0; page < pages; ++page) {
     mesh.vertices.emplace_back(1, page, 0);
     mesh.triangles.emplace_back(0, 1, 2 + page);
   }
-  const std::vector<Link> links = linksOf(mesh);
+  return mesh;
+}
+
+TEST(SharedEdges, LinkAllPagesOfABook) {
+  const std::vector<Link> links = linksOf(book(5));
   ASSERT_EQ(10u, links.size());
   for (const Link& link : links) EXPECT_DOUBLE_EQ(2, link.weight);
 }
 
 TEST(SharedEdges, GrowLinearlyWithThePagesOfAThickBook) {
-  TriangleMesh<double> mesh;
-  mesh.vertices = {{0, 0, 0}, {0, 0, 2}};
-  for (std::size_t page = 0; page < 20000; ++page) {
-    mesh.vertices.emplace_back(1, page, 0);
-    mesh.triangles.emplace_back(0, 1, 2 + page);
-  }
-  EXPECT_LE(linksOf(mesh).size(), 16u * 20000);
-  EXPECT_GE(linksOf(mesh).size(), 19999u) << "one connected component";
+  const std::vector<Link> links = linksOf(book(20000));
+  EXPECT_LE(links.size(), 16u * 20000);
+  EXPECT_GE(links.size(), 19999u) << "one connected component";
 }
 
 // Cutting the mesh apart changes nothing: same positions, same links.

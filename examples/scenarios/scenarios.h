@@ -75,17 +75,16 @@ Body helmet(int resolution = 1);         ///< 385/710/20: squeezed from both sid
 Body foldingSheet(int resolution = 1);   ///< 100/162/29: folds on itself
 /// \}
 
-/// The five pairs of thesis figures 2 to 6. They come near each other, and three of the five touch
-/// in a few frames.
+/// The five pairs of thesis figures 2 to 6. They come near each other; two of the five touch in a
+/// few frames at resolution 1, more of them at finer ones.
 std::vector<Scenario> thesisScenarios(const Options& options = {});
 
 /// Four more, for what those five leave out:
 /// - local poke: a tool presses one dent into a sheet of 2,592 triangles; about 1 % of its vertices
 ///   move. 60 frames.
 /// - cloth drop: a cloth of 9,800 triangles falls on a dome and drapes it. 40 frames.
-/// - vibration: the vertices of a helmet swing about where they rest, a period in four frames,
-/// below
-///   a plate at rest. The thesis's case for overall displacements (4.3). 60 frames.
+/// - vibration: the vertices of a helmet swing about where they rest, a period in four frames. A
+///   plate rests below it. The thesis's case for overall displacements (4.3). 60 frames.
 /// - rigid tumble: a helmet turns as a whole, twice, above a plate; no strain. 60 frames.
 std::vector<Scenario> furtherScenarios(const Options& options = {});
 

@@ -28,17 +28,17 @@ std::vector<Link> combined(unsigned groups, const std::vector<Link>& links) {
 }
 
 GroupGraph::GroupGraph(unsigned groups, const std::vector<Link>& links)
-    : start_(groups + 1, 0), neighbours_(2 * links.size() + 1) {
-  for (const Link& link : links) {
-    ++start_[link.first + 1];
-    ++start_[link.second + 1];
+    : neighbours_(2 * links.size() + 1) {
+  // Link i has the ends 2 i and 2 i + 1.
+  Buckets ends(groups, 2 * links.size(), [&](std::size_t end) {
+    return end % 2 == 0 ? links[end / 2].first : links[end / 2].second;
+  });
+  for (std::size_t i = 0; i < ends.items.size(); ++i) {
+    const unsigned end = ends.items[i];
+    const Link& link = links[end / 2];
+    neighbours_[i] = {end % 2 == 0 ? link.second : link.first, link.weight};
   }
-  for (unsigned g = 0; g < groups; ++g) start_[g + 1] += start_[g];
-  std::vector<unsigned> place(start_.begin(), start_.end() - 1);
-  for (const Link& link : links) {
-    neighbours_[place[link.first]++] = {link.second, link.weight};
-    neighbours_[place[link.second]++] = {link.first, link.weight};
-  }
+  start_ = std::move(ends.start);
   for (unsigned g = 0; g < groups; ++g)
     std::sort(neighbours_.begin() + start_[g], neighbours_.begin() + start_[g + 1],
               [](const Neighbour& a, const Neighbour& b) {

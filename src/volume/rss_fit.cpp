@@ -76,9 +76,9 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
 }
 
 /// The positions of a fit, gathered once: a fit walks them five times, and in the mesh they lie
-/// apart. About six triangles share a vertex, so above a few triangles each vertex is taken once,
-/// which is faster, and in the principal axes better than counting it for every triangle (queries
-/// on the scenarios needed 5 % fewer volume tests).
+/// apart. Each vertex is taken once, though about six triangles share it: that is faster, and in
+/// the principal axes better than counting it for every triangle (queries on the scenarios needed 5
+/// % fewer volume tests).
 ///
 /// The arrays grow to the largest fit that the thread has made, which is the first one of a build,
 /// the root's; from then on nothing is allocated.
@@ -87,14 +87,12 @@ class Gathered {
  public:
   const std::vector<Vector3<S>>& from(const MeshView<S>& mesh, const unsigned* primitives,
                                       int count) {
-    constexpr int kOnceFrom = 2;
-    const bool once = count >= kOnceFrom && mesh.triangles;
     points_.clear();
     ++fit_;
     for (int i = 0; i < count; ++i)
       for (int k = 0; k < mesh.verticesPerPrimitive(); ++k) {
         const unsigned v = mesh.vertex(primitives[i], k);
-        if (!once || isNew(v))
+        if (isNew(v))
           mesh.forEachPositionOf(v, [this](const Vector3<S>& p) { points_.push_back(p); });
       }
     return points_;

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "bodies.h"
+#include "median.h"
 #include "scenarios.h"
 
 namespace {
@@ -18,6 +19,7 @@ namespace {
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
+using adaptive_bvh_bench::median;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Plain = fcl::BVHModel<fcl::RSSd>;
 using scenarios::Mesh;
@@ -33,28 +35,16 @@ double milliseconds(Work&& work) {
   return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 // ---- building -----------------------------------------------------------------------------------
 
 /// A sheet of about `triangles` triangles with hills.
 Mesh hills(int triangles) {
   const int cells = std::max(1, int(std::lround(std::sqrt(triangles / 2.))));
-  Mesh mesh;
-  for (int j = 0; j <= cells; ++j)
-    for (int i = 0; i <= cells; ++i) {
-      const double x = double(i) / cells, y = double(j) / cells;
-      mesh.vertices.emplace_back(x, y, 0.1 * std::sin(9 * x) * std::cos(7 * y));
-    }
-  const auto id = [cells](int i, int j) { return std::size_t(j * (cells + 1) + i); };
-  for (int j = 0; j < cells; ++j)
-    for (int i = 0; i < cells; ++i) {
-      mesh.triangles.emplace_back(id(i, j), id(i + 1, j), id(i + 1, j + 1));
-      mesh.triangles.emplace_back(id(i, j), id(i + 1, j + 1), id(i, j + 1));
-    }
+  Mesh mesh = scenarios::grid(cells, cells, 1, 1);
+  for (scenarios::Point& p : mesh.vertices) {
+    p += scenarios::Point(0.5, 0.5, 0);
+    p[2] = 0.1 * std::sin(9 * p[0]) * std::cos(7 * p[1]);
+  }
   return mesh;
 }
 

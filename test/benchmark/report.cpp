@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "median.h"
+
 namespace adaptive_bvh_bench {
 namespace {
 

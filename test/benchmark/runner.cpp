@@ -153,9 +153,4 @@ ScenarioResult runScenario(const scenarios::Scenario& scenario,
   return Run(scenario, kinds, options).all();
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[(values.size() - 1) / 2];
-}
-
 }  // namespace adaptive_bvh_bench

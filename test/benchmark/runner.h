@@ -43,7 +43,4 @@ struct RunOptions {
 ScenarioResult runScenario(const scenarios::Scenario& scenario,
                            const std::vector<MethodKind>& kinds, const RunOptions& options);
 
-/// The middle one; the lower of two.
-double median(std::vector<double> values);
-
 }  // namespace adaptive_bvh_bench
