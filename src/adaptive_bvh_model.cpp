@@ -6,6 +6,7 @@
 #include "model_state.h"
 #include "tree/check.h"
 #include "update/advance.h"
+#include "update/local_bounds.h"
 #include "volume/fcl_fitter.h"
 
 namespace adaptive_bvh {
@@ -119,7 +120,7 @@ void AdaptiveBVHModel<BV>::takeOverBuild() {
     adoptBuild<BV>(*this, state.tree);
   else
     repairIfChanged<BV>(*this, state.tree);
-  updateLocalAABB(*this);
+  updateLocalBounds(*this);
   state.frame.reserve(this->num_vertices);
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
@@ -259,7 +260,7 @@ fcl::NODE_TYPE AdaptiveBVHModel<BV>::getNodeType() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::computeLocalAABB() {
   resynchronise();
-  updateLocalAABB(*this);
+  updateLocalBounds(*this);
 }
 
 // ---- looking in ---------------------------------------------------------------------------------
@@ -278,24 +279,30 @@ template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
   state_->policy = policy;
+  if (state_->tree.propagation == policy.propagation) return;
+  state_->tree.propagation = policy.propagation;
+  state_->tree.seal.breakOpen();  // what the other propagation keeps was not kept
+  resynchronise();
 }
 
 template <typename BV>
 typename BV::S AdaptiveBVHModel<BV>::originalRadius(int node) const {
   resynchronise();
-  return state_->tree.tracking.original_radius[static_cast<std::size_t>(node)];
+  return state_->tree.originalRadius(*this, node);
 }
 
 template <typename BV>
 typename BV::S AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const {
   resynchronise();
-  return state_->tree.tracking.latest[static_cast<std::size_t>(triangle)];
+  const auto& tracking = state_->tree.displacements;
+  return tracking ? tracking->latest[static_cast<std::size_t>(triangle)] : 0;
 }
 
 template <typename BV>
 typename BV::S AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const {
   resynchronise();
-  return state_->tree.tracking.overall[static_cast<std::size_t>(triangle)];
+  const auto& tracking = state_->tree.displacements;
+  return tracking ? tracking->overall[static_cast<std::size_t>(triangle)] : 0;
 }
 
 template <typename BV>

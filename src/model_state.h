@@ -20,7 +20,10 @@ namespace detail {
 /// The library's own way to the state of a model.
 template <typename BV>
 struct ModelAccess {
-  static Evidence<typename BV::S>& evidence(const AdaptiveBVHModel<BV>& model) {
+  static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
+    return model.state_->tree;
+  }
+  static Evidence& evidence(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree.evidence;
   }
 };

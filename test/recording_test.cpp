@@ -58,8 +58,8 @@ class Recording : public testing::Test {
  protected:
   Recording() : first_(evidence(5)), second_(evidence(5)) {}
 
-  static Evidence<double> evidence(int nodes) {
-    Evidence<double> e;
+  static Evidence evidence(int nodes) {
+    Evidence e;
     e.reset(nodes);
     return e;
   }
@@ -76,7 +76,7 @@ class Recording : public testing::Test {
     return node.tests;
   }
 
-  Evidence<double> first_, second_;
+  Evidence first_, second_;
 };
 
 // (0,0) is split in the first tree: (1,0) = 2, (2,0) = 5. No distance of (0,0) is known.
@@ -95,8 +95,8 @@ TEST_F(Recording, KeepsVisitsAndTheSmallerOfAlphaAndBeta) {
     EXPECT_EQ(first_visited[i], first_.visited(i)) << i;
     EXPECT_EQ(second_visited[i], second_.visited(i)) << i;
   }
-  EXPECT_DOUBLE_EQ(1.0, second_.childGap(0));
-  EXPECT_LT(first_.childGap(0), -1e300) << "visited, yet without a parent distance";
+  EXPECT_FLOAT_EQ(1, second_.childGap(0));
+  EXPECT_LT(first_.childGap(0), -1e30) << "visited, yet without a parent distance";
   for (const QueryWork& work : {first_.work(), second_.work()}) {
     EXPECT_EQ(1, work.queries);
     EXPECT_EQ(4, work.bv_tests);
@@ -112,8 +112,8 @@ TEST_F(Recording, ComparesChildrenWithTheirOwnParent) {
                       {{1, 2}, 4.5}, {{3, 0}, 2.9}, {{4, 0}, 2.7}};
   script.triangle_distances = {{{1, 1}, 2.6}};
   run(script);
-  EXPECT_DOUBLE_EQ(1.0, second_.childGap(0));
-  EXPECT_NEAR(0.2, first_.childGap(2), 1e-15);
+  EXPECT_FLOAT_EQ(1, second_.childGap(0));
+  EXPECT_FLOAT_EQ(0.2f, first_.childGap(2));
   EXPECT_TRUE(first_.visited(2));
   EXPECT_FALSE(first_.visited(3));
 }
@@ -129,7 +129,7 @@ TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
   script.triangle_distances = {{{1, 2}, 3.8}, {{1, 1}, 9}, {{1, 3}, 3.8}, {{1, 4}, 3.8}};
   script.distances[{1, 3}] = script.distances[{1, 4}] = 3.75;
   run(script);
-  EXPECT_DOUBLE_EQ(1.75, second_.childGap(0));
+  EXPECT_FLOAT_EQ(1.75f, second_.childGap(0));
   EXPECT_EQ(2, second_.work().queries);
   second_.clear();
   EXPECT_EQ(0, second_.work().queries);
@@ -137,7 +137,7 @@ TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
 }
 
 TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
-  Evidence<double> evidence;
+  Evidence evidence;
   evidence.reset(3);
   std::vector<std::thread> threads;
   for (int t = 0; t < 8; ++t)
@@ -154,16 +154,16 @@ TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
   EXPECT_EQ(16000, evidence.work().leaf_tests);
   EXPECT_FALSE(evidence.visited(0));
   EXPECT_TRUE(evidence.visited(1));
-  EXPECT_DOUBLE_EQ(999.007, evidence.childGap(2));
+  EXPECT_FLOAT_EQ(999.007f, evidence.childGap(2));
 }
 
 TEST(EvidenceCopy, IsDeep) {
-  Evidence<double> a;
+  Evidence a;
   a.reset(2);
   a.addChildGap(1, 0.5);
-  Evidence<double> b = a;
+  Evidence b = a;
   a.clear();
-  EXPECT_DOUBLE_EQ(0.5, b.childGap(1));
+  EXPECT_FLOAT_EQ(0.5f, b.childGap(1));
   EXPECT_FALSE(a.visited(1));
 }
 

@@ -102,9 +102,8 @@ TEST_F(Threads, GetTheAnswersOfOneThread) {
 
 /// The evidence of parallel queries is that of the same queries one after the other.
 TEST_F(Threads, LeaveTheEvidenceOfOneThread) {
-  adaptive_bvh::RefitPolicy none;
-  none.criterion = adaptive_bvh::FitnessCriterion::RefitNone;
-  a_.setRefitPolicy(none);
+  using adaptive_bvh::FitnessCriterion;
+  a_.setRefitPolicy(adaptive_bvh::RefitPolicy::thesis(FitnessCriterion::RefitNone));
   ask();
   std::vector<bool> serial;
   for (int i = 0; i < a_.getNumBVs(); ++i) serial.push_back(a_.traversed(i));

@@ -23,6 +23,17 @@ enum class FitnessCriterion {
   RefitNone,  ///< never: nodes only inflate
 };
 
+/// How an update keeps a volume that it does not refit around its moving triangles.
+enum class Propagation {
+  /// Every volume is moved by the middle of its vertices' displacements and grows by what remains:
+  /// a part that moves as a whole does not grow. Beside FCL's volumes stands a tight box for each
+  /// node, which lets the queries of query.h and coherent_distance.h skip most of FCL's tests.
+  Boxes,
+  /// Thesis 4.3: every volume stays where it is and grows by the largest displacement. Keeps the
+  /// displacements of 4.2, and no boxes.
+  Displacements,
+};
+
 /// What an inflation (current radius - original radius) is compared with.
 enum class InflationReference {
   /// Original radius plus half the rectangle's shorter side; the longer side where both are zero.
@@ -59,12 +70,15 @@ struct RefitPolicy {
   /// What `max_inflation` and `min_inflation` are ratios of.
   InflationReference reference = InflationReference::NodeSize;
 
-  /// A leaf's radius is original + overall displacement. The thesis (4.3, step 3) only ever raises
-  /// it; the bound holds as well when a vertex has swung back, so it may follow downwards too.
+  /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The
+  /// thesis (4.3, step 3) only ever raises it; the bound holds as well when a vertex has swung
+  /// back, so it may follow downwards too.
   bool leaf_radius_may_shrink = true;
 
-  /// The row of thesis Table 2 for `criterion`, with the thesis's own inflation measure and leaf
-  /// rule. Parameters that a criterion does not use keep their defaults.
+  Propagation propagation = Propagation::Boxes;
+
+  /// The row of thesis Table 2 for `criterion`, with the thesis's own propagation, inflation
+  /// measure and leaf rule. Parameters that a criterion does not use keep their defaults.
   static RefitPolicy thesis(FitnessCriterion criterion);
 
   /// Throws std::invalid_argument, naming the member, when a parameter is negative or not finite.

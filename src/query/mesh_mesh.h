@@ -4,9 +4,17 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
+#include "query/boxed_distance.h"
 #include "query/recording_node.h"
 
 namespace adaptive_bvh {
+
+/// The distance by the boxes of both models, which both must have. False when the objects lie too
+/// far apart for that, and nothing was done.
+template <typename S>
+bool boxedMeshDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
+                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
+                       const Recorder<S>& recorder);
 
 /// Recorded mesh-mesh queries. Both models must have triangles.
 template <typename S>

@@ -24,7 +24,7 @@ struct Side {
     mesh = adaptive ? adaptive : dynamic_cast<const Mesh<S>*>(geometry);
   }
 
-  Evidence<S>* evidence() const {
+  Evidence* evidence() const {
     return adaptive ? &detail::ModelAccess<fcl::RSS<S>>::evidence(*adaptive) : nullptr;
   }
 
@@ -32,6 +32,15 @@ struct Side {
   const Mesh<S>* mesh = nullptr;
   bool is_shape = false;
 };
+
+/// What stands beside an adaptive model, where it keeps boxes; else null.
+template <typename S>
+const AdaptiveTree<fcl::RSS<S>>* boxedTree(const fcl::CollisionGeometry<S>* geometry) {
+  const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<fcl::RSS<S>>*>(geometry);
+  if (!adaptive) return nullptr;
+  const auto& tree = detail::ModelAccess<fcl::RSS<S>>::tree(*adaptive);
+  return tree.boxes ? &tree : nullptr;
+}
 
 template <typename S>
 const Mesh<S>& withTriangles(const Mesh<S>* mesh) {
@@ -75,7 +84,13 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
   return dispatch(
       o1, tf1, o2, tf2,
       [&](const Mesh<S>& mesh1, const Mesh<S>& mesh2, const Recorder<S>& recorder) {
-        distance = meshMeshDistance(mesh1, tf1, mesh2, tf2, request, result, recorder);
+        const auto *tree1 = boxedTree(o1), *tree2 = boxedTree(o2);
+        if (tree1 && tree2 &&
+            boxedMeshDistance<S>({&mesh1, tree1, tf1}, {&mesh2, tree2, tf2}, request, result,
+                                 recorder))
+          distance = result.min_distance;
+        else
+          distance = meshMeshDistance(mesh1, tf1, mesh2, tf2, request, result, recorder);
       },
       [&](const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
           const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,

@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 /// Where a query leaves what it saw of the two sides. Null for a side that is not adaptive.
 template <typename S>
 struct Recorder {
-  Evidence<S>* side[2] = {nullptr, nullptr};
+  Evidence* side[2] = {nullptr, nullptr};
 
   void addQuery(long bv_tests, long leaf_tests) const {
     if (side[0]) side[0]->addQuery(bv_tests, leaf_tests);
@@ -74,7 +74,7 @@ class RecordingDistanceNode : public Node {
   mutable long bv_tests_ = 0, leaf_tests_ = 0;
   mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
   mutable S first_child_distance_ = kNone;
-  mutable Evidence<S>* split_evidence_ = nullptr;
+  mutable Evidence* split_evidence_ = nullptr;
   mutable int split_node_ = 0;
 };
 

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <mutex>
+#include <optional>
 
+#include "adaptive_bvh/refit_policy.h"
+#include "tree/boxes.h"
 #include "tree/evidence.h"
+#include "tree/recent_pairs.h"
 #include "tree/seal.h"
 #include "tree/tracking.h"
 
@@ -12,16 +16,46 @@ namespace adaptive_bvh {
 /// and whether it is still the tree that we left.
 template <typename BV>
 struct AdaptiveTree {
+  using S = typename BV::S;
+
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
-      : tracking(other.tracking), evidence(other.evidence), seal(other.seal) {}
+      : propagation(other.propagation),
+        topology(other.topology),
+        displacements(other.displacements),
+        boxes(other.boxes),
+        evidence(other.evidence),
+        seal(other.seal) {}
 
-  Tracking<BV> tracking;
-  Evidence<typename BV::S> evidence;
+  Propagation propagation = Propagation::Boxes;
+  Topology topology;
+  std::optional<Tracking<BV>> displacements;  ///< with Propagation::Displacements
+  std::optional<Boxes<S>> boxes;              ///< with Propagation::Boxes
+  Evidence evidence;
+  mutable RecentPairs recent;
   Seal<BV> seal;
   std::mutex repairing;  ///< held by the one thread that repairs a broken seal
 
-  std::size_t bytes() const { return tracking.bytes() + evidence.bytes(); }
+  /// Begins anew at FCL's tree as it stands, with no evidence. Boxes get room, but no contents.
+  void adopt(const fcl::BVHModel<BV>& model);
+
+  /// Radius of a volume when it was last refitted.
+  S originalRadius(const fcl::BVHModel<BV>& model, int node) const {
+    if (displacements) return displacements->original_radius[static_cast<std::size_t>(node)];
+    return Volume<BV>::radius(model.getBV(node).bv) -
+           S((*boxes)[node].inflation) / boxes->frame.scale();
+  }
+
+  /// The volume of `node` was just fitted to the present positions.
+  void refitted(const fcl::BVHModel<BV>& model, int node);
+
+  std::size_t bytes() const {
+    return topology.bytes() + (displacements ? displacements->bytes() : 0) +
+           (boxes ? boxes->bytes() : 0) + evidence.bytes();
+  }
 };
+
+extern template struct AdaptiveTree<fcl::RSS<float>>;
+extern template struct AdaptiveTree<fcl::RSS<double>>;
 
 }  // namespace adaptive_bvh

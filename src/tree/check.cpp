@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "tree/tracking.h"
+#include "tree/mesh_of_model.h"
+#include "volume/rss.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -13,11 +13,11 @@ namespace adaptive_bvh {
 ///
 /// Test C asks for a visit with alpha > t and beta > t. Over all visits that is: the largest
 /// min(alpha, beta) exceeds t. So one number a node is enough, and no query needs the policy.
+/// Single precision will do: it decides about work, not about answers.
 ///
 /// Queries hold the model const and run on many threads: marks are relaxed atomic maxima, so their
 /// order does not matter and no lock is taken. Reading and clearing belong to the update, which the
 /// caller keeps apart from queries.
-template <typename S>
 class Evidence {
  public:
   Evidence() = default;
@@ -32,7 +32,8 @@ class Evidence {
 
   /// Room for `nodes` nodes, none visited.
   void reset(int nodes) {
-    if (nodes != size_) gap_ = std::make_unique<std::atomic<S>[]>(static_cast<std::size_t>(nodes));
+    if (nodes != size_)
+      gap_ = std::make_unique<std::atomic<float>[]>(static_cast<std::size_t>(nodes));
     size_ = nodes;
     clear();
   }
@@ -47,9 +48,12 @@ class Evidence {
     bv_tests_.fetch_add(bv_tests, std::memory_order_relaxed);
     leaf_tests_.fetch_add(leaf_tests, std::memory_order_relaxed);
   }
-  void addVisit(int node) { raise(node, std::numeric_limits<S>::lowest()); }
+  void addVisit(int node) { raise(node, std::numeric_limits<float>::lowest()); }
   /// min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) is no evidence.
-  void addChildGap(int node, S gap) { raise(node, gap); }
+  template <typename S>
+  void addChildGap(int node, S gap) {
+    raise(node, static_cast<float>(gap));
+  }
 
   /// Of recording queries since the last `clear`.
   QueryWork work() const {
@@ -61,7 +65,7 @@ class Evidence {
   }
   bool visited(int node) const { return childGap(node) > notVisited(); }
   /// The largest min(alpha, beta); the lowest number when no visit had one.
-  S childGap(int node) const { return gap_[node].load(std::memory_order_relaxed); }
+  float childGap(int node) const { return gap_[node].load(std::memory_order_relaxed); }
 
   std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(gap_[0]); }
 
@@ -72,17 +76,17 @@ class Evidence {
     leaf_tests_.store(work.leaf_tests, std::memory_order_relaxed);
   }
 
-  static constexpr S notVisited() { return -std::numeric_limits<S>::infinity(); }
+  static constexpr float notVisited() { return -std::numeric_limits<float>::infinity(); }
 
-  void raise(int node, S value) {
-    std::atomic<S>& gap = gap_[node];
-    S seen = gap.load(std::memory_order_relaxed);
+  void raise(int node, float value) {
+    std::atomic<float>& gap = gap_[node];
+    float seen = gap.load(std::memory_order_relaxed);
     while (seen < value && !gap.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
     }
   }
 
   int size_ = 0;
-  std::unique_ptr<std::atomic<S>[]> gap_;
+  std::unique_ptr<std::atomic<float>[]> gap_;
   std::atomic<int> queries_{0};
   std::atomic<long> bv_tests_{0}, leaf_tests_{0};
 };

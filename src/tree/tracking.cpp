@@ -9,20 +9,17 @@ void Tracking<BV>::adopt(const fcl::BVHModel<BV>& model) {
   const MeshView<S> mesh = viewOf(model);
 
   original_radius.resize(nodes);
-  motion.assign(nodes, S(0));
   latest.assign(primitives, S(0));
   overall.resize(primitives);
   reference.resize(primitives);
-  order.resize(primitives);
+  pending.clear();
   vertex_motion.assign(static_cast<std::size_t>(model.num_vertices), S(0));
 
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     original_radius[i] = Volume<BV>::radius(node.bv);
     if (!node.isLeaf()) continue;
-    const auto primitive = static_cast<unsigned>(node.primitiveId());
-    order[node.first_primitive] = primitive;
-    resetPrimitive(mesh, primitive);
+    resetPrimitive(mesh, static_cast<unsigned>(node.primitiveId()));
   }
 }
 
@@ -36,8 +33,8 @@ void Tracking<BV>::resetPrimitive(const MeshView<S>& mesh, unsigned primitive) {
 template <typename BV>
 std::size_t Tracking<BV>::bytes() const {
   const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return size(original_radius) + size(motion) + size(latest) + size(overall) + size(reference) +
-         size(vertex_motion) + size(order);
+  return size(original_radius) + size(latest) + size(overall) + size(reference) +
+         size(vertex_motion) + size(pending);
 }
 
 template struct Tracking<fcl::RSS<float>>;

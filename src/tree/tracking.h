@@ -3,23 +3,14 @@
 #include <array>
 #include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
-
+#include "tree/mesh_of_model.h"
 #include "volume/rss.h"
 
 namespace adaptive_bvh {
 
-template <typename BV>
-MeshView<typename BV::S> viewOf(const fcl::BVHModel<BV>& model) {
-  MeshView<typename BV::S> view;
-  view.vertices = model.vertices;
-  view.previous = model.prev_vertices;
-  view.triangles = model.num_tris > 0 ? model.tri_indices : nullptr;
-  return view;
-}
-
-/// What the algorithm keeps beside FCL's nodes (thesis 4.2), as arrays in FCL's orders. A node's
-/// current radius is the one in FCL's node. A primitive is a triangle, or a point in a point cloud.
+/// What the thesis's propagation keeps beside FCL's nodes (4.2), as arrays in FCL's orders. A
+/// node's current radius is the one in FCL's node. A primitive is a triangle, or a point in a point
+/// cloud.
 template <typename BV>
 struct Tracking {
   using S = typename BV::S;
@@ -27,7 +18,6 @@ struct Tracking {
 
   // Per node. FCL numbers children after their parent.
   std::vector<S> original_radius;  ///< radius when the node was last refitted
-  std::vector<S> motion;           ///< D_latest below the node, of the last sweep
 
   // Per primitive.
   std::vector<S> latest;   ///< largest displacement of its corners in the last frame
@@ -37,9 +27,7 @@ struct Tracking {
   // Per vertex.
   std::vector<S> vertex_motion;  ///< displacement in the last frame
 
-  /// Primitives in the order of the leaves: a node's are [first_primitive, + num_primitives).
-  /// FCL keeps the same list privately.
-  std::vector<unsigned> order;
+  std::vector<S> pending;  ///< the stack of the sweep
 
   /// Takes over the tree as it stands: volumes, order and positions become the reference state.
   void adopt(const fcl::BVHModel<BV>& model);

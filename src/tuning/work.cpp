@@ -83,6 +83,8 @@ WorkCosts WorkCosts::measured() {
   AdaptiveBVHModeld model;
   fillModel(hills(), model);
   const AdaptiveBVHModeld other(model);
+  Topology topology;
+  topology.adopt(model);
   Tracking<fcl::RSSd> tracking;
   tracking.adopt(model);
   const MeshView<double> mesh = viewOf<fcl::RSSd>(model);
@@ -118,11 +120,12 @@ WorkCosts WorkCosts::measured() {
       double(work.bv_tests);
   tracking.latest.assign(tracking.latest.size(), 1e-9);  // every node changes
   costs.inflated =
-      nanoseconds(20, [&](int) { sink += propagate<fcl::RSSd>(model, tracking, true); }) / nodes;
+      nanoseconds(20, [&](int) { sink += propagate<fcl::RSSd>(model, topology, tracking, true); }) /
+      nodes;
   const auto fit = [&](int count, int calls) {
     return nanoseconds(calls, [&](int i) {
       const int first = i * count % (triangles - count);
-      sink += V::fit(mesh, &tracking.order[std::size_t(first)], count).r;
+      sink += V::fit(mesh, &topology.order[std::size_t(first)], count).r;
     });
   };
   costs.refitted_leaf = fit(1, 8000);

@@ -2,10 +2,14 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
+#include "update/box_propagation.h"
+#include "update/local_bounds.h"
 #include "update/propagation.h"
 #include "update/refit.h"
+#include "update/staging.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -24,6 +28,12 @@ class Stopwatch {
   using Clock = std::chrono::steady_clock;
   Clock::time_point last_ = Clock::now();
 };
+
+template <typename BV>
+bool arePresent(const fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>* positions) {
+  return std::memcmp(model.vertices, positions,
+                     sizeof(*positions) * static_cast<std::size_t>(model.num_vertices)) == 0;
+}
 
 /// Makes `vertices` the array to write the new frame to.
 template <typename BV>
@@ -45,10 +55,21 @@ template <typename BV>
 void sealRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   BV& root = model.getBV(0).bv;
   if (tree.seal.intact(root)) return;
-  auto& original = tree.tracking.original_radius[0];
-  const bool refitted = Volume<BV>::radius(root) == original;
-  const auto sealed = tree.seal.close(root, root);
-  if (refitted) original = sealed;
+  const bool refitted = Volume<BV>::radius(root) == tree.originalRadius(model, 0);
+  tree.seal.close(root, root);
+  if (refitted) tree.refitted(model, 0);
+}
+
+/// Fills all boxes at the model's present positions, along the axes of the root's volume.
+template <typename BV>
+void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) {
+  using S = typename BV::S;
+  Boxes<S>& boxes = *tree.boxes;
+  const fcl::AABB<S> around = boundsOf(model);
+  boxes.frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), around.center(),
+                             (around.max_ - around.min_).norm());
+  stageInPlace(model, boxes);
+  propagateByBoxes(model, tree.topology, boxes);
 }
 
 }  // namespace
@@ -61,20 +82,30 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   Stopwatch watch;
   // Before the move: displacements count from the positions that the volumes hold.
   report.resynchronised = repairIfChanged(model, tree);
+  if (kind == FrameKind::Replace && !model.prev_vertices && arePresent(model, positions)) {
+    tree.evidence.clear();
+    report.displacement_seconds = watch.lap();
+    return report;
+  }
   openFrame(model, kind);
-  const auto largest = moveVertices(model, tree.tracking, positions);
-  updateLocalAABB(model);
+  // A body far from the origin of its boxes would lose digits in them.
+  if (tree.boxes) tree.boxes->frame.moveOrigin(model.aabb_center);
+  const auto largest = tree.boxes ? stageVertices(model, *tree.boxes, positions)
+                                  : moveVertices(model, *tree.displacements, positions);
+  updateLocalBounds(model);
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
 
-  if (std::isfinite(largest)) {
-    report.inflated = propagate(model, tree.tracking, policy.leaf_radius_may_shrink);
-    report.propagation_seconds = watch.lap();
-    refitUnfit(model, tree.tracking, tree.evidence, policy, report);
-    sealRoot(model, tree);
-  } else {  // the old positions, written through FCL's own calls, were not finite
+  if (!std::isfinite(largest)) {  // the old positions, written by FCL's own calls, were not finite
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
+  } else {
+    report.inflated = tree.boxes ? propagateByBoxes(model, tree.topology, *tree.boxes)
+                                 : propagate(model, tree.topology, *tree.displacements,
+                                             policy.leaf_radius_may_shrink);
+    report.propagation_seconds = watch.lap();
+    refitUnfit(model, tree, policy, report);
+    sealRoot(model, tree);
   }
   tree.evidence.clear();
   report.refit_seconds = watch.lap();
@@ -83,10 +114,11 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
 
 template <typename BV>
 void adoptBuild(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
-  tree.tracking.adopt(model);
-  tree.evidence.reset(model.getNumBVs());
+  tree.adopt(model);
   BV& root = model.getBV(0).bv;
-  tree.tracking.original_radius[0] = tree.seal.close(root, root);
+  if (tree.boxes) layBoxes(model, tree, root);
+  tree.seal.close(root, root);
+  tree.refitted(model, 0);
 }
 
 template <typename BV>
@@ -94,9 +126,11 @@ bool repairIfChanged(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   if (model.getNumBVs() == 0 || tree.seal.intact(model.getBV(0).bv)) return false;
   const std::lock_guard<std::mutex> lock(tree.repairing);
   if (tree.seal.intact(model.getBV(0).bv)) return true;  // another thread was first
-  const BV root = refitAllButRoot<BV>(model, tree.tracking);
-  tree.evidence.reset(model.getNumBVs());
-  tree.tracking.original_radius[0] = tree.seal.close(model.getBV(0).bv, root);
+  tree.adopt(model);
+  const BV root = refitAllButRoot<BV>(model, tree);
+  if (tree.boxes) layBoxes(model, tree, root);
+  tree.seal.close(model.getBV(0).bv, root);
+  tree.refitted(model, 0);
   return true;
 }
 

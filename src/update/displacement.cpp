@@ -49,25 +49,10 @@ typename BV::S moveVertices(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
   return largest;
 }
 
-template <typename BV>
-void updateLocalAABB(fcl::BVHModel<BV>& model) {
-  using S = typename BV::S;
-  fcl::AABB<S> box;
-  for (int v = 0; v < model.num_vertices; ++v) box += model.vertices[v];
-  const fcl::Vector3<S> center = box.center();
-  S squared = 0;
-  for (int v = 0; v < model.num_vertices; ++v)
-    squared = std::max(squared, (model.vertices[v] - center).squaredNorm());
-  model.aabb_local = box;
-  model.aabb_center = center;
-  model.aabb_radius = std::sqrt(squared);
-}
-
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                            \
   template bool usablePositions(const fcl::Vector3<S>*, std::size_t);          \
   template S moveVertices(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&, \
-                          const fcl::Vector3<S>*);                             \
-  template void updateLocalAABB(fcl::BVHModel<fcl::RSS<S>>&);
+                          const fcl::Vector3<S>*);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -16,8 +16,4 @@ template <typename BV>
 typename BV::S moveVertices(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
                             const fcl::Vector3<typename BV::S>* positions);
 
-/// Brings aabb_local, aabb_center and aabb_radius up to date, as FCL's computeLocalAABB does.
-template <typename BV>
-void updateLocalAABB(fcl::BVHModel<BV>& model);
-
 }  // namespace adaptive_bvh

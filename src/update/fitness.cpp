@@ -21,6 +21,15 @@ bool testC(const NodeFitness& node, const RefitPolicy& policy) {
          node.child_gap > policy.child_distance_ratio * node.inflation();
 }
 
+bool needsVisit(FitnessCriterion criterion) {
+  switch (criterion) {
+    case FitnessCriterion::A:
+    case FitnessCriterion::AOrBC:
+    case FitnessCriterion::RefitAll: return false;
+    default: return true;
+  }
+}
+
 bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
   const auto a = [&] { return testA(node, policy); };
   const auto b = [&] { return testB(node); };

@@ -29,6 +29,9 @@ bool testB(const NodeFitness& node);
 /// Test C, child node distances (4.4.3). The factor is compared by >=, as in the thesis.
 bool testC(const NodeFitness& node, const RefitPolicy& policy);
 
+/// True when the criterion calls no volume unfit that was not visited.
+bool needsVisit(FitnessCriterion criterion);
+
 /// The criterion of thesis 4.5: true when the volume is to be recomputed.
 bool isUnfit(const NodeFitness& node, const RefitPolicy& policy);
 

@@ -2,35 +2,57 @@
 
 #include <algorithm>
 
-namespace adaptive_bvh {
+#include "update/sweep.h"
 
+namespace adaptive_bvh {
+namespace {
+
+/// The equations of thesis 4.3; the value handed up is D_latest.
 template <typename BV>
-int propagate(fcl::BVHModel<BV>& model, Tracking<BV>& tracking, bool leaf_radius_may_shrink) {
+struct DisplacementRule {
   using S = typename BV::S;
-  int changed = 0;
-  for (int i = model.getNumBVs() - 1; i >= 0; --i) {  // children before parents
-    fcl::BVNode<BV>& node = model.getBV(i);
-    const S current = Volume<BV>::radius(node.bv);
-    S& motion = tracking.motion[i];
-    S inflated;
-    if (node.isLeaf()) {
-      const int primitive = node.primitiveId();
-      motion = tracking.latest[primitive];
-      if (motion == 0) continue;
-      inflated = rounding::sum(tracking.original_radius[i], tracking.overall[primitive]);
+
+  S leaf(int i) const { return tracking.latest[primitive(i)]; }
+
+  static void merge(S& left, S right) { left = std::max(left, right); }
+
+  void apply(int i, S latest) {
+    BV& bv = model.getBV(i).bv;
+    const S current = Volume<BV>::radius(bv);
+    S inflated = rounding::sum(current, latest);
+    if (topology.isLeaf(i) && latest > 0) {
+      inflated = rounding::sum(tracking.original_radius[i], tracking.overall[primitive(i)]);
       if (!leaf_radius_may_shrink) inflated = std::max(current, inflated);
-    } else {
-      motion = std::max(tracking.motion[node.leftChild()], tracking.motion[node.rightChild()]);
-      inflated = rounding::sum(current, motion);
     }
-    if (inflated == current) continue;
-    Volume<BV>::setRadius(node.bv, inflated);
+    if (inflated == current) return;
+    Volume<BV>::setRadius(bv, inflated);
     ++changed;
   }
-  return changed;
+
+  unsigned primitive(int leaf) const { return topology.order[topology.place(leaf)]; }
+
+  fcl::BVHModel<BV>& model;
+  const Topology& topology;
+  const Tracking<BV>& tracking;
+  bool leaf_radius_may_shrink;
+  int changed = 0;
+};
+
+}  // namespace
+
+template <typename BV>
+int propagate(fcl::BVHModel<BV>& model, const Topology& topology, Tracking<BV>& tracking,
+              bool leaf_radius_may_shrink) {
+  DisplacementRule<BV> rule{model, topology, tracking, leaf_radius_may_shrink};
+  sweep(topology, tracking.pending, rule);
+  return rule.changed;
 }
 
-template int propagate(fcl::BVHModel<fcl::RSS<float>>&, Tracking<fcl::RSS<float>>&, bool);
-template int propagate(fcl::BVHModel<fcl::RSS<double>>&, Tracking<fcl::RSS<double>>&, bool);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template int propagate(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Tracking<fcl::RSS<S>>&, \
+                         bool);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

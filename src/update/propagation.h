@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tree/topology.h"
 #include "tree/tracking.h"
 
 namespace adaptive_bvh {
@@ -21,6 +22,7 @@ namespace adaptive_bvh {
 ///
 /// Returns how many volumes changed.
 template <typename BV>
-int propagate(fcl::BVHModel<BV>& model, Tracking<BV>& tracking, bool leaf_radius_may_shrink);
+int propagate(fcl::BVHModel<BV>& model, const Topology& topology, Tracking<BV>& tracking,
+              bool leaf_radius_may_shrink);
 
 }  // namespace adaptive_bvh

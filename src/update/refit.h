@@ -2,8 +2,7 @@
 
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
-#include "tree/evidence.h"
-#include "tree/tracking.h"
+#include "tree/adaptive_tree.h"
 
 namespace adaptive_bvh {
 
@@ -14,14 +13,12 @@ namespace adaptive_bvh {
 ///
 /// Adds what it did to `report`. Allocates nothing.
 template <typename BV>
-void refitUnfit(fcl::BVHModel<BV>& model, Tracking<BV>& tracking,
-                const Evidence<typename BV::S>& evidence, const RefitPolicy& policy,
+void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report);
 
-/// Takes over a tree of unknown history: tracking begins anew and every volume but the root's is
-/// recomputed in place. Returns the root's new volume, for Seal::close to write last: queries on
-/// other threads may be looking at it meanwhile.
+/// Recomputes every volume but the root's in place. Returns the root's, for Seal::close to write
+/// last: queries on other threads may be looking at it meanwhile.
 template <typename BV>
-BV refitAllButRoot(fcl::BVHModel<BV>& model, Tracking<BV>& tracking);
+BV refitAllButRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree);
 
 }  // namespace adaptive_bvh

@@ -20,7 +20,20 @@ struct Volume<fcl::RSS<S_>> {
   using Point = fcl::Vector3<S>;
 
   static S radius(const BV& bv) { return bv.r; }
+  static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
   static void setRadius(BV& bv, S radius) { bv.r = radius; }
+
+  /// Moves the volume by `shift` and lets it grow by at least `spread`, so that it holds every
+  /// point of before, moved by shift + e, |e| <= spread. Returns what the radius grew by.
+  static S move(BV& bv, const Point& shift, S spread) {
+    // To is rounded, by at most u of each component of the sum; the term is twice that.
+    bv.To += shift;
+    const S before = bv.r;
+    const S rounding =
+        rounding::epsilon<S>() * (std::abs(bv.To[0]) + std::abs(bv.To[1]) + std::abs(bv.To[2]));
+    bv.r = rounding::sum(before, spread + rounding + rounding::tiny<S>());
+    return bv.r - before;
+  }
 
   /// A length that stands for the whole volume at a given radius: see InflationReference::NodeSize.
   static S size(const BV& bv, S radius);

@@ -94,11 +94,13 @@ BENCHMARK(displacement)->RangeMultiplier(4)->Range(1, 16);
 /// The inflation sweep; items are nodes.
 void sweep(benchmark::State& state) {
   Model model = helmetOf(int(state.range(0)));
+  adaptive_bvh::Topology topology;
+  topology.adopt(model);
   auto tracking = trackingOf(model);
   const auto positions = scenarios::helmet(int(state.range(0))).positions(1);
   adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, positions.data());
   for (auto _ : state)
-    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, tracking, true));
+    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, topology, tracking, true));
   state.SetItemsProcessed(state.iterations() * model.getNumBVs());
 }
 BENCHMARK(sweep)->RangeMultiplier(4)->Range(1, 16);

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
@@ -32,6 +33,29 @@ class BruteForce {
     return least;
   }
 
+  /// What is wrong with a result that claims `result.min_distance`, or nothing: the triangles it
+  /// names must be so far apart, and its points that far apart and on them. (Which of several
+  /// nearest pairs is named, is open. FCL's points of triangles that touch mean nothing.)
+  std::string objection(const fcl::DistanceResult<S>& result, const fcl::Transform3<S>& tf1,
+                        S tolerance) const {
+    if (result.o1 != &first_ || result.o2 != &second_) return "names other objects";
+    const Corners p = corners(first_, result.b1), q = corners(second_, result.b2);
+    Vector3<S> on_p, on_q;
+    const S d = fcl::detail::TriangleDistance<S>::triDistance(*p[0], *p[1], *p[2], *q[0], *q[1],
+                                                              *q[2], relative_, on_p, on_q);
+    if (!(std::abs(d - result.min_distance) <= tolerance))
+      return "names triangles at another distance";
+    if (d <= 0) return "";
+    const auto& points = result.nearest_points;
+    if (!(std::abs((points[0] - points[1]).norm() - d) <= tolerance))
+      return "its points are at another distance";
+    const fcl::Transform3<S> to_first = tf1.inverse(Eigen::Isometry);
+    const fcl::Transform3<S> to_second = (tf1 * relative_).inverse(Eigen::Isometry);
+    if (!(offTriangle(to_first * points[0], p) <= tolerance)) return "its first point lies off";
+    if (!(offTriangle(to_second * points[1], q) <= tolerance)) return "its second point lies off";
+    return "";
+  }
+
   /// The pairs of triangles that intersect.
   std::set<std::pair<int, int>> contacts() const {
     const fcl::Matrix3<S> R = relative_.linear();
@@ -52,6 +76,11 @@ class BruteForce {
     const fcl::Triangle& triangle = model.tri_indices[t];
     return {&model.vertices[triangle[0]], &model.vertices[triangle[1]],
             &model.vertices[triangle[2]]};
+  }
+
+  static S offTriangle(const Vector3<S>& x, const Corners& t) {
+    Vector3<S> on_x, on_t;
+    return fcl::detail::TriangleDistance<S>::triDistance(x, x, x, *t[0], *t[1], *t[2], on_x, on_t);
   }
 
   template <typename Visit>

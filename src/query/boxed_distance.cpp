@@ -1,0 +1,153 @@
+#include "query/boxed_distance.h"
+
+#include <algorithm>
+
+namespace adaptive_bvh {
+
+template <typename S>
+BoxedDistance<S>::BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
+                                const fcl::DistanceRequest<S>& request,
+                                fcl::DistanceResult<S>& result, std::vector<FrontPair>* front)
+    : first_(first),
+      second_(second),
+      topology1_(first.tree->topology),
+      topology2_(second.tree->topology),
+      boxes1_(*first.tree->boxes),
+      boxes2_(*second.tree->boxes),
+      request_(request),
+      result_(result),
+      front_(front),
+      relation_(boxes1_, first.tf, boxes2_, second.tf),
+      triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf) {
+  setLimit();
+}
+
+/// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
+template <typename S>
+void BoxedDistance<S>::setLimit() {
+  limit_ = std::max(result_.min_distance - request_.abs_err,
+                    result_.min_distance / (1 + request_.rel_err));
+  limit2_ = relation_.squaredGapFor(limit_);
+}
+
+template <typename S>
+void BoxedDistance<S>::improve(S distance, unsigned triangle1, unsigned triangle2,
+                               const fcl::Vector3<S>& on1, const fcl::Vector3<S>& on2) {
+  const int id1 = static_cast<int>(triangle1), id2 = static_cast<int>(triangle2);
+  if (request_.enable_nearest_points)
+    result_.update(distance, first_.model, second_.model, id1, id2, on1, on2);
+  else
+    result_.update(distance, first_.model, second_.model, id1, id2);
+  improved_ = true;
+  setLimit();
+  triangles_.lookAlong(on1, on2);
+}
+
+template <typename S>
+void BoxedDistance<S>::seed(unsigned triangle1, unsigned triangle2) {
+  const auto corners = [](const fcl::BVHModel<fcl::RSS<S>>& model, unsigned t) {
+    const fcl::Triangle& triangle = model.tri_indices[t];
+    return typename TrianglePair<S>::Corners{unsigned(triangle[0]), unsigned(triangle[1]),
+                                             unsigned(triangle[2])};
+  };
+  fcl::Vector3<S> on1, on2;
+  const S d = triangles_.distance(corners(*first_.model, triangle1),
+                                  corners(*second_.model, triangle2), on1, on2);
+  ++leaf_tests;
+  if (d < result_.min_distance) improve(d, triangle1, triangle2, on1, on2);
+}
+
+template <typename S>
+void BoxedDistance<S>::testLeaves(int leaf1, int leaf2) {
+  const int place1 = topology1_.place(leaf1), place2 = topology2_.place(leaf2);
+  const auto &corners1 = topology1_.corners[place1], &corners2 = topology2_.corners[place2];
+  S separation = triangles_.separation(corners1, corners2);
+  if (separation < limit_) {
+    fcl::Vector3<S> on1, on2;
+    const S d = triangles_.distance(corners1, corners2, on1, on2);
+    ++leaf_tests;
+    if (d < result_.min_distance)
+      improve(d, topology1_.order[place1], topology2_.order[place2], on1, on2);
+  }
+  stop(leaf1, leaf2, double(separation));
+}
+
+template <typename S>
+void BoxedDistance<S>::visit(int node1, int node2) {
+  const CenteredBox a(boxes1_[node1]), b(boxes2_[node2]);
+  ++box_tests;
+  float gap = squaredGap(a, relation_.toFirst()(b));
+  if (gap < limit2_)
+    gap = std::max(gap, relation_.inFirstUnits(squaredGap(relation_.toSecond()(a), b)));
+  if (gap < limit2_)
+    descend(node1, node2);
+  else
+    stop(node1, node2, relation_.distanceFor(gap));
+}
+
+template <typename S>
+void BoxedDistance<S>::descend(int node1, int node2) {
+  const bool leaf1 = topology1_.isLeaf(node1), leaf2 = topology2_.isLeaf(node2);
+  if (leaf1 && leaf2) return testLeaves(node1, node2);
+  const auto size = [](const NodeBounds& bounds) {
+    const Box box = bounds.box();
+    return sumOf(box.high - box.low);
+  };
+  if (leaf2 || (!leaf1 && size(boxes1_[node1]) >= relation_.ratio() * size(boxes2_[node2])))
+    splitFirst(node1, node2);
+  else
+    splitSecond(node1, node2);
+}
+
+template <typename S>
+void BoxedDistance<S>::splitFirst(int node1, int node2) {
+  const int left = topology1_.link[node1];
+  const CenteredBox b(boxes2_[node2]), b_in_first = relation_.toFirst()(b);
+  float gaps[2];
+  for (int k = 0; k < 2; ++k) {
+    const CenteredBox a(boxes1_[left + k]);
+    gaps[k] = squaredGap(a, b_in_first);
+    if (gaps[k] < limit2_)
+      gaps[k] = std::max(gaps[k], relation_.inFirstUnits(squaredGap(relation_.toSecond()(a), b)));
+  }
+  box_tests += 2;
+  goOn({{left, node2}, {left + 1, node2}}, gaps);
+}
+
+template <typename S>
+void BoxedDistance<S>::splitSecond(int node1, int node2) {
+  const int left = topology2_.link[node2];
+  const CenteredBox a(boxes1_[node1]), a_in_second = relation_.toSecond()(a);
+  float gaps[2];
+  for (int k = 0; k < 2; ++k) {
+    const CenteredBox b(boxes2_[left + k]);
+    gaps[k] = relation_.inFirstUnits(squaredGap(a_in_second, b));
+    if (gaps[k] < limit2_) gaps[k] = std::max(gaps[k], squaredGap(a, relation_.toFirst()(b)));
+  }
+  box_tests += 2;
+  goOn({{node1, left}, {node1, left + 1}}, gaps);
+}
+
+template <typename S>
+void BoxedDistance<S>::goOn(const int (&pairs)[2][2], const float (&gaps)[2]) {
+  const int nearer = gaps[1] < gaps[0];
+  for (int k : {nearer, 1 - nearer}) {
+    if (isDone()) return;
+    if (gaps[k] < limit2_)
+      descend(pairs[k][0], pairs[k][1]);
+    else
+      stop(pairs[k][0], pairs[k][1], relation_.distanceFor(gaps[k]));
+  }
+}
+
+/// FCL's traversal leaves the nearest points in the frame of the first object until the end.
+template <typename S>
+void BoxedDistance<S>::finish() {
+  if (!improved_ || !request_.enable_nearest_points) return;
+  for (auto& point : result_.nearest_points) point = first_.tf * point;
+}
+
+template class BoxedDistance<float>;
+template class BoxedDistance<double>;
+
+}  // namespace adaptive_bvh

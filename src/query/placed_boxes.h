@@ -1,0 +1,117 @@
+#pragma once
+
+#include "tree/boxes.h"
+
+namespace adaptive_bvh {
+
+/// A box as its middle and half its sides.
+struct CenteredBox {
+  Lanes center, half;
+
+  explicit CenteredBox(const NodeBounds& bounds) {
+    const Box box = bounds.box();
+    center = (box.low + box.high) * 0.5f;
+    half = (box.high - box.low) * 0.5f;
+  }
+  CenteredBox(const Lanes& c, const Lanes& h) : center(c), half(h) {}
+};
+
+/// The squared distance of two boxes of one frame.
+inline float squaredGap(const CenteredBox& a, const CenteredBox& b) {
+  const Lanes gap = ((a.center - b.center).abs() - (a.half + b.half)).max(0.f);
+  return sumOf(gap * gap);
+}
+
+/// A change of frame: y' = M y + t, M a rotation times a scale.
+class FrameChange {
+ public:
+  FrameChange() = default;
+  FrameChange(const fcl::Matrix3d& m, const fcl::Vector3d& t) {
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 3; ++i) {
+        columns_[k][i] = static_cast<float>(m(i, k));
+        sizes_[k][i] = std::abs(columns_[k][i]);
+      }
+    for (int k = 0; k < 3; ++k) columns_[k][3] = sizes_[k][3] = 0;
+    for (int i = 0; i < 3; ++i) t_[i] = static_cast<float>(t[i]);
+    t_[3] = 0;
+  }
+
+  /// The box around the box in the new frame.
+  CenteredBox operator()(const CenteredBox& box) const {
+    return {columns_[0] * box.center[0] + columns_[1] * box.center[1] +
+                columns_[2] * box.center[2] + t_,
+            sizes_[0] * box.half[0] + sizes_[1] * box.half[1] + sizes_[2] * box.half[2]};
+  }
+
+ private:
+  Lanes columns_[3], sizes_[3], t_;
+};
+
+/// How the boxes of two models lie to each other. Gaps are taken in the frame of either: the box of
+/// one is turned into the other's frame and boxed anew there. A flat box is thin in its own frame
+/// whatever the angle, so the larger of both gaps is a fair bound.
+///
+/// A gap as computed, in units of the first model, exceeds the distance of what the boxes hold by
+/// at most `error`: docs/bounds.md. Gaps in the second frame are scaled to the first's units.
+class BoxRelation {
+ public:
+  template <typename S>
+  BoxRelation(const Boxes<S>& first, const fcl::Transform3<S>& tf1, const Boxes<S>& second,
+              const fcl::Transform3<S>& tf2) {
+    const auto placed = [](const Boxes<S>& boxes, const fcl::Transform3<S>& tf) {
+      Eigen::Isometry3d placed;  // from body axes and origin to the world
+      placed.linear() = tf.linear().template cast<double>() * boxes.frame.axes();
+      placed.translation() = (tf * boxes.frame.origin()).template cast<double>();
+      return placed;
+    };
+    const Eigen::Isometry3d relative = placed(first, tf1).inverse() * placed(second, tf2);
+    const double scale1 = static_cast<double>(first.frame.scale());
+    const double scale2 = static_cast<double>(second.frame.scale());
+    const double ratio = scale1 / scale2;
+    const fcl::Vector3d t = scale1 * relative.translation();
+    to_first_ = FrameChange(ratio * relative.linear(), t);
+    to_second_ = FrameChange(relative.linear().transpose() / ratio,
+                             -(relative.linear().transpose() * t) / ratio);
+    scale_ = scale1;
+    ratio_ = static_cast<float>(ratio);
+    ratio2_ = ratio_ * ratio_;
+    const double extent1 = extentOf(first), extent2 = 3 * ratio * extentOf(second);
+    constexpr double kOperations = 1. / (1 << 20);
+    error_ = 2 * (kOperations * (extent1 + extent2 + t.lpNorm<1>()) +
+                  BodyFrame<S>::kError * (extent1 + extent2));
+  }
+
+  bool isPrecise() const { return error_ < 1e12 && ratio_ > 1e-6f && ratio_ < 1e6f; }
+
+  const FrameChange& toFirst() const { return to_first_; }
+  const FrameChange& toSecond() const { return to_second_; }
+  /// Squared gaps of the second frame, in the first's units.
+  float inFirstUnits(float squared_gap) const { return squared_gap * ratio2_; }
+  float ratio() const { return ratio_; }
+
+  /// Two nodes whose squared gap is at least this are at least `distance` apart.
+  template <typename S>
+  float squaredGapFor(S distance) const {
+    const double gap = static_cast<double>(distance) * scale_ * (1 + 1. / (1 << 20)) + error_;
+    return static_cast<float>(std::min(gap * gap, 1e300) * (1 + 1. / (1 << 20)));
+  }
+  /// Two nodes with this squared gap are at least so far apart; not negative.
+  double distanceFor(float squared_gap) const {
+    return std::max(
+        0., (std::sqrt(static_cast<double>(squared_gap)) * (1 - 1. / (1 << 20)) - error_) / scale_);
+  }
+
+ private:
+  template <typename S>
+  static double extentOf(const Boxes<S>& boxes) {
+    const Box root = boxes[0].box();
+    return largestOf(root.low.abs().max(root.high.abs()));
+  }
+
+  FrameChange to_first_, to_second_;
+  double scale_, error_;
+  float ratio_, ratio2_;
+};
+
+}  // namespace adaptive_bvh

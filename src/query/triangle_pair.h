@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+
+#include "volume/rounding.h"
+
+namespace adaptive_bvh {
+
+/// Pairs of triangles, one of each mesh: a bound that costs little, and FCL's exact distance. All
+/// in the frame of the first mesh.
+template <typename S>
+class TrianglePair {
+ public:
+  using Point = fcl::Vector3<S>;
+  using Corners = std::array<unsigned, 3>;
+
+  TrianglePair(const Point* vertices1, const fcl::Transform3<S>& tf1, const Point* vertices2,
+               const fcl::Transform3<S>& tf2)
+      : vertices1_(vertices1),
+        vertices2_(vertices2),
+        R_(tf1.linear().transpose() * tf2.linear()),
+        T_(tf1.linear().transpose() * (tf2.translation() - tf1.translation())) {}
+
+  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
+  /// on the second; both in the first's frame.
+  void lookAlong(const Point& from, const Point& to) {
+    const S length = (to - from).norm();
+    if (!(length > 0)) return;
+    from_ = from;
+    to_ = R_.transpose() * (to - T_);
+    along1_ = (to - from) / length;
+    along2_ = R_.transpose() * along1_;
+    offset_ = along1_.dot(R_ * to_ + T_ - from);
+  }
+
+  /// How far apart two triangles are along that line: a lower bound of their distance. Everything
+  /// is measured from the two points, so that near them, where it matters, hardly any digit is
+  /// lost: the error is of the size of FCL's own in the distance of the triangles.
+  S separation(const Corners& a, const Corners& b) const {
+    const auto on1 = [&](unsigned v) { return along1_.dot(vertices1_[v] - from_); };
+    const auto on2 = [&](unsigned v) { return along2_.dot(vertices2_[v] - to_); };
+    const S high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
+    const S low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
+    return low + offset_ - high;
+  }
+
+  S distance(const Corners& a, const Corners& b, Point& on_a, Point& on_b) const {
+    return fcl::detail::TriangleDistance<S>::triDistance(
+        vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]], vertices2_[b[0]], vertices2_[b[1]],
+        vertices2_[b[2]], R_, T_, on_a, on_b);
+  }
+
+ private:
+  const Point *vertices1_, *vertices2_;
+  fcl::Matrix3<S> R_;
+  Point T_;
+  Point along1_ = Point::Zero(), along2_ = Point::Zero();  // the line, in either mesh's frame
+  Point from_ = Point::Zero(), to_ = Point::Zero();
+  S offset_ = 0;
+};
+
+}  // namespace adaptive_bvh

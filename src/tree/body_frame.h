@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cmath>
+
+#include <fcl/math/bv/RSS.h>
+
+#include "volume/box.h"
+
+namespace adaptive_bvh {
+
+/// The coordinates in which the boxes of a model stand: y = scale R^T (x - origin), along the
+/// axes R of the root's volume, about a point in the middle. A flat or long body that lies askew in
+/// its own coordinates lies straight in these, and its boxes are tight. The scale is a power of two
+/// that brings the body's size to about 1, so that neither huge nor tiny meshes leave the range of
+/// single precision.
+template <typename S>
+class BodyFrame {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  BodyFrame() : BodyFrame(fcl::Matrix3d::Identity(), Point::Zero(), S(1)) {}
+
+  /// `axes` orthonormal up to the rounding of S; `size` some length of the body, >= 0.
+  BodyFrame(const fcl::Matrix3d& axes, const Point& origin, S size) : axes_(axes), origin_(origin) {
+    for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
+      for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
+      axes_.col(k).normalize();
+      rows_[k].setZero();
+    }
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 3; ++i) rows_[k][i] = static_cast<float>(axes_(k, i));
+    const int limit = std::numeric_limits<S>::max_exponent - 25;
+    const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
+    scale_ = std::ldexp(S(1), -exponent);
+  }
+
+  /// Where x is in body coordinates. The largest error of a component is 20 u times the largest
+  /// component of the result, u = 2^-24: u from the difference (in S) and u from its conversion,
+  /// each relative to |x - origin| scale; u for each of the three entries of R, three products and
+  /// two sums, relative to the sum of |R_ki| |x_k - origin_k| scale <= sqrt(3) |x - origin| scale;
+  /// and |x - origin| scale <= sqrt(3) times the largest component. See `kError`.
+  Lanes place(const Point& x) const {
+    return rows_[0] * lane(x[0] - origin_[0]) + rows_[1] * lane(x[1] - origin_[1]) +
+           rows_[2] * lane(x[2] - origin_[2]);
+  }
+  /// As a share of the largest component in the body: 2^-19 > 20 u.
+  static constexpr float kError = 1.f / (1 << 19);
+
+  /// A difference of two points in the model's axes, in body units. Off by 2u relative.
+  Lanes displacement(const Point& from, const Point& to) const {
+    return {lane(to[0] - from[0]), lane(to[1] - from[1]), lane(to[2] - from[2]), 0};
+  }
+
+  const fcl::Matrix3d& axes() const { return axes_; }
+  const Point& origin() const { return origin_; }
+  /// Body units per unit of the mesh, a power of two: products with it are exact.
+  S scale() const { return scale_; }
+
+  void moveOrigin(const Point& origin) { origin_ = origin; }
+
+ private:
+  float lane(S difference) const { return static_cast<float>(difference * scale_); }
+
+  fcl::Matrix3d axes_;
+  Lanes rows_[3];  // of R, which are the columns of R^T
+  Point origin_;
+  S scale_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "tree/boxes.h"
+
+namespace adaptive_bvh {
+
+/// The translation-compensated propagation: renews all boxes, and moves and inflates every volume
+/// so that it surely holds its triangles at their new positions. One sweep from the leaves to the
+/// root. Returns how many volumes changed.
+///
+/// Let every vertex below a node move by some d in the box [low, high] of displacements, c its
+/// centre and h half its diagonal. d = c + e with |e| <= h. A volume that held the vertex at p
+/// before holds p + c when it is moved by c, and p + d when its radius also grows by h. So a node
+/// that moves as a whole does not grow at all, and one that is strained grows by its own strain,
+/// at a rate relative to its size that does not depend on how large it is or how deep it lies.
+///
+/// docs/bounds.md has the proof with rounding.
+template <typename BV>
+int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
+                     Boxes<typename BV::S>& boxes);
+
+}  // namespace adaptive_bvh

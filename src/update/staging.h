@@ -1,0 +1,18 @@
+#pragma once
+
+#include "tree/boxes.h"
+
+namespace adaptive_bvh {
+
+/// Writes `positions` (one per vertex) into the model, and where every vertex is and how it came
+/// there into `boxes`. Returns the largest displacement, rounded up; not finite when the old
+/// positions were not.
+template <typename BV>
+typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                             const fcl::Vector3<typename BV::S>* positions);
+
+/// The same without motion, for a model as it stands.
+template <typename BV>
+void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes);
+
+}  // namespace adaptive_bvh
