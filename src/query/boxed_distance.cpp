@@ -7,16 +7,18 @@ namespace adaptive_bvh {
 template <typename S>
 BoxedDistance<S>::BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
                                 const fcl::DistanceRequest<S>& request,
-                                fcl::DistanceResult<S>& result, std::vector<FrontPair>* front)
+                                fcl::DistanceResult<S>& result, const FrontSink& front)
     : first_(first),
       second_(second),
-      topology1_(first.tree->topology),
-      topology2_(second.tree->topology),
+      corners1_(first.tree->topology.corners),
+      corners2_(second.tree->topology.corners),
       boxes1_(*first.tree->boxes),
       boxes2_(*second.tree->boxes),
       request_(request),
       result_(result),
       front_(front),
+      unit1_(1 / static_cast<double>(boxes1_.frame.scale())),
+      unit2_(1 / static_cast<double>(boxes2_.frame.scale())),
       relation_(boxes1_, first.tf, boxes2_, second.tf),
       triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf) {
   setLimit();
@@ -31,24 +33,22 @@ void BoxedDistance<S>::setLimit() {
 }
 
 template <typename S>
-void BoxedDistance<S>::improve(S distance, unsigned triangle1, unsigned triangle2,
-                               const fcl::Vector3<S>& on1, const fcl::Vector3<S>& on2) {
-  const int id1 = static_cast<int>(triangle1), id2 = static_cast<int>(triangle2);
+void BoxedDistance<S>::improve(S distance, int triangle1, int triangle2, const fcl::Vector3<S>& on1,
+                               const fcl::Vector3<S>& on2) {
   if (request_.enable_nearest_points)
-    result_.update(distance, first_.model, second_.model, id1, id2, on1, on2);
+    result_.update(distance, first_.model, second_.model, triangle1, triangle2, on1, on2);
   else
-    result_.update(distance, first_.model, second_.model, id1, id2);
+    result_.update(distance, first_.model, second_.model, triangle1, triangle2);
   improved_ = true;
   setLimit();
   triangles_.lookAlong(on1, on2);
 }
 
 template <typename S>
-void BoxedDistance<S>::seed(unsigned triangle1, unsigned triangle2) {
-  const auto corners = [](const fcl::BVHModel<fcl::RSS<S>>& model, unsigned t) {
+void BoxedDistance<S>::seed(int triangle1, int triangle2) {
+  const auto corners = [](const fcl::BVHModel<fcl::RSS<S>>& model, int t) {
     const fcl::Triangle& triangle = model.tri_indices[t];
-    return typename TrianglePair<S>::Corners{unsigned(triangle[0]), unsigned(triangle[1]),
-                                             unsigned(triangle[2])};
+    return Corners{unsigned(triangle[0]), unsigned(triangle[1]), unsigned(triangle[2])};
   };
   fcl::Vector3<S> on1, on2;
   const S d = triangles_.distance(corners(*first_.model, triangle1),
@@ -59,15 +59,18 @@ void BoxedDistance<S>::seed(unsigned triangle1, unsigned triangle2) {
 
 template <typename S>
 void BoxedDistance<S>::testLeaves(int leaf1, int leaf2) {
-  const int place1 = topology1_.place(leaf1), place2 = topology2_.place(leaf2);
-  const auto &corners1 = topology1_.corners[place1], &corners2 = topology2_.corners[place2];
+  const Corners &corners1 = corners1_[boxes1_[leaf1].leaf()],
+                &corners2 = corners2_[boxes2_[leaf2].leaf()];
   S separation = triangles_.separation(corners1, corners2);
+  if (separation < limit_)
+    separation = std::max(separation, triangles_.separationNearby(corners1, corners2, limit_));
   if (separation < limit_) {
     fcl::Vector3<S> on1, on2;
     const S d = triangles_.distance(corners1, corners2, on1, on2);
     ++leaf_tests;
     if (d < result_.min_distance)
-      improve(d, topology1_.order[place1], topology2_.order[place2], on1, on2);
+      improve(d, first_.model->getBV(leaf1).primitiveId(),
+              second_.model->getBV(leaf2).primitiveId(), on1, on2);
   }
   stop(leaf1, leaf2, double(separation));
 }
@@ -87,11 +90,11 @@ void BoxedDistance<S>::visit(int node1, int node2) {
 
 template <typename S>
 void BoxedDistance<S>::descend(int node1, int node2) {
-  const bool leaf1 = topology1_.isLeaf(node1), leaf2 = topology2_.isLeaf(node2);
+  const bool leaf1 = boxes1_[node1].isLeaf(), leaf2 = boxes2_[node2].isLeaf();
   if (leaf1 && leaf2) return testLeaves(node1, node2);
-  const auto size = [](const NodeBounds& bounds) {
+  const auto size = [](const NodeBox& bounds) {
     const Box box = bounds.box();
-    return sumOf(box.high - box.low);
+    return lanes::sum(box.high - box.low);
   };
   if (leaf2 || (!leaf1 && size(boxes1_[node1]) >= relation_.ratio() * size(boxes2_[node2])))
     splitFirst(node1, node2);
@@ -101,7 +104,7 @@ void BoxedDistance<S>::descend(int node1, int node2) {
 
 template <typename S>
 void BoxedDistance<S>::splitFirst(int node1, int node2) {
-  const int left = topology1_.link[node1];
+  const int left = boxes1_[node1].left();
   const CenteredBox b(boxes2_[node2]), b_in_first = relation_.toFirst()(b);
   float gaps[2];
   for (int k = 0; k < 2; ++k) {
@@ -116,7 +119,7 @@ void BoxedDistance<S>::splitFirst(int node1, int node2) {
 
 template <typename S>
 void BoxedDistance<S>::splitSecond(int node1, int node2) {
-  const int left = topology2_.link[node2];
+  const int left = boxes2_[node2].left();
   const CenteredBox a(boxes1_[node1]), a_in_second = relation_.toSecond()(a);
   float gaps[2];
   for (int k = 0; k < 2; ++k) {
@@ -145,6 +148,12 @@ template <typename S>
 void BoxedDistance<S>::finish() {
   if (!improved_ || !request_.enable_nearest_points) return;
   for (auto& point : result_.nearest_points) point = first_.tf * point;
+}
+
+template <typename S>
+void BoxedDistance<S>::record() const {
+  first_.tree->evidence.addQuery(box_tests, leaf_tests);
+  if (second_.tree != first_.tree) second_.tree->evidence.addQuery(box_tests, leaf_tests);
 }
 
 template class BoxedDistance<float>;

@@ -19,10 +19,19 @@ struct BoxedMesh {
   fcl::Transform3<S> tf;
 };
 
-/// A pair of nodes where a descent stopped.
+/// A pair of nodes where a search stopped. `key` is a lower bound of their distance then, plus all
+/// that could have moved their triangles until then: what the models' boxes and the transforms have
+/// summed up (NodeBounds::travel, RigidTravel). So the key less those sums of a later frame bounds
+/// the distance in that frame.
 struct FrontPair {
   int node1, node2;
-  double bound;  ///< their distance is at least this
+  double key;
+};
+
+/// Where a search leaves its front. Nowhere, by default.
+struct FrontSink {
+  std::vector<FrontPair>* pairs = nullptr;
+  double rigid_travel = 0;
 };
 
 /// The exact distance of two meshes: a branch and bound over pairs of nodes like FCL's, but on the
@@ -31,10 +40,10 @@ struct FrontPair {
 template <typename S>
 class BoxedDistance {
  public:
-  /// `front`, where given, gets every pair of nodes at which a descent stops.
+  /// `front` gets every pair of nodes at which the search stops, unless it ends with isDone.
   BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
                 const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                std::vector<FrontPair>* front = nullptr);
+                const FrontSink& front = FrontSink());
 
   /// False when the objects are so far apart, for their sizes, that single precision will not do.
   bool isPossible() const { return relation_.isPrecise(); }
@@ -44,15 +53,21 @@ class BoxedDistance {
   bool isDone() const { return result_.min_distance <= 0; }
 
   /// The distance of two triangles as a first upper bound.
-  void seed(unsigned triangle1, unsigned triangle2);
+  void seed(int triangle1, int triangle2);
   /// Everything below two nodes whose distance may matter.
   void descend(int node1, int node2);
+  /// Whether all that was below the pair is surely not nearer than the limit.
+  bool isSettled(const FrontPair& pair) const {
+    return pair.key - travelOf(pair.node1, pair.node2) >= static_cast<double>(limit_);
+  }
   /// Tests two nodes, and descends where that does not settle it.
   void visit(int node1, int node2);
   /// Whether the query found a smaller distance than `result` came with.
   bool improved() const { return improved_; }
-  /// To be called last.
+  /// To be called after the search.
   void finish();
+  /// Counts the search as a recorded query of both models.
+  void record() const;
 
   long box_tests = 0, leaf_tests = 0;
 
@@ -61,19 +76,28 @@ class BoxedDistance {
   void splitSecond(int node1, int node2);
   void goOn(const int (&pairs)[2][2], const float (&gaps)[2]);
   void testLeaves(int leaf1, int leaf2);
-  void improve(S distance, unsigned triangle1, unsigned triangle2, const fcl::Vector3<S>& on1,
+  void improve(S distance, int triangle1, int triangle2, const fcl::Vector3<S>& on1,
                const fcl::Vector3<S>& on2);
   void setLimit();
   void stop(int node1, int node2, double bound) {
-    if (front_) front_->push_back({node1, node2, bound});
+    if (!front_.pairs) return;
+    const double travel = travelOf(node1, node2);
+    constexpr double kRounding = 1e-14;  // of this sum, and of the difference in isSettled
+    front_.pairs->push_back({node1, node2, bound + travel - kRounding * (bound + travel)});
+  }
+
+  double travelOf(int node1, int node2) const {
+    return static_cast<double>(boxes1_.growthOf(node1).travel) * unit1_ +
+           static_cast<double>(boxes2_.growthOf(node2).travel) * unit2_ + front_.rigid_travel;
   }
 
   const BoxedMesh<S> first_, second_;
-  const Topology &topology1_, &topology2_;
+  const std::vector<Corners>&corners1_, &corners2_;
   const Boxes<S>&boxes1_, &boxes2_;
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
-  std::vector<FrontPair>* front_;
+  FrontSink front_;
+  double unit1_, unit2_;  ///< of the models, per unit of their boxes
   BoxRelation relation_;
   TrianglePair<S> triangles_;
   S limit_;

@@ -8,8 +8,7 @@ namespace adaptive_bvh {
 
 template <typename S>
 bool boxedMeshDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
-                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                       const Recorder<S>& recorder) {
+                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
   if (request.isSatisfied(result)) return true;
   BoxedDistance<S> search(first, second, request, result);
   if (!search.isPossible()) return false;
@@ -17,11 +16,11 @@ bool boxedMeshDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
   const RecentPairs::Pair last = recent.recall(second.model);
   if (last.first < unsigned(first.model->num_tris) &&
       last.second < unsigned(second.model->num_tris))
-    search.seed(last.first, last.second);
+    search.seed(int(last.first), int(last.second));
   if (!search.isDone()) search.visit(0, 0);
   search.finish();
   if (search.improved()) recent.keep(second.model, {unsigned(result.b1), unsigned(result.b2)});
-  recorder.addQuery(search.box_tests, search.leaf_tests);
+  search.record();
   return true;
 }
 
@@ -53,8 +52,7 @@ std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
   template bool boxedMeshDistance(const BoxedMesh<S>&, const BoxedMesh<S>&,                 \
-                                  const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,  \
-                                  const Recorder<S>&);                                      \
+                                  const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&); \
   template S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
                               const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
                               const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,      \

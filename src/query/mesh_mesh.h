@@ -13,8 +13,7 @@ namespace adaptive_bvh {
 /// far apart for that, and nothing was done.
 template <typename S>
 bool boxedMeshDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
-                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                       const Recorder<S>& recorder);
+                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
 
 /// Recorded mesh-mesh queries. Both models must have triangles.
 template <typename S>

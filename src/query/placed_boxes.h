@@ -8,18 +8,19 @@ namespace adaptive_bvh {
 struct CenteredBox {
   Lanes center, half;
 
-  explicit CenteredBox(const NodeBounds& bounds) {
+  explicit CenteredBox(const NodeBox& bounds) {
     const Box box = bounds.box();
-    center = (box.low + box.high) * 0.5f;
-    half = (box.high - box.low) * 0.5f;
+    center = (box.low + box.high) * lanes::all(0.5f);
+    half = (box.high - box.low) * lanes::all(0.5f);
   }
   CenteredBox(const Lanes& c, const Lanes& h) : center(c), half(h) {}
 };
 
 /// The squared distance of two boxes of one frame.
 inline float squaredGap(const CenteredBox& a, const CenteredBox& b) {
-  const Lanes gap = ((a.center - b.center).abs() - (a.half + b.half)).max(0.f);
-  return sumOf(gap * gap);
+  const Lanes gap =
+      lanes::upper(lanes::absolute(a.center - b.center) - (a.half + b.half), lanes::all(0));
+  return lanes::sum(gap * gap);
 }
 
 /// A change of frame: y' = M y + t, M a rotation times a scale.
@@ -27,21 +28,20 @@ class FrameChange {
  public:
   FrameChange() = default;
   FrameChange(const fcl::Matrix3d& m, const fcl::Vector3d& t) {
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < 3; ++i) {
-        columns_[k][i] = static_cast<float>(m(i, k));
-        sizes_[k][i] = std::abs(columns_[k][i]);
-      }
-    for (int k = 0; k < 3; ++k) columns_[k][3] = sizes_[k][3] = 0;
-    for (int i = 0; i < 3; ++i) t_[i] = static_cast<float>(t[i]);
-    t_[3] = 0;
+    for (int k = 0; k < 3; ++k) {
+      columns_[k] = Lanes{float(m(0, k)), float(m(1, k)), float(m(2, k)), 0};
+      sizes_[k] = lanes::absolute(columns_[k]);
+    }
+    t_ = Lanes{float(t[0]), float(t[1]), float(t[2]), 0};
   }
 
   /// The box around the box in the new frame.
   CenteredBox operator()(const CenteredBox& box) const {
-    return {columns_[0] * box.center[0] + columns_[1] * box.center[1] +
-                columns_[2] * box.center[2] + t_,
-            sizes_[0] * box.half[0] + sizes_[1] * box.half[1] + sizes_[2] * box.half[2]};
+    using lanes::broadcast;
+    return {columns_[0] * broadcast<0>(box.center) + columns_[1] * broadcast<1>(box.center) +
+                columns_[2] * broadcast<2>(box.center) + t_,
+            sizes_[0] * broadcast<0>(box.half) + sizes_[1] * broadcast<1>(box.half) +
+                sizes_[2] * broadcast<2>(box.half)};
   }
 
  private:
@@ -76,7 +76,7 @@ class BoxRelation {
     scale_ = scale1;
     ratio_ = static_cast<float>(ratio);
     ratio2_ = ratio_ * ratio_;
-    const double extent1 = extentOf(first), extent2 = 3 * ratio * extentOf(second);
+    const double extent1 = first[0].box().reach(), extent2 = 3 * ratio * second[0].box().reach();
     constexpr double kOperations = 1. / (1 << 20);
     error_ = 2 * (kOperations * (extent1 + extent2 + t.lpNorm<1>()) +
                   BodyFrame<S>::kError * (extent1 + extent2));
@@ -103,12 +103,6 @@ class BoxRelation {
   }
 
  private:
-  template <typename S>
-  static double extentOf(const Boxes<S>& boxes) {
-    const Box root = boxes[0].box();
-    return largestOf(root.low.abs().max(root.high.abs()));
-  }
-
   FrameChange to_first_, to_second_;
   double scale_, error_;
   float ratio_, ratio2_;

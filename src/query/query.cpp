@@ -86,8 +86,7 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
       [&](const Mesh<S>& mesh1, const Mesh<S>& mesh2, const Recorder<S>& recorder) {
         const auto *tree1 = boxedTree(o1), *tree2 = boxedTree(o2);
         if (tree1 && tree2 &&
-            boxedMeshDistance<S>({&mesh1, tree1, tf1}, {&mesh2, tree2, tf2}, request, result,
-                                 recorder))
+            boxedMeshDistance<S>({&mesh1, tree1, tf1}, {&mesh2, tree2, tf2}, request, result))
           distance = result.min_distance;
         else
           distance = meshMeshDistance(mesh1, tf1, mesh2, tf2, request, result, recorder);

@@ -5,7 +5,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
-#include "volume/rounding.h"
+#include "volume/mesh_view.h"
 
 namespace adaptive_bvh {
 
@@ -15,7 +15,6 @@ template <typename S>
 class TrianglePair {
  public:
   using Point = fcl::Vector3<S>;
-  using Corners = std::array<unsigned, 3>;
 
   TrianglePair(const Point* vertices1, const fcl::Transform3<S>& tf1, const Point* vertices2,
                const fcl::Transform3<S>& tf2)
@@ -45,6 +44,30 @@ class TrianglePair {
     const S high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
     const S low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
     return low + offset_ - high;
+  }
+
+  /// The same along the line between the middles of the triangles and along either's normal; stops
+  /// at the first that reaches `limit`, > 0. The largest separation found.
+  S separationNearby(const Corners& a, const Corners& b, S limit) const {
+    Point p[3], q[3];
+    for (int k = 0; k < 3; ++k) {
+      p[k] = vertices1_[a[k]];
+      q[k] = R_ * vertices2_[b[k]] + T_;
+    }
+    S best = std::numeric_limits<S>::lowest();
+    const auto along = [&](const Point& d) {
+      const S length = d.norm();
+      if (!(length > 0)) return false;
+      const S p0 = d.dot(p[0]), p1 = d.dot(p[1]), p2 = d.dot(p[2]);
+      const S q0 = d.dot(q[0]), q1 = d.dot(q[1]), q2 = d.dot(q[2]);
+      const S forward = std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2);
+      const S backward = std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2);
+      best = std::max(best, std::max(forward, backward) / length);
+      return best >= limit;
+    };
+    along(q[0] + q[1] + q[2] - p[0] - p[1] - p[2]) || along((p[1] - p[0]).cross(p[2] - p[0])) ||
+        along((q[1] - q[0]).cross(q[2] - q[0]));
+    return best;
   }
 
   S distance(const Corners& a, const Corners& b, Point& on_a, Point& on_b) const {

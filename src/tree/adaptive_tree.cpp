@@ -1,18 +1,21 @@
 #include "tree/adaptive_tree.h"
 
+#include <algorithm>
+
 namespace adaptive_bvh {
 
 template <typename BV>
 void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
+  ++generation;
   topology.adopt(model);
   evidence.reset(model.getNumBVs());
   displacements.reset();
   if (propagation == Propagation::Displacements) {
     boxes.reset();
-    displacements.emplace().adopt(model);
+    displacements.emplace().adopt(model, topology.depth);
   } else {
     if (!boxes) boxes.emplace();
-    boxes->resize(model.getNumBVs(), model.num_vertices, topology.depth);
+    boxes->adopt(model, topology.depth);
   }
 }
 
@@ -20,12 +23,23 @@ template <typename BV>
 void AdaptiveTree<BV>::refitted(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);
   if (boxes) {
-    (*boxes)[i].inflation = 0;
+    boxes->growthOf(i).inflation = 0;
+    boxes->reach = std::max(boxes->reach, Volume<BV>::reach(node.bv));
     return;
   }
   displacements->original_radius[static_cast<std::size_t>(i)] = Volume<BV>::radius(node.bv);
   if (node.isLeaf())
     displacements->resetPrimitive(viewOf(model), static_cast<unsigned>(node.primitiveId()));
+}
+
+template <typename BV>
+void AdaptiveTree<BV>::forgetTravel(const fcl::BVHModel<BV>& model) {
+  ++generation;
+  boxes->reach = 0;
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    boxes->growthOf(i).travel = 0;
+    boxes->reach = std::max(boxes->reach, Volume<BV>::reach(model.getBV(i).bv));
+  }
 }
 
 template struct AdaptiveTree<fcl::RSS<float>>;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <mutex>
 #include <optional>
 
@@ -21,6 +22,7 @@ struct AdaptiveTree {
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
       : propagation(other.propagation),
+        generation(other.generation),
         topology(other.topology),
         displacements(other.displacements),
         boxes(other.boxes),
@@ -28,10 +30,12 @@ struct AdaptiveTree {
         seal(other.seal) {}
 
   Propagation propagation = Propagation::Boxes;
+  /// Grows whenever travels (NodeBounds) or the topology begin anew.
+  std::uint64_t generation = 1;
   Topology topology;
   std::optional<Tracking<BV>> displacements;  ///< with Propagation::Displacements
   std::optional<Boxes<S>> boxes;              ///< with Propagation::Boxes
-  Evidence evidence;
+  mutable Evidence evidence;                  ///< which queries, that hold the model const, leave
   mutable RecentPairs recent;
   Seal<BV> seal;
   std::mutex repairing;  ///< held by the one thread that repairs a broken seal
@@ -43,8 +47,11 @@ struct AdaptiveTree {
   S originalRadius(const fcl::BVHModel<BV>& model, int node) const {
     if (displacements) return displacements->original_radius[static_cast<std::size_t>(node)];
     return Volume<BV>::radius(model.getBV(node).bv) -
-           S((*boxes)[node].inflation) / boxes->frame.scale();
+           S(boxes->growthOf(node).inflation) / boxes->frame.scale();
   }
+
+  /// Lets sums over frames begin anew, before they lose digits.
+  void forgetTravel(const fcl::BVHModel<BV>& model);
 
   /// The volume of `node` was just fitted to the present positions.
   void refitted(const fcl::BVHModel<BV>& model, int node);

@@ -4,7 +4,7 @@
 
 #include <fcl/math/bv/RSS.h>
 
-#include "volume/box.h"
+#include "volume/lanes.h"
 
 namespace adaptive_bvh {
 
@@ -25,10 +25,9 @@ class BodyFrame {
     for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
       for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
       axes_.col(k).normalize();
-      rows_[k].setZero();
     }
     for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < 3; ++i) rows_[k][i] = static_cast<float>(axes_(k, i));
+      rows_[k] = Lanes{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
     const int limit = std::numeric_limits<S>::max_exponent - 25;
     const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
     scale_ = std::ldexp(S(1), -exponent);
@@ -40,15 +39,16 @@ class BodyFrame {
   /// two sums, relative to the sum of |R_ki| |x_k - origin_k| scale <= sqrt(3) |x - origin| scale;
   /// and |x - origin| scale <= sqrt(3) times the largest component. See `kError`.
   Lanes place(const Point& x) const {
-    return rows_[0] * lane(x[0] - origin_[0]) + rows_[1] * lane(x[1] - origin_[1]) +
-           rows_[2] * lane(x[2] - origin_[2]);
+    return rows_[0] * lanes::all(scaled(x[0] - origin_[0])) +
+           rows_[1] * lanes::all(scaled(x[1] - origin_[1])) +
+           rows_[2] * lanes::all(scaled(x[2] - origin_[2]));
   }
   /// As a share of the largest component in the body: 2^-19 > 20 u.
   static constexpr float kError = 1.f / (1 << 19);
 
   /// A difference of two points in the model's axes, in body units. Off by 2u relative.
-  Lanes displacement(const Point& from, const Point& to) const {
-    return {lane(to[0] - from[0]), lane(to[1] - from[1]), lane(to[2] - from[2]), 0};
+  Lanes displacement(const Point& d) const {
+    return Lanes{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
   }
 
   const fcl::Matrix3d& axes() const { return axes_; }
@@ -59,7 +59,7 @@ class BodyFrame {
   void moveOrigin(const Point& origin) { origin_ = origin; }
 
  private:
-  float lane(S difference) const { return static_cast<float>(difference * scale_); }
+  float scaled(S difference) const { return static_cast<float>(difference * scale_); }
 
   fcl::Matrix3d axes_;
   Lanes rows_[3];  // of R, which are the columns of R^T

@@ -1,91 +1,112 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "tree/body_frame.h"
 #include "tree/topology.h"
+#include "volume/rounding.h"
 
 namespace adaptive_bvh {
 
-/// What stands beside one of FCL's nodes: the box of its triangles, in body coordinates, and two
-/// lengths in body units. 32 bytes; siblings share a cache line.
-struct alignas(32) NodeBounds {
-  float low[3] = {0, 0, 0};
+/// The box of a node's triangles, in body coordinates, and the node's place in the tree, so that
+/// walks need no more of FCL's nodes, which are 136 bytes each. Siblings share a cache line.
+class alignas(32) NodeBox {
+ public:
+  Box box() const { return {lanes::load(low_), lanes::load(high_)}; }
+  ADAPTIVE_BVH_INLINE void setBox(const Box& box) {
+    const int kept = place_;  // is overwritten with the fourth lane
+    lanes::store(box.low, low_);
+    lanes::store(box.high, high_);
+    place_ = kept;
+  }
+
+  bool isLeaf() const { return place_ < kFirst; }
+  /// Of an inner node: the left child, which the right one follows.
+  int left() const { return place_ - kFirst; }
+  /// Of a leaf: its place among the leaves.
+  int leaf() const { return kFirst - 1 - place_; }
+
+  void setLeft(int node) { place_ = kFirst + node; }
+  void setLeaf(int leaf) { place_ = kFirst - 1 - leaf; }
+
+ private:
+  /// The bits of 1.f. As the fourth lane of arithmetic, a place is then an ordinary number near 1;
+  /// small integers would be denormal ones, with which processors are slow.
+  static constexpr int kFirst = 0x3f800000;
+
+  float low_[3] = {0, 0, 0};
+  int place_ = kFirst;
+  float high_[3] = {0, 0, 0};
+  float unused_ = 0;
+};
+
+/// Two lengths of a node, in body units.
+struct NodeGrowth {
+  /// Current radius of FCL's volume - its radius when last refitted.
+  float inflation = 0;
   /// Bounds how far any point below the node has moved since the start, summed over the frames. It
   /// only grows: between two frames, by at least the motion between them.
   float travel = 0;
-  float high[3] = {0, 0, 0};
-  /// Current radius of FCL's volume - its radius when last refitted.
-  float inflation = 0;
-
-  Box box() const { return {Eigen::Map<const Lanes>(low), Eigen::Map<const Lanes>(high)}; }
-  void setBox(const Box& box) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = box.low[k];
-      high[k] = box.high[k];
-    }
-  }
 };
 
 /// A vertex in the present frame: where it is, in body coordinates, and how it came there, in the
 /// model's axes and body units.
-struct StagedVertex {
-  float at[3];
-  float motion[3];
+struct alignas(32) StagedVertex {
+  float at[4];
+  float motion[4];
 };
 
 /// What a node hands to its parent in the sweep.
 struct Swept {
   Box box;     ///< of its triangles, in body coordinates
-  Box motion;  ///< of the displacements of its vertices in this frame, model axes, body units
+  Box motion;  ///< of its vertices' displacements in this frame, in model axes and body units
 };
 
 /// The companions of FCL's volumes: one tight box a node, renewed in every frame. Cheap to keep and
 /// to test, they answer most of what a distance query asks, and tell how a node moved.
 template <typename S>
-class Boxes {
- public:
+struct Boxes {
   BodyFrame<S> frame;
-  std::vector<Swept> pending;  ///< the stack of the sweep
+  /// By node + 1, so that siblings share a cache line.
+  std::vector<NodeBox> box;
+  std::vector<NodeGrowth> growth;    ///< likewise
+  std::vector<StagedVertex> staged;  ///< by vertex
+  std::vector<Swept> pending;        ///< the stack of the sweep
 
-  bool empty() const { return pairs_.empty(); }
-  NodeBounds& operator[](int node) { return pairs_[(node + 1) >> 1].node[(node + 1) & 1]; }
-  const NodeBounds& operator[](int node) const {
-    return pairs_[(node + 1) >> 1].node[(node + 1) & 1];
-  }
+  /// By vertex, in swept mode: where it was in the frame before, in body coordinates.
+  std::vector<std::array<float, 4>> before;
+  /// Bounds |x| + |y| + |z| of FCL's volumes' corners, and their radii: what moving them rounds.
+  S reach = 0;
 
-  void resize(int nodes, int vertices, int depth) {
-    pending.clear();
-    pending.reserve(static_cast<std::size_t>(depth) + 1);
-    pairs_.assign(static_cast<std::size_t>(nodes + 2) / 2, Pair());
-    staged_.resize(static_cast<std::size_t>(vertices) + 1);  // one more, see `motionOf`
-  }
+  const NodeBox& operator[](int node) const { return box[static_cast<std::size_t>(node) + 1]; }
+  NodeGrowth& growthOf(int node) { return growth[static_cast<std::size_t>(node) + 1]; }
+  const NodeGrowth& growthOf(int node) const { return growth[static_cast<std::size_t>(node) + 1]; }
 
-  StagedVertex& staged(unsigned v) { return staged_[v]; }
-  const StagedVertex& staged(unsigned v) const { return staged_[v]; }
+  /// What moving a volume in a frame may round off, in the mesh's units.
+  S rounding() const { return 4 * rounding::epsilon<S>() * reach + rounding::tiny<S>(); }
 
-  /// The fourth lane is what lies behind in memory.
-  Lanes positionOf(unsigned v) const { return Eigen::Map<const Lanes>(staged_[v].at); }
-  Lanes motionOf(unsigned v) const { return Eigen::Map<const Lanes>(staged_[v].motion); }
-
-  /// A bound on the error of every coordinate of every box.
-  float error() const {
-    const Box root = (*this)[0].box();
-    return BodyFrame<S>::kError * largestOf(root.low.abs().max(root.high.abs()));
+  /// Room and links; the boxes themselves come with the next sweep.
+  template <typename BV>
+  void adopt(const fcl::BVHModel<BV>& model, int depth) {
+    const auto nodes = static_cast<std::size_t>(model.getNumBVs());
+    box.assign(nodes + 1, NodeBox());
+    growth.assign(nodes + 1, NodeGrowth());
+    staged.resize(static_cast<std::size_t>(model.num_vertices));
+    pending.resize(static_cast<std::size_t>(depth) + 2);
+    for (std::size_t i = 0; i < nodes; ++i) {
+      const auto& node = model.getBV(static_cast<int>(i));
+      if (node.isLeaf())
+        box[i + 1].setLeaf(node.first_primitive);
+      else
+        box[i + 1].setLeft(node.leftChild());
+    }
   }
 
   std::size_t bytes() const {
-    return pairs_.capacity() * sizeof(Pair) + staged_.capacity() * sizeof(StagedVertex) +
-           pending.capacity() * sizeof(Swept);
+    const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    return size(box) + size(growth) + size(staged) + size(before) + size(pending);
   }
-
- private:
-  struct alignas(64) Pair {
-    NodeBounds node[2];
-  };
-
-  std::vector<Pair> pairs_;  // node 0 is the second of the first pair, so that siblings are one
-  std::vector<StagedVertex> staged_;
 };
 
 }  // namespace adaptive_bvh

@@ -30,7 +30,7 @@ struct Tracking {
   std::vector<S> pending;  ///< the stack of the sweep
 
   /// Takes over the tree as it stands: volumes, order and positions become the reference state.
-  void adopt(const fcl::BVHModel<BV>& model);
+  void adopt(const fcl::BVHModel<BV>& model, int depth);
 
   /// The leaf of `primitive` was just fitted to the present positions.
   void resetPrimitive(const MeshView<S>& mesh, unsigned primitive);

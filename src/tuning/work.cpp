@@ -7,6 +7,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
+#include "tree/topology.h"
 #include "update/propagation.h"
 
 namespace adaptive_bvh {
@@ -86,7 +87,7 @@ WorkCosts WorkCosts::measured() {
   Topology topology;
   topology.adopt(model);
   Tracking<fcl::RSSd> tracking;
-  tracking.adopt(model);
+  tracking.adopt(model, topology.depth);
   const MeshView<double> mesh = viewOf<fcl::RSSd>(model);
   const int nodes = model.getNumBVs(), triangles = model.num_tris;
   const fcl::Matrix3d R = Eigen::AngleAxisd(0.7, Point(1, 2, 3).normalized()).matrix();
@@ -120,12 +121,11 @@ WorkCosts WorkCosts::measured() {
       double(work.bv_tests);
   tracking.latest.assign(tracking.latest.size(), 1e-9);  // every node changes
   costs.inflated =
-      nanoseconds(20, [&](int) { sink += propagate<fcl::RSSd>(model, topology, tracking, true); }) /
-      nodes;
+      nanoseconds(20, [&](int) { sink += propagate<fcl::RSSd>(model, tracking, true); }) / nodes;
   const auto fit = [&](int count, int calls) {
     return nanoseconds(calls, [&](int i) {
       const int first = i * count % (triangles - count);
-      sink += V::fit(mesh, &topology.order[std::size_t(first)], count).r;
+      sink += V::fit(mesh, &topology.corners[std::size_t(first)], count).r;
     });
   };
   costs.refitted_leaf = fit(1, 8000);

@@ -65,11 +65,12 @@ template <typename BV>
 void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) {
   using S = typename BV::S;
   Boxes<S>& boxes = *tree.boxes;
-  const fcl::AABB<S> around = boundsOf(model);
-  boxes.frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), around.center(),
-                             (around.max_ - around.min_).norm());
+  updateLocalBounds(model);
+  boxes.frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), model.aabb_center,
+                             model.aabb_radius);
   stageInPlace(model, boxes);
   propagateByBoxes(model, tree.topology, boxes);
+  tree.forgetTravel(model);
 }
 
 }  // namespace
@@ -88,11 +89,16 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     return report;
   }
   openFrame(model, kind);
+  constexpr float kLongWay = 64;  // some sixty times the body's size
+  if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
   // A body far from the origin of its boxes would lose digits in them.
   if (tree.boxes) tree.boxes->frame.moveOrigin(model.aabb_center);
   const auto largest = tree.boxes ? stageVertices(model, *tree.boxes, positions)
                                   : moveVertices(model, *tree.displacements, positions);
-  updateLocalBounds(model);
+  if (tree.boxes)
+    tree.boxes->reach += 4 * largest;  // volumes move and grow by no more
+  else
+    updateLocalBounds(model);
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
 
@@ -100,9 +106,9 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   } else {
-    report.inflated = tree.boxes ? propagateByBoxes(model, tree.topology, *tree.boxes)
-                                 : propagate(model, tree.topology, *tree.displacements,
-                                             policy.leaf_radius_may_shrink);
+    report.inflated = tree.boxes
+                          ? propagateByBoxes(model, tree.topology, *tree.boxes)
+                          : propagate(model, *tree.displacements, policy.leaf_radius_may_shrink);
     report.propagation_seconds = watch.lap();
     refitUnfit(model, tree, policy, report);
     sealRoot(model, tree);

@@ -1,86 +1,121 @@
 #include "update/box_propagation.h"
 
+#include <algorithm>
+
 #include "update/sweep.h"
 #include "volume/rss.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// By how much a node moved: all its vertices by `center`, give or take `spread`.
-struct Motion {
-  Lanes center;
-  float spread;
-  float largest;  ///< no vertex moved farther
-};
-
-/// Rounded up. A staged displacement is off by 2u of itself, u = 2^-24, so by 2u (|c| + h) in the
-/// sum over components, and the difference, sum and root below by 4u relative.
-Motion motionOf(const Box& box) {
-  constexpr float kUp = 1 + 1.f / (1 << 20), kError = 1.f / (1 << 22);
-  Motion motion;
-  motion.center = (box.low + box.high) * 0.5f;
-  const Lanes half = (box.high - box.low) * 0.5f;
-  const Lanes farthest = box.low.abs().max(box.high.abs());
-  const float slack = kError * sumOf(farthest);
-  motion.spread = std::sqrt(sumOf(half * half)) * kUp + slack;
-  motion.largest = std::sqrt(sumOf(farthest * farthest)) * kUp + slack;
-  return motion;
-}
-
+/// The rule of the sweep. Works on what the sweep touches as plain arrays.
 template <typename BV>
-class Rule {
+class BoxRule {
  public:
   using S = typename BV::S;
 
-  Rule(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<S>& boxes)
+  BoxRule(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<S>& boxes)
       : nodes_(&model.getBV(0)),
-        topology_(topology),
-        boxes_(boxes),
+        corners_(topology.corners.data()),
+        staged_(boxes.staged.data()),
+        before_(model.prev_vertices ? boxes.before.data() : nullptr),
+        box_(boxes.box.data() + 1),
+        growth_(boxes.growth.data() + 1),
         unit_(1 / boxes.frame.scale()),
-        previous_(model.prev_vertices) {}
+        rounding_(boxes.rounding()) {}
 
-  Swept leaf(int node) const {
-    const auto& [a, b, c] = topology_.corners[static_cast<std::size_t>(topology_.place(node))];
-    Swept swept{{boxes_.positionOf(a), boxes_.positionOf(a)},
-                {boxes_.motionOf(a), boxes_.motionOf(a)}};
-    for (unsigned v : {b, c}) {
-      swept.box.add(boxes_.positionOf(v));
-      swept.motion.add(boxes_.motionOf(v));
+  ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return box_[node].isLeaf(); }
+
+  ADAPTIVE_BVH_INLINE void leaf(int node, Swept& value) const {
+    const Corners& corners = corners_[box_[node].leaf()];
+    const StagedVertex& a = staged_[corners[0]];
+    value.box.low = value.box.high = lanes::load(a.at);
+    value.motion.low = value.motion.high = lanes::load(a.motion);
+    for (int k = 1; k < 3; ++k) {
+      const StagedVertex& b = staged_[corners[k]];
+      value.box.add(lanes::load(b.at));
+      value.motion.add(lanes::load(b.motion));
     }
-    if (previous_) {  // the volume must hold both frames: no vertex moved, or each did
-      for (unsigned v : {a, b, c}) swept.box.add(boxes_.frame.place(previous_[v]));
-      swept.motion.add(Lanes::Zero());
-    }
-    return swept;
+    if (!before_) return;
+    // No vertex moved, or each did: the volume must hold both frames.
+    for (unsigned v : corners) value.box.add(lanes::load(before_[v].data()));
+    value.motion.add(lanes::all(0));
   }
 
-  static void merge(Swept& a, const Swept& b) {
+  ADAPTIVE_BVH_INLINE static void merge(Swept& a, const Swept& b) {
     a.box.add(b.box);
     a.motion.add(b.motion);
   }
 
-  void apply(int i, const Swept& swept) {
-    NodeBounds& bounds = boxes_[i];
-    const float travel = bounds.travel, inflation = bounds.inflation;
-    bounds.setBox(swept.box);
-    const Motion motion = motionOf(swept.motion);
-    if (!(motion.largest > 0)) return;
-    BV& bv = nodes_[i].bv;
-    const S spread = Volume<BV>::move(
-        bv, motion.center.head<3>().matrix().template cast<S>() * unit_, S(motion.spread) * unit_);
-    bounds.travel = (travel + motion.largest) * (1 + 1.f / (1 << 22));
-    bounds.inflation = inflation + float(spread * boxes_.frame.scale());
-    ++changed_;
+  ADAPTIVE_BVH_INLINE void apply(int left, const Swept& a, const Swept& b) {
+    const int ahead = std::max(left - 16, 0);
+    prefetch(ahead);
+    prefetch(ahead + 1);
+    const Lanes lengths = grow(left, a.motion, b.motion);
+    if (lengths[0] + lengths[2] > 0) {  // else nothing moved: a spread is rounded up
+      move(left, a.motion, lengths[0]);
+      move(left + 1, b.motion, lengths[2]);
+      changed_ += 2;
+    }
+    box_[left].setBox(a.box);
+    box_[left + 1].setBox(b.box);
+  }
+
+  /// As the right one of two siblings without a left one; the tables have room for that.
+  ADAPTIVE_BVH_INLINE void applyRoot(const Swept& root) {
+    const Lanes lengths = grow(-1, root.motion, root.motion);
+    if (lengths[2] > 0) {
+      move(0, root.motion, lengths[2]);
+      ++changed_;
+    }
+    box_[0].setBox(root.box);
   }
 
   int changed() const { return changed_; }
 
  private:
-  fcl::BVNode<BV>* nodes_;
-  const Topology& topology_;
-  Boxes<S>& boxes_;
-  S unit_;
-  const fcl::Vector3<S>* previous_;
+  /// FCL's nodes are large: what the sweep needs of one lies on two cache lines.
+  ADAPTIVE_BVH_INLINE void prefetch(int node) const {
+    __builtin_prefetch(Volume<BV>::corner(nodes_[node].bv), 1);
+    __builtin_prefetch(&Volume<BV>::radius(nodes_[node].bv), 1);
+  }
+
+  /// Adds to the growths of two siblings. Returns half the diagonal of the first's motions and the
+  /// farthest of them, then the same of the second.
+  ///
+  /// Rounded up: let u = 2^-24. A staged motion is off by 2u of itself, hence by 2u of the
+  /// farthest; differences, squares, sums and roots here are off by less than 8u relative.
+  ADAPTIVE_BVH_INLINE Lanes grow(int left, const Box& a, const Box& b) const {
+    const Lanes up = lanes::all(1 + 1.f / (1 << 20)), half = lanes::all(0.5f);
+    constexpr float kStaged = 1.f / (1 << 22);
+    const Lanes half_a = (a.high - a.low) * half, half_b = (b.high - b.low) * half;
+    const Lanes far_a = lanes::upper(-a.low, a.high), far_b = lanes::upper(-b.low, b.high);
+    Lanes lengths = lanes::squareRoot(lanes::sums(half_a * half_a, far_a * far_a, half_b * half_b,
+                                                  far_b * far_b)) *
+                    up;
+    lengths +=
+        Lanes{lengths[1], lengths[1], lengths[3], lengths[3]} * Lanes{kStaged, 0, kStaged, 0};
+    float* const growth = &growth_[left].inflation;  // of both: inflation, travel, and again
+    lanes::store((lanes::load(growth) + lengths) * up, growth);
+    return lengths;
+  }
+
+  /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
+  ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) const {
+    const Lanes middle = (motion.low + motion.high) * lanes::all(0.5f);
+    BV& bv = nodes_[node].bv;
+    S* const corner = Volume<BV>::corner(bv);
+    for (int k = 0; k < 3; ++k) corner[k] += S(middle[k]) * unit_;
+    Volume<BV>::radius(bv) += S(spread) * unit_ + rounding_;
+  }
+
+  fcl::BVNode<BV>* const nodes_;
+  const Corners* const corners_;
+  const StagedVertex* const staged_;
+  const std::array<float, 4>* const before_;
+  NodeBox* const box_;
+  NodeGrowth* const growth_;
+  const S unit_, rounding_;
   int changed_ = 0;
 };
 
@@ -89,8 +124,8 @@ class Rule {
 template <typename BV>
 int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
                      Boxes<typename BV::S>& boxes) {
-  Rule<BV> rule(model, topology, boxes);
-  sweep(topology, boxes.pending, rule);
+  BoxRule<BV> rule(model, topology, boxes);
+  sweep(model.getNumBVs(), boxes.pending.data(), rule);
   return rule.changed();
 }
 

@@ -2,33 +2,45 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fcl/math/bv/RSS.h>
 
 namespace adaptive_bvh {
 
 template <typename BV>
-fcl::AABB<typename BV::S> boundsOf(const fcl::BVHModel<BV>& model) {
-  fcl::AABB<typename BV::S> box;
-  for (int v = 0; v < model.num_vertices; ++v) box += model.vertices[v];
-  return box;
+void setLocalBounds(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
+                    const fcl::Vector3<typename BV::S>& high) {
+  using S = typename BV::S;
+  model.aabb_local.min_ = low;
+  model.aabb_local.max_ = high;
+  model.aabb_center = model.aabb_local.center();
+  const S x = model.aabb_center[0], y = model.aabb_center[1], z = model.aabb_center[2];
+  S squared = 0;
+  for (int v = 0; v < model.num_vertices; ++v) {
+    const S dx = model.vertices[v][0] - x, dy = model.vertices[v][1] - y,
+            dz = model.vertices[v][2] - z;
+    squared = std::max(squared, dx * dx + dy * dy + dz * dz);
+  }
+  model.aabb_radius = std::sqrt(squared);
 }
 
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model) {
   using S = typename BV::S;
-  model.aabb_local = boundsOf(model);
-  const fcl::Vector3<S> center = model.aabb_local.center();
-  S squared = 0;
+  fcl::Vector3<S> low = fcl::Vector3<S>::Constant(std::numeric_limits<S>::max()), high = -low;
   for (int v = 0; v < model.num_vertices; ++v)
-    squared = std::max(squared, (model.vertices[v] - center).squaredNorm());
-  model.aabb_center = center;
-  model.aabb_radius = std::sqrt(squared);
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], model.vertices[v][k]);
+      high[k] = std::max(high[k], model.vertices[v][k]);
+    }
+  setLocalBounds(model, low, high);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                  \
-  template fcl::AABB<S> boundsOf(const fcl::BVHModel<fcl::RSS<S>>&); \
-  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                 \
+  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                     \
+  template void setLocalBounds(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&, \
+                               const fcl::Vector3<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

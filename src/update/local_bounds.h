@@ -4,12 +4,13 @@
 
 namespace adaptive_bvh {
 
-/// The axis-aligned box of the present positions, in the model's axes.
-template <typename BV>
-fcl::AABB<typename BV::S> boundsOf(const fcl::BVHModel<BV>& model);
-
 /// Brings aabb_local, aabb_center and aabb_radius up to date, as FCL's computeLocalAABB does.
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
+
+/// The same where the corners of the box are known.
+template <typename BV>
+void setLocalBounds(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
+                    const fcl::Vector3<typename BV::S>& high);
 
 }  // namespace adaptive_bvh

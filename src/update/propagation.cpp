@@ -12,15 +12,21 @@ template <typename BV>
 struct DisplacementRule {
   using S = typename BV::S;
 
-  S leaf(int i) const { return tracking.latest[primitive(i)]; }
-
+  bool isLeaf(int i) const { return model.getBV(i).isLeaf(); }
+  void leaf(int i, S& latest) const { latest = tracking.latest[primitive(i)]; }
   static void merge(S& left, S right) { left = std::max(left, right); }
 
-  void apply(int i, S latest) {
+  void apply(int left, S a, S b) {
+    inflate(left, a);
+    inflate(left + 1, b);
+  }
+  void applyRoot(S root) { inflate(0, root); }
+
+  void inflate(int i, S latest) {
     BV& bv = model.getBV(i).bv;
     const S current = Volume<BV>::radius(bv);
     S inflated = rounding::sum(current, latest);
-    if (topology.isLeaf(i) && latest > 0) {
+    if (isLeaf(i) && latest > 0) {
       inflated = rounding::sum(tracking.original_radius[i], tracking.overall[primitive(i)]);
       if (!leaf_radius_may_shrink) inflated = std::max(current, inflated);
     }
@@ -29,10 +35,9 @@ struct DisplacementRule {
     ++changed;
   }
 
-  unsigned primitive(int leaf) const { return topology.order[topology.place(leaf)]; }
+  int primitive(int leaf) const { return model.getBV(leaf).primitiveId(); }
 
   fcl::BVHModel<BV>& model;
-  const Topology& topology;
   const Tracking<BV>& tracking;
   bool leaf_radius_may_shrink;
   int changed = 0;
@@ -41,16 +46,14 @@ struct DisplacementRule {
 }  // namespace
 
 template <typename BV>
-int propagate(fcl::BVHModel<BV>& model, const Topology& topology, Tracking<BV>& tracking,
-              bool leaf_radius_may_shrink) {
-  DisplacementRule<BV> rule{model, topology, tracking, leaf_radius_may_shrink};
-  sweep(topology, tracking.pending, rule);
+int propagate(fcl::BVHModel<BV>& model, Tracking<BV>& tracking, bool leaf_radius_may_shrink) {
+  DisplacementRule<BV> rule{model, tracking, leaf_radius_may_shrink};
+  sweep(model.getNumBVs(), tracking.pending.data(), rule);
   return rule.changed;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template int propagate(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Tracking<fcl::RSS<S>>&, \
-                         bool);
+#define ADAPTIVE_BVH_INSTANTIATE(S) \
+  template int propagate(fcl::BVHModel<fcl::RSS<S>>&, Tracking<fcl::RSS<S>>&, bool);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "tree/topology.h"
 #include "tree/tracking.h"
 
 namespace adaptive_bvh {
@@ -22,7 +21,6 @@ namespace adaptive_bvh {
 ///
 /// Returns how many volumes changed.
 template <typename BV>
-int propagate(fcl::BVHModel<BV>& model, const Topology& topology, Tracking<BV>& tracking,
-              bool leaf_radius_may_shrink);
+int propagate(fcl::BVHModel<BV>& model, Tracking<BV>& tracking, bool leaf_radius_may_shrink);
 
 }  // namespace adaptive_bvh

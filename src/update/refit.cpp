@@ -10,7 +10,7 @@ namespace {
 template <typename BV>
 BV fitNode(const fcl::BVNode<BV>& node, const MeshView<typename BV::S>& mesh,
            const Topology& topology) {
-  return Volume<BV>::fit(mesh, &topology.order[static_cast<std::size_t>(node.first_primitive)],
+  return Volume<BV>::fit(mesh, &topology.corners[static_cast<std::size_t>(node.first_primitive)],
                          node.num_primitives);
 }
 
@@ -40,6 +40,7 @@ NodeFitness fitnessOf(const fcl::BVNode<BV>& node, typename BV::S original_radiu
 template <typename BV>
 void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report) {
+  if (policy.criterion == FitnessCriterion::RefitNone) return;
   const MeshView<typename BV::S> mesh = viewOf(model);
   const bool has_evidence = tree.evidence.work().queries > 0;
   const bool only_visited = has_evidence && needsVisit(policy.criterion);

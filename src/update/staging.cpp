@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "update/local_bounds.h"
 #include "volume/rounding.h"
 
 namespace adaptive_bvh {
-namespace {
-
-void store(const Lanes& lanes, float (&to)[3]) {
-  for (int k = 0; k < 3; ++k) to[k] = lanes[k];
-}
-
-}  // namespace
-
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                              const fcl::Vector3<typename BV::S>* positions) {
@@ -22,29 +15,39 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
   // Measured from where the volumes last held the vertex: the frame before, also in swept mode.
   const Point* from = model.prev_vertices ? model.prev_vertices : model.vertices;
   const BodyFrame<S> frame = boxes.frame;
-  S squared = 0;
-  bool moved = false;
+  S squared = 0, sum = 0;
+  Point low = positions[0], high = positions[0];
   for (int v = 0; v < model.num_vertices; ++v) {
-    const Point to = positions[v];
-    const Point d = to - from[v];
-    const S d2 = d.squaredNorm();
-    moved |= !(d[0] == 0 && d[1] == 0 && d[2] == 0);
-    if (!std::isnan(squared)) squared = std::max(d2, squared);  // in this order NaN wins, and stays
-    StagedVertex& staged = boxes.staged(static_cast<unsigned>(v));
-    store(frame.place(to), staged.at);
-    store(frame.displacement(from[v], to), staged.motion);
+    const Point to = positions[v], d = to - from[v];
+    const S d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    squared = std::max(squared, d2);
+    sum += d2;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], to[k]);
+      high[k] = std::max(high[k], to[k]);
+    }
+    StagedVertex& staged = boxes.staged[static_cast<std::size_t>(v)];
+    lanes::store(frame.place(to), staged.at);
+    lanes::store(frame.displacement(d), staged.motion);
     model.vertices[v] = to;
   }
-  if (!moved) return 0;
+  setLocalBounds(model, low, high);
+  if (model.prev_vertices) {
+    boxes.before.resize(static_cast<std::size_t>(model.num_vertices));
+    for (int v = 0; v < model.num_vertices; ++v)
+      lanes::store(frame.place(model.prev_vertices[v]),
+                   boxes.before[static_cast<std::size_t>(v)].data());
+  }
+  if (!std::isfinite(sum)) return sum;  // the old positions were no numbers
   return std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>();
 }
 
 template <typename BV>
 void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) {
   for (int v = 0; v < model.num_vertices; ++v) {
-    StagedVertex& staged = boxes.staged(static_cast<unsigned>(v));
-    store(boxes.frame.place(model.vertices[v]), staged.at);
-    store(Lanes::Zero(), staged.motion);
+    StagedVertex& staged = boxes.staged[static_cast<std::size_t>(v)];
+    lanes::store(boxes.frame.place(model.vertices[v]), staged.at);
+    lanes::store(lanes::all(0), staged.motion);
   }
 }
 

@@ -5,8 +5,8 @@
 namespace adaptive_bvh {
 
 /// Writes `positions` (one per vertex) into the model, and where every vertex is and how it came
-/// there into `boxes`. Returns the largest displacement, rounded up; not finite when the old
-/// positions were not.
+/// there into `boxes`; brings the local bounds up to date. Returns the largest displacement,
+/// rounded up; not finite when the old positions were not.
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                              const fcl::Vector3<typename BV::S>* positions);

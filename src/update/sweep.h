@@ -1,36 +1,33 @@
 #pragma once
 
-#include <vector>
-
-#include "tree/topology.h"
+#include "volume/lanes.h"
 
 namespace adaptive_bvh {
 
 /// One walk from the leaves to the root, handing values up the tree:
 ///
-///   rule.leaf(node)          the value of a leaf
-///   rule.apply(node, value)  what is to be done at every node, after its children
-///   rule.merge(left, right)  makes `left` the value of both's parent
+///   rule.isLeaf(node)
+///   rule.leaf(node, a)         makes `a` the value of a leaf
+///   rule.apply(left, a, b)     what is to be done at two siblings, left and left + 1, after
+///                              everything below them; a and b are their values
+///   rule.merge(a, b)           makes `a` the value of their parent
+///   rule.applyRoot(a)          what is to be done at the root
 ///
 /// Walking the pairs of siblings from the last to the first visits children before parents, and the
-/// subtree of a left sibling ends right after its pair (see Topology): so values wait on a stack.
+/// subtree of a left sibling ends right after its pair (see Topology): so values wait on a stack,
+/// which needs as many places as the tree is deep, and two.
 template <typename Value, typename Rule>
-void sweep(const Topology& topology, std::vector<Value>& stack, Rule& rule) {
-  const auto take = [&](int node) -> Value {
-    if (topology.isLeaf(node)) return rule.leaf(node);
-    const Value value = stack.back();
-    stack.pop_back();
-    return value;
-  };
-  for (int left = topology.lastPair(); left > 0; left -= 2) {
-    Value value = take(left);  // its subtree came last
-    const Value right = take(left + 1);
-    rule.apply(left, value);
-    rule.apply(left + 1, right);
-    rule.merge(value, right);
-    stack.push_back(value);
+ADAPTIVE_BVH_INLINE void sweep(int nodes, Value* stack, Rule& rule) {
+  Value a, b;
+  for (int left = nodes - 2; left > 0; left -= 2) {
+    rule.isLeaf(left) ? rule.leaf(left, a) : void(a = *--stack);  // its subtree came last
+    rule.isLeaf(left + 1) ? rule.leaf(left + 1, b) : void(b = *--stack);
+    rule.apply(left, a, b);
+    rule.merge(a, b);
+    *stack++ = a;
   }
-  rule.apply(0, take(0));
+  rule.isLeaf(0) ? rule.leaf(0, a) : void(a = *--stack);
+  rule.applyRoot(a);
 }
 
 }  // namespace adaptive_bvh

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <array>
+
 #include <fcl/common/types.h>
 #include <fcl/math/triangle.h>
 
 namespace adaptive_bvh {
+
+/// The vertices of a triangle; a point is one with three equal corners.
+using Corners = std::array<unsigned, 3>;
 
 /// The primitives of a model (triangles, or points where `triangles` is null) and their positions,
 /// as FCL stores them. Owns nothing.

@@ -35,6 +35,12 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const unsigned* pr
   return fitRss(mesh, primitives, count);
 }
 
+template <typename S>
+fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const Corners* primitives,
+                                     int count) {
+  return fitRss(mesh, primitives, count);
+}
+
 template struct Volume<fcl::RSS<float>>;
 template struct Volume<fcl::RSS<double>>;
 

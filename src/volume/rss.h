@@ -20,20 +20,14 @@ struct Volume<fcl::RSS<S_>> {
   using Point = fcl::Vector3<S>;
 
   static S radius(const BV& bv) { return bv.r; }
+  static S& radius(BV& bv) { return bv.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
   static void setRadius(BV& bv, S radius) { bv.r = radius; }
 
-  /// Moves the volume by `shift` and lets it grow by at least `spread`, so that it holds every
-  /// point of before, moved by shift + e, |e| <= spread. Returns what the radius grew by.
-  static S move(BV& bv, const Point& shift, S spread) {
-    // To is rounded, by at most u of each component of the sum; the term is twice that.
-    bv.To += shift;
-    const S before = bv.r;
-    const S rounding =
-        rounding::epsilon<S>() * (std::abs(bv.To[0]) + std::abs(bv.To[1]) + std::abs(bv.To[2]));
-    bv.r = rounding::sum(before, spread + rounding + rounding::tiny<S>());
-    return bv.r - before;
-  }
+  /// The three coordinates that fix the volume in space. Adding to them moves it, rounded by at
+  /// most epsilon times `reach` of the result.
+  static S* corner(BV& bv) { return bv.To.data(); }
+  static S reach(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r; }
 
   /// A length that stands for the whole volume at a given radius: see InflationReference::NodeSize.
   static S size(const BV& bv, S radius);
@@ -54,6 +48,8 @@ struct Volume<fcl::RSS<S_>> {
   /// position lies inside in exact arithmetic. count >= 1. Allocates only while a thread's fits
   /// grow in size.
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
+  /// The same of primitives that are given by their vertices.
+  static BV fit(const MeshView<S>& mesh, const Corners* primitives, int count);
 };
 
 extern template struct Volume<fcl::RSS<float>>;

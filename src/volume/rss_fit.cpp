@@ -75,6 +75,17 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
   return bv;
 }
 
+template <typename S>
+Corners cornersOf(const MeshView<S>& mesh, unsigned primitive) {
+  const int last = mesh.verticesPerPrimitive() - 1;
+  return {mesh.vertex(primitive, 0), mesh.vertex(primitive, std::min(1, last)),
+          mesh.vertex(primitive, std::min(2, last))};
+}
+template <typename S>
+const Corners& cornersOf(const MeshView<S>&, const Corners& primitive) {
+  return primitive;
+}
+
 /// The positions of a fit, gathered once: a fit walks them five times, and in the mesh they lie
 /// apart. Each vertex is taken once, though about six triangles share it: that is faster, and in
 /// the principal axes better than counting it for every triangle (queries on the scenarios needed 5
@@ -85,16 +96,15 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
 template <typename S>
 class Gathered {
  public:
-  const std::vector<Vector3<S>>& from(const MeshView<S>& mesh, const unsigned* primitives,
+  template <typename Primitive>
+  const std::vector<Vector3<S>>& from(const MeshView<S>& mesh, const Primitive* primitives,
                                       int count) {
     points_.clear();
     ++fit_;
     for (int i = 0; i < count; ++i)
-      for (int k = 0; k < mesh.verticesPerPrimitive(); ++k) {
-        const unsigned v = mesh.vertex(primitives[i], k);
+      for (unsigned v : cornersOf(mesh, primitives[i]))
         if (isNew(v))
           mesh.forEachPositionOf(v, [this](const Vector3<S>& p) { points_.push_back(p); });
-      }
     return points_;
   }
 
@@ -190,10 +200,10 @@ fcl::RSS<S> fitPositions(const std::vector<Vector3<S>>& points) {
 
 }  // namespace
 
-template <typename S>
-fcl::RSS<S> fitRss(const MeshView<S>& mesh, const unsigned* primitives, int count) {
+template <typename S, typename Primitive>
+fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
   if (count == 1 && mesh.triangles && !mesh.previous) {
-    const fcl::Triangle& t = mesh.triangles[primitives[0]];
+    const Corners& t = cornersOf(mesh, primitives[0]);
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
   static thread_local Gathered<S> gathered;
@@ -201,6 +211,8 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const unsigned* primitives, int coun
 }
 
 template fcl::RSS<float> fitRss(const MeshView<float>&, const unsigned*, int);
+template fcl::RSS<float> fitRss(const MeshView<float>&, const Corners*, int);
 template fcl::RSS<double> fitRss(const MeshView<double>&, const unsigned*, int);
+template fcl::RSS<double> fitRss(const MeshView<double>&, const Corners*, int);
 
 }  // namespace adaptive_bvh

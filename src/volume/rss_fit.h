@@ -9,8 +9,8 @@
 namespace adaptive_bvh {
 
 /// See Volume<fcl::RSS<S>>::fit.
-template <typename S>
-fcl::RSS<S> fitRss(const MeshView<S>& mesh, const unsigned* primitives, int count);
+template <typename S, typename Primitive>
+fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count);
 
 /// The vector to p from a point of the rectangle, the nearest one up to rounding.
 template <typename S>

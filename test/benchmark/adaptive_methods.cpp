@@ -2,6 +2,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "fcl_support.h"
 #include "method.h"
@@ -13,10 +14,12 @@ using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 
+enum class Query { DropIn, Recorded, Coherent };
+
 class AdaptivePair : public Method {
  public:
-  AdaptivePair(const scenarios::Scenario& scenario, const RefitPolicy& policy, bool recorded)
-      : first_(policy), second_(policy), recorded_(recorded) {
+  AdaptivePair(const scenarios::Scenario& scenario, const RefitPolicy& policy, Query query)
+      : first_(policy), second_(policy), coherent_(first_, second_), query_(query) {
     fillModel(scenario.first.mesh(), first_);
     fillModel(scenario.second.mesh(), second_);
   }
@@ -29,14 +32,19 @@ class AdaptivePair : public Method {
   double distance() override {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    return recorded_ ? adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request,
-                                                      result)
-                     : fcl::distance<double>(&first_, origin_, &second_, origin_, request, result);
+    switch (query_) {
+      case Query::DropIn:
+        return fcl::distance<double>(&first_, origin_, &second_, origin_, request, result);
+      case Query::Recorded:
+        return adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request, result);
+      case Query::Coherent: return coherent_.distance(origin_, origin_, request, result);
+    }
+    return 0;
   }
 
   Work work() override {
     Work work;
-    if (recorded_) {
+    if (query_ != Query::DropIn) {
       work.bv_tests = first_.recordedWork().bv_tests;
       work.leaf_tests = first_.recordedWork().leaf_tests;
     } else {
@@ -49,20 +57,22 @@ class AdaptivePair : public Method {
   }
 
   std::size_t bytes() const override {
-    return fclBytes(first_) + fclBytes(second_) + first_.trackingBytes() + second_.trackingBytes();
+    return fclBytes(first_) + fclBytes(second_) + first_.trackingBytes() + second_.trackingBytes() +
+           coherent_.bytes();
   }
 
  private:
   Model first_, second_;
-  bool recorded_;
+  adaptive_bvh::CoherentDistanced coherent_;
+  Query query_;
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
 };
 
-MethodKind row(std::string key, std::string title, const RefitPolicy& policy, bool recorded = true,
-               MethodKind::Note note = MethodKind::Plain) {
+MethodKind row(std::string key, std::string title, const RefitPolicy& policy,
+               Query query = Query::Recorded, MethodKind::Note note = MethodKind::Plain) {
   return {std::move(key), std::move(title), note,
-          [policy, recorded](const scenarios::Scenario& scenario) {
-            return std::make_unique<AdaptivePair>(scenario, policy, recorded);
+          [policy, query](const scenarios::Scenario& scenario) {
+            return std::make_unique<AdaptivePair>(scenario, policy, query);
           }};
 }
 
@@ -72,11 +82,12 @@ std::vector<MethodKind> adaptiveMethods() {
   const auto thesis = [](const char* key, FitnessCriterion criterion,
                          MethodKind::Note note = MethodKind::Plain) {
     return row(key, std::string("thesis: ") + toString(criterion), RefitPolicy::thesis(criterion),
-               true, note);
+               Query::Recorded, note);
   };
   return {
+      row("coherent", "CoherentDistance", RefitPolicy(), Query::Coherent),
       row("recorded", "adaptive_bvh::distance", RefitPolicy()),
-      row("drop-in", "drop-in, fcl::distance", RefitPolicy(), false),
+      row("drop-in", "drop-in, fcl::distance", RefitPolicy(), Query::DropIn),
       thesis("thesis-a", FitnessCriterion::A),
       thesis("thesis-b", FitnessCriterion::B),
       thesis("thesis-ab", FitnessCriterion::AB),

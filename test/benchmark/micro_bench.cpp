@@ -8,6 +8,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/hierarchy.h"
 #include "scenarios.h"
+#include "tree/topology.h"
 #include "update/displacement.h"
 #include "update/propagation.h"
 
@@ -73,7 +74,9 @@ BENCHMARK(refit)->RangeMultiplier(4)->Range(1, 4096);
 
 adaptive_bvh::Tracking<fcl::RSSd> trackingOf(const Model& model) {
   adaptive_bvh::Tracking<fcl::RSSd> tracking;
-  tracking.adopt(model);
+  adaptive_bvh::Topology topology;
+  topology.adopt(model);
+  tracking.adopt(model, topology.depth);
   return tracking;
 }
 
@@ -94,13 +97,11 @@ BENCHMARK(displacement)->RangeMultiplier(4)->Range(1, 16);
 /// The inflation sweep; items are nodes.
 void sweep(benchmark::State& state) {
   Model model = helmetOf(int(state.range(0)));
-  adaptive_bvh::Topology topology;
-  topology.adopt(model);
   auto tracking = trackingOf(model);
   const auto positions = scenarios::helmet(int(state.range(0))).positions(1);
   adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, positions.data());
   for (auto _ : state)
-    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, topology, tracking, true));
+    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, tracking, true));
   state.SetItemsProcessed(state.iterations() * model.getNumBVs());
 }
 BENCHMARK(sweep)->RangeMultiplier(4)->Range(1, 16);

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <memory>
+
+#include <fcl/narrowphase/distance_request.h>
+#include <fcl/narrowphase/distance_result.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+
+namespace adaptive_bvh {
+
+/// The exact distance of one pair of models, asked frame after frame. Answers as
+/// adaptive_bvh::distance does, and remembers where its search stopped: pairs of nodes, each with a
+/// bound of their distance. What the next frame's motion, deformation and change of transforms
+/// together, cannot have brought nearer than the nearest triangles is not looked at again
+/// (generalized front tracking; Ehmann and Lin 2001, "Accurate and fast proximity queries between
+/// polyhedra using convex surface decomposition").
+///
+///     adaptive_bvh::CoherentDistance<fcl::RSSd> pair(hose, engine);
+///     for (...) {
+///       hose.update(positions);
+///       fcl::DistanceResultd result;
+///       pair.distance(hose_pose, engine_pose, fcl::DistanceRequestd(), result);
+///     }
+///
+/// Any number of updates, also none, may come between two calls; so may large motions, builds and
+/// other queries. They cost time, never exactness.
+///
+/// Works best on models with Propagation::Boxes, the default; with others it hands over to
+/// adaptive_bvh::distance. One object serves one thread at a time; several may share a model.
+template <typename BV>
+class CoherentDistance {
+ public:
+  using S = typename BV::S;
+
+  /// Keeps references: the models must outlive this object.
+  CoherentDistance(const AdaptiveBVHModel<BV>& first, const AdaptiveBVHModel<BV>& second);
+  ~CoherentDistance();
+  CoherentDistance(CoherentDistance&&) noexcept;
+  CoherentDistance(const CoherentDistance&) = delete;
+  CoherentDistance& operator=(const CoherentDistance&) = delete;
+
+  /// The distance of the models placed by `tf1` and `tf2`. Result, request and errors as for
+  /// adaptive_bvh::distance. In a steady state it allocates nothing.
+  S distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+             const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
+
+  /// Pairs of nodes that are remembered; 0 when the next search starts at the roots.
+  std::size_t frontSize() const;
+  /// Of this object, in bytes.
+  std::size_t bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+using CoherentDistancef = CoherentDistance<fcl::RSS<float>>;
+using CoherentDistanced = CoherentDistance<fcl::RSS<double>>;
+
+extern template class CoherentDistance<fcl::RSS<float>>;
+extern template class CoherentDistance<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh
