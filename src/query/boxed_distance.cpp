@@ -20,7 +20,8 @@ BoxedDistance<S>::BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& s
       unit1_(1 / static_cast<double>(boxes1_.frame.scale())),
       unit2_(1 / static_cast<double>(boxes2_.frame.scale())),
       relation_(boxes1_, first.tf, boxes2_, second.tf),
-      triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf) {
+      triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
+      volumes_(triangles_.R(), triangles_.T(), boxes1_.reach, boxes2_.reach) {
   setLimit();
 }
 
@@ -82,10 +83,28 @@ void BoxedDistance<S>::visit(int node1, int node2) {
   float gap = squaredGap(a, relation_.toFirst()(b));
   if (gap < limit2_)
     gap = std::max(gap, relation_.inFirstUnits(squaredGap(relation_.toSecond()(a), b)));
-  if (gap < limit2_)
-    descend(node1, node2);
-  else
-    stop(node1, node2, relation_.distanceFor(gap));
+  settle(node1, node2, gap);
+}
+
+/// Boxes that stand askew prune late. Where they come near it, FCL's volumes are asked as well.
+/// When those fail for nothing but their inflation, that is evidence for the next update's fitness
+/// test.
+template <typename S>
+void BoxedDistance<S>::settle(int node1, int node2, float gap) {
+  if (gap >= limit2_) return stop(node1, node2, relation_.distanceFor(gap));
+  const fcl::BVNode<fcl::RSS<S>>&a = first_.model->getBV(node1), &b = second_.model->getBV(node2);
+  if (gap >= kNear * limit2_ && a.num_primitives + b.num_primitives > kFew) {
+    ++volume_tests;
+    const S separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
+    if (separation >= limit_) return stop(node1, node2, double(separation));
+    const S inflation1 = S(boxes1_.growthOf(node1).inflation) * S(unit1_);
+    const S inflation2 = S(boxes2_.growthOf(node2).inflation) * S(unit2_);
+    if (separation + inflation1 + inflation2 >= limit_) {
+      first_.tree->evidence.addVisit(node1);
+      second_.tree->evidence.addVisit(node2);
+    }
+  }
+  descend(node1, node2);
 }
 
 template <typename S>
@@ -136,10 +155,7 @@ void BoxedDistance<S>::goOn(const int (&pairs)[2][2], const float (&gaps)[2]) {
   const int nearer = gaps[1] < gaps[0];
   for (int k : {nearer, 1 - nearer}) {
     if (isDone()) return;
-    if (gaps[k] < limit2_)
-      descend(pairs[k][0], pairs[k][1]);
-    else
-      stop(pairs[k][0], pairs[k][1], relation_.distanceFor(gaps[k]));
+    settle(pairs[k][0], pairs[k][1], gaps[k]);
   }
 }
 
@@ -152,8 +168,9 @@ void BoxedDistance<S>::finish() {
 
 template <typename S>
 void BoxedDistance<S>::record() const {
-  first_.tree->evidence.addQuery(box_tests, leaf_tests);
-  if (second_.tree != first_.tree) second_.tree->evidence.addQuery(box_tests, leaf_tests);
+  first_.tree->evidence.addQuery(box_tests + volume_tests, leaf_tests);
+  if (second_.tree != first_.tree)
+    second_.tree->evidence.addQuery(box_tests + volume_tests, leaf_tests);
 }
 
 template class BoxedDistance<float>;

@@ -7,6 +7,7 @@
 
 #include "query/placed_boxes.h"
 #include "query/triangle_pair.h"
+#include "query/volume_separation.h"
 #include "tree/adaptive_tree.h"
 
 namespace adaptive_bvh {
@@ -64,16 +65,26 @@ class BoxedDistance {
   void visit(int node1, int node2);
   /// Whether the query found a smaller distance than `result` came with.
   bool improved() const { return improved_; }
+  /// Of the search so far, in tests of boxes.
+  double cost() const {
+    return double(box_tests) + 3 * double(volume_tests) + 5 * double(leaf_tests);
+  }
   /// To be called after the search.
   void finish();
   /// Counts the search as a recorded query of both models.
   void record() const;
 
-  long box_tests = 0, leaf_tests = 0;
+  long box_tests = 0, volume_tests = 0, leaf_tests = 0;
 
  private:
+  /// Volumes are asked where the squared gap of the boxes is at least this share of what would do,
+  /// and more than so many triangles are below: with fewer it is as quick to go on.
+  static constexpr float kNear = 0.25f;
+  static constexpr int kFew = 8;
+
   void splitFirst(int node1, int node2);
   void splitSecond(int node1, int node2);
+  void settle(int node1, int node2, float gap);
   void goOn(const int (&pairs)[2][2], const float (&gaps)[2]);
   void testLeaves(int leaf1, int leaf2);
   void improve(S distance, int triangle1, int triangle2, const fcl::Vector3<S>& on1,
@@ -100,6 +111,7 @@ class BoxedDistance {
   double unit1_, unit2_;  ///< of the models, per unit of their boxes
   BoxRelation relation_;
   TrianglePair<S> triangles_;
+  VolumeSeparation<S> volumes_;
   S limit_;
   float limit2_ = 0;  ///< as a squared gap of boxes: see BoxRelation
   bool improved_ = false;

@@ -1,5 +1,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 
+#include <algorithm>
+
 #include "adaptive_bvh/query.h"
 #include "model_state.h"
 #include "query/boxed_distance.h"
@@ -15,7 +17,7 @@ struct CoherentDistance<BV>::State {
              const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
   bool search(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
               const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
-  void walkFront(BoxedDistance<S>& search);
+  void walk(BoxedDistance<S>& search);
 
   const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) const {
     return detail::ModelAccess<BV>::tree(model);
@@ -25,7 +27,11 @@ struct CoherentDistance<BV>::State {
   RigidTravel<S> rigid;
   std::uint64_t generations[2] = {0, 0};
   std::vector<FrontPair> front, next;
-  std::size_t fresh_size = 0;  ///< of the front that the last search from the roots left
+  /// Of a look at a pair of the front, in tests of boxes.
+  static constexpr double kCheck = 0.4;
+  static constexpr int kLongestPause = 15;
+  double fresh_cost = 0;          ///< of the last search from the roots
+  int pause = 0, pause_left = 0;  ///< searches from the roots that leave no front
   int nearest1 = 0, nearest2 = 0;
 };
 
@@ -57,11 +63,11 @@ bool CoherentDistance<BV>::State::search(const fcl::Transform3<S>& tf1,
   rigid.moveTo(tf1, second, tf2);
 
   BoxedDistance<S> search({&first, &tree(first), tf1}, {&second, &tree(second), tf2}, request,
-                          result, {&next, rigid.sum()});
+                          result, {pause_left > 0 ? nullptr : &next, rigid.sum()});
   if (!search.isPossible()) return false;
   if (nearest1 < first.num_tris && nearest2 < second.num_tris) search.seed(nearest1, nearest2);
   next.clear();
-  if (!search.isDone()) walkFront(search);
+  if (!search.isDone()) walk(search);
   search.finish();
   if (search.improved()) {
     nearest1 = result.b1;
@@ -73,21 +79,32 @@ bool CoherentDistance<BV>::State::search(const fcl::Transform3<S>& tf1,
   return true;
 }
 
-/// A front only grows finer. When it has become much larger than one that a search from the roots
-/// leaves, that search is cheaper.
+/// A front only grows finer, and where motions are large against the distance most of its bounds
+/// run out in a frame: then a search from the roots is cheaper. Both are weighed by what they cost
+/// last. A front that did not pay is left off for 1 frame, then 2, 4, up to kLongestPause.
 template <typename BV>
-void CoherentDistance<BV>::State::walkFront(BoxedDistance<S>& search) {
-  if (front.empty() || front.size() > 3 * fresh_size) {
+void CoherentDistance<BV>::State::walk(BoxedDistance<S>& search) {
+  const bool from_roots = front.empty();
+  if (from_roots) {
     search.visit(0, 0);
-    fresh_size = next.size();
-    return;
+  } else {
+    for (const FrontPair& pair : front) {
+      if (search.isSettled(pair))
+        next.push_back(pair);
+      else
+        search.visit(pair.node1, pair.node2);
+      if (search.isDone()) break;
+    }
   }
-  for (const FrontPair& pair : front) {
-    if (search.isSettled(pair))
-      next.push_back(pair);
-    else
-      search.visit(pair.node1, pair.node2);
-    if (search.isDone()) return;
+  const double cost = kCheck * double(front.size()) + search.cost();
+  if (from_roots) {
+    fresh_cost = cost;
+    pause_left -= pause_left > 0;
+  } else if (cost > fresh_cost) {
+    next.clear();
+    pause_left = pause = std::min(2 * pause + 1, kLongestPause);
+  } else {
+    pause = 0;
   }
 }
 

@@ -35,6 +35,11 @@ class TrianglePair {
     offset_ = along1_.dot(R_ * to_ + T_ - from);
   }
 
+  const fcl::Matrix3<S>& R() const { return R_; }
+  const Point& T() const { return T_; }
+  /// The line's direction, of length 1; zero before there is one.
+  const Point& direction() const { return along1_; }
+
   /// How far apart two triangles are along that line: a lower bound of their distance. Everything
   /// is measured from the two points, so that near them, where it matters, hardly any digit is
   /// lost: the error is of the size of FCL's own in the distance of the triangles.
