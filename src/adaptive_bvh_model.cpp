@@ -220,9 +220,7 @@ void AdaptiveBVHModel<BV>::rebuild(FrameKind kind, const std::vector<Point>& pos
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::size_t count) {
   const auto expected = static_cast<std::size_t>(this->num_vertices);
-  state_->frame.abandon(this->build_state);
-  if (!isBuilt(*this))
-    throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
+  requireBuilt();
   if (count != expected)
     throw std::invalid_argument("AdaptiveBVHModel::update: " + std::to_string(count) +
                                 " positions given for " + std::to_string(expected) + " vertices");
@@ -230,10 +228,7 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::si
     throw std::invalid_argument(
         "AdaptiveBVHModel::update: the positions are the model's own vertices; keep the new frame "
         "in an array of its own");
-  if (!usablePositions<S>(positions, count))
-    throw std::invalid_argument(
-        "AdaptiveBVHModel::update: a coordinate is NaN, infinite or too large; the model stays on "
-        "its last frame");
+  requireUsable(positions, count);
   take(FrameKind::Replace, positions);
   return state_->report;
 }
@@ -241,6 +236,50 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::si
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<Point>& positions) {
   return update(positions.data(), positions.size());
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const Point* positions,
+                                                 std::size_t count) {
+  requireBuilt();
+  for (std::size_t i = 0; i < count; ++i)
+    if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
+      throw std::invalid_argument("AdaptiveBVHModel::update: index " + std::to_string(indices[i]) +
+                                  " given for " + std::to_string(this->num_vertices) + " vertices");
+  requireUsable(positions, count);
+  if (state_->tree.boxes && !this->prev_vertices) {
+    state_->report = advance<BV>(*this, state_->tree, state_->policy, indices, positions, count);
+    return state_->report;
+  }
+  std::vector<Point> all(this->vertices, this->vertices + this->num_vertices);
+  for (std::size_t i = 0; i < count; ++i) all[indices[i]] = positions[i];
+  return update(all);
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<unsigned>& indices,
+                                                 const std::vector<Point>& positions) {
+  if (indices.size() != positions.size())
+    throw std::invalid_argument("AdaptiveBVHModel::update: " + std::to_string(positions.size()) +
+                                " positions given for " + std::to_string(indices.size()) +
+                                " indices");
+  return update(indices.data(), positions.data(), indices.size());
+}
+
+/// A frame that was begun is abandoned.
+template <typename BV>
+void AdaptiveBVHModel<BV>::requireBuilt() {
+  state_->frame.abandon(this->build_state);
+  if (!isBuilt(*this))
+    throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::requireUsable(const Point* positions, std::size_t count) const {
+  if (!usablePositions<S>(positions, count))
+    throw std::invalid_argument(
+        "AdaptiveBVHModel::update: a coordinate is NaN, infinite or too large; the model stays on "
+        "its last frame");
 }
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------

@@ -133,6 +133,17 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   const UpdateReport& update(const Point* positions, std::size_t count);
   const UpdateReport& update(const std::vector<Point>& positions);
 
+  /// A new frame in which only some vertices move: positions[i] is vertex indices[i]'s, in any
+  /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the
+  /// nodes above those vertices, where the update of all costs in proportion to the tree. The first
+  /// such call for a tree allocates 16 bytes a triangle and 4 a vertex. (With
+  /// Propagation::Displacements, or after endUpdateModel, it is an update of all vertices.)
+  /// Throws as `update`, and std::invalid_argument when an index is past the vertices or the two
+  /// vectors differ in length; the model then stays on its last frame.
+  const UpdateReport& update(const unsigned* indices, const Point* positions, std::size_t count);
+  const UpdateReport& update(const std::vector<unsigned>& indices,
+                             const std::vector<Point>& positions);
+
   /// What the last build or update did.
   const UpdateReport& lastUpdate() const;
 
@@ -175,6 +186,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   int endFrame(FrameKind kind, bool refit);
   void take(FrameKind kind, const Point* positions);
   void rebuild(FrameKind kind, const std::vector<Point>& positions);
+  void requireBuilt();
+  void requireUsable(const Point* positions, std::size_t count) const;
   void resynchronise() const;
 
   std::unique_ptr<State> state_;

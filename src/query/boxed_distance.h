@@ -20,13 +20,13 @@ struct BoxedMesh {
   fcl::Transform3<S> tf;
 };
 
-/// A pair of nodes where a search stopped. `key` is a lower bound of their distance then, plus all
-/// that could have moved their triangles until then: what the models' boxes and the transforms have
-/// summed up (NodeBounds::travel, RigidTravel). So the key less those sums of a later frame bounds
-/// the distance in that frame.
+/// A pair of nodes where a search stopped: a lower bound of their distance, and all that could have
+/// moved their triangles until then, which the models' boxes and the transforms have summed up
+/// (NodeGrowth::travel, RigidTravel). So the bound less what was added to that since bounds the
+/// distance in a later frame.
 struct FrontPair {
   int node1, node2;
-  double key;
+  double bound, travel;
 };
 
 /// Where a search leaves its front. Nowhere, by default.
@@ -57,9 +57,13 @@ class BoxedDistance {
   void seed(int triangle1, int triangle2);
   /// Everything below two nodes whose distance may matter.
   void descend(int node1, int node2);
-  /// Whether all that was below the pair is surely not nearer than the limit.
+  /// Whether all that was below the pair is surely not nearer than the limit. Where nothing moved
+  /// nothing is rounded either: between parallel faces many bounds equal the limit.
   bool isSettled(const FrontPair& pair) const {
-    return pair.key - travelOf(pair.node1, pair.node2) >= static_cast<double>(limit_);
+    constexpr double kRounding = 1e-14;  // of the sums and differences here
+    const double travel = travelOf(pair.node1, pair.node2), since = travel - pair.travel;
+    const double lost = since > 0 ? since + kRounding * (pair.bound + travel) : 0;
+    return pair.bound - lost >= static_cast<double>(limit_);
   }
   /// Tests two nodes, and descends where that does not settle it.
   void visit(int node1, int node2);
@@ -91,10 +95,7 @@ class BoxedDistance {
                const fcl::Vector3<S>& on2);
   void setLimit();
   void stop(int node1, int node2, double bound) {
-    if (!front_.pairs) return;
-    const double travel = travelOf(node1, node2);
-    constexpr double kRounding = 1e-14;  // of this sum, and of the difference in isSettled
-    front_.pairs->push_back({node1, node2, bound + travel - kRounding * (bound + travel)});
+    if (front_.pairs) front_.pairs->push_back({node1, node2, bound, travelOf(node1, node2)});
   }
 
   double travelOf(int node1, int node2) const {

@@ -8,6 +8,7 @@ template <typename BV>
 void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
   ++generation;
   topology.adopt(model);
+  incidence.clear();
   evidence.reset(model.getNumBVs());
   displacements.reset();
   if (propagation == Propagation::Displacements) {

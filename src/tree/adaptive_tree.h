@@ -7,6 +7,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "tree/boxes.h"
 #include "tree/evidence.h"
+#include "tree/incidence.h"
 #include "tree/recent_pairs.h"
 #include "tree/seal.h"
 #include "tree/tracking.h"
@@ -26,6 +27,7 @@ struct AdaptiveTree {
         topology(other.topology),
         displacements(other.displacements),
         boxes(other.boxes),
+        incidence(other.incidence),
         evidence(other.evidence),
         seal(other.seal) {}
 
@@ -35,6 +37,7 @@ struct AdaptiveTree {
   Topology topology;
   std::optional<Tracking<BV>> displacements;  ///< with Propagation::Displacements
   std::optional<Boxes<S>> boxes;              ///< with Propagation::Boxes
+  Incidence incidence;                        ///< empty until it is needed
   mutable Evidence evidence;                  ///< which queries, that hold the model const, leave
   mutable RecentPairs recent;
   Seal<BV> seal;
@@ -58,7 +61,7 @@ struct AdaptiveTree {
 
   std::size_t bytes() const {
     return topology.bytes() + (displacements ? displacements->bytes() : 0) +
-           (boxes ? boxes->bytes() : 0) + evidence.bytes();
+           (boxes ? boxes->bytes() : 0) + incidence.bytes() + evidence.bytes();
   }
 };
 

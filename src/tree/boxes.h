@@ -76,6 +76,9 @@ struct Boxes {
 
   /// By vertex, in swept mode: where it was in the frame before, in body coordinates.
   std::vector<std::array<float, 4>> before;
+  /// The vertices whose motions are not 0: all, or those listed.
+  bool all_moving = true;
+  std::vector<unsigned> moving;
   /// Bounds |x| + |y| + |z| of FCL's volumes' corners, and their radii: what moving them rounds.
   S reach = 0;
 
@@ -105,7 +108,7 @@ struct Boxes {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(box) + size(growth) + size(staged) + size(before) + size(pending);
+    return size(box) + size(growth) + size(staged) + size(before) + size(moving) + size(pending);
   }
 };
 

@@ -43,6 +43,10 @@ class Evidence {
     setWork(QueryWork());
   }
 
+  /// Forgets what was seen of a node.
+  void clear(int node) { gap_[node].store(notVisited(), std::memory_order_relaxed); }
+  void clearWork() { setWork(QueryWork()); }
+
   void addQuery(long bv_tests, long leaf_tests) {
     queries_.fetch_add(1, std::memory_order_relaxed);
     bv_tests_.fetch_add(bv_tests, std::memory_order_relaxed);

@@ -50,6 +50,9 @@ void openFrame(fcl::BVHModel<BV>& model, FrameKind kind) {
   }
 }
 
+/// In body units: some sixty times the body's size.
+constexpr float kLongWay = 64;
+
 /// Seals a root that the update changed. A root that was refitted keeps equal radii.
 template <typename BV>
 void sealRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
@@ -89,7 +92,6 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     return report;
   }
   openFrame(model, kind);
-  constexpr float kLongWay = 64;  // some sixty times the body's size
   if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
   // A body far from the origin of its boxes would lose digits in them.
   if (tree.boxes) tree.boxes->frame.moveOrigin(model.aabb_center);
@@ -119,6 +121,35 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
 }
 
 template <typename BV>
+UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+                     const unsigned* indices, const fcl::Vector3<typename BV::S>* positions,
+                     std::size_t count) {
+  UpdateReport report;
+  report.nodes = model.getNumBVs();
+  Stopwatch watch;
+  report.resynchronised = repairIfChanged(model, tree);
+  if (tree.incidence.empty()) tree.incidence.adopt(model, tree.topology);
+  if (tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
+  const auto largest =
+      stageVertices(model, *tree.boxes, tree.incidence, indices, positions, count);
+  tree.boxes->reach += 4 * largest;
+  report.largest_displacement = static_cast<double>(largest);
+  report.displacement_seconds = watch.lap();
+
+  report.inflated = propagateByBoxes(model, tree.topology, tree.incidence, *tree.boxes);
+  report.propagation_seconds = watch.lap();
+  refitUnfitMarked(model, tree, policy, report);
+  sealRoot(model, tree);
+  if (!std::isfinite(largest)) {
+    tree.seal.breakOpen();
+    report.resynchronised = repairIfChanged(model, tree);
+  }
+  tree.evidence.clearWork();
+  report.refit_seconds = watch.lap();
+  return report;
+}
+
+template <typename BV>
 void adoptBuild(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   tree.adopt(model);
   BV& root = model.getBV(0).bv;
@@ -143,6 +174,8 @@ bool repairIfChanged(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
   template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
                                 const RefitPolicy&, FrameKind, const fcl::Vector3<S>*);  \
+  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
+                                const RefitPolicy&, const unsigned*, const fcl::Vector3<S>*, std::size_t); \
   template void adoptBuild(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);     \
   template bool repairIfChanged(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)

@@ -14,6 +14,13 @@ template <typename BV>
 UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                      FrameKind kind, const fcl::Vector3<typename BV::S>* positions);
 
+/// The same for a frame in which `count` vertices move, by `indices`; costs in proportion to what is
+/// above them. Allocates once, when first called for a tree.
+template <typename BV>
+UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+                     const unsigned* indices, const fcl::Vector3<typename BV::S>* positions,
+                     std::size_t count);
+
 /// Begins tracking at a tree whose volumes are our own fits of the present positions.
 template <typename BV>
 void adoptBuild(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree);

@@ -26,6 +26,11 @@ class BoxRule {
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return box_[node].isLeaf(); }
 
+  ADAPTIVE_BVH_INLINE void known(int node, Swept& value) const {
+    value.box = box_[node].box();
+    value.motion = {lanes::all(0), lanes::all(0)};
+  }
+
   ADAPTIVE_BVH_INLINE void leaf(int node, Swept& value) const {
     const Corners& corners = corners_[box_[node].leaf()];
     const StagedVertex& a = staged_[corners[0]];
@@ -119,18 +124,62 @@ class BoxRule {
   int changed_ = 0;
 };
 
+/// All pairs.
+template <typename BV>
+class WholeTree : public BoxRule<BV> {
+ public:
+  WholeTree(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes)
+      : BoxRule<BV>(model, topology, boxes), left_(model.getNumBVs()) {}
+
+  ADAPTIVE_BVH_INLINE int nextPair() { return left_ -= 2; }
+  ADAPTIVE_BVH_INLINE static bool isSwept(int) { return true; }
+
+ private:
+  int left_;
+};
+
+/// Those that are marked.
+template <typename BV>
+class MarkedPart : public BoxRule<BV> {
+ public:
+  MarkedPart(fcl::BVHModel<BV>& model, const Topology& topology, const Incidence& incidence,
+             Boxes<typename BV::S>& boxes)
+      : BoxRule<BV>(model, topology, boxes),
+        boxes_(boxes),
+        incidence_(incidence),
+        left_(model.getNumBVs()) {}
+
+  int nextPair() { return left_ = incidence_.markedBefore(left_); }
+  bool isSwept(int node) const { return incidence_.isMarked(boxes_[node].left()); }
+
+ private:
+  const Boxes<typename BV::S>& boxes_;
+  const Incidence& incidence_;
+  int left_;
+};
+
 }  // namespace
 
 template <typename BV>
 int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
                      Boxes<typename BV::S>& boxes) {
-  BoxRule<BV> rule(model, topology, boxes);
-  sweep(model.getNumBVs(), boxes.pending.data(), rule);
+  WholeTree<BV> rule(model, topology, boxes);
+  sweep(boxes.pending.data(), rule);
+  return rule.changed();
+}
+
+template <typename BV>
+int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
+                     const Incidence& incidence, Boxes<typename BV::S>& boxes) {
+  MarkedPart<BV> rule(model, topology, incidence, boxes);
+  sweep(boxes.pending.data(), rule);
   return rule.changed();
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S) \
-  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&);
+  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&); \
+  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, const Incidence&, \
+                                Boxes<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tree/boxes.h"
+#include "tree/incidence.h"
 
 namespace adaptive_bvh {
 
@@ -18,5 +19,10 @@ namespace adaptive_bvh {
 template <typename BV>
 int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
                      Boxes<typename BV::S>& boxes);
+
+/// The same for the marked nodes and the root, where nothing moved below the others.
+template <typename BV>
+int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
+                     const Incidence& incidence, Boxes<typename BV::S>& boxes);
 
 }  // namespace adaptive_bvh

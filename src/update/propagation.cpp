@@ -12,13 +12,16 @@ template <typename BV>
 struct DisplacementRule {
   using S = typename BV::S;
 
+  int nextPair() { return left -= 2; }
   bool isLeaf(int i) const { return model.getBV(i).isLeaf(); }
   void leaf(int i, S& latest) const { latest = tracking.latest[primitive(i)]; }
-  static void merge(S& left, S right) { left = std::max(left, right); }
+  static bool isSwept(int) { return true; }
+  static void known(int, S&) {}
+  static void merge(S& a, S b) { a = std::max(a, b); }
 
-  void apply(int left, S a, S b) {
-    inflate(left, a);
-    inflate(left + 1, b);
+  void apply(int first, S a, S b) {
+    inflate(first, a);
+    inflate(first + 1, b);
   }
   void applyRoot(S root) { inflate(0, root); }
 
@@ -40,6 +43,7 @@ struct DisplacementRule {
   fcl::BVHModel<BV>& model;
   const Tracking<BV>& tracking;
   bool leaf_radius_may_shrink;
+  int left;  ///< of the siblings that the sweep is at
   int changed = 0;
 };
 
@@ -47,8 +51,8 @@ struct DisplacementRule {
 
 template <typename BV>
 int propagate(fcl::BVHModel<BV>& model, Tracking<BV>& tracking, bool leaf_radius_may_shrink) {
-  DisplacementRule<BV> rule{model, tracking, leaf_radius_may_shrink};
-  sweep(model.getNumBVs(), tracking.pending.data(), rule);
+  DisplacementRule<BV> rule{model, tracking, leaf_radius_may_shrink, model.getNumBVs()};
+  sweep(tracking.pending.data(), rule);
   return rule.changed;
 }
 

@@ -35,28 +35,67 @@ NodeFitness fitnessOf(const fcl::BVNode<BV>& node, typename BV::S original_radiu
   return fitness;
 }
 
+/// Judges nodes one by one, and refits the unfit.
+template <typename BV>
+class Refitter {
+ public:
+  Refitter(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+           UpdateReport& report)
+      : model_(model),
+        tree_(tree),
+        policy_(policy),
+        report_(report),
+        mesh_(viewOf(model)),
+        has_evidence_(tree.evidence.work().queries > 0),
+        only_visited_(has_evidence_ && needsVisit(policy.criterion)) {}
+
+  void judge(int i) {
+    const bool visited = !has_evidence_ || tree_.evidence.visited(i);
+    if (only_visited_ && !visited) return;
+    const fcl::BVNode<BV>& node = model_.getBV(i);
+    NodeFitness fitness = fitnessOf(node, tree_.originalRadius(model_, i), policy_);
+    fitness.visited = visited;
+    if (has_evidence_) fitness.child_gap = static_cast<double>(tree_.evidence.childGap(i));
+    if (!isUnfit(fitness, policy_)) return;
+
+    refitNode(model_, i, mesh_, tree_);
+    ++(node.isLeaf() ? report_.refitted_leaves : report_.refitted_inner);
+    report_.refitted_primitives += node.num_primitives;
+  }
+
+ private:
+  fcl::BVHModel<BV>& model_;
+  AdaptiveTree<BV>& tree_;
+  const RefitPolicy& policy_;
+  UpdateReport& report_;
+  const MeshView<typename BV::S> mesh_;
+  const bool has_evidence_, only_visited_;
+};
+
 }  // namespace
 
 template <typename BV>
 void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report) {
   if (policy.criterion == FitnessCriterion::RefitNone) return;
-  const MeshView<typename BV::S> mesh = viewOf(model);
-  const bool has_evidence = tree.evidence.work().queries > 0;
-  const bool only_visited = has_evidence && needsVisit(policy.criterion);
-  for (int i = 0; i < model.getNumBVs(); ++i) {
-    const bool visited = !has_evidence || tree.evidence.visited(i);
-    if (only_visited && !visited) continue;
-    const fcl::BVNode<BV>& node = model.getBV(i);
-    NodeFitness fitness = fitnessOf(node, tree.originalRadius(model, i), policy);
-    fitness.visited = visited;
-    if (has_evidence) fitness.child_gap = static_cast<double>(tree.evidence.childGap(i));
-    if (!isUnfit(fitness, policy)) continue;
+  Refitter<BV> refitter(model, tree, policy, report);
+  for (int i = 0; i < model.getNumBVs(); ++i) refitter.judge(i);
+}
 
-    refitNode(model, i, mesh, tree);
-    ++(node.isLeaf() ? report.refitted_leaves : report.refitted_inner);
-    report.refitted_primitives += node.num_primitives;
+template <typename BV>
+void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+                      UpdateReport& report) {
+  Refitter<BV> refitter(model, tree, policy, report);
+  const auto settle = [&](int node) {
+    refitter.judge(node);
+    tree.evidence.clear(node);
+  };
+  for (int left = model.getNumBVs(); (left = tree.incidence.markedBefore(left)) > 0;) {
+    settle(left);
+    settle(left + 1);
+    tree.incidence.unmark(left);
   }
+  settle(0);
 }
 
 template <typename BV>
@@ -69,6 +108,8 @@ BV refitAllButRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                 \
   template void refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
                            const RefitPolicy&, UpdateReport&);                      \
+  template void refitUnfitMarked(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,  \
+                           const RefitPolicy&, UpdateReport&);                       \
   template fcl::RSS<S> refitAllButRoot(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

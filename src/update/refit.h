@@ -16,6 +16,11 @@ template <typename BV>
 void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report);
 
+/// The same for the marked nodes and the root alone; unmarks them, and forgets what was seen of them.
+template <typename BV>
+void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+                      UpdateReport& report);
+
 /// Recomputes every volume but the root's in place. Returns the root's, for Seal::close to write
 /// last: queries on other threads may be looking at it meanwhile.
 template <typename BV>

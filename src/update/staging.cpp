@@ -7,6 +7,27 @@
 #include "volume/rounding.h"
 
 namespace adaptive_bvh {
+namespace {
+
+/// The largest displacement from its square and the sum of all squares, which is no number when the
+/// old positions were not.
+template <typename S>
+S lengthOf(S largest_squared, S sum) {
+  if (!std::isfinite(sum)) return sum;
+  return std::sqrt(largest_squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>();
+}
+
+template <typename S>
+void forgetMotion(Boxes<S>& boxes) {
+  const auto stop = [](StagedVertex& staged) { lanes::store(lanes::all(0), staged.motion); };
+  if (boxes.all_moving)
+    for (StagedVertex& staged : boxes.staged) stop(staged);
+  else
+    for (unsigned v : boxes.moving) stop(boxes.staged[v]);
+}
+
+}  // namespace
+
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                              const fcl::Vector3<typename BV::S>* positions) {
@@ -38,8 +59,40 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
       lanes::store(frame.place(model.prev_vertices[v]),
                    boxes.before[static_cast<std::size_t>(v)].data());
   }
-  if (!std::isfinite(sum)) return sum;  // the old positions were no numbers
-  return std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>();
+  boxes.all_moving = true;
+  return lengthOf(squared, sum);
+}
+
+template <typename BV>
+typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                             Incidence& incidence, const unsigned* indices,
+                             const fcl::Vector3<typename BV::S>* positions, std::size_t count) {
+  using S = typename BV::S;
+  forgetMotion(boxes);
+  boxes.moving.clear();
+  PartialBounds<BV> bounds(model);
+  S squared = 0, sum = 0;
+  for (std::size_t i = count; i-- > 0;) {
+    const unsigned v = indices[i];
+    StagedVertex& staged = boxes.staged[v];
+    if (staged.motion[3] != 0) continue;  // was named again, later
+    staged.motion[3] = 1;
+    boxes.moving.push_back(v);
+
+    fcl::Vector3<S>& at = model.vertices[v];
+    const fcl::Vector3<S> d = positions[i] - at;
+    squared = std::max(squared, d.squaredNorm());
+    sum += d.squaredNorm();
+    bounds.move(at, positions[i]);
+    at = positions[i];
+    lanes::store(boxes.frame.place(at), staged.at);
+    const Lanes motion = boxes.frame.displacement(d);
+    for (int k = 0; k < 3; ++k) staged.motion[k] = motion[k];
+    incidence.mark(v);
+  }
+  bounds.finish();
+  boxes.all_moving = false;
+  return lengthOf(squared, sum);
 }
 
 template <typename BV>
@@ -49,10 +102,13 @@ void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
     lanes::store(boxes.frame.place(model.vertices[v]), staged.at);
     lanes::store(lanes::all(0), staged.motion);
   }
+  boxes.all_moving = true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
-  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const fcl::Vector3<S>*); \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
+  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const fcl::Vector3<S>*);   \
+  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&, const unsigned*, \
+                           const fcl::Vector3<S>*, std::size_t);                              \
   template void stageInPlace(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

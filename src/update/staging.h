@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tree/boxes.h"
+#include "tree/incidence.h"
 
 namespace adaptive_bvh {
 
@@ -10,6 +11,13 @@ namespace adaptive_bvh {
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                              const fcl::Vector3<typename BV::S>* positions);
+
+/// The same for `count` vertices, by `indices`; of one that is named twice the last position
+/// counts. Marks the nodes above them. All other motions become 0.
+template <typename BV>
+typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                             Incidence& incidence, const unsigned* indices,
+                             const fcl::Vector3<typename BV::S>* positions, std::size_t count);
 
 /// The same without motion, for a model as it stands.
 template <typename BV>

@@ -6,8 +6,11 @@ namespace adaptive_bvh {
 
 /// One walk from the leaves to the root, handing values up the tree:
 ///
+///   rule.nextPair()            the left one of the next two siblings; last to first, then <= 0
 ///   rule.isLeaf(node)
 ///   rule.leaf(node, a)         makes `a` the value of a leaf
+///   rule.isSwept(node)         of an inner node: were its children among the pairs?
+///   rule.known(node, a)        otherwise: makes `a` its value
 ///   rule.apply(left, a, b)     what is to be done at two siblings, left and left + 1, after
 ///                              everything below them; a and b are their values
 ///   rule.merge(a, b)           makes `a` the value of their parent
@@ -17,16 +20,32 @@ namespace adaptive_bvh {
 /// subtree of a left sibling ends right after its pair (see Topology): so values wait on a stack,
 /// which needs as many places as the tree is deep, and two.
 template <typename Value, typename Rule>
-ADAPTIVE_BVH_INLINE void sweep(int nodes, Value* stack, Rule& rule) {
+ADAPTIVE_BVH_INLINE void take(int node, Value& value, Value*& stack, Rule& rule) {
+  if (rule.isLeaf(node))
+    rule.leaf(node, value);
+  else if (rule.isSwept(node))
+    value = *--stack;
+  else
+    rule.known(node, value);
+}
+
+template <typename Value, typename Rule>
+ADAPTIVE_BVH_INLINE void sweepPairs(Value*& stack, Rule& rule) {
   Value a, b;
-  for (int left = nodes - 2; left > 0; left -= 2) {
-    rule.isLeaf(left) ? rule.leaf(left, a) : void(a = *--stack);  // its subtree came last
-    rule.isLeaf(left + 1) ? rule.leaf(left + 1, b) : void(b = *--stack);
+  for (int left = rule.nextPair(); left > 0; left = rule.nextPair()) {
+    take(left, a, stack, rule);  // its subtree came last
+    take(left + 1, b, stack, rule);
     rule.apply(left, a, b);
     rule.merge(a, b);
     *stack++ = a;
   }
-  rule.isLeaf(0) ? rule.leaf(0, a) : void(a = *--stack);
+}
+
+template <typename Value, typename Rule>
+ADAPTIVE_BVH_INLINE void sweep(Value* stack, Rule& rule) {
+  sweepPairs(stack, rule);
+  Value a;
+  take(0, a, stack, rule);
   rule.applyRoot(a);
 }
 

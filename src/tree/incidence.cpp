@@ -1,0 +1,31 @@
+#include "tree/incidence.h"
+
+namespace adaptive_bvh {
+
+template <typename BV>
+void Incidence::adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
+  const auto pairs = topology.corners.size() - 1;
+  parent_.assign(pairs, 0);
+  marks_.assign(pairs / 64 + 1, 0);
+  first_.assign(static_cast<std::size_t>(model.num_vertices) + 1, 0);
+  leaf_.resize(3 * topology.corners.size());
+
+  for (const Corners& corners : topology.corners)
+    for (unsigned v : corners) ++first_[v];
+  int sum = 0;
+  for (int& first : first_) first = sum += first;  // where the vertex's leaves end
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    if (!node.isLeaf()) {
+      parent_[static_cast<std::size_t>(node.leftChild() - 1) / 2] = i;
+      continue;
+    }
+    for (unsigned v : topology.corners[static_cast<std::size_t>(node.first_primitive)])
+      leaf_[static_cast<std::size_t>(--first_[v])] = i;
+  }
+}
+
+template void Incidence::adopt(const fcl::BVHModel<fcl::RSS<float>>&, const Topology&);
+template void Incidence::adopt(const fcl::BVHModel<fcl::RSS<double>>&, const Topology&);
+
+}  // namespace adaptive_bvh

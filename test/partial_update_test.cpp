@@ -1,0 +1,192 @@
+// update(indices, positions): the same model as after an update of all vertices.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/query.h"
+#include "support/brute_force.h"
+#include "support/fcl_float.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+
+template <typename S>
+class PartialUpdate : public testing::Test {
+ protected:
+  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+  using Plain = fcl::BVHModel<fcl::RSS<S>>;
+
+  PartialUpdate() : mesh_(plate<S>(9, 8)), positions_(mesh_.vertices) {
+    fillModel(mesh_, model_);
+    fillModel(tube<S>(5, 6), tool_);
+    above_.translation() = Vector3<S>(S(0.3), S(0.4), S(0.7));
+  }
+
+  /// Moves `count` random vertices, in one call.
+  void moveSome(std::size_t count, S by) {
+    std::uniform_int_distribution<unsigned> vertex(0, unsigned(positions_.size() - 1));
+    std::uniform_real_distribution<S> step(-by, by);
+    std::vector<unsigned> indices;
+    std::vector<Vector3<S>> to;
+    for (std::size_t i = 0; i < count; ++i) {
+      const unsigned v = vertex(random_);
+      positions_[v] += Vector3<S>(step(random_), step(random_), step(random_));
+      indices.push_back(v);
+      to.push_back(positions_[v]);
+    }
+    model_.update(indices, to);
+  }
+
+  void expectRight() {
+    std::string reason;
+    ASSERT_TRUE(model_.validate(&reason)) << reason;
+    for (std::size_t v = 0; v < positions_.size(); ++v)
+      ASSERT_EQ(positions_[v], model_.vertices[v]) << v;
+    const fcl::AABB<S> box = model_.aabb_local;
+    const S radius = model_.aabb_radius;
+    model_.Plain::computeLocalAABB();
+    ASSERT_EQ(model_.aabb_local.min_, box.min_);
+    ASSERT_EQ(model_.aabb_local.max_, box.max_);
+    ASSERT_NEAR(model_.aabb_radius, radius, 8 * std::numeric_limits<S>::epsilon() * radius);
+
+    const S tolerance = std::is_same<S, float>::value ? S(1e-5) : S(1e-12);
+    const BruteForce<S> brute(model_, origin_, tool_, above_);
+    const S expected = brute.distance();
+    fcl::DistanceResult<S> recorded, coherent, drop_in;
+    const fcl::DistanceRequest<S> request;
+    adaptive_bvh::distance<S>(&model_, origin_, &tool_, above_, request, recorded);
+    pair_.distance(origin_, above_, request, coherent);
+    fcl::distance<S>(&model_, origin_, &tool_, above_, request, drop_in);
+    for (const auto& result : {recorded, coherent, drop_in})
+      EXPECT_NEAR(expected, result.min_distance, tolerance);
+  }
+
+  TriangleMesh<S> mesh_;
+  std::vector<Vector3<S>> positions_;
+  Model model_, tool_;
+  adaptive_bvh::CoherentDistance<fcl::RSS<S>> pair_{model_, tool_};
+  const fcl::Transform3<S> origin_ = fcl::Transform3<S>::Identity();
+  fcl::Transform3<S> above_ = origin_;
+  std::mt19937 random_{23};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(PartialUpdate, Scalars);
+
+TYPED_TEST(PartialUpdate, KeepsTheInvariantAndTheDistance) {
+  for (int frame = 0; frame < 120; ++frame) {
+    this->moveSome(frame % 7 == 6 ? 0 : std::size_t(1 + frame % 9), TypeParam(0.03));
+    this->expectRight();
+  }
+}
+
+/// What a partial update leaves in vertices that then rest must not move them again.
+TYPED_TEST(PartialUpdate, MixesWithUpdatesOfAll) {
+  using S = TypeParam;
+  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 4);
+  for (int frame = 0; frame < 60; ++frame) {
+    if (frame % 3 == 0) {
+      this->positions_ = bend.next();
+      this->model_.update(this->positions_);
+    } else {
+      this->moveSome(4, S(0.02));
+    }
+    this->expectRight();
+  }
+}
+
+TYPED_TEST(PartialUpdate, ReachesOnlyWhatStandsAboveTheMovedVertices) {
+  const auto& report = this->model_.update({12}, {this->positions_[12] * TypeParam(1.01)});
+  std::set<int> above;
+  for (int t = 0; t < this->model_.num_tris; ++t)
+    for (int k = 0; k < 3; ++k)
+      if (this->model_.tri_indices[t][k] == 12) above.insert(t);
+  int expected = 0;
+  std::vector<bool> moved(std::size_t(this->model_.getNumBVs()));
+  for (int i = this->model_.getNumBVs() - 1; i >= 0; --i) {
+    const auto& node = this->model_.getBV(i);
+    moved[std::size_t(i)] = node.isLeaf() ? above.count(node.primitiveId()) > 0
+                                          : moved[std::size_t(node.leftChild())] ||
+                                                moved[std::size_t(node.rightChild())];
+    expected += moved[std::size_t(i)];
+  }
+  EXPECT_GT(expected, 8);
+  EXPECT_GE(report.inflated, expected);
+  EXPECT_LE(report.inflated, 2 * expected) << "siblings go along";
+}
+
+TYPED_TEST(PartialUpdate, OfAVertexNamedTwiceTheLastPositionCounts) {
+  using S = TypeParam;
+  const Vector3<S> first(5, 5, 5), last = this->positions_[7] + Vector3<S>(0, 0, S(0.2));
+  this->model_.update({7, 3, 7}, {first, this->positions_[3], last});
+  this->positions_[7] = last;
+  this->expectRight();
+  EXPECT_NEAR(S(0.2), S(this->model_.lastUpdate().largest_displacement), S(1e-6));
+}
+
+TYPED_TEST(PartialUpdate, RefusesWhatIsWrongAndStays) {
+  using S = TypeParam;
+  const Vector3<S> p(0, 0, 1), nan(0, 0, std::numeric_limits<S>::quiet_NaN());
+  const auto count = unsigned(this->positions_.size());
+  EXPECT_THROW(this->model_.update({count}, {p}), std::invalid_argument);
+  EXPECT_THROW(this->model_.update({1, 2}, {p}), std::invalid_argument);
+  EXPECT_THROW(this->model_.update({1, 2}, {p, nan}), std::invalid_argument);
+  this->expectRight();
+  typename TestFixture::Model empty;
+  EXPECT_THROW(empty.update({0}, {p}), std::logic_error);
+}
+
+TYPED_TEST(PartialUpdate, WorksInEveryState) {
+  using S = TypeParam;
+  this->model_.setRefitPolicy(RefitPolicy::thesis(FitnessCriterion::ABOrBC));
+  this->moveSome(3, S(0.05));
+  this->expectRight();
+  this->model_.setRefitPolicy(RefitPolicy());
+  this->moveSome(3, S(0.05));
+  this->expectRight();
+  this->positions_[5][2] += S(0.1);  // swept: the frame before is kept
+  this->model_.beginUpdateModel();
+  this->model_.updateSubModel(this->positions_);
+  this->model_.endUpdateModel();
+  this->moveSome(3, S(0.05));
+  EXPECT_EQ(nullptr, this->model_.prev_vertices);
+  this->expectRight();
+  this->moveSome(3, S(0.05));
+  this->expectRight();
+  this->model_.beginReplaceModel();  // abandoned
+  this->moveSome(3, S(0.05));
+  this->expectRight();
+  typename TestFixture::Model copy(this->model_);  // with the tables of partial updates
+  copy.update({4}, {this->positions_[4] + Vector3<S>(0, 0, S(0.1))});
+  EXPECT_TRUE(copy.validate());
+  this->moveSome(3, S(0.05));
+  this->expectRight();
+}
+
+TEST(PartialUpdatePoints, ACloudAndASingleTriangle) {
+  using Point = fcl::Vector3d;
+  adaptive_bvh::AdaptiveBVHModeld cloud;
+  cloud.beginModel();
+  cloud.addSubModel(std::vector<Point>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}});
+  ASSERT_EQ(fcl::BVH_OK, cloud.endModel());
+  cloud.update({3, 0}, {Point(0, 0, 2), Point(-1, 0, 0)});
+  EXPECT_TRUE(cloud.validate());
+  EXPECT_EQ(Point(0, 0, 2), cloud.vertices[3]);
+
+  adaptive_bvh::AdaptiveBVHModeld triangle;
+  triangle.beginModel();
+  triangle.addTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  ASSERT_EQ(fcl::BVH_OK, triangle.endModel());
+  triangle.update({2}, {Point(0, 3, 0)});
+  EXPECT_TRUE(triangle.validate());
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
