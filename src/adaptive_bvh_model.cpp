@@ -199,7 +199,8 @@ int AdaptiveBVHModel<BV>::endFrame(FrameKind kind, bool refit) {
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::take(FrameKind kind, const Point* positions) {
-  state_->report = advance<BV>(*this, state_->tree, state_->policy, kind, positions);
+  state_->report =
+      advance<BV>(*this, state_->tree, state_->policy, kind, positions, state_->threads);
 }
 
 /// A new tree, by FCL's own calls.
@@ -322,6 +323,14 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   state_->tree.propagation = policy.propagation;
   state_->tree.seal.breakOpen();  // what the other propagation keeps was not kept
   resynchronise();
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
+  if (threads < 1)
+    throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
+                                " threads; at least 1 is needed");
+  state_->threads = threads;
 }
 
 template <typename BV>

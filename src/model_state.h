@@ -13,6 +13,7 @@ struct AdaptiveBVHModel<BV>::State {
   AdaptiveTree<BV> tree;
   FrameBuffer<S> frame;
   UpdateReport report;
+  int threads = 1;
 };
 
 namespace detail {

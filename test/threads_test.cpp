@@ -130,5 +130,48 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
+/// Updates on several threads leave the bits of updates on one.
+TEST(UpdateThreads, GiveTheSameBits) {
+  const TriangleMesh<double> mesh = plate<double>(160, 160);  // 51,200 triangles: above the limit
+  AdaptiveBVHModeld one, three;
+  fillModel(mesh, one);
+  fillModel(mesh, three);
+  three.setUpdateThreads(3);
+  EXPECT_THROW(three.setUpdateThreads(0), std::invalid_argument);
+  Deformation<double> bend(mesh, Deformation<double>::Kind::Smooth, 6);
+  int refitted = 0;
+  for (int frame = 0; frame < 6; ++frame) {
+    const auto& positions = bend.next();
+    if (frame == 4) {  // the frame before is kept
+      for (AdaptiveBVHModeld* model : {&one, &three}) {
+        model->beginUpdateModel();
+        model->updateSubModel(positions);
+        ASSERT_EQ(fcl::BVH_OK, model->endUpdateModel());
+      }
+    } else {
+      one.update(positions);
+      three.update(positions);
+    }
+    refitted += three.lastUpdate().refitted();
+    EXPECT_EQ(one.lastUpdate().refitted(), three.lastUpdate().refitted());
+    EXPECT_EQ(one.lastUpdate().refitted_primitives, three.lastUpdate().refitted_primitives);
+    EXPECT_EQ(one.lastUpdate().inflated, three.lastUpdate().inflated);
+    EXPECT_EQ(one.lastUpdate().largest_displacement, three.lastUpdate().largest_displacement);
+    EXPECT_EQ(one.aabb_radius, three.aabb_radius);
+    EXPECT_EQ(one.aabb_local.min_, three.aabb_local.min_);
+    EXPECT_EQ(one.aabb_local.max_, three.aabb_local.max_);
+    int different = 0;
+    for (int i = 0; i < one.getNumBVs(); ++i) {
+      const fcl::RSSd &a = one.getBV(i).bv, &b = three.getBV(i).bv;
+      different +=
+          a.axis != b.axis || a.To != b.To || a.l[0] != b.l[0] || a.l[1] != b.l[1] || a.r != b.r;
+    }
+    EXPECT_EQ(0, different);
+  }
+  EXPECT_GT(refitted, 0);
+  std::string reason;
+  EXPECT_TRUE(three.validate(&reason)) << reason;
+}
+
 }  // namespace
 }  // namespace adaptive_bvh_test

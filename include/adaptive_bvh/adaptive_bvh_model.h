@@ -151,6 +151,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// For the updates to come. Throws std::invalid_argument on a negative or non-finite parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
+  /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or more
+  /// and Propagation::Boxes. 1 by default. The result has the same bits whatever the number. Throws
+  /// std::invalid_argument below 1.
+  void setUpdateThreads(int threads);
+
   /// Checks the invariant: every volume contains every triangle below it (in swept mode of both
   /// frames), up to the rounding error of the check itself, which is at most 6 epsilon times the
   /// extent of the volume. Also the links of the tree. Takes O(n depth). On false, `reason` says

@@ -25,7 +25,6 @@ void AdaptiveTree<BV>::refitted(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);
   if (boxes) {
     boxes->growthOf(i).inflation = 0;
-    boxes->reach = std::max(boxes->reach, Volume<BV>::reach(node.bv));
     return;
   }
   displacements->original_radius[static_cast<std::size_t>(i)] = Volume<BV>::radius(node.bv);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -56,8 +57,13 @@ struct AdaptiveTree {
   /// Lets sums over frames begin anew, before they lose digits.
   void forgetTravel(const fcl::BVHModel<BV>& model);
 
-  /// The volume of `node` was just fitted to the present positions.
+  /// The volume of `node` was just fitted to the present positions. `widenReach` is to follow.
   void refitted(const fcl::BVHModel<BV>& model, int node);
+
+  /// Volumes were refitted that reach no farther than this (Boxes::reach).
+  void widenReach(S reach) {
+    if (boxes) boxes->reach = std::max(boxes->reach, reach);
+  }
 
   std::size_t bytes() const {
     return topology.bytes() + (displacements ? displacements->bytes() : 0) +

@@ -1,33 +1,17 @@
 #include "update/advance.h"
 
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
 #include "update/box_propagation.h"
 #include "update/local_bounds.h"
+#include "update/parallel.h"
 #include "update/propagation.h"
-#include "update/refit.h"
-#include "update/staging.h"
+#include "update/stopwatch.h"
 
 namespace adaptive_bvh {
 namespace {
-
-/// Seconds since the last lap.
-class Stopwatch {
- public:
-  double lap() {
-    const Clock::time_point now = Clock::now();
-    const std::chrono::duration<double> elapsed = now - last_;
-    last_ = now;
-    return elapsed.count();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
-};
 
 template <typename BV>
 bool arePresent(const fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>* positions) {
@@ -76,11 +60,50 @@ void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) 
   tree.forgetTravel(model);
 }
 
+/// One frame by the thesis's propagation. Returns the largest displacement; stops after measuring
+/// it when it is not finite. So do the other two ways of `advance`.
+template <typename BV>
+typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
+                               const RefitPolicy& policy,
+                               const fcl::Vector3<typename BV::S>* positions,
+                               UpdateReport& report) {
+  Stopwatch watch;
+  const auto largest = moveVertices(model, *tree.displacements, positions);
+  updateLocalBounds(model);
+  report.displacement_seconds = watch.lap();
+  if (!std::isfinite(largest)) return largest;
+  report.inflated = propagate(model, *tree.displacements, policy.leaf_radius_may_shrink);
+  report.propagation_seconds = watch.lap();
+  refitUnfit(model, tree, policy, report);
+  report.refit_seconds = watch.lap();
+  return largest;
+}
+
+template <typename BV>
+typename BV::S byBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
+                       const fcl::Vector3<typename BV::S>* positions, UpdateReport& report) {
+  Stopwatch watch;
+  Boxes<typename BV::S>& boxes = *tree.boxes;
+  beginStaging(model, boxes);
+  const auto staged = stageRange(model, boxes, positions, 0, model.num_vertices);
+  setLocalBox(model, staged.low, staged.high);
+  model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
+  const auto largest = staged.largestDisplacement();
+  boxes.reach += 4 * largest;  // volumes move and grow by no more
+  report.displacement_seconds = watch.lap();
+  if (!std::isfinite(largest)) return largest;
+  report.inflated = propagateByBoxes(model, tree.topology, boxes);
+  report.propagation_seconds = watch.lap();
+  refitUnfit(model, tree, policy, report);
+  report.refit_seconds = watch.lap();
+  return largest;
+}
+
 }  // namespace
 
 template <typename BV>
 UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
-                     FrameKind kind, const fcl::Vector3<typename BV::S>* positions) {
+                     FrameKind kind, const fcl::Vector3<typename BV::S>* positions, int threads) {
   UpdateReport report;
   report.nodes = model.getNumBVs();
   Stopwatch watch;
@@ -93,30 +116,18 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   }
   openFrame(model, kind);
   if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
-  // A body far from the origin of its boxes would lose digits in them.
-  if (tree.boxes) tree.boxes->frame.moveOrigin(model.aabb_center);
-  const auto largest = tree.boxes ? stageVertices(model, *tree.boxes, positions)
-                                  : moveVertices(model, *tree.displacements, positions);
-  if (tree.boxes)
-    tree.boxes->reach += 4 * largest;  // volumes move and grow by no more
-  else
-    updateLocalBounds(model);
+  const auto largest = !tree.boxes ? byDisplacements(model, tree, policy, positions, report)
+                       : threads > 1 && model.getBV(0).num_primitives >= kParallelPrimitives
+                           ? stagePropagateRefit(model, tree, policy, positions, threads, report)
+                           : byBoxes(model, tree, policy, positions, report);
   report.largest_displacement = static_cast<double>(largest);
-  report.displacement_seconds = watch.lap();
-
-  if (!std::isfinite(largest)) {  // the old positions, written by FCL's own calls, were not finite
+  if (std::isfinite(largest)) {
+    sealRoot(model, tree);
+  } else {  // the old positions, written by FCL's own calls, were no numbers
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
-  } else {
-    report.inflated = tree.boxes
-                          ? propagateByBoxes(model, tree.topology, *tree.boxes)
-                          : propagate(model, *tree.displacements, policy.leaf_radius_may_shrink);
-    report.propagation_seconds = watch.lap();
-    refitUnfit(model, tree, policy, report);
-    sealRoot(model, tree);
   }
   tree.evidence.clear();
-  report.refit_seconds = watch.lap();
   return report;
 }
 
@@ -130,8 +141,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   report.resynchronised = repairIfChanged(model, tree);
   if (tree.incidence.empty()) tree.incidence.adopt(model, tree.topology);
   if (tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
-  const auto largest =
-      stageVertices(model, *tree.boxes, tree.incidence, indices, positions, count);
+  const auto largest = stageVertices(model, *tree.boxes, tree.incidence, indices, positions, count);
   tree.boxes->reach += 4 * largest;
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
@@ -171,12 +181,13 @@ bool repairIfChanged(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   return true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
-  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
-                                const RefitPolicy&, FrameKind, const fcl::Vector3<S>*);  \
-  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
-                                const RefitPolicy&, const unsigned*, const fcl::Vector3<S>*, std::size_t); \
-  template void adoptBuild(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);     \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
+  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,     \
+                                const RefitPolicy&, FrameKind, const fcl::Vector3<S>*, int); \
+  template UpdateReport advance(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,     \
+                                const RefitPolicy&, const unsigned*, const fcl::Vector3<S>*, \
+                                std::size_t);                                                \
+  template void adoptBuild(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);         \
   template bool repairIfChanged(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -9,13 +9,14 @@ namespace adaptive_bvh {
 
 /// The thesis's update (4.3): takes the model to a new frame of complete, usable positions. Walks
 /// the tree up once and down once: displacement, propagation, fitness and refit. Allocates nothing,
-/// but for `prev_vertices` in the first FrameKind::Update.
+/// but for `prev_vertices` in the first FrameKind::Update, and on
+/// more than one thread.
 template <typename BV>
 UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
-                     FrameKind kind, const fcl::Vector3<typename BV::S>* positions);
+                     FrameKind kind, const fcl::Vector3<typename BV::S>* positions, int threads);
 
-/// The same for a frame in which `count` vertices move, by `indices`; costs in proportion to what is
-/// above them. Allocates once, when first called for a tree.
+/// The same for a frame in which `count` vertices move, by `indices`; costs in proportion to what
+/// is above them. Allocates once, when first called for a tree.
 template <typename BV>
 UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                      const unsigned* indices, const fcl::Vector3<typename BV::S>* positions,

@@ -124,17 +124,54 @@ class BoxRule {
   int changed_ = 0;
 };
 
-/// All pairs.
+/// All pairs from the last to the first of a range.
 template <typename BV>
-class WholeTree : public BoxRule<BV> {
+class Range : public BoxRule<BV> {
  public:
-  WholeTree(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes)
-      : BoxRule<BV>(model, topology, boxes), left_(model.getNumBVs()) {}
+  Range(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes, int first,
+        int last)
+      : BoxRule<BV>(model, topology, boxes), end_(first - 2), left_(last + 2) {}
 
-  ADAPTIVE_BVH_INLINE int nextPair() { return left_ -= 2; }
+  ADAPTIVE_BVH_INLINE int nextPair() {
+    left_ -= 2;
+    return left_ != end_ ? left_ : 0;
+  }
   ADAPTIVE_BVH_INLINE static bool isSwept(int) { return true; }
 
  private:
+  const int end_;
+  int left_;
+};
+
+/// All pairs that are in none of some subtrees.
+template <typename BV>
+class Above : public BoxRule<BV> {
+ public:
+  Above(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes,
+        const std::vector<Subtree>& subtrees)
+      : BoxRule<BV>(model, topology, boxes),
+        next_(subtrees.begin()),
+        end_(subtrees.end()),
+        subtrees_(subtrees),
+        left_(model.getNumBVs()) {}
+
+  int nextPair() {
+    left_ -= 2;
+    for (; next_ != end_ && left_ == next_->last_pair; ++next_) left_ = next_->first_pair - 2;
+    return left_;
+  }
+  bool isSwept(int node) const { return !find(node); }
+  void known(int node, Swept& value) const { value = find(node)->value; }
+
+ private:
+  const Subtree* find(int node) const {
+    for (const Subtree& subtree : subtrees_)
+      if (subtree.root == node) return &subtree;
+    return nullptr;
+  }
+
+  typename std::vector<Subtree>::const_iterator next_, end_;
+  const std::vector<Subtree>& subtrees_;
   int left_;
 };
 
@@ -163,23 +200,66 @@ class MarkedPart : public BoxRule<BV> {
 template <typename BV>
 int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
                      Boxes<typename BV::S>& boxes) {
-  WholeTree<BV> rule(model, topology, boxes);
+  Range<BV> rule(model, topology, boxes, 1, model.getNumBVs() - 2);
   sweep(boxes.pending.data(), rule);
   return rule.changed();
 }
 
 template <typename BV>
-int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
-                     const Incidence& incidence, Boxes<typename BV::S>& boxes) {
+std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
+  std::vector<Subtree> subtrees;
+  const int most = std::max(2, model.getBV(0).num_primitives / count);
+  std::vector<int> open = {0};
+  while (!open.empty()) {
+    const int i = open.back();
+    open.pop_back();
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    if (node.isLeaf()) continue;
+    if (i > 0 && node.num_primitives <= most) {
+      const int pairs = node.num_primitives - 1;
+      subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), Swept()});
+    } else {
+      open.push_back(node.leftChild());
+      open.push_back(node.rightChild());  // comes off first: later pairs before earlier ones
+    }
+  }
+  return subtrees;
+}
+
+template <typename BV>
+int propagateWithin(fcl::BVHModel<BV>& model, const Topology& topology,
+                    Boxes<typename BV::S>& boxes, Subtree& subtree, Swept* stack) {
+  Range<BV> rule(model, topology, boxes, subtree.first_pair, subtree.last_pair);
+  sweepPairs(stack, rule);
+  subtree.value = *--stack;
+  return rule.changed();
+}
+
+template <typename BV>
+int propagateAbove(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes,
+                   const std::vector<Subtree>& subtrees) {
+  Above<BV> rule(model, topology, boxes, subtrees);
+  sweep(boxes.pending.data(), rule);
+  return rule.changed();
+}
+
+template <typename BV>
+int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology, const Incidence& incidence,
+                     Boxes<typename BV::S>& boxes) {
   MarkedPart<BV> rule(model, topology, incidence, boxes);
   sweep(boxes.pending.data(), rule);
   return rule.changed();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S) \
-  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&); \
-  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, const Incidence&, \
-                                Boxes<S>&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&);         \
+  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, const Incidence&,   \
+                                Boxes<S>&);                                                       \
+  template std::vector<Subtree> subtreesOf(const fcl::BVHModel<fcl::RSS<S>>&, int);               \
+  template int propagateWithin(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&, Subtree&, \
+                               Swept*);                                                           \
+  template int propagateAbove(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&,            \
+                              const std::vector<Subtree>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

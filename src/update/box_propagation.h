@@ -20,9 +20,30 @@ template <typename BV>
 int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
                      Boxes<typename BV::S>& boxes);
 
+/// All nodes below one: their pairs of siblings are a range.
+struct Subtree {
+  int root;
+  int first_pair, last_pair;  ///< left siblings
+  Swept value;                ///< the root's, when they are swept
+};
+
+/// About `count` subtrees without a node in common, from the last to the first, as equal in size as
+/// the tree allows. None for small trees.
+template <typename BV>
+std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count);
+
+/// propagateByBoxes in two parts: first below every subtree's root, on whatever thread; then the
+/// rest. `stack` has as many places as the tree is deep, and two.
+template <typename BV>
+int propagateWithin(fcl::BVHModel<BV>& model, const Topology& topology,
+                    Boxes<typename BV::S>& boxes, Subtree& subtree, Swept* stack);
+template <typename BV>
+int propagateAbove(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes,
+                   const std::vector<Subtree>& subtrees);
+
 /// The same for the marked nodes and the root, where nothing moved below the others.
 template <typename BV>
-int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
-                     const Incidence& incidence, Boxes<typename BV::S>& boxes);
+int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology, const Incidence& incidence,
+                     Boxes<typename BV::S>& boxes);
 
 }  // namespace adaptive_bvh

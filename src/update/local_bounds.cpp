@@ -9,20 +9,24 @@
 namespace adaptive_bvh {
 
 template <typename BV>
-void setLocalBounds(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
-                    const fcl::Vector3<typename BV::S>& high) {
-  using S = typename BV::S;
+void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
+                 const fcl::Vector3<typename BV::S>& high) {
   model.aabb_local.min_ = low;
   model.aabb_local.max_ = high;
   model.aabb_center = model.aabb_local.center();
+}
+
+template <typename BV>
+typename BV::S squaredRadius(const fcl::BVHModel<BV>& model, int begin, int end) {
+  using S = typename BV::S;
   const S x = model.aabb_center[0], y = model.aabb_center[1], z = model.aabb_center[2];
   S squared = 0;
-  for (int v = 0; v < model.num_vertices; ++v) {
+  for (int v = begin; v < end; ++v) {
     const S dx = model.vertices[v][0] - x, dy = model.vertices[v][1] - y,
             dz = model.vertices[v][2] - z;
     squared = std::max(squared, dx * dx + dy * dy + dz * dz);
   }
-  model.aabb_radius = std::sqrt(squared);
+  return squared;
 }
 
 template <typename BV>
@@ -34,13 +38,15 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
       low[k] = std::min(low[k], model.vertices[v][k]);
       high[k] = std::max(high[k], model.vertices[v][k]);
     }
-  setLocalBounds(model, low, high);
+  setLocalBox(model, low, high);
+  model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                 \
-  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                     \
-  template void setLocalBounds(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&, \
-                               const fcl::Vector3<S>&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                              \
+  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                  \
+  template void setLocalBox(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&, \
+                            const fcl::Vector3<S>&);                             \
+  template S squaredRadius(const fcl::BVHModel<fcl::RSS<S>>&, int, int);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

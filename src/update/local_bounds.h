@@ -11,10 +11,14 @@ namespace adaptive_bvh {
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
 
-/// The same where the corners of the box are known.
+/// Sets box and centre.
 template <typename BV>
-void setLocalBounds(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
-                    const fcl::Vector3<typename BV::S>& high);
+void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
+                 const fcl::Vector3<typename BV::S>& high);
+
+/// The squared distance from the centre to the farthest vertex in [begin, end).
+template <typename BV>
+typename BV::S squaredRadius(const fcl::BVHModel<BV>& model, int begin, int end);
 
 /// The same where a few vertices move, one by one. Looks at the others only where one moves that
 /// the bounds rest on, or the box grows.

@@ -1,5 +1,6 @@
 #include "update/refit.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "update/fitness.h"
@@ -59,9 +60,13 @@ class Refitter {
     if (!isUnfit(fitness, policy_)) return;
 
     refitNode(model_, i, mesh_, tree_);
+    reach_ = std::max(reach_, Volume<BV>::reach(node.bv));
     ++(node.isLeaf() ? report_.refitted_leaves : report_.refitted_inner);
     report_.refitted_primitives += node.num_primitives;
   }
+
+  /// The largest of the volumes that were refitted.
+  typename BV::S reach() const { return reach_; }
 
  private:
   fcl::BVHModel<BV>& model_;
@@ -70,16 +75,24 @@ class Refitter {
   UpdateReport& report_;
   const MeshView<typename BV::S> mesh_;
   const bool has_evidence_, only_visited_;
+  typename BV::S reach_ = 0;
 };
 
 }  // namespace
 
 template <typename BV>
+typename BV::S refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
+                          const RefitPolicy& policy, int begin, int end, UpdateReport& report) {
+  if (policy.criterion == FitnessCriterion::RefitNone) return 0;
+  Refitter<BV> refitter(model, tree, policy, report);
+  for (int i = begin; i < end; ++i) refitter.judge(i);
+  return refitter.reach();
+}
+
+template <typename BV>
 void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report) {
-  if (policy.criterion == FitnessCriterion::RefitNone) return;
-  Refitter<BV> refitter(model, tree, policy, report);
-  for (int i = 0; i < model.getNumBVs(); ++i) refitter.judge(i);
+  tree.widenReach(refitUnfit(model, tree, policy, 0, model.getNumBVs(), report));
 }
 
 template <typename BV>
@@ -96,6 +109,7 @@ void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Re
     tree.incidence.unmark(left);
   }
   settle(0);
+  tree.widenReach(refitter.reach());
 }
 
 template <typename BV>
@@ -105,11 +119,13 @@ BV refitAllButRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   return fitNode(model.getBV(0), mesh, tree.topology);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                 \
-  template void refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
-                           const RefitPolicy&, UpdateReport&);                      \
-  template void refitUnfitMarked(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,  \
-                           const RefitPolicy&, UpdateReport&);                       \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                       \
+  template void refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,       \
+                           const RefitPolicy&, UpdateReport&);                            \
+  template S refitUnfit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,          \
+                        const RefitPolicy&, int, int, UpdateReport&);                     \
+  template void refitUnfitMarked(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
+                                 const RefitPolicy&, UpdateReport&);                      \
   template fcl::RSS<S> refitAllButRoot(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

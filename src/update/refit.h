@@ -16,7 +16,14 @@ template <typename BV>
 void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                 UpdateReport& report);
 
-/// The same for the marked nodes and the root alone; unmarks them, and forgets what was seen of them.
+/// The same for the nodes in [begin, end). Touches nothing else, so that several threads can share
+/// the work; returns the largest `reach` of what it refitted, for AdaptiveTree::widenReach.
+template <typename BV>
+typename BV::S refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
+                          const RefitPolicy& policy, int begin, int end, UpdateReport& report);
+
+/// The same for the marked nodes and the root alone; unmarks them, and forgets what was seen of
+/// them.
 template <typename BV>
 void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                       UpdateReport& report);

@@ -9,14 +9,6 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The largest displacement from its square and the sum of all squares, which is no number when the
-/// old positions were not.
-template <typename S>
-S lengthOf(S largest_squared, S sum) {
-  if (!std::isfinite(sum)) return sum;
-  return std::sqrt(largest_squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>();
-}
-
 template <typename S>
 void forgetMotion(Boxes<S>& boxes) {
   const auto stop = [](StagedVertex& staged) { lanes::store(lanes::all(0), staged.motion); };
@@ -29,38 +21,36 @@ void forgetMotion(Boxes<S>& boxes) {
 }  // namespace
 
 template <typename BV>
-typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
-                             const fcl::Vector3<typename BV::S>* positions) {
+StagedRange<typename BV::S> stageRange(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                                       const fcl::Vector3<typename BV::S>* positions, int begin,
+                                       int end) {
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
   // Measured from where the volumes last held the vertex: the frame before, also in swept mode.
   const Point* from = model.prev_vertices ? model.prev_vertices : model.vertices;
   const BodyFrame<S> frame = boxes.frame;
-  S squared = 0, sum = 0;
-  Point low = positions[0], high = positions[0];
-  for (int v = 0; v < model.num_vertices; ++v) {
+  StagedRange<S> range;
+  for (int v = begin; v < end; ++v) {
     const Point to = positions[v], d = to - from[v];
-    const S d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    squared = std::max(squared, d2);
-    sum += d2;
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], to[k]);
-      high[k] = std::max(high[k], to[k]);
-    }
+    range.add(to, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     StagedVertex& staged = boxes.staged[static_cast<std::size_t>(v)];
     lanes::store(frame.place(to), staged.at);
     lanes::store(frame.displacement(d), staged.motion);
     model.vertices[v] = to;
   }
-  setLocalBounds(model, low, high);
-  if (model.prev_vertices) {
-    boxes.before.resize(static_cast<std::size_t>(model.num_vertices));
-    for (int v = 0; v < model.num_vertices; ++v)
+  if (model.prev_vertices)
+    for (int v = begin; v < end; ++v)
       lanes::store(frame.place(model.prev_vertices[v]),
                    boxes.before[static_cast<std::size_t>(v)].data());
-  }
+  return range;
+}
+
+template <typename BV>
+void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) {
   boxes.all_moving = true;
-  return lengthOf(squared, sum);
+  // A body far from the origin of its boxes would lose digits in them.
+  boxes.frame.moveOrigin(model.aabb_center);
+  if (model.prev_vertices) boxes.before.resize(static_cast<std::size_t>(model.num_vertices));
 }
 
 template <typename BV>
@@ -71,7 +61,7 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
   forgetMotion(boxes);
   boxes.moving.clear();
   PartialBounds<BV> bounds(model);
-  S squared = 0, sum = 0;
+  StagedRange<S> range;
   for (std::size_t i = count; i-- > 0;) {
     const unsigned v = indices[i];
     StagedVertex& staged = boxes.staged[v];
@@ -81,8 +71,7 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
 
     fcl::Vector3<S>& at = model.vertices[v];
     const fcl::Vector3<S> d = positions[i] - at;
-    squared = std::max(squared, d.squaredNorm());
-    sum += d.squaredNorm();
+    range.add(positions[i], d.squaredNorm());
     bounds.move(at, positions[i]);
     at = positions[i];
     lanes::store(boxes.frame.place(at), staged.at);
@@ -92,7 +81,7 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
   }
   bounds.finish();
   boxes.all_moving = false;
-  return lengthOf(squared, sum);
+  return range.largestDisplacement();
 }
 
 template <typename BV>
@@ -105,10 +94,12 @@ void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
   boxes.all_moving = true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
-  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const fcl::Vector3<S>*);   \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                             \
+  template StagedRange<S> stageRange(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                    \
+                                     const fcl::Vector3<S>*, int, int);                         \
+  template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);                     \
   template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&, const unsigned*, \
-                           const fcl::Vector3<S>*, std::size_t);                              \
+                           const fcl::Vector3<S>*, std::size_t);                                \
   template void stageInPlace(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
