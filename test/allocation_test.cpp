@@ -5,6 +5,7 @@
 #include <new>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
 
@@ -23,6 +24,15 @@ void* operator new(std::size_t size) { return counted(size); }
 void* operator new[](std::size_t size) { return counted(size); }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
 void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const auto align = static_cast<std::size_t>(alignment);
+  void* memory = std::aligned_alloc(align, (size + align - 1) / align * align);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
@@ -80,6 +90,42 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
   EXPECT_EQ(0, in_updates);
   EXPECT_EQ(0, in_queries);
   EXPECT_EQ(GetParam() != FitnessCriterion::RefitNone, refitted > 0);
+}
+
+/// The same by boxes, in all three ways to ask, and with updates of a few vertices.
+TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = plate<double>(10, 10);
+  AdaptiveBVHModeld model, other;
+  fillModel(mesh, model);
+  fillModel(tube<double>(6, 8), other);
+  adaptive_bvh::CoherentDistanced pair(model, other);
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
+  above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  const std::vector<unsigned> some = {3, 40, 41};
+  std::vector<Vector3<double>> to(3);
+
+  long in_updates = 0, in_queries = 0;
+  int refitted = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const auto& positions = deformation.next();
+    for (std::size_t i = 0; i < some.size(); ++i) to[i] = positions[some[i]] * 1.01;
+    long before = allocations;
+    model.update(positions);
+    refitted += model.lastUpdate().refitted();
+    model.update(some, to);
+    if (frame > 20) in_updates += allocations - before;
+    above.translation()[2] -= 0.001;
+    before = allocations;
+    fcl::DistanceResultd recorded, coherent;
+    adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
+    pair.distance(tf, above, fcl::DistanceRequestd(), coherent);
+    if (frame > 20) in_queries += allocations - before;
+    EXPECT_NEAR(recorded.min_distance, coherent.min_distance, 1e-12);
+  }
+  EXPECT_EQ(0, in_updates);
+  EXPECT_EQ(0, in_queries);
+  EXPECT_GT(refitted, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Criteria, Allocation,

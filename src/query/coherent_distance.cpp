@@ -99,6 +99,7 @@ void CoherentDistance<BV>::State::walk(BoxedDistance<S>& search) {
   const double cost = kCheck * double(front.size()) + search.cost();
   if (from_roots) {
     fresh_cost = cost;
+    for (auto* pairs : {&front, &next}) pairs->reserve(2 * next.size());  // it will grow finer
     pause_left -= pause_left > 0;
   } else if (cost > fresh_cost) {
     next.clear();

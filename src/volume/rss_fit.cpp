@@ -133,7 +133,9 @@ Matrix3<S> principalAxes(const std::vector<Vector3<S>>& points) {
     products.noalias() += q * q.transpose();
   }
   const S n = static_cast<S>(points.size());
-  const Matrix3<S> covariance = products / n - (sum / n) * (sum / n).transpose();
+  Matrix3<S> covariance = products / n - (sum / n) * (sum / n).transpose();
+  const S size = covariance.diagonal().maxCoeff();
+  if (size > std::numeric_limits<S>::min()) covariance /= size;  // squares of its numbers follow
   Eigen::SelfAdjointEigenSolver<Matrix3<S>> eigen;
   eigen.computeDirect(covariance);
   // The closed form is quick and a little inexact. One step of power iteration mends what matters:

@@ -1,0 +1,173 @@
+// Propagation::Boxes by hand: a part that moves as a whole does not grow, one that is strained
+// grows by its own strain, and the numbers kept beside the tree say so.
+#include "update/box_propagation.h"
+
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "model_state.h"
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+
+template <typename S>
+class BoxPropagation : public testing::Test {
+ protected:
+  using BV = fcl::RSS<S>;
+
+  BoxPropagation() : mesh_(plate<S>(6, 6)), positions_(mesh_.vertices) {
+    RefitPolicy policy;
+    policy.criterion = FitnessCriterion::RefitNone;
+    model_.setRefitPolicy(policy);
+    fillModel(mesh_, model_);
+    for (int i = 0; i < model_.getNumBVs(); ++i) before_.push_back(model_.getBV(i).bv);
+  }
+
+  void update() {
+    model_.update(positions_);
+    std::string reason;
+    EXPECT_TRUE(model_.validate(&reason)) << reason;
+  }
+
+  const adaptive_bvh::Boxes<S>& boxes() const {
+    return *adaptive_bvh::detail::ModelAccess<BV>::tree(model_).boxes;
+  }
+
+  /// The motion of single precision, rounded up by one part in 2^20 and a little more.
+  static constexpr S kRounding = S(1e-5);
+
+  TriangleMesh<S> mesh_;
+  std::vector<Vector3<S>> positions_;
+  AdaptiveBVHModel<BV> model_;
+  std::vector<BV> before_;
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(BoxPropagation, Scalars);
+
+TYPED_TEST(BoxPropagation, ATranslationMovesVolumesAndHardlyInflatesThem) {
+  using S = TypeParam;
+  const Vector3<S> by(S(0.3), S(-0.2), S(0.5));
+  for (auto& p : this->positions_) p += by;
+  this->update();
+  EXPECT_EQ(this->model_.getNumBVs(), this->model_.lastUpdate().inflated);
+  for (int i = 0; i < this->model_.getNumBVs(); ++i) {
+    const auto &now = this->model_.getBV(i).bv, &then = this->before_[std::size_t(i)];
+    EXPECT_LE((now.To - then.To - by).norm(), this->kRounding) << i;
+    EXPECT_GE(now.r, then.r);
+    EXPECT_LE(now.r - then.r, this->kRounding) << i;
+    EXPECT_EQ(then.axis, now.axis);
+  }
+}
+
+/// Displacements lie in [0, d]: every volume above goes d/2 along and grows by |d|/2.
+TYPED_TEST(BoxPropagation, OneVertexCarriesHalfItsWayAlong) {
+  using S = TypeParam;
+  const Vector3<S> d(S(0.06), S(-0.02), S(0.09));
+  this->positions_[24] += d;
+  this->update();
+  int above = 0;
+  for (int i = 0; i < this->model_.getNumBVs(); ++i) {
+    const auto &now = this->model_.getBV(i).bv, &then = this->before_[std::size_t(i)];
+    const Vector3<S> shift = now.To - then.To;
+    const bool moved = shift.norm() > S(0.01);
+    above += moved;
+    EXPECT_LE((shift - (moved ? (d / 2).eval() : Vector3<S>::Zero().eval())).norm(),
+              this->kRounding);
+    EXPECT_NEAR(moved ? d.norm() / 2 : 0, now.r - then.r, this->kRounding) << i;
+    EXPECT_NEAR(then.r, this->model_.originalRadius(i), this->kRounding) << i;
+  }
+  EXPECT_GT(above, 6);
+  EXPECT_LT(above, this->model_.getNumBVs() / 2);
+}
+
+/// Every box holds its triangles, in body coordinates, up to the error that queries allow for; and
+/// no side lies farther off than that.
+TYPED_TEST(BoxPropagation, BoxesAreTight) {
+  using S = TypeParam;
+  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Jerky, 2);
+  for (int frame = 0; frame < 20; ++frame) {
+    this->positions_ = bend.next();
+    for (auto& p : this->positions_) p += Vector3<S>(S(20 * frame), 0, 0);  // far off in the end
+    this->update();
+    const auto& boxes = this->boxes();
+    const Eigen::Matrix3d R = boxes.frame.axes();
+    const double scale = double(boxes.frame.scale());
+    const double error = adaptive_bvh::BodyFrame<S>::kError * boxes[0].box().reach();
+    std::vector<Eigen::AlignedBox3d> exact(std::size_t(this->model_.getNumBVs()));
+    for (int i = this->model_.getNumBVs() - 1; i >= 0; --i) {
+      const auto& node = this->model_.getBV(i);
+      auto& box = exact[std::size_t(i)];
+      if (node.isLeaf()) {
+        for (int k = 0; k < 3; ++k) {
+          const Vector3<S> x = this->positions_[this->model_.tri_indices[node.primitiveId()][k]] -
+                               boxes.frame.origin();
+          box.extend(scale * (R.transpose() * x.template cast<double>()));
+        }
+      } else {
+        box.extend(exact[std::size_t(node.leftChild())]);
+        box.extend(exact[std::size_t(node.rightChild())]);
+      }
+      const adaptive_bvh::Box kept = boxes[i].box();
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_NEAR(box.min()[k], kept.low[k], error) << i;
+        ASSERT_NEAR(box.max()[k], kept.high[k], error) << i;
+      }
+      ASSERT_EQ(node.isLeaf(), boxes[i].isLeaf());
+      ASSERT_EQ(node.isLeaf() ? node.first_primitive : node.leftChild(),
+                node.isLeaf() ? boxes[i].leaf() : boxes[i].left());
+    }
+  }
+}
+
+/// Travel never falls short of the way that any vertex below went.
+TYPED_TEST(BoxPropagation, TravelBoundsTheWay) {
+  using S = TypeParam;
+  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 9);
+  std::vector<double> way(this->positions_.size(), 0);
+  for (int frame = 0; frame < 60; ++frame) {
+    const std::vector<Vector3<S>> last = this->positions_;
+    this->positions_ = bend.next();
+    for (std::size_t v = 0; v < way.size(); ++v)
+      way[v] += double((this->positions_[v] - last[v]).norm());
+    this->update();
+  }
+  const auto& boxes = this->boxes();
+  for (int i = 0; i < this->model_.getNumBVs(); ++i) {
+    const auto& node = this->model_.getBV(i);
+    if (!node.isLeaf()) continue;
+    for (int k = 0; k < 3; ++k) {
+      const auto v = this->model_.tri_indices[node.primitiveId()][k];
+      EXPECT_GE(double(boxes.growthOf(i).travel) / double(boxes.frame.scale()),
+                way[v] * (1 - 1e-6));
+    }
+  }
+  EXPECT_LT(boxes.growthOf(0).travel, 100 * boxes[0].box().reach());
+}
+
+TYPED_TEST(BoxPropagation, ManagesHugeAndTinyMeshes) {
+  using S = TypeParam;
+  const S huge = std::is_same<S, float>::value ? S(1e11) : S(1e140);
+  for (const S scale : {1 / huge, S(1e-6), huge}) {
+    AdaptiveBVHModel<fcl::RSS<S>> model;
+    TriangleMesh<S> mesh = this->mesh_;
+    for (auto& p : mesh.vertices) p *= scale;
+    fillModel(mesh, model);
+    Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 3);
+    for (int frame = 0; frame < 10; ++frame) {
+      std::vector<Vector3<S>> positions = bend.next();
+      for (auto& p : positions) p *= scale;
+      model.update(positions);
+      std::string reason;
+      ASSERT_TRUE(model.validate(&reason)) << reason << " at scale " << scale;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
