@@ -115,7 +115,7 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
     refitted += model.lastUpdate().refitted();
     model.update(some, to);
     if (frame > 20) in_updates += allocations - before;
-    above.translation()[2] -= 0.001;
+    above.translation()[2] = 0.5 - 0.001 * (frame % 5);
     before = allocations;
     fcl::DistanceResultd recorded, coherent;
     adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
