@@ -17,8 +17,8 @@ BoxedDistance<S>::BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& s
       request_(request),
       result_(result),
       front_(front),
-      unit1_(1 / static_cast<double>(boxes1_.frame.scale())),
-      unit2_(1 / static_cast<double>(boxes2_.frame.scale())),
+      unit1_(static_cast<double>(boxes1_.frame.unit())),
+      unit2_(static_cast<double>(boxes2_.frame.unit())),
       relation_(boxes1_, first.tf, boxes2_, second.tf),
       triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
       volumes_(triangles_.R(), triangles_.T(), boxes1_.reach, boxes2_.reach) {

@@ -51,7 +51,7 @@ struct AdaptiveTree {
   S originalRadius(const fcl::BVHModel<BV>& model, int node) const {
     if (displacements) return displacements->original_radius[static_cast<std::size_t>(node)];
     return Volume<BV>::radius(model.getBV(node).bv) -
-           S(boxes->growthOf(node).inflation) / boxes->frame.scale();
+           S(boxes->growthOf(node).inflation) * boxes->frame.unit();
   }
 
   /// Lets sums over frames begin anew, before they lose digits.

@@ -31,6 +31,7 @@ class BodyFrame {
     const int limit = std::numeric_limits<S>::max_exponent - 25;
     const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
     scale_ = std::ldexp(S(1), -exponent);
+    unit_ = std::ldexp(S(1), exponent);
   }
 
   /// Where x is in body coordinates. The largest error of a component is 20 u times the largest
@@ -56,6 +57,9 @@ class BodyFrame {
   /// Body units per unit of the mesh, a power of two: products with it are exact.
   S scale() const { return scale_; }
 
+  /// The mesh's units per body unit: its inverse, as exact.
+  S unit() const { return unit_; }
+
   void moveOrigin(const Point& origin) { origin_ = origin; }
 
  private:
@@ -64,7 +68,7 @@ class BodyFrame {
   fcl::Matrix3d axes_;
   Lanes rows_[3];  // of R, which are the columns of R^T
   Point origin_;
-  S scale_;
+  S scale_, unit_;
 };
 
 }  // namespace adaptive_bvh

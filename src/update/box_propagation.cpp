@@ -21,7 +21,7 @@ class BoxRule {
         before_(model.prev_vertices ? boxes.before.data() : nullptr),
         box_(boxes.box.data() + 1),
         growth_(boxes.growth.data() + 1),
-        unit_(1 / boxes.frame.scale()),
+        unit_(boxes.frame.unit()),
         rounding_(boxes.rounding()) {}
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return box_[node].isLeaf(); }

@@ -169,6 +169,7 @@ int main(int argc, char** argv) {
   app.add_option("--resolution", options.resolutions, "Triangles times this squared; several do");
   app.add_option("--orientation", options.orientation, "general, aligned, or both")
       ->check(CLI::IsMember({"general", "aligned", "both"}));
+  app.add_flag("--moving", options.run.moving, "The objects move too: their transforms change");
   app.add_option("--method", options.methods, "Only these: " + methodNames());
   app.add_flag("--slow", options.slow, "The slowest methods above thesis size, too");
   app.add_option("--repeats", options.run.repeats, "Runs of everything; tables show medians")

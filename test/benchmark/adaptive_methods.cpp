@@ -24,33 +24,34 @@ class AdaptivePair : public Method {
     fillModel(scenario.second.mesh(), second_);
   }
 
-  void update(const Positions& first, const Positions& second) override {
-    first_.update(first);
-    second_.update(second);
+  void update(const Frame& frame) override {
+    first_.update(frame.first);
+    second_.update(frame.second);
   }
 
-  double distance() override {
+  double distance(const Frame& frame) override {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
     switch (query_) {
       case Query::DropIn:
-        return fcl::distance<double>(&first_, origin_, &second_, origin_, request, result);
+        return fcl::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request, result);
       case Query::Recorded:
-        return adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request, result);
-      case Query::Coherent: return coherent_.distance(origin_, origin_, request, result);
+        return adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request,
+                                              result);
+      case Query::Coherent: return coherent_.distance(frame.tf1, frame.tf2, request, result);
     }
     return 0;
   }
 
-  Work work() override {
+  Work work(const Frame& frame) override {
     Work work;
     if (query_ != Query::DropIn) {
       work.bv_tests = first_.recordedWork().bv_tests;
       work.leaf_tests = first_.recordedWork().leaf_tests;
     } else {
       fcl::DistanceResultd result;
-      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(first_, second_,
-                                                                                    result);
+      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(
+          first_, second_, frame, result);
     }
     work.refitted = first_.lastUpdate().refitted() + second_.lastUpdate().refitted();
     return work;
@@ -65,12 +66,11 @@ class AdaptivePair : public Method {
   Model first_, second_;
   adaptive_bvh::CoherentDistanced coherent_;
   Query query_;
-  const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
 };
 
 MethodKind row(std::string key, std::string title, const RefitPolicy& policy,
                Query query = Query::Recorded, MethodKind::Note note = MethodKind::Plain) {
-  return {std::move(key), std::move(title), note,
+  return {std::move(key), std::move(title), note, false,
           [policy, query](const scenarios::Scenario& scenario) {
             return std::make_unique<AdaptivePair>(scenario, policy, query);
           }};

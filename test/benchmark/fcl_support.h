@@ -20,18 +20,20 @@ std::size_t fclBytes(const fcl::BVHModel<BV>& model) {
          std::size_t(model.num_tris) * (sizeof(fcl::Triangle) + sizeof(unsigned));
 }
 
-/// One of FCL's traversals, on the models as they are: both at the identity, no copies.
+/// One of FCL's traversals, on the models as they are, no copies. Axis-aligned boxes need both at the
+/// identity.
 template <typename Node, typename BV>
-Work countedDistance(fcl::BVHModel<BV>& first, fcl::BVHModel<BV>& second,
+Work countedDistance(fcl::BVHModel<BV>& first, fcl::BVHModel<BV>& second, const Frame& frame,
                      fcl::DistanceResultd& result) {
   Node node;
-  fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
   const fcl::DistanceRequestd request;
-  if constexpr (std::is_same_v<Node, fcl::detail::MeshDistanceTraversalNode<BV>>)
+  if constexpr (std::is_same_v<Node, fcl::detail::MeshDistanceTraversalNode<BV>>) {
+    fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
     fcl::detail::initialize(node, first, tf1, second, tf2, request, result);
-  else  // oriented volumes
-    fcl::detail::initialize(node, std::as_const(first), tf1, std::as_const(second), tf2, request,
-                            result);
+  } else {  // oriented volumes
+    fcl::detail::initialize(node, std::as_const(first), frame.tf1, std::as_const(second), frame.tf2,
+                            request, result);
+  }
   node.enableStatistics(true);
   fcl::detail::distance(&node);
   return {node.num_bv_tests, node.num_leaf_tests, 0};

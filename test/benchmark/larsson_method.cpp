@@ -99,17 +99,16 @@ class LazyPair : public Method {
   explicit LazyPair(const scenarios::Scenario& scenario)
       : first_(scenario.first), second_(scenario.second) {}
 
-  void update(const Positions& first, const Positions& second) override {
-    first_.update(first);
-    second_.update(second);
+  void update(const Frame& frame) override {
+    first_.update(frame.first);
+    second_.update(frame.second);
   }
 
-  double distance() override {
+  double distance(const Frame& frame) override {
     LazyNode node(first_, second_);
     fcl::DistanceResultd result;
-    const auto origin = fcl::Transform3d::Identity();
     fcl::detail::initialize(static_cast<fcl::detail::MeshDistanceTraversalNodeRSSd&>(node),
-                            first_.model(), origin, second_.model(), origin,
+                            first_.model(), frame.tf1, second_.model(), frame.tf2,
                             fcl::DistanceRequestd(), result);
     node.enableStatistics(true);
     fcl::detail::distance(&node);
@@ -117,7 +116,7 @@ class LazyPair : public Method {
     return result.min_distance;
   }
 
-  Work work() override {
+  Work work(const Frame&) override {
     work_.refitted = first_.refitted() + second_.refitted();
     return work_;
   }
@@ -133,7 +132,7 @@ class LazyPair : public Method {
 
 std::vector<MethodKind> larssonMethods() {
   return {
-      {"larsson", "Larsson 2006: active nodes, on demand", MethodKind::Plain,
+      {"larsson", "Larsson 2006: active nodes, on demand", MethodKind::Plain, false,
        [](const scenarios::Scenario& scenario) { return std::make_unique<LazyPair>(scenario); }}};
 }
 

@@ -22,14 +22,20 @@ struct Work {
   }
 };
 
-/// Two bodies kept and queried in one way. Both objects stand at the identity.
+/// One frame: the positions of both bodies, in their own coordinates, and where the objects stand.
+struct Frame {
+  Positions first, second;
+  fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
+};
+
+/// Two bodies kept and queried in one way.
 class Method {
  public:
   virtual ~Method() = default;
-  virtual void update(const Positions& first, const Positions& second) = 0;
-  virtual double distance() = 0;
+  virtual void update(const Frame& frame) = 0;
+  virtual double distance(const Frame& frame) = 0;
   /// Of the last update and query. Not timed: some count by asking again.
-  virtual Work work() = 0;
+  virtual Work work(const Frame& frame) = 0;
   /// Both models with all that belongs to them.
   virtual std::size_t bytes() const = 0;
 };
@@ -39,6 +45,7 @@ struct MethodKind {
   std::string key;                        ///< for --method
   std::string title;                      ///< for the table
   enum Note { Plain, Slow, Wrong } note;  ///< but for Plain: by default at resolution 1 only
+  bool is_fcl;                            ///< one of the peers
   std::function<std::unique_ptr<Method>(const scenarios::Scenario&)> make;
 };
 

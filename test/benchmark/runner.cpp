@@ -93,9 +93,23 @@ class Run {
     if (options_.progress) options_.progress(done_++ / steps_, scenario_.name + ": " + what);
   }
 
-  void positions(int frame) {
-    scenario_.first.positions(frame, p_);
-    scenario_.second.positions(frame, q_);
+  /// The scenario's frame. Where objects move as well, both go round together, and the second turns
+  /// a little about its middle and goes away from the first and back.
+  void load(int frame) {
+    scenario_.first.positions(frame, frame_.first);
+    scenario_.second.positions(frame, frame_.second);
+    if (!options_.moving) return;
+    const double t = 2 * M_PI * frame / scenario_.frames();
+    const Point middle = frame_.second[frame_.second.size() / 2];
+    const Point away = (middle - frame_.first[frame_.first.size() / 2]).normalized();
+    const auto turn = [](double angle, const Point& axis) {
+      return fcl::Transform3d(Eigen::AngleAxisd(angle, axis.normalized()));
+    };
+    const fcl::Transform3d round = Eigen::Translation3d(2 * std::cos(t), 0, std::sin(t)) *
+                                   turn(t, Point(0.3, 1, 0.2));
+    frame_.tf1 = round;
+    frame_.tf2 = round * Eigen::Translation3d(middle + 0.1 * (1 - std::cos(3 * t)) * away) *
+                 turn(0.1 * std::sin(2 * t), Point(1, 0.4, -0.6)) * Eigen::Translation3d(-middle);
   }
 
   void askOracle() {
@@ -105,8 +119,11 @@ class Run {
     const bool brute = pairs <= options_.brute_force_pairs;
     result_.oracle = brute ? "brute force" : "FCL AABB, rebuilt";
     for (int frame = 1; frame <= scenario_.frames(); ++frame) {
-      positions(frame);
-      exact_.push_back(brute ? bruteForce(scenario_, p_, q_) : byAabbTree(scenario_, p_, q_));
+      load(frame);
+      Positions p = frame_.first, q = frame_.second;
+      for (Point& point : p) point = frame_.tf1 * point;
+      for (Point& point : q) point = frame_.tf2 * point;
+      exact_.push_back(brute ? bruteForce(scenario_, p, q) : byAabbTree(scenario_, p, q));
       result_.touching_frames += exact_.back() <= 0;
     }
   }
@@ -116,24 +133,27 @@ class Run {
     double update = 0, query = 0;
     m.frame_ms.resize(exact_.size(), std::numeric_limits<double>::max());
     for (std::size_t i = 0; i < exact_.size(); ++i) {
-      positions(int(i) + 1);
+      load(int(i) + 1);
       Clock clock;
-      method->update(p_, q_);
+      method->update(frame_);
       const double update_ms = clock.lap();
-      const double distance = method->distance();
+      const double distance = method->distance(frame_);
       const double query_ms = clock.lap();
       update += update_ms;
       query += query_ms;
       m.frame_ms[i] = std::min(m.frame_ms[i], update_ms + query_ms);
 
       if (!first_time) continue;
-      m.work += method->work();
+      m.work += method->work(frame_);
       const double error = std::abs(distance - exact_[i]);
       m.worst_error = std::max(m.worst_error, error);
       m.wrong_frames += !(error <= 1e-9 * (1 + exact_[i]));
     }
     m.update_ms.push_back(update);
     m.query_ms.push_back(query);
+    m.touching_ms = 0;
+    for (std::size_t i = 0; i < exact_.size(); ++i)
+      if (exact_[i] <= 0) m.touching_ms += m.frame_ms[i];
     m.bytes_per_triangle = double(method->bytes()) / double(scenario_.triangles());
   }
 
@@ -141,7 +161,7 @@ class Run {
   const std::vector<MethodKind>& kinds_;
   const RunOptions& options_;
   ScenarioResult result_;
-  Positions p_, q_;
+  Frame frame_;
   std::vector<double> exact_;  // by frame
   double steps_, done_ = 0;
 };

@@ -16,6 +16,7 @@ struct Measurement {
   double worst_error = 0;  ///< largest difference
   double bytes_per_triangle = 0;
   std::vector<double> frame_ms;  ///< update + query by frame, least of the repeats
+  double touching_ms = 0;        ///< of those, the ones with distance 0
 
   double total(std::size_t repeat) const { return update_ms[repeat] + query_ms[repeat]; }
 };
@@ -31,7 +32,8 @@ struct ScenarioResult {
 
 struct RunOptions {
   int repeats = 3;
-  unsigned seed = 1;  ///< of the order in which the methods take turns
+  bool moving = false;  ///< the objects too: transforms that change in every frame
+  unsigned seed = 1;    ///< of the order in which the methods take turns
   /// Brute force over all pairs of triangles up to so many; above, FCL's AABB tree, rebuilt.
   double brute_force_pairs = 150e3;
   /// Called with the share done, 0 to 1, and what is being run.

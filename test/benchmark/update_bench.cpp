@@ -1,0 +1,146 @@
+// Updates alone: against the floor of what memory allows, of a few vertices against all, on several
+// threads against one. Everything interleaved in one process; medians of ratios.
+#include <chrono>
+#include <cstdio>
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "median.h"
+#include "scenarios.h"
+
+namespace {
+
+using adaptive_bvh_bench::median;
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Positions = std::vector<scenarios::Point>;
+
+double nanoseconds(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::vector<Positions> framesOf(const scenarios::Body& body) {
+  std::vector<Positions> frames;
+  for (int frame = 0; frame < body.frames(); ++frame) frames.push_back(body.positions(frame));
+  return frames;
+}
+
+Model modelOf(const scenarios::Body& body, adaptive_bvh::FitnessCriterion criterion) {
+  adaptive_bvh::RefitPolicy policy;
+  policy.criterion = criterion;
+  Model model(policy);
+  fillModel(body.mesh(), model);
+  return model;
+}
+
+/// Runs two ways in turn over all frames, and after each what is not timed; prints nanoseconds a
+/// node of both, and the ratio.
+void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
+             const std::function<void(std::size_t)>& slower, const std::function<void()>& after_slower,
+             const std::function<void(std::size_t)>& faster,
+             const std::function<void()>& after_faster) {
+  std::vector<double> a, b, ratio;
+  for (int round = 0; round < rounds; ++round) {
+    double sum_a = 0, sum_b = 0;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      sum_a += nanoseconds([&] { slower(frame); });
+      after_slower();
+      sum_b += nanoseconds([&] { faster(frame); });
+      after_faster();
+    }
+    const double all = double(frames) * nodes;
+    a.push_back(sum_a / all);
+    b.push_back(sum_b / all);
+    ratio.push_back(sum_a / sum_b);
+  }
+  std::printf("| %s | %d | %.2f | %.2f | %.2f |\n", what.c_str(), nodes, median(a), median(b),
+              median(ratio));
+  std::fflush(stdout);
+}
+
+void heading(const char* what, const char* a, const char* b) {
+  std::printf("\n| %s | nodes | %s, ns a node | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n",
+              what, a, b);
+}
+
+/// Every vertex read and written once, and one number on one cache line of every node of FCL's.
+void floors(int rounds, int largest) {
+  heading("update without refits, helmet", "update", "floor");
+  for (int resolution = 1; resolution <= largest; resolution *= 2) {
+    const scenarios::Body body = scenarios::helmet(resolution);
+    const std::vector<Positions> frames = framesOf(body);
+    Model model = modelOf(body, adaptive_bvh::FitnessCriterion::RefitNone);
+    fcl::BVHModel<fcl::RSSd> plain;
+    fillModel(body.mesh(), plain);
+    compare("x " + std::to_string(resolution * resolution), model.getNumBVs(), rounds,
+            frames.size(), [&](std::size_t i) { model.update(frames[i]); }, [] {},
+            [&](std::size_t i) {
+              std::copy(frames[i].begin(), frames[i].end(), plain.vertices);
+              for (int n = 0; n < plain.getNumBVs(); ++n) plain.getBV(n).bv.r += 1e-12;
+            },
+            [] {});
+  }
+}
+
+/// Local poke: the sheet's 1 % of vertices that move, by number, against all. Between the updates
+/// recorded queries run, outside of the clock, so that refits go by what they meet.
+void partial(int rounds) {
+  heading("local poke, sheet", "update of all", "of those that move");
+  for (int resolution : {1, 2, 4}) {
+    const scenarios::Scenario poke = scenarios::furtherScenarios({resolution, false}).front();
+    const std::vector<Positions> frames = framesOf(poke.first);
+    std::vector<std::vector<unsigned>> indices(frames.size());
+    std::vector<Positions> to(frames.size());
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      for (std::size_t v = 0; v < frames[i].size(); ++v)
+        if (frames[i][v] != frames[(i + frames.size() - 1) % frames.size()][v]) {
+          indices[i].push_back(unsigned(v));
+          to[i].push_back(frames[i][v]);
+        }
+    Model all = modelOf(poke.first, adaptive_bvh::FitnessCriterion::AB), some = all;
+    const Model tool = modelOf(poke.second, adaptive_bvh::FitnessCriterion::AB);
+    const auto ask = [&tool](const Model& model) {
+      fcl::DistanceResultd result;
+      const auto origin = fcl::Transform3d::Identity();
+      adaptive_bvh::distance<double>(&model, origin, &tool, origin, fcl::DistanceRequestd(), result);
+    };
+    compare("x " + std::to_string(resolution * resolution), all.getNumBVs(), rounds, frames.size(),
+            [&](std::size_t i) { all.update(frames[i]); }, [&] { ask(all); },
+            [&](std::size_t i) { some.update(indices[i], to[i]); }, [&] { ask(some); });
+  }
+}
+
+void threads(int rounds, int count) {
+  heading("threads, helmet", "one", (std::to_string(count) + " threads").c_str());
+  for (int resolution : {9, 12, 20}) {
+    const scenarios::Body body = scenarios::helmet(resolution);
+    const std::vector<Positions> frames = framesOf(body);
+    for (const auto criterion :
+         {adaptive_bvh::FitnessCriterion::RefitNone, adaptive_bvh::FitnessCriterion::A}) {
+      Model one = modelOf(body, criterion), many = one;
+      many.setUpdateThreads(count);
+      compare(std::to_string(one.num_tris) + " triangles, " +
+                  (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
+              one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); }, [] {},
+              [&](std::size_t i) { many.update(frames[i]); }, [] {});
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int rounds = 9, largest = 16, thread_count = 2;
+  CLI::App app("Updates alone, against a floor, of a few vertices, on threads. Prints markdown.");
+  app.add_option("--rounds", rounds, "Tables show medians of so many")->check(CLI::Range(1, 1000));
+  app.add_option("--largest", largest, "Resolution up to which floors are measured");
+  app.add_option("--threads", thread_count, "To compare with one")->check(CLI::Range(2, 64));
+  CLI11_PARSE(app, argc, argv);
+  floors(rounds, largest);
+  partial(rounds);
+  threads(rounds, thread_count);
+}
