@@ -50,8 +50,8 @@ class AdaptivePair : public Method {
       work.leaf_tests = first_.recordedWork().leaf_tests;
     } else {
       fcl::DistanceResultd result;
-      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(
-          first_, second_, frame, result);
+      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(first_, second_,
+                                                                                    frame, result);
     }
     work.refitted = first_.lastUpdate().refitted() + second_.lastUpdate().refitted();
     return work;

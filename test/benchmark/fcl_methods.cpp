@@ -53,9 +53,9 @@ class FclPair : public Method {
 };
 
 /// AABBs as an expert would use them: fcl::distance copies both models on every call, and rebuilds
-/// one that does not stand at the identity; the traversal itself needs no copies where both are kept
-/// in world coordinates. And the pair of triangles that was nearest in the last frame gives a first
-/// bound.
+/// one that does not stand at the identity; the traversal itself needs no copies where both are
+/// kept in world coordinates. And the pair of triangles that was nearest in the last frame gives a
+/// first bound.
 class ExpertAabbPair
     : public FclPair<fcl::AABBd, fcl::detail::MeshDistanceTraversalNode<fcl::AABBd>> {
  public:
@@ -117,7 +117,8 @@ class ExpertAabbPair
 template <typename BV, typename Node>
 MethodKind row(std::string key, std::string title, Refit refit,
                MethodKind::Note note = MethodKind::Plain) {
-  return {std::move(key), std::move(title), note, note != MethodKind::Wrong, [refit](const scenarios::Scenario& scenario) {
+  return {std::move(key), std::move(title), note, note != MethodKind::Wrong,
+          [refit](const scenarios::Scenario& scenario) {
             return std::make_unique<FclPair<BV, Node>>(scenario, refit);
           }};
 }

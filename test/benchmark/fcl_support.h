@@ -20,8 +20,8 @@ std::size_t fclBytes(const fcl::BVHModel<BV>& model) {
          std::size_t(model.num_tris) * (sizeof(fcl::Triangle) + sizeof(unsigned));
 }
 
-/// One of FCL's traversals, on the models as they are, no copies. Axis-aligned boxes need both at the
-/// identity.
+/// One of FCL's traversals, on the models as they are, no copies. Axis-aligned boxes need both at
+/// the identity.
 template <typename Node, typename BV>
 Work countedDistance(fcl::BVHModel<BV>& first, fcl::BVHModel<BV>& second, const Frame& frame,
                      fcl::DistanceResultd& result) {

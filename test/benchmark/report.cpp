@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
@@ -95,7 +95,8 @@ void writeLeads(std::ostream& out, const Series& series, const std::vector<Metho
     for (double ms : m.frame_ms) sum += ms;
     return sum - m.touching_ms;
   };
-  if (std::none_of(kinds.begin(), kinds.end(), [](const MethodKind& k) { return k.is_fcl; })) return;
+  if (std::none_of(kinds.begin(), kinds.end(), [](const MethodKind& k) { return k.is_fcl; }))
+    return;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     if (kinds[k].is_fcl || kinds[k].note == MethodKind::Wrong) continue;
     out << "| " << kinds[k].title << ": times faster than FCL's best |";
@@ -128,7 +129,8 @@ void writeTables(std::ostream& out, const Series& series, const std::vector<Meth
       series.resolution * series.resolution, triangles, frames, touching, repeats);
   out << "| method | ms | ± % | faster than FCL RSS | than FCL's best | update | query | touching "
          "| volume tests | triangle tests | refits | wrong frames | bytes a triangle |\n"
-         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: "
+         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | "
+         "---: "
          "|\n";
   const std::size_t reference = referenceOf(kinds);
   const Sum base = reference < kinds.size() ? sumOf(series, reference) : Sum();

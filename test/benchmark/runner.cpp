@@ -105,8 +105,8 @@ class Run {
     const auto turn = [](double angle, const Point& axis) {
       return fcl::Transform3d(Eigen::AngleAxisd(angle, axis.normalized()));
     };
-    const fcl::Transform3d round = Eigen::Translation3d(2 * std::cos(t), 0, std::sin(t)) *
-                                   turn(t, Point(0.3, 1, 0.2));
+    const fcl::Transform3d round =
+        Eigen::Translation3d(2 * std::cos(t), 0, std::sin(t)) * turn(t, Point(0.3, 1, 0.2));
     frame_.tf1 = round;
     frame_.tf2 = round * Eigen::Translation3d(middle + 0.1 * (1 - std::cos(3 * t)) * away) *
                  turn(0.1 * std::sin(2 * t), Point(1, 0.4, -0.6)) * Eigen::Translation3d(-middle);

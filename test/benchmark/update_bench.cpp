@@ -40,7 +40,8 @@ Model modelOf(const scenarios::Body& body, adaptive_bvh::FitnessCriterion criter
 /// Runs two ways in turn over all frames, and after each what is not timed; prints nanoseconds a
 /// node of both, and the ratio.
 void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
-             const std::function<void(std::size_t)>& slower, const std::function<void()>& after_slower,
+             const std::function<void(std::size_t)>& slower,
+             const std::function<void()>& after_slower,
              const std::function<void(std::size_t)>& faster,
              const std::function<void()>& after_faster) {
   std::vector<double> a, b, ratio;
@@ -63,8 +64,9 @@ void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
 }
 
 void heading(const char* what, const char* a, const char* b) {
-  std::printf("\n| %s | nodes | %s, ns a node | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n",
-              what, a, b);
+  std::printf(
+      "\n| %s | nodes | %s, ns a node | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n", what,
+      a, b);
 }
 
 /// Every vertex read and written once, and one number on one cache line of every node of FCL's.
@@ -76,13 +78,14 @@ void floors(int rounds, int largest) {
     Model model = modelOf(body, adaptive_bvh::FitnessCriterion::RefitNone);
     fcl::BVHModel<fcl::RSSd> plain;
     fillModel(body.mesh(), plain);
-    compare("x " + std::to_string(resolution * resolution), model.getNumBVs(), rounds,
-            frames.size(), [&](std::size_t i) { model.update(frames[i]); }, [] {},
-            [&](std::size_t i) {
-              std::copy(frames[i].begin(), frames[i].end(), plain.vertices);
-              for (int n = 0; n < plain.getNumBVs(); ++n) plain.getBV(n).bv.r += 1e-12;
-            },
-            [] {});
+    compare(
+        "x " + std::to_string(resolution * resolution), model.getNumBVs(), rounds, frames.size(),
+        [&](std::size_t i) { model.update(frames[i]); }, [] {},
+        [&](std::size_t i) {
+          std::copy(frames[i].begin(), frames[i].end(), plain.vertices);
+          for (int n = 0; n < plain.getNumBVs(); ++n) plain.getBV(n).bv.r += 1e-12;
+        },
+        [] {});
   }
 }
 
@@ -106,11 +109,13 @@ void partial(int rounds) {
     const auto ask = [&tool](const Model& model) {
       fcl::DistanceResultd result;
       const auto origin = fcl::Transform3d::Identity();
-      adaptive_bvh::distance<double>(&model, origin, &tool, origin, fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance<double>(&model, origin, &tool, origin, fcl::DistanceRequestd(),
+                                     result);
     };
-    compare("x " + std::to_string(resolution * resolution), all.getNumBVs(), rounds, frames.size(),
-            [&](std::size_t i) { all.update(frames[i]); }, [&] { ask(all); },
-            [&](std::size_t i) { some.update(indices[i], to[i]); }, [&] { ask(some); });
+    compare(
+        "x " + std::to_string(resolution * resolution), all.getNumBVs(), rounds, frames.size(),
+        [&](std::size_t i) { all.update(frames[i]); }, [&] { ask(all); },
+        [&](std::size_t i) { some.update(indices[i], to[i]); }, [&] { ask(some); });
   }
 }
 
@@ -123,10 +128,11 @@ void threads(int rounds, int count) {
          {adaptive_bvh::FitnessCriterion::RefitNone, adaptive_bvh::FitnessCriterion::A}) {
       Model one = modelOf(body, criterion), many = one;
       many.setUpdateThreads(count);
-      compare(std::to_string(one.num_tris) + " triangles, " +
-                  (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
-              one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); }, [] {},
-              [&](std::size_t i) { many.update(frames[i]); }, [] {});
+      compare(
+          std::to_string(one.num_tris) + " triangles, " +
+              (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
+          one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
+          [] {}, [&](std::size_t i) { many.update(frames[i]); }, [] {});
     }
   }
 }
