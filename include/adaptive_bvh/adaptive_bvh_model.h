@@ -166,8 +166,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// Lengths in the mesh's unit, rounded up. 0 <= node < getNumBVs(), 0 <= triangle < num_tris.
   /// \{
   S originalRadius(int node) const;           ///< radius when the node was last refitted
-  S latestDisplacement(int triangle) const;   ///< of its corners, largest, in the last frame
-  S overallDisplacement(int triangle) const;  ///< the same since its leaf was last refitted
+  /// Of its corners, the largest, in the last frame; with Propagation::Displacements only, else 0.
+  S latestDisplacement(int triangle) const;
+  /// The same since its leaf was last refitted.
+  S overallDisplacement(int triangle) const;
   bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
   QueryWork recordedWork() const;
   /// Memory beside FCL's own, in bytes.

@@ -29,7 +29,7 @@ struct UpdateReport {
 /// adaptive models counts on both.
 struct QueryWork {
   int queries = 0;
-  long bv_tests = 0;    ///< pairs of volumes, or of a volume and a shape, whose distance was taken
+  long bv_tests = 0;    ///< pairs of volumes or boxes, or of a volume and a shape, that were tested
   long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape
 };
 
