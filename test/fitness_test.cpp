@@ -107,6 +107,7 @@ TEST(Presets, AreTheRowsOfTable2) {
     EXPECT_EQ(criterion, policy.criterion);
     EXPECT_EQ(InflationReference::OriginalRadius, policy.reference);
     EXPECT_FALSE(policy.leaf_radius_may_shrink);
+    EXPECT_EQ(adaptive_bvh::Propagation::Displacements, policy.propagation);
     if (p_max >= 0) {
       EXPECT_EQ(p_max, policy.max_inflation);
     }

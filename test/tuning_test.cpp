@@ -248,11 +248,13 @@ TEST(Json, PoliciesGoThereAndBack) {
        {FitnessCriterion::A, FitnessCriterion::ABOrBC, FitnessCriterion::RefitNone}) {
     RefitPolicy policy = RefitPolicy::thesis(criterion);
     policy.max_inflation = 1. / 3;
+    if (criterion == FitnessCriterion::A) policy.propagation = adaptive_bvh::Propagation::Boxes;
     const RefitPolicy back = policyFromJson(toJson(policy));
     EXPECT_EQ(policy.criterion, back.criterion);
     EXPECT_EQ(policy.max_inflation, back.max_inflation);
     EXPECT_EQ(policy.child_distance_ratio, back.child_distance_ratio);
     EXPECT_EQ(policy.min_inflation, back.min_inflation);
+    EXPECT_EQ(policy.propagation, back.propagation);
     EXPECT_EQ(policy.reference, back.reference);
     EXPECT_EQ(policy.leaf_radius_may_shrink, back.leaf_radius_may_shrink);
   }
@@ -265,9 +267,10 @@ TEST(Json, AResultReadsAsItsBestPolicy) {
 
 TEST(Json, RefusesWhatIsNoPolicy) {
   EXPECT_EQ(0.7, policyFromJson("{\"max_inflation\": 0.7}").max_inflation);
-  for (const char* text : {"", "{", "[]", "7", "{\"criterion\": \"D\"}", "{\"criterion\": 1}",
-                           "{\"max_inflation\": -1}", "{\"max_inflation\": \"much\"}",
-                           "{\"p_max\": 1}", "{\"reference\": \"moon\"}", "{\"best\": {}}"})
+  for (const char* text :
+       {"", "{", "[]", "7", "{\"criterion\": \"D\"}", "{\"criterion\": 1}",
+        "{\"max_inflation\": -1}", "{\"max_inflation\": \"much\"}", "{\"p_max\": 1}",
+        "{\"reference\": \"moon\"}", "{\"propagation\": \"by air\"}", "{\"best\": {}}"})
     EXPECT_THROW(policyFromJson(text), std::invalid_argument) << text;
 }
 

@@ -26,10 +26,21 @@ InflationReference referenceNamed(const std::string& name) {
   throw std::invalid_argument("'" + name + "' is no inflation reference");
 }
 
+const char* nameOf(Propagation propagation) {
+  return propagation == Propagation::Boxes ? "boxes" : "displacements";
+}
+
+Propagation propagationNamed(const std::string& name) {
+  for (auto propagation : {Propagation::Boxes, Propagation::Displacements})
+    if (name == nameOf(propagation)) return propagation;
+  throw std::invalid_argument("'" + name + "' is no propagation");
+}
+
 }  // namespace
 
 nlohmann::json asJson(const RefitPolicy& policy) {
-  return {{"criterion", toString(policy.criterion)},
+  return {{"propagation", nameOf(policy.propagation)},
+          {"criterion", toString(policy.criterion)},
           {"max_inflation", policy.max_inflation},
           {"child_distance_ratio", policy.child_distance_ratio},
           {"min_inflation", policy.min_inflation},
@@ -54,6 +65,8 @@ RefitPolicy policyFrom(const nlohmann::json& json) {
       policy.child_distance_ratio = value;
     else if (key == "min_inflation")
       policy.min_inflation = value;
+    else if (key == "propagation")
+      policy.propagation = propagationNamed(value.get<std::string>());
     else if (key == "reference")
       policy.reference = referenceNamed(value.get<std::string>());
     else if (key == "leaf_radius_may_shrink")
