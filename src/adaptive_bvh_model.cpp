@@ -121,7 +121,6 @@ void AdaptiveBVHModel<BV>::takeOverBuild() {
   else
     repairIfChanged<BV>(*this, state.tree);
   updateLocalBounds(*this);
-  state.frame.reserve(this->num_vertices);
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
   state.report.resynchronised = true;
@@ -131,7 +130,7 @@ void AdaptiveBVHModel<BV>::takeOverBuild() {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginReplaceModel() {
-  return state_->frame.begin(FrameKind::Replace, this->build_state);
+  return state_->frame.begin(FrameKind::Replace, this->build_state, this->num_vertices);
 }
 
 template <typename BV>
@@ -157,7 +156,7 @@ int AdaptiveBVHModel<BV>::endReplaceModel(bool refit, bool) {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginUpdateModel() {
-  return state_->frame.begin(FrameKind::Update, this->build_state);
+  return state_->frame.begin(FrameKind::Update, this->build_state, this->num_vertices);
 }
 
 template <typename BV>

@@ -37,8 +37,7 @@ class alignas(32) NodeBox {
 
   float low_[3] = {0, 0, 0};
   int place_ = kFirst;
-  float high_[3] = {0, 0, 0};
-  float unused_ = 0;
+  float high_[4] = {0, 0, 0, 0};
 };
 
 /// Two lengths of a node, in body units.

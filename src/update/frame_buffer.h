@@ -18,10 +18,9 @@ class FrameBuffer {
  public:
   using Point = fcl::Vector3<S>;
 
-  void reserve(int vertices) { positions_.reserve(static_cast<std::size_t>(vertices)); }
-
   /// Opens a frame and moves `build_state` to FCL's "begun". Drops a frame that was open.
-  int begin(FrameKind kind, fcl::BVHBuildState& build_state) {
+  /// Allocates when it is the first for so many vertices.
+  int begin(FrameKind kind, fcl::BVHBuildState& build_state, int vertices) {
     const bool ready = build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
                        (kind == FrameKind::Update && build_state == fcl::BVH_BUILD_STATE_UPDATED);
     if (!ready) return fcl::BVH_ERR_BUILD_EMPTY_PREVIOUS_FRAME;
@@ -30,6 +29,7 @@ class FrameBuffer {
     kind_ = kind;
     resume_state_ = build_state;
     positions_.clear();
+    positions_.reserve(static_cast<std::size_t>(vertices));
     build_state = begun(kind);
     return fcl::BVH_OK;
   }
