@@ -165,7 +165,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
   /// Lengths in the mesh's unit, rounded up. 0 <= node < getNumBVs(), 0 <= triangle < num_tris.
   /// \{
-  S originalRadius(int node) const;           ///< radius when the node was last refitted
+  S originalRadius(int node) const;  ///< radius when the node was last refitted
   /// Of its corners, the largest, in the last frame; with Propagation::Displacements only, else 0.
   S latestDisplacement(int triangle) const;
   /// The same since its leaf was last refitted.
