@@ -24,9 +24,6 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
-  static Evidence& evidence(const AdaptiveBVHModel<BV>& model) {
-    return model.state_->tree.evidence;
-  }
 };
 
 }  // namespace detail

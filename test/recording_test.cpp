@@ -66,7 +66,7 @@ class Recording : public testing::Test {
 
   /// Runs FCL's recursion; returns the number of volume tests.
   int run(const ScriptedNode& script) {
-    Recorder<double> recorder;
+    Recorder recorder;
     recorder.side[0] = &first_;
     recorder.side[1] = &second_;
     adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(recorder);

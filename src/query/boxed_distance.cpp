@@ -17,6 +17,7 @@ BoxedDistance<S>::BoxedDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& s
       request_(request),
       result_(result),
       front_(front),
+      recorder_{{&first.tree->evidence, &second.tree->evidence}},
       unit1_(static_cast<double>(boxes1_.frame.unit())),
       unit2_(static_cast<double>(boxes2_.frame.unit())),
       relation_(boxes1_, first.tf, boxes2_, second.tf),
@@ -47,13 +48,12 @@ void BoxedDistance<S>::improve(S distance, int triangle1, int triangle2, const f
 
 template <typename S>
 void BoxedDistance<S>::seed(int triangle1, int triangle2) {
-  const auto corners = [](const fcl::BVHModel<fcl::RSS<S>>& model, int t) {
-    const fcl::Triangle& triangle = model.tri_indices[t];
-    return Corners{unsigned(triangle[0]), unsigned(triangle[1]), unsigned(triangle[2])};
-  };
+  if (triangle1 < 0 || triangle1 >= first_.model->num_tris || triangle2 < 0 ||
+      triangle2 >= second_.model->num_tris)
+    return;
   fcl::Vector3<S> on1, on2;
-  const S d = triangles_.distance(corners(*first_.model, triangle1),
-                                  corners(*second_.model, triangle2), on1, on2);
+  const S d = triangles_.distance(viewOf(*first_.model).corners(unsigned(triangle1)),
+                                  viewOf(*second_.model).corners(unsigned(triangle2)), on1, on2);
   ++leaf_tests;
   if (d < result_.min_distance) improve(d, triangle1, triangle2, on1, on2);
 }
@@ -80,10 +80,7 @@ template <typename S>
 void BoxedDistance<S>::visit(int node1, int node2) {
   const CenteredBox a(boxes1_[node1]), b(boxes2_[node2]);
   ++box_tests;
-  float gap = squaredGap(a, relation_.toFirst()(b));
-  if (gap < limit2_)
-    gap = std::max(gap, relation_.inFirstUnits(squaredGap(relation_.toSecond()(a), b)));
-  settle(node1, node2, gap);
+  settle(node1, node2, relation_.gapFromFirst(a, b, relation_.toFirst()(b), limit2_));
 }
 
 /// Boxes that stand askew prune late. Where they come near it, FCL's volumes are asked as well.
@@ -99,10 +96,7 @@ void BoxedDistance<S>::settle(int node1, int node2, float gap) {
     if (separation >= limit_) return stop(node1, node2, double(separation));
     const S inflation1 = S(boxes1_.growthOf(node1).inflation) * S(unit1_);
     const S inflation2 = S(boxes2_.growthOf(node2).inflation) * S(unit2_);
-    if (separation + inflation1 + inflation2 >= limit_) {
-      first_.tree->evidence.addVisit(node1);
-      second_.tree->evidence.addVisit(node2);
-    }
+    if (separation + inflation1 + inflation2 >= limit_) recorder_.addVisit(node1, node2);
   }
   descend(node1, node2);
 }
@@ -126,12 +120,8 @@ void BoxedDistance<S>::splitFirst(int node1, int node2) {
   const int left = boxes1_[node1].left();
   const CenteredBox b(boxes2_[node2]), b_in_first = relation_.toFirst()(b);
   float gaps[2];
-  for (int k = 0; k < 2; ++k) {
-    const CenteredBox a(boxes1_[left + k]);
-    gaps[k] = squaredGap(a, b_in_first);
-    if (gaps[k] < limit2_)
-      gaps[k] = std::max(gaps[k], relation_.inFirstUnits(squaredGap(relation_.toSecond()(a), b)));
-  }
+  for (int k = 0; k < 2; ++k)
+    gaps[k] = relation_.gapFromFirst(CenteredBox(boxes1_[left + k]), b, b_in_first, limit2_);
   box_tests += 2;
   goOn({{left, node2}, {left + 1, node2}}, gaps);
 }
@@ -141,11 +131,8 @@ void BoxedDistance<S>::splitSecond(int node1, int node2) {
   const int left = boxes2_[node2].left();
   const CenteredBox a(boxes1_[node1]), a_in_second = relation_.toSecond()(a);
   float gaps[2];
-  for (int k = 0; k < 2; ++k) {
-    const CenteredBox b(boxes2_[left + k]);
-    gaps[k] = relation_.inFirstUnits(squaredGap(a_in_second, b));
-    if (gaps[k] < limit2_) gaps[k] = std::max(gaps[k], squaredGap(a, relation_.toFirst()(b)));
-  }
+  for (int k = 0; k < 2; ++k)
+    gaps[k] = relation_.gapFromSecond(a, CenteredBox(boxes2_[left + k]), a_in_second, limit2_);
   box_tests += 2;
   goOn({{node1, left}, {node1, left + 1}}, gaps);
 }
@@ -162,15 +149,9 @@ void BoxedDistance<S>::goOn(const int (&pairs)[2][2], const float (&gaps)[2]) {
 /// FCL's traversal leaves the nearest points in the frame of the first object until the end.
 template <typename S>
 void BoxedDistance<S>::finish() {
+  recorder_.addQuery(box_tests + volume_tests, leaf_tests);
   if (!improved_ || !request_.enable_nearest_points) return;
   for (auto& point : result_.nearest_points) point = first_.tf * point;
-}
-
-template <typename S>
-void BoxedDistance<S>::record() const {
-  first_.tree->evidence.addQuery(box_tests + volume_tests, leaf_tests);
-  if (second_.tree != first_.tree)
-    second_.tree->evidence.addQuery(box_tests + volume_tests, leaf_tests);
 }
 
 template class BoxedDistance<float>;

@@ -6,6 +6,7 @@
 #include <fcl/narrowphase/distance_result.h>
 
 #include "query/placed_boxes.h"
+#include "query/recorder.h"
 #include "query/triangle_pair.h"
 #include "query/volume_separation.h"
 #include "tree/adaptive_tree.h"
@@ -49,14 +50,11 @@ class BoxedDistance {
   /// False when the objects are so far apart, for their sizes, that single precision will not do.
   bool isPossible() const { return relation_.isPrecise(); }
 
-  /// Distances from here on do not matter.
-  S limit() const { return limit_; }
+  /// Nothing can be nearer.
   bool isDone() const { return result_.min_distance <= 0; }
 
-  /// The distance of two triangles as a first upper bound.
+  /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void seed(int triangle1, int triangle2);
-  /// Everything below two nodes whose distance may matter.
-  void descend(int node1, int node2);
   /// Whether all that was below the pair is surely not nearer than the limit. Where nothing moved
   /// nothing is rounded either: between parallel faces many bounds equal the limit.
   bool isSettled(const FrontPair& pair) const {
@@ -73,10 +71,8 @@ class BoxedDistance {
   double cost() const {
     return double(box_tests) + 3 * double(volume_tests) + 5 * double(leaf_tests);
   }
-  /// To be called after the search.
+  /// To be called after the search. Counts it as a recorded query of both models.
   void finish();
-  /// Counts the search as a recorded query of both models.
-  void record() const;
 
   long box_tests = 0, volume_tests = 0, leaf_tests = 0;
 
@@ -86,6 +82,7 @@ class BoxedDistance {
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
 
+  void descend(int node1, int node2);
   void splitFirst(int node1, int node2);
   void splitSecond(int node1, int node2);
   void settle(int node1, int node2, float gap);
@@ -109,11 +106,12 @@ class BoxedDistance {
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
   FrontSink front_;
+  const Recorder recorder_;
   double unit1_, unit2_;  ///< of the models, per unit of their boxes
   BoxRelation relation_;
   TrianglePair<S> triangles_;
   VolumeSeparation<S> volumes_;
-  S limit_;
+  S limit_;           ///< distances from here on do not matter
   float limit2_ = 0;  ///< as a squared gap of boxes: see BoxRelation
   bool improved_ = false;
 };

@@ -65,7 +65,7 @@ bool CoherentDistance<BV>::State::search(const fcl::Transform3<S>& tf1,
   BoxedDistance<S> search({&first, &tree(first), tf1}, {&second, &tree(second), tf2}, request,
                           result, {pause_left > 0 ? nullptr : &next, rigid.sum()});
   if (!search.isPossible()) return false;
-  if (nearest1 < first.num_tris && nearest2 < second.num_tris) search.seed(nearest1, nearest2);
+  search.seed(nearest1, nearest2);
   next.clear();
   if (!search.isDone()) walk(search);
   search.finish();
@@ -75,7 +75,6 @@ bool CoherentDistance<BV>::State::search(const fcl::Transform3<S>& tf1,
   }
   if (search.isDone()) next.clear();  // left half way
   front.swap(next);
-  search.record();
   return true;
 }
 

@@ -14,13 +14,10 @@ bool boxedMeshDistance(const BoxedMesh<S>& first, const BoxedMesh<S>& second,
   if (!search.isPossible()) return false;
   RecentPairs& recent = first.tree->recent;
   const RecentPairs::Pair last = recent.recall(second.model);
-  if (last.first < unsigned(first.model->num_tris) &&
-      last.second < unsigned(second.model->num_tris))
-    search.seed(int(last.first), int(last.second));
+  search.seed(int(last.first), int(last.second));
   if (!search.isDone()) search.visit(0, 0);
   search.finish();
   if (search.improved()) recent.keep(second.model, {unsigned(result.b1), unsigned(result.b2)});
-  search.record();
   return true;
 }
 
@@ -28,7 +25,7 @@ template <typename S>
 S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
                    const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                   const Recorder<S>& recorder) {
+                   const Recorder& recorder) {
   if (request.isSatisfied(result)) return result.min_distance;
   using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
   RecordingDistanceNode<Node, S> node(recorder);
@@ -41,7 +38,7 @@ template <typename S>
 std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
                             const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
                             const fcl::CollisionRequest<S>& request,
-                            fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+                            fcl::CollisionResult<S>& result, const Recorder& recorder) {
   if (request.isSatisfied(result)) return result.numContacts();
   using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
   RecordingCollisionNode<Node, S> node(recorder);
@@ -56,11 +53,11 @@ std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::
   template S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
                               const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
                               const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,      \
-                              const Recorder<S>&);                                          \
+                              const Recorder&);                                             \
   template std::size_t meshMeshCollide(                                                     \
       const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                         \
       const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                         \
-      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -20,12 +20,12 @@ template <typename S>
 S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
                    const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                   const Recorder<S>& recorder);
+                   const Recorder& recorder);
 
 template <typename S>
 std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform3<S>& tf1,
                             const fcl::BVHModel<fcl::RSS<S>>& mesh2, const fcl::Transform3<S>& tf2,
                             const fcl::CollisionRequest<S>& request,
-                            fcl::CollisionResult<S>& result, const Recorder<S>& recorder);
+                            fcl::CollisionResult<S>& result, const Recorder& recorder);
 
 }  // namespace adaptive_bvh

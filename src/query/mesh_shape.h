@@ -14,19 +14,19 @@ template <typename S>
 S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                     const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                    const Recorder<S>& recorder);
+                    const Recorder& recorder);
 
 template <typename S>
 std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const fcl::CollisionRequest<S>& request,
-                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder);
+                             fcl::CollisionResult<S>& result, const Recorder& recorder);
 
 /// The same with a solver of the caller's, one of FCL's two.
 template <typename S, typename Solver>
 std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const Solver& solver, const fcl::CollisionRequest<S>& request,
-                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder);
+                             fcl::CollisionResult<S>& result, const Recorder& recorder);
 
 }  // namespace adaptive_bvh

@@ -40,7 +40,7 @@ template <typename S, typename Solver>
 std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const Solver& solver, const fcl::CollisionRequest<S>& request,
-                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+                             fcl::CollisionResult<S>& result, const Recorder& recorder) {
   if (request.isSatisfied(result)) return result.numContacts();
   const bool approximate_cost = request.enable_cost && request.use_approximate_cost;
   fcl::CollisionRequest<S> mesh_request(request);
@@ -62,7 +62,7 @@ template <typename S>
 std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const fcl::CollisionRequest<S>& request,
-                             fcl::CollisionResult<S>& result, const Recorder<S>& recorder) {
+                             fcl::CollisionResult<S>& result, const Recorder& recorder) {
   if (request.gjk_solver_type == fcl::GST_LIBCCD) {
     fcl::detail::GJKSolver_libccd<S> solver;
     solver.collision_tolerance = request.gjk_tolerance;
@@ -78,13 +78,13 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
   template std::size_t meshShapeCollide(                                          \
       const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,               \
       const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, const Solver&, \
-      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&);
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                   \
-  template std::size_t meshShapeCollide(                                              \
-      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                   \
-      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                    \
-      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder<S>&); \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)                \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                \
+  template std::size_t meshShapeCollide(                                           \
+      const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&,                \
+      const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,                 \
+      const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, const Recorder&); \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)             \
   ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_indep<S>)
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

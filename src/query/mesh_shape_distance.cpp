@@ -20,7 +20,7 @@ template <typename S, typename Solver>
 void replaceByPenetration(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                           const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                           const Solver& solver, const fcl::DistanceRequest<S>& request,
-                          fcl::DistanceResult<S>& result, const Recorder<S>& recorder) {
+                          fcl::DistanceResult<S>& result, const Recorder& recorder) {
   const fcl::CollisionRequest<S> with_contact(1, true);
   fcl::CollisionResult<S> contacts;
   meshShapeCollide(mesh, tf1, shape, tf2, solver, with_contact, contacts, recorder);
@@ -41,7 +41,7 @@ template <typename S, typename Solver>
 S run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
       const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, const Solver& solver,
       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-      const Recorder<S>& recorder) {
+      const Recorder& recorder) {
   if (!request.isSatisfied(result)) {
     visitBoundedShape(shape, [&](const auto& typed_shape) {
       using Shape = std::decay_t<decltype(typed_shape)>;
@@ -64,7 +64,7 @@ template <typename S>
 S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                     const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                    const Recorder<S>& recorder) {
+                    const Recorder& recorder) {
   if (request.gjk_solver_type == fcl::GST_LIBCCD) {
     fcl::detail::GJKSolver_libccd<S> solver;
     solver.distance_tolerance = request.distance_tolerance;
@@ -79,7 +79,7 @@ S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform
   template S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
                                const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&,  \
                                const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&,      \
-                               const Recorder<S>&);
+                               const Recorder&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "tree/boxes.h"
 
 namespace adaptive_bvh {
@@ -86,8 +89,19 @@ class BoxRelation {
 
   const FrameChange& toFirst() const { return to_first_; }
   const FrameChange& toSecond() const { return to_second_; }
-  /// Squared gaps of the second frame, in the first's units.
-  float inFirstUnits(float squared_gap) const { return squared_gap * ratio2_; }
+  /// The larger squared gap of both frames; only the first one's when that is `enough`. The second
+  /// model's box `b` is given in the first's frame as well.
+  float gapFromFirst(const CenteredBox& a, const CenteredBox& b, const CenteredBox& b_in_first,
+                     float enough) const {
+    const float gap = squaredGap(a, b_in_first);
+    return gap < enough ? std::max(gap, ratio2_ * squaredGap(to_second_(a), b)) : gap;
+  }
+  /// The same, beginning in the second frame, with the first model's box given there as well.
+  float gapFromSecond(const CenteredBox& a, const CenteredBox& b, const CenteredBox& a_in_second,
+                      float enough) const {
+    const float gap = ratio2_ * squaredGap(a_in_second, b);
+    return gap < enough ? std::max(gap, squaredGap(a, to_first_(b))) : gap;
+  }
   float ratio() const { return ratio_; }
 
   /// Two nodes whose squared gap is at least this are at least `distance` apart.

@@ -24,23 +24,17 @@ struct Side {
     mesh = adaptive ? adaptive : dynamic_cast<const Mesh<S>*>(geometry);
   }
 
-  Evidence* evidence() const {
-    return adaptive ? &detail::ModelAccess<fcl::RSS<S>>::evidence(*adaptive) : nullptr;
+  /// What stands beside an adaptive model; null beside another.
+  const AdaptiveTree<fcl::RSS<S>>* tree() const {
+    return adaptive ? &detail::ModelAccess<fcl::RSS<S>>::tree(*adaptive) : nullptr;
   }
+  Evidence* evidence() const { return adaptive ? &tree()->evidence : nullptr; }
+  bool hasBoxes() const { return adaptive && tree()->boxes; }
 
   const AdaptiveBVHModel<fcl::RSS<S>>* adaptive = nullptr;
   const Mesh<S>* mesh = nullptr;
   bool is_shape = false;
 };
-
-/// What stands beside an adaptive model, where it keeps boxes; else null.
-template <typename S>
-const AdaptiveTree<fcl::RSS<S>>* boxedTree(const fcl::CollisionGeometry<S>* geometry) {
-  const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<fcl::RSS<S>>*>(geometry);
-  if (!adaptive) return nullptr;
-  const auto& tree = detail::ModelAccess<fcl::RSS<S>>::tree(*adaptive);
-  return tree.boxes ? &tree : nullptr;
-}
 
 template <typename S>
 const Mesh<S>& withTriangles(const Mesh<S>* mesh) {
@@ -56,11 +50,13 @@ bool dispatch(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1
               const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
               MeshMesh&& mesh_mesh, MeshShape&& mesh_shape) {
   const Side<S> first(o1), second(o2);
-  Recorder<S> recorder;
+  Recorder recorder;
   recorder.side[0] = first.evidence();
   recorder.side[1] = second.evidence();
   if ((first.adaptive && second.mesh) || (first.mesh && second.adaptive)) {
-    mesh_mesh(withTriangles(first.mesh), withTriangles(second.mesh), recorder);
+    withTriangles(first.mesh);
+    withTriangles(second.mesh);
+    mesh_mesh(first, second, recorder);
   } else if (first.adaptive && second.is_shape) {
     mesh_shape(withTriangles(first.mesh), tf1, *o2, tf2, recorder);
   } else if (first.is_shape && second.adaptive) {
@@ -83,17 +79,18 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       S& distance) {
   return dispatch(
       o1, tf1, o2, tf2,
-      [&](const Mesh<S>& mesh1, const Mesh<S>& mesh2, const Recorder<S>& recorder) {
-        const auto *tree1 = boxedTree(o1), *tree2 = boxedTree(o2);
-        if (tree1 && tree2 &&
-            boxedMeshDistance<S>({&mesh1, tree1, tf1}, {&mesh2, tree2, tf2}, request, result))
+      [&](const Side<S>& first, const Side<S>& second, const Recorder& recorder) {
+        if (first.hasBoxes() && second.hasBoxes() &&
+            boxedMeshDistance<S>({first.mesh, first.tree(), tf1}, {second.mesh, second.tree(), tf2},
+                                 request, result))
           distance = result.min_distance;
         else
-          distance = meshMeshDistance(mesh1, tf1, mesh2, tf2, request, result, recorder);
+          distance =
+              meshMeshDistance(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
       },
       [&](const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
           const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-          const Recorder<S>& recorder) {
+          const Recorder& recorder) {
         distance = meshShapeDistance(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
       });
 }
@@ -107,12 +104,12 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
   if (request.num_max_contacts == 0) return true;  // as FCL, without its message
   return dispatch(
       o1, tf1, o2, tf2,
-      [&](const Mesh<S>& mesh1, const Mesh<S>& mesh2, const Recorder<S>& recorder) {
-        contacts = meshMeshCollide(mesh1, tf1, mesh2, tf2, request, result, recorder);
+      [&](const Side<S>& first, const Side<S>& second, const Recorder& recorder) {
+        contacts = meshMeshCollide(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
       },
       [&](const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
           const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-          const Recorder<S>& recorder) {
+          const Recorder& recorder) {
         contacts = meshShapeCollide(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
       });
 }

@@ -3,24 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "tree/evidence.h"
+#include "query/recorder.h"
 
 namespace adaptive_bvh {
-
-/// Where a query leaves what it saw of the two sides. Null for a side that is not adaptive.
-template <typename S>
-struct Recorder {
-  Evidence* side[2] = {nullptr, nullptr};
-
-  void addQuery(long bv_tests, long leaf_tests) const {
-    if (side[0]) side[0]->addQuery(bv_tests, leaf_tests);
-    if (side[1] && side[1] != side[0]) side[1]->addQuery(bv_tests, leaf_tests);
-  }
-  void addVisit(int b1, int b2) const {
-    if (side[0]) side[0]->addVisit(b1);
-    if (side[1]) side[1]->addVisit(b2);
-  }
-};
 
 /// A traversal node of FCL's (`Node`) that also records, for one query. What it computes is FCL's.
 ///
@@ -33,7 +18,7 @@ struct Recorder {
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
-  explicit RecordingDistanceNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+  explicit RecordingDistanceNode(const Recorder& recorder) : recorder_(recorder) {}
   ~RecordingDistanceNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
 
   bool canStop(S distance) const override {
@@ -70,7 +55,7 @@ class RecordingDistanceNode : public Node {
  private:
   static constexpr S kNone = -1;  // no distance is negative
 
-  Recorder<S> recorder_;
+  Recorder recorder_;
   mutable long bv_tests_ = 0, leaf_tests_ = 0;
   mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
   mutable S first_child_distance_ = kNone;
@@ -82,7 +67,7 @@ class RecordingDistanceNode : public Node {
 template <typename Node, typename S>
 class RecordingCollisionNode : public Node {
  public:
-  explicit RecordingCollisionNode(const Recorder<S>& recorder) : recorder_(recorder) {}
+  explicit RecordingCollisionNode(const Recorder& recorder) : recorder_(recorder) {}
   ~RecordingCollisionNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
 
   using Node::BVTesting;
@@ -100,7 +85,7 @@ class RecordingCollisionNode : public Node {
   }
 
  private:
-  Recorder<S> recorder_;
+  Recorder recorder_;
   mutable long bv_tests_ = 0, leaf_tests_ = 0;
 };
 

@@ -54,10 +54,11 @@ class TrianglePair {
   /// The same along the line between the middles of the triangles and along either's normal; stops
   /// at the first that reaches `limit`, > 0. The largest separation found.
   S separationNearby(const Corners& a, const Corners& b, S limit) const {
+    const Point& near = vertices1_[a[0]];
     Point p[3], q[3];
     for (int k = 0; k < 3; ++k) {
-      p[k] = vertices1_[a[k]];
-      q[k] = R_ * vertices2_[b[k]] + T_;
+      p[k] = vertices1_[a[k]] - near;
+      q[k] = R_ * vertices2_[b[k]] + T_ - near;
     }
     S best = std::numeric_limits<S>::lowest();
     const auto along = [&](const Point& d) {

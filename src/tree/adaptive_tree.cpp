@@ -13,10 +13,10 @@ void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
   displacements.reset();
   if (propagation == Propagation::Displacements) {
     boxes.reset();
-    displacements.emplace().adopt(model, topology.depth);
+    displacements.emplace().adopt(model, topology);
   } else {
     if (!boxes) boxes.emplace();
-    boxes->adopt(model, topology.depth);
+    boxes->adopt(model, topology);
   }
 }
 

@@ -33,7 +33,7 @@ struct AdaptiveTree {
         seal(other.seal) {}
 
   Propagation propagation = Propagation::Boxes;
-  /// Grows whenever travels (NodeBounds) or the topology begin anew.
+  /// Grows whenever travels (NodeGrowth) or the topology begin anew.
   std::uint64_t generation = 1;
   Topology topology;
   std::optional<Tracking<BV>> displacements;  ///< with Propagation::Displacements

@@ -90,12 +90,12 @@ struct Boxes {
 
   /// Room and links; the boxes themselves come with the next sweep.
   template <typename BV>
-  void adopt(const fcl::BVHModel<BV>& model, int depth) {
+  void adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
     const auto nodes = static_cast<std::size_t>(model.getNumBVs());
     box.assign(nodes + 1, NodeBox());
     growth.assign(nodes + 1, NodeGrowth());
     staged.resize(static_cast<std::size_t>(model.num_vertices));
-    pending.resize(static_cast<std::size_t>(depth) + 2);
+    pending.resize(topology.stackPlaces());
     for (std::size_t i = 0; i < nodes; ++i) {
       const auto& node = model.getBV(static_cast<int>(i));
       if (node.isLeaf())

@@ -37,7 +37,7 @@ class Seal {
   /// Writes `volume`, with its radius one step up, to the root and remembers it. Returns that
   /// radius.
   S close(BV& root, BV volume) {
-    V::setRadius(volume, std::nextafter(V::radius(volume), std::numeric_limits<S>::infinity()));
+    V::radius(volume) = std::nextafter(V::radius(volume), std::numeric_limits<S>::infinity());
     for (BV* target : {&copy_, &root})
       for (int i = 0; i < V::kNumbers; ++i) store(V::number(*target, i), V::number(volume, i));
     store(closed_, true);

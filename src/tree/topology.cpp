@@ -15,9 +15,7 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     depth = std::max(depth, depth_of[i]);
     if (node.isLeaf()) {
-      for (int k = 0; k < 3; ++k)
-        corners[node.first_primitive][k] =
-            mesh.vertex(static_cast<unsigned>(node.primitiveId()), k % mesh.verticesPerPrimitive());
+      corners[node.first_primitive] = mesh.corners(static_cast<unsigned>(node.primitiveId()));
     } else {
       for (int child : {node.leftChild(), node.rightChild()}) depth_of[child] = depth_of[i] + 1;
     }

@@ -22,6 +22,9 @@ struct Topology {
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model);
 
+  /// Places that the stack of a sweep needs.
+  std::size_t stackPlaces() const { return static_cast<std::size_t>(depth) + 2; }
+
   std::size_t bytes() const { return corners.capacity() * sizeof(Corners); }
 };
 

@@ -3,7 +3,7 @@
 namespace adaptive_bvh {
 
 template <typename BV>
-void Tracking<BV>::adopt(const fcl::BVHModel<BV>& model, int depth) {
+void Tracking<BV>::adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
   const std::size_t primitives = (nodes + 1) / 2;  // a binary tree with one leaf a primitive
   const MeshView<S> mesh = viewOf(model);
@@ -12,7 +12,7 @@ void Tracking<BV>::adopt(const fcl::BVHModel<BV>& model, int depth) {
   latest.assign(primitives, S(0));
   overall.resize(primitives);
   reference.resize(primitives);
-  pending.resize(static_cast<std::size_t>(depth) + 2);
+  pending.resize(topology.stackPlaces());
   vertex_motion.assign(static_cast<std::size_t>(model.num_vertices), S(0));
 
   for (int i = 0; i < model.getNumBVs(); ++i) {

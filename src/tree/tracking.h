@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "tree/mesh_of_model.h"
+#include "tree/topology.h"
 #include "volume/rss.h"
 
 namespace adaptive_bvh {
@@ -30,7 +30,7 @@ struct Tracking {
   std::vector<S> pending;  ///< the stack of the sweep
 
   /// Takes over the tree as it stands: volumes, order and positions become the reference state.
-  void adopt(const fcl::BVHModel<BV>& model, int depth);
+  void adopt(const fcl::BVHModel<BV>& model, const Topology& topology);
 
   /// The leaf of `primitive` was just fitted to the present positions.
   void resetPrimitive(const MeshView<S>& mesh, unsigned primitive);

@@ -1,39 +1,41 @@
 #include "tuning/json.h"
 
+#include <initializer_list>
 #include <stdexcept>
 
 namespace adaptive_bvh {
 namespace {
 
-constexpr FitnessCriterion kCriteria[] = {
-    FitnessCriterion::A,      FitnessCriterion::B,        FitnessCriterion::AB,
-    FitnessCriterion::BC,     FitnessCriterion::ABC,      FitnessCriterion::AOrBC,
-    FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
-
-FitnessCriterion criterionNamed(const std::string& name) {
-  for (FitnessCriterion criterion : kCriteria)
-    if (name == toString(criterion)) return criterion;
-  throw std::invalid_argument("'" + name + "' is no fitness criterion");
-}
+const char* nameOf(FitnessCriterion criterion) { return toString(criterion); }
 
 const char* nameOf(InflationReference reference) {
   return reference == InflationReference::NodeSize ? "node size" : "original radius";
-}
-
-InflationReference referenceNamed(const std::string& name) {
-  for (auto reference : {InflationReference::NodeSize, InflationReference::OriginalRadius})
-    if (name == nameOf(reference)) return reference;
-  throw std::invalid_argument("'" + name + "' is no inflation reference");
 }
 
 const char* nameOf(Propagation propagation) {
   return propagation == Propagation::Boxes ? "boxes" : "displacements";
 }
 
+template <typename Value>
+Value named(const std::string& name, std::initializer_list<Value> values, const char* what) {
+  for (const Value value : values)
+    if (name == nameOf(value)) return value;
+  throw std::invalid_argument("'" + name + "' is no " + what);
+}
+
+FitnessCriterion criterionNamed(const std::string& name) {
+  return named(name,
+               {FitnessCriterion::A, FitnessCriterion::B, FitnessCriterion::AB,
+                FitnessCriterion::BC, FitnessCriterion::ABC, FitnessCriterion::AOrBC,
+                FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone},
+               "fitness criterion");
+}
+InflationReference referenceNamed(const std::string& name) {
+  return named(name, {InflationReference::NodeSize, InflationReference::OriginalRadius},
+               "inflation reference");
+}
 Propagation propagationNamed(const std::string& name) {
-  for (auto propagation : {Propagation::Boxes, Propagation::Displacements})
-    if (name == nameOf(propagation)) return propagation;
-  throw std::invalid_argument("'" + name + "' is no propagation");
+  return named(name, {Propagation::Boxes, Propagation::Displacements}, "propagation");
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
-#include "tree/topology.h"
 #include "update/propagation.h"
 
 namespace adaptive_bvh {
@@ -87,7 +86,7 @@ WorkCosts WorkCosts::measured() {
   Topology topology;
   topology.adopt(model);
   Tracking<fcl::RSSd> tracking;
-  tracking.adopt(model, topology.depth);
+  tracking.adopt(model, topology);
   const MeshView<double> mesh = viewOf<fcl::RSSd>(model);
   const int nodes = model.getNumBVs(), triangles = model.num_tris;
   const fcl::Matrix3d R = Eigen::AngleAxisd(0.7, Point(1, 2, 3).normalized()).matrix();

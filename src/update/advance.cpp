@@ -8,7 +8,6 @@
 #include "update/local_bounds.h"
 #include "update/parallel.h"
 #include "update/propagation.h"
-#include "update/stopwatch.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -34,8 +33,12 @@ void openFrame(fcl::BVHModel<BV>& model, FrameKind kind) {
   }
 }
 
-/// In body units: some sixty times the body's size.
-constexpr float kLongWay = 64;
+/// Sums over frames lose digits as they grow.
+template <typename BV>
+void forgetLongWays(const fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
+  constexpr float kLongWay = 64;  // in body units: some sixty times the body's size
+  if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
+}
 
 /// Seals a root that the update changed. A root that was refitted keeps equal radii.
 template <typename BV>
@@ -65,9 +68,8 @@ void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) 
 template <typename BV>
 typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                                const RefitPolicy& policy,
-                               const fcl::Vector3<typename BV::S>* positions,
+                               const fcl::Vector3<typename BV::S>* positions, Stopwatch& watch,
                                UpdateReport& report) {
-  Stopwatch watch;
   const auto largest = moveVertices(model, *tree.displacements, positions);
   updateLocalBounds(model);
   report.displacement_seconds = watch.lap();
@@ -81,15 +83,13 @@ typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
 
 template <typename BV>
 typename BV::S byBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
-                       const fcl::Vector3<typename BV::S>* positions, UpdateReport& report) {
-  Stopwatch watch;
+                       const fcl::Vector3<typename BV::S>* positions, Stopwatch& watch,
+                       UpdateReport& report) {
   Boxes<typename BV::S>& boxes = *tree.boxes;
   beginStaging(model, boxes);
   const auto staged = stageRange(model, boxes, positions, 0, model.num_vertices);
-  setLocalBox(model, staged.low, staged.high);
+  const auto largest = finishStaging(model, boxes, staged);
   model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
-  const auto largest = staged.largestDisplacement();
-  boxes.reach += 4 * largest;  // volumes move and grow by no more
   report.displacement_seconds = watch.lap();
   if (!std::isfinite(largest)) return largest;
   report.inflated = propagateByBoxes(model, tree.topology, boxes);
@@ -115,11 +115,12 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     return report;
   }
   openFrame(model, kind);
-  if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
-  const auto largest = !tree.boxes ? byDisplacements(model, tree, policy, positions, report)
-                       : threads > 1 && model.getBV(0).num_primitives >= kParallelPrimitives
-                           ? stagePropagateRefit(model, tree, policy, positions, threads, report)
-                           : byBoxes(model, tree, policy, positions, report);
+  forgetLongWays(model, tree);
+  const auto largest =
+      !tree.boxes ? byDisplacements(model, tree, policy, positions, watch, report)
+      : threads > 1 && model.getBV(0).num_primitives >= kParallelPrimitives
+          ? stagePropagateRefit(model, tree, policy, positions, threads, watch, report)
+          : byBoxes(model, tree, policy, positions, watch, report);
   report.largest_displacement = static_cast<double>(largest);
   if (std::isfinite(largest)) {
     sealRoot(model, tree);
@@ -128,6 +129,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     report.resynchronised = repairIfChanged(model, tree);
   }
   tree.evidence.clear();
+  report.refit_seconds += watch.lap();
   return report;
 }
 
@@ -140,9 +142,8 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   Stopwatch watch;
   report.resynchronised = repairIfChanged(model, tree);
   if (tree.incidence.empty()) tree.incidence.adopt(model, tree.topology);
-  if (tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
+  forgetLongWays(model, tree);
   const auto largest = stageVertices(model, *tree.boxes, tree.incidence, indices, positions, count);
-  tree.boxes->reach += 4 * largest;
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
 

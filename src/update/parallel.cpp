@@ -2,7 +2,6 @@
 
 #include "update/box_propagation.h"
 #include "update/local_bounds.h"
-#include "update/stopwatch.h"
 #include "update/team.h"
 
 namespace adaptive_bvh {
@@ -30,8 +29,7 @@ class ParallelUpdate {
         refit_tasks_(kRefitTasks),
         members_(static_cast<std::size_t>(threads)) {}
 
-  S run(UpdateReport& report) {
-    Stopwatch watch;
+  S run(Stopwatch& watch, UpdateReport& report) {
     beginStaging(model_, *tree_.boxes);
     team_.run([&](int member) { work(member, watch, report); });
     for (const Member& member : members_) {
@@ -39,7 +37,7 @@ class ParallelUpdate {
       report.refitted_leaves += member.report.refitted_leaves;
       report.refitted_inner += member.report.refitted_inner;
       report.refitted_primitives += member.report.refitted_primitives;
-      tree_.boxes->reach = std::max(tree_.boxes->reach, member.reach);
+      tree_.widenReach(member.reach);
     }
     report.refit_seconds = watch.lap();
     return largest_;
@@ -66,9 +64,7 @@ class ParallelUpdate {
     if (index == 0) {
       StagedRange<S> all;
       for (const Member& member : members_) all.add(member.staged);
-      setLocalBox(model_, all.low, all.high);
-      largest_ = all.largestDisplacement();
-      boxes.reach += 4 * largest_;
+      largest_ = finishStaging(model_, boxes, all);
       report.displacement_seconds = watch.lap();
     }
     team_.meet();
@@ -88,7 +84,7 @@ class ParallelUpdate {
   }
 
   int sweepSubtrees(Boxes<S>& boxes) {
-    std::vector<Swept> stack(static_cast<std::size_t>(tree_.topology.depth) + 2);
+    std::vector<Swept> stack(tree_.topology.stackPlaces());
     int inflated = 0;
     for (int task; (task = subtree_tasks_.next()) >= 0;)
       inflated += propagateWithin(model_, tree_.topology, boxes,
@@ -123,13 +119,14 @@ template <typename BV>
 typename BV::S stagePropagateRefit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                                    const RefitPolicy& policy,
                                    const fcl::Vector3<typename BV::S>* positions, int threads,
-                                   UpdateReport& report) {
-  return ParallelUpdate<BV>(model, tree, policy, positions, threads).run(report);
+                                   Stopwatch& watch, UpdateReport& report) {
+  return ParallelUpdate<BV>(model, tree, policy, positions, threads).run(watch, report);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                       \
-  template S stagePropagateRefit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
-                                 const RefitPolicy&, const fcl::Vector3<S>*, int, UpdateReport&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
+  template S stagePropagateRefit(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,     \
+                                 const RefitPolicy&, const fcl::Vector3<S>*, int, Stopwatch&, \
+                                 UpdateReport&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

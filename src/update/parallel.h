@@ -2,6 +2,7 @@
 
 #include "update/refit.h"
 #include "update/staging.h"
+#include "update/stopwatch.h"
 
 namespace adaptive_bvh {
 
@@ -14,6 +15,6 @@ template <typename BV>
 typename BV::S stagePropagateRefit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                                    const RefitPolicy& policy,
                                    const fcl::Vector3<typename BV::S>* positions, int threads,
-                                   UpdateReport& report);
+                                   Stopwatch& watch, UpdateReport& report);
 
 }  // namespace adaptive_bvh

@@ -27,14 +27,15 @@ struct DisplacementRule {
 
   void inflate(int i, S latest) {
     BV& bv = model.getBV(i).bv;
-    const S current = Volume<BV>::radius(bv);
+    S& radius = Volume<BV>::radius(bv);
+    const S current = radius;
     S inflated = rounding::sum(current, latest);
     if (isLeaf(i) && latest > 0) {
       inflated = rounding::sum(tracking.original_radius[i], tracking.overall[primitive(i)]);
       if (!leaf_radius_may_shrink) inflated = std::max(current, inflated);
     }
     if (inflated == current) return;
-    Volume<BV>::setRadius(bv, inflated);
+    radius = inflated;
     ++changed;
   }
 

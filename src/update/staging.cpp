@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "update/local_bounds.h"
-#include "volume/rounding.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -16,6 +15,14 @@ void forgetMotion(Boxes<S>& boxes) {
     for (StagedVertex& staged : boxes.staged) stop(staged);
   else
     for (unsigned v : boxes.moving) stop(boxes.staged[v]);
+}
+
+/// Volumes will move by no more than the largest displacement, and grow by no more.
+template <typename S>
+S letMove(Boxes<S>& boxes, const StagedRange<S>& range) {
+  const S largest = range.largestDisplacement();
+  boxes.reach += 4 * largest;
+  return largest;
 }
 
 }  // namespace
@@ -54,6 +61,13 @@ void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
 }
 
 template <typename BV>
+typename BV::S finishStaging(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                             const StagedRange<typename BV::S>& all) {
+  setLocalBox(model, all.low, all.high);
+  return letMove(boxes, all);
+}
+
+template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                              Incidence& incidence, const unsigned* indices,
                              const fcl::Vector3<typename BV::S>* positions, std::size_t count) {
@@ -81,7 +95,7 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
   }
   bounds.finish();
   boxes.all_moving = false;
-  return range.largestDisplacement();
+  return letMove(boxes, range);
 }
 
 template <typename BV>
@@ -98,6 +112,7 @@ void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
   template StagedRange<S> stageRange(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                    \
                                      const fcl::Vector3<S>*, int, int);                         \
   template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);                     \
+  template S finishStaging(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const StagedRange<S>&);      \
   template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&, const unsigned*, \
                            const fcl::Vector3<S>*, std::size_t);                                \
   template void stageInPlace(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);

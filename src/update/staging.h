@@ -6,6 +6,7 @@
 
 #include "tree/boxes.h"
 #include "tree/incidence.h"
+#include "volume/rounding.h"
 
 namespace adaptive_bvh {
 
@@ -50,6 +51,11 @@ template <typename BV>
 StagedRange<typename BV::S> stageRange(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
                                        const fcl::Vector3<typename BV::S>* positions, int begin,
                                        int end);
+
+/// To be called when all are staged: sets local box and centre. Returns the largest displacement.
+template <typename BV>
+typename BV::S finishStaging(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                             const StagedRange<typename BV::S>& all);
 
 /// For `count` vertices, by `indices`; of one that is named twice the last position counts. Marks
 /// the nodes above them, lets all other motions become 0, and brings the local bounds up to date.

@@ -6,8 +6,7 @@
 #include <xmmintrin.h>
 #endif
 
-/// Functions on vectors are always inlined: how vectors are passed depends on the instruction set
-/// that the caller is compiled for (see update/box_propagation.cpp).
+/// For what is too small to be called, in the hottest loops.
 #define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
 
 namespace adaptive_bvh {
@@ -34,14 +33,8 @@ ADAPTIVE_BVH_INLINE Lanes broadcast(const Lanes& v) {
   return all(v[kLane]);
 }
 
-template <typename V>
-ADAPTIVE_BVH_INLINE V lower(const V& a, const V& b) {
-  return a < b ? a : b;
-}
-template <typename V>
-ADAPTIVE_BVH_INLINE V upper(const V& a, const V& b) {
-  return a > b ? a : b;
-}
+ADAPTIVE_BVH_INLINE Lanes lower(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+ADAPTIVE_BVH_INLINE Lanes upper(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 
 ADAPTIVE_BVH_INLINE Lanes absolute(const Lanes& v) { return upper(v, -v); }
 

@@ -26,6 +26,11 @@ struct MeshView {
     return triangles ? static_cast<unsigned>(triangles[primitive][k]) : primitive;
   }
 
+  Corners corners(unsigned primitive) const {
+    if (!triangles) return {primitive, primitive, primitive};
+    return {vertex(primitive, 0), vertex(primitive, 1), vertex(primitive, 2)};
+  }
+
   /// Calls visit(position) for a vertex, in the frame before too where given.
   template <typename Visit>
   void forEachPositionOf(unsigned v, Visit&& visit) const {

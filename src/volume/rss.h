@@ -22,7 +22,6 @@ struct Volume<fcl::RSS<S_>> {
   static S radius(const BV& bv) { return bv.r; }
   static S& radius(BV& bv) { return bv.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
-  static void setRadius(BV& bv, S radius) { bv.r = radius; }
 
   /// The three coordinates that fix the volume in space. Adding to them moves it, rounded by at
   /// most epsilon times `reach` of the result.

@@ -77,9 +77,7 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
 
 template <typename S>
 Corners cornersOf(const MeshView<S>& mesh, unsigned primitive) {
-  const int last = mesh.verticesPerPrimitive() - 1;
-  return {mesh.vertex(primitive, 0), mesh.vertex(primitive, std::min(1, last)),
-          mesh.vertex(primitive, std::min(2, last))};
+  return mesh.corners(primitive);
 }
 template <typename S>
 const Corners& cornersOf(const MeshView<S>&, const Corners& primitive) {

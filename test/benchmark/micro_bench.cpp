@@ -8,7 +8,6 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/hierarchy.h"
 #include "scenarios.h"
-#include "tree/topology.h"
 #include "update/displacement.h"
 #include "update/propagation.h"
 
@@ -76,7 +75,7 @@ adaptive_bvh::Tracking<fcl::RSSd> trackingOf(const Model& model) {
   adaptive_bvh::Tracking<fcl::RSSd> tracking;
   adaptive_bvh::Topology topology;
   topology.adopt(model);
-  tracking.adopt(model, topology.depth);
+  tracking.adopt(model, topology);
   return tracking;
 }
 
