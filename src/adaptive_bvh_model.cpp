@@ -239,6 +239,15 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<Point>& posit
 }
 
 template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(
+    const Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>&
+        positions) {
+  static_assert(sizeof(Point) == 3 * sizeof(S), "a column is a point");
+  return update(reinterpret_cast<const Point*>(positions.data()),
+                static_cast<std::size_t>(positions.cols()));
+}
+
+template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const Point* positions,
                                                  std::size_t count) {
   requireBuilt();

@@ -125,6 +125,73 @@ TYPED_TEST(BoxPropagation, BoxesAreTight) {
   }
 }
 
+/// A plate that is turned stays thin in its boxes, which turn with it; one that bends does not turn
+/// them.
+TYPED_TEST(BoxPropagation, BoxesTurnWithTheBody) {
+  using S = TypeParam;
+  const auto thickness = [this] {
+    const adaptive_bvh::Box box = this->boxes()[0].box();
+    const auto sides = box.high - box.low;
+    return std::min({sides[0], sides[1], sides[2]});
+  };
+  this->update();
+  const Eigen::Matrix3d axes = this->boxes().frame.axes();
+  EXPECT_LT(thickness(), 1e-5);
+  for (int frame = 1; frame <= 100; ++frame) {
+    const Eigen::AngleAxis<S> turn(S(0.02) * S(frame), Vector3<S>(1, 2, 3).normalized());
+    for (std::size_t v = 0; v < this->positions_.size(); ++v)
+      this->positions_[v] = turn * this->mesh_.vertices[v];
+    this->update();
+    EXPECT_LT(thickness(), 0.6);  // eleven degrees, and what eight frames add
+  }
+  EXPECT_LT((axes.transpose() * this->boxes().frame.axes()).trace(), 2);
+
+  const Eigen::Matrix3d before = this->boxes().frame.axes();
+  for (int frame = 1; frame <= 50; ++frame) {
+    for (std::size_t v = 0; v < this->positions_.size(); ++v)
+      this->positions_[v][2] += S(0.05) * (this->mesh_.vertices[v][0] > S(0.5));
+    this->update();
+  }
+  EXPECT_EQ(before, this->boxes().frame.axes());
+}
+
+/// Where nobody asks, volumes grow frame by frame; but no farther than their boxes.
+TYPED_TEST(BoxPropagation, ForgottenVolumesDoNotOutgrowTheirBoxes) {
+  using S = TypeParam;
+  this->model_.setRefitPolicy(RefitPolicy());
+  const adaptive_bvh::Evidence& evidence =
+      adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(this->model_).evidence;
+  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 2);
+  S largest = 0;
+  for (int frame = 0; frame < 400; ++frame) {
+    this->positions_ = bend.next();
+    // A query that saw nothing: no node counts as visited.
+    const_cast<adaptive_bvh::Evidence&>(evidence).addQuery(1, 0);
+    this->update();
+    ASSERT_EQ(0, this->model_.lastUpdate().refitted());
+    for (int i = 0; i < this->model_.getNumBVs(); ++i) {
+      const adaptive_bvh::Box box = this->boxes()[i].box();
+      const auto sides =
+          (box.high - box.low) * adaptive_bvh::lanes::all(float(this->boxes().frame.unit()));
+      const S diagonal = std::sqrt(S(adaptive_bvh::lanes::sum(sides * sides)));
+      const S sixteen_frames = S(16 * 0.1);
+      ASSERT_LE(this->model_.getBV(i).bv.r, diagonal + sixteen_frames) << i;
+      largest = std::max(largest, this->model_.getBV(i).bv.r);
+    }
+  }
+  // The same without the bound, for comparison.
+  RefitPolicy never;
+  never.criterion = FitnessCriterion::RefitNone;
+  AdaptiveBVHModel<fcl::RSS<S>> left_alone(never);
+  fillModel(this->mesh_, left_alone);
+  Deformation<S> again(this->mesh_, Deformation<S>::Kind::Smooth, 2);
+  for (int frame = 0; frame < 400; ++frame) left_alone.update(again.next());
+  S grown = 0;
+  for (int i = 0; i < left_alone.getNumBVs(); ++i)
+    grown = std::max(grown, left_alone.getBV(i).bv.r);
+  EXPECT_GT(grown, 10 * largest);
+}
+
 /// Travel never falls short of the way that any vertex below went.
 TYPED_TEST(BoxPropagation, TravelBoundsTheWay) {
   using S = TypeParam;

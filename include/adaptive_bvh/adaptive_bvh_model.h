@@ -132,6 +132,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// model then stays on its last frame.
   const UpdateReport& update(const Point* positions, std::size_t count);
   const UpdateReport& update(const std::vector<Point>& positions);
+  /// The same from a 3 x N matrix, a column a vertex: an Eigen::Matrix3Xd, an Eigen::Map of your
+  /// simulation's array, or the transpose of a row-major N x 3 one. Read in place where one column
+  /// follows the other in memory; any other expression is copied first.
+  const UpdateReport& update(const Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0,
+                                              Eigen::OuterStride<3>>& positions);
 
   /// A new frame in which only some vertices move: positions[i] is vertex indices[i]'s, in any
   /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the

@@ -1,12 +1,11 @@
 #include "query/mesh_shape.h"
 
 #include <fcl/geometry/shape/utility.h>
-#include <fcl/narrowphase/detail/gjk_solver_indep.h>
-#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <fcl/narrowphase/detail/traversal/collision/mesh_shape_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/collision/shape_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
+#include "query/gjk_solver.h"
 #include "query/shape_visitor.h"
 
 namespace adaptive_bvh {
@@ -63,15 +62,9 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
                              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                              const fcl::CollisionRequest<S>& request,
                              fcl::CollisionResult<S>& result, const Recorder& recorder) {
-  if (request.gjk_solver_type == fcl::GST_LIBCCD) {
-    fcl::detail::GJKSolver_libccd<S> solver;
-    solver.collision_tolerance = request.gjk_tolerance;
+  return withSolver(request, [&](const auto& solver) {
     return meshShapeCollide(mesh, tf1, shape, tf2, solver, request, result, recorder);
-  }
-  fcl::detail::GJKSolver_indep<S> solver;
-  solver.gjk_tolerance = request.gjk_tolerance;
-  solver.epa_tolerance = request.gjk_tolerance;
-  return meshShapeCollide(mesh, tf1, shape, tf2, solver, request, result, recorder);
+  });
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, Solver)                                \

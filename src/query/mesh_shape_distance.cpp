@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <limits>
 
-#include <fcl/narrowphase/detail/gjk_solver_indep.h>
-#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
 
+#include "query/gjk_solver.h"
 #include "query/shape_visitor.h"
 
 namespace adaptive_bvh {
@@ -65,14 +64,9 @@ S meshShapeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform
                     const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
                     const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                     const Recorder& recorder) {
-  if (request.gjk_solver_type == fcl::GST_LIBCCD) {
-    fcl::detail::GJKSolver_libccd<S> solver;
-    solver.distance_tolerance = request.distance_tolerance;
+  return withSolver(request, [&](const auto& solver) {
     return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
-  }
-  fcl::detail::GJKSolver_indep<S> solver;
-  solver.gjk_tolerance = request.distance_tolerance;
-  return run(mesh, tf1, shape, tf2, solver, request, result, recorder);
+  });
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \

@@ -1,11 +1,12 @@
 #include "adaptive_bvh/query.h"
 
-#include <stdexcept>
 #include <utility>
 
 #include "model_state.h"
 #include "query/mesh_mesh.h"
+#include "query/mesh_octree.h"
 #include "query/mesh_shape.h"
+#include "query/queried_mesh.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -19,6 +20,7 @@ struct Side {
   explicit Side(const fcl::CollisionGeometry<S>* geometry) {
     const fcl::NODE_TYPE type = geometry->getNodeType();  // repairs a tree changed behind our back
     is_shape = type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE;
+    is_octree = type == fcl::GEOM_OCTREE;
     if (geometry->getObjectType() != fcl::OT_BVH) return;
     adaptive = dynamic_cast<const AdaptiveBVHModel<fcl::RSS<S>>*>(geometry);
     mesh = adaptive ? adaptive : dynamic_cast<const Mesh<S>*>(geometry);
@@ -33,40 +35,93 @@ struct Side {
 
   const AdaptiveBVHModel<fcl::RSS<S>>* adaptive = nullptr;
   const Mesh<S>* mesh = nullptr;
-  bool is_shape = false;
+  bool is_shape = false, is_octree = false;
 };
 
-template <typename S>
-const Mesh<S>& withTriangles(const Mesh<S>* mesh) {
-  if (mesh->getModelType() != fcl::BVH_MODEL_TRIANGLES || mesh->getNumBVs() == 0)
-    throw std::invalid_argument(
-        "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
-  return *mesh;
-}
-
-/// Hands a pair to the recorded query it belongs to, the mesh first. False: none, ask FCL.
-template <typename S, typename MeshMesh, typename MeshShape>
+/// Hands a pair to the recorded query it belongs to, the mesh first. False: there is none, ask FCL.
+template <typename S, typename Query>
 bool dispatch(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-              MeshMesh&& mesh_mesh, MeshShape&& mesh_shape) {
+              const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2, Query&& query) {
   const Side<S> first(o1), second(o2);
   Recorder recorder;
   recorder.side[0] = first.evidence();
   recorder.side[1] = second.evidence();
   if ((first.adaptive && second.mesh) || (first.mesh && second.adaptive)) {
-    withTriangles(first.mesh);
-    withTriangles(second.mesh);
-    mesh_mesh(first, second, recorder);
-  } else if (first.adaptive && second.is_shape) {
-    mesh_shape(withTriangles(first.mesh), tf1, *o2, tf2, recorder);
-  } else if (first.is_shape && second.adaptive) {
-    std::swap(recorder.side[0], recorder.side[1]);
-    mesh_shape(withTriangles(second.mesh), tf2, *o1, tf1, recorder);
-  } else {
-    return false;
+    withTriangles<S>(first.mesh);
+    withTriangles<S>(second.mesh);
+    return query.meshMesh(first, tf1, second, tf2, recorder);
   }
-  return true;
+  const auto mesh_other = [&](const Side<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                              const Side<S>& other, const fcl::CollisionGeometry<S>& geometry,
+                              const fcl::Transform3<S>& tf) {
+    if (other.is_shape)
+      return query.meshShape(withTriangles<S>(mesh.mesh), mesh_tf, geometry, tf, recorder);
+    if (other.is_octree)
+      return query.meshOctree(withTriangles<S>(mesh.mesh), mesh_tf, geometry, tf, recorder);
+    return false;
+  };
+  if (first.adaptive) return mesh_other(first, tf1, second, *o2, tf2);
+  if (!second.adaptive) return false;
+  std::swap(recorder.side[0], recorder.side[1]);
+  return mesh_other(second, tf2, first, *o1, tf1);
 }
+
+template <typename S>
+struct DistanceQuery {
+  const fcl::DistanceRequest<S>& request;
+  fcl::DistanceResult<S>& result;
+  S& distance;
+
+  bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
+                const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
+    if (first.hasBoxes() && second.hasBoxes() &&
+        boxedMeshDistance<S>({first.mesh, first.tree(), tf1}, {second.mesh, second.tree(), tf2},
+                             request, result))
+      distance = result.min_distance;
+    else
+      distance = meshMeshDistance(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
+    return true;
+  }
+  bool meshShape(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                 const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
+                 const Recorder& recorder) const {
+    distance = meshShapeDistance(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
+    return true;
+  }
+  bool meshOctree(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                  const fcl::CollisionGeometry<S>& octree, const fcl::Transform3<S>& octree_tf,
+                  const Recorder& recorder) const {
+    if (request.enable_signed_distance) return false;
+    distance = meshOctreeDistance(mesh, mesh_tf, octree, octree_tf, request, result, recorder);
+    return true;
+  }
+};
+
+template <typename S>
+struct CollisionQuery {
+  const fcl::CollisionRequest<S>& request;
+  fcl::CollisionResult<S>& result;
+  std::size_t& contacts;
+
+  bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
+                const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
+    contacts = meshMeshCollide(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
+    return true;
+  }
+  bool meshShape(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                 const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
+                 const Recorder& recorder) const {
+    contacts = meshShapeCollide(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
+    return true;
+  }
+  bool meshOctree(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                  const fcl::CollisionGeometry<S>& octree, const fcl::Transform3<S>& octree_tf,
+                  const Recorder& recorder) const {
+    if (request.enable_cost) return false;
+    contacts = meshOctreeCollide(mesh, mesh_tf, octree, octree_tf, request, result, recorder);
+    return true;
+  }
+};
 
 }  // namespace
 
@@ -77,22 +132,7 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                       S& distance) {
-  return dispatch(
-      o1, tf1, o2, tf2,
-      [&](const Side<S>& first, const Side<S>& second, const Recorder& recorder) {
-        if (first.hasBoxes() && second.hasBoxes() &&
-            boxedMeshDistance<S>({first.mesh, first.tree(), tf1}, {second.mesh, second.tree(), tf2},
-                                 request, result))
-          distance = result.min_distance;
-        else
-          distance =
-              meshMeshDistance(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
-      },
-      [&](const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-          const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-          const Recorder& recorder) {
-        distance = meshShapeDistance(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
-      });
+  return dispatch(o1, tf1, o2, tf2, DistanceQuery<S>{request, result, distance});
 }
 
 template <typename S>
@@ -102,16 +142,7 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
                      std::size_t& contacts) {
   contacts = 0;
   if (request.num_max_contacts == 0) return true;  // as FCL, without its message
-  return dispatch(
-      o1, tf1, o2, tf2,
-      [&](const Side<S>& first, const Side<S>& second, const Recorder& recorder) {
-        contacts = meshMeshCollide(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
-      },
-      [&](const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-          const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-          const Recorder& recorder) {
-        contacts = meshShapeCollide(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
-      });
+  return dispatch(o1, tf1, o2, tf2, CollisionQuery<S>{request, result, contacts});
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \

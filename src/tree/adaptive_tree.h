@@ -50,8 +50,8 @@ struct AdaptiveTree {
   /// Radius of a volume when it was last refitted.
   S originalRadius(const fcl::BVHModel<BV>& model, int node) const {
     if (displacements) return displacements->original_radius[static_cast<std::size_t>(node)];
-    return Volume<BV>::radius(model.getBV(node).bv) -
-           S(boxes->growthOf(node).inflation) * boxes->frame.unit();
+    return std::max(S(0), Volume<BV>::radius(model.getBV(node).bv) -
+                              S(boxes->growthOf(node).inflation) * boxes->frame.unit());
   }
 
   /// Lets sums over frames begin anew, before they lose digits.

@@ -9,10 +9,10 @@
 namespace adaptive_bvh {
 
 /// The coordinates in which the boxes of a model stand: y = scale R^T (x - origin), along the
-/// axes R of the root's volume, about a point in the middle. A flat or long body that lies askew in
-/// its own coordinates lies straight in these, and its boxes are tight. The scale is a power of two
-/// that brings the body's size to about 1, so that neither huge nor tiny meshes leave the range of
-/// single precision.
+/// axes R of the root's volume, turned with the body, about a point in the middle. A flat or long
+/// body that lies askew in its own coordinates lies straight in these, and its boxes are tight. The
+/// scale is a power of two that brings the body's size to about 1, so that neither huge nor tiny
+/// meshes leave the range of single precision.
 template <typename S>
 class BodyFrame {
  public:
@@ -21,13 +21,8 @@ class BodyFrame {
   BodyFrame() : BodyFrame(fcl::Matrix3d::Identity(), Point::Zero(), S(1)) {}
 
   /// `axes` orthonormal up to the rounding of S; `size` some length of the body, >= 0.
-  BodyFrame(const fcl::Matrix3d& axes, const Point& origin, S size) : axes_(axes), origin_(origin) {
-    for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
-      for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
-      axes_.col(k).normalize();
-    }
-    for (int k = 0; k < 3; ++k)
-      rows_[k] = Lanes{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
+  BodyFrame(const fcl::Matrix3d& axes, const Point& origin, S size) : origin_(origin) {
+    turn(axes);
     const int limit = std::numeric_limits<S>::max_exponent - 25;
     const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
     scale_ = std::ldexp(S(1), -exponent);
@@ -61,6 +56,15 @@ class BodyFrame {
   S unit() const { return unit_; }
 
   void moveOrigin(const Point& origin) { origin_ = origin; }
+  void turn(const fcl::Matrix3d& axes) {
+    axes_ = axes;
+    for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
+      for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
+      axes_.col(k).normalize();
+    }
+    for (int k = 0; k < 3; ++k)
+      rows_[k] = Lanes{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
+  }
 
  private:
   float scaled(S difference) const { return static_cast<float>(difference * scale_); }

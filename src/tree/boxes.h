@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "tree/attitude.h"
 #include "tree/body_frame.h"
 #include "tree/topology.h"
 #include "volume/rounding.h"
@@ -67,6 +68,7 @@ struct Swept {
 template <typename S>
 struct Boxes {
   BodyFrame<S> frame;
+  Attitude<S> attitude;
   /// By node + 1, so that siblings share a cache line.
   std::vector<NodeBox> box;
   std::vector<NodeGrowth> growth;    ///< likewise
@@ -80,6 +82,8 @@ struct Boxes {
   std::vector<unsigned> moving;
   /// Bounds |x| + |y| + |z| of FCL's volumes' corners, and their radii: what moving them rounds.
   S reach = 0;
+  /// Where the next update goes on looking for decayed volumes (refit.h).
+  int next_decayed = 0;
 
   const NodeBox& operator[](int node) const { return box[static_cast<std::size_t>(node) + 1]; }
   NodeGrowth& growthOf(int node) { return growth[static_cast<std::size_t>(node) + 1]; }
@@ -107,7 +111,8 @@ struct Boxes {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(box) + size(growth) + size(staged) + size(before) + size(moving) + size(pending);
+    return size(box) + size(growth) + size(staged) + size(before) + size(moving) + size(pending) +
+           attitude.bytes();
   }
 };
 

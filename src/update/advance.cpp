@@ -58,6 +58,7 @@ void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) 
   updateLocalBounds(model);
   boxes.frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), model.aabb_center,
                              model.aabb_radius);
+  boxes.attitude.adopt(model, tree.topology, boxes.frame.axes(), boxes.frame.scale());
   stageInPlace(model, boxes);
   propagateByBoxes(model, tree.topology, boxes);
   tree.forgetTravel(model);
@@ -123,6 +124,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
           : byBoxes(model, tree, policy, positions, watch, report);
   report.largest_displacement = static_cast<double>(largest);
   if (std::isfinite(largest)) {
+    replaceDecayed(model, tree, policy);
     sealRoot(model, tree);
   } else {  // the old positions, written by FCL's own calls, were no numbers
     tree.seal.breakOpen();

@@ -36,6 +36,53 @@ NodeFitness fitnessOf(const fcl::BVNode<BV>& node, typename BV::S original_radiu
   return fitness;
 }
 
+/// In how many updates `replaceDecayed` comes to every node.
+constexpr int kDecayRound = 16;
+
+/// Holds all that the box holds, exactly: a box is within half its shortest side of the rectangle
+/// in its middle. The radius also covers what the box may be off (BodyFrame::kError in each of
+/// three coordinates) and what is rounded here, a few epsilon of each term.
+template <typename S>
+fcl::RSS<S> volumeAround(const Box& box, const Boxes<S>& boxes) {
+  const Lanes sides = box.high - box.low;
+  int order[3] = {0, 1, 2};
+  std::sort(order, order + 3, [&](int a, int b) { return sides[a] > sides[b]; });
+  const S unit = boxes.frame.unit();
+  fcl::Vector3<double> corner(double(box.low[0]), double(box.low[1]), double(box.low[2]));
+  corner[order[2]] += double(sides[order[2]]) / 2;
+  const fcl::Matrix3<S> axes = boxes.frame.axes().template cast<S>();
+
+  fcl::RSS<S> bv;
+  for (int k = 0; k < 2; ++k) {
+    bv.axis.col(k) = axes.col(order[k]);
+    bv.l[k] = S(sides[order[k]]) * unit;
+  }
+  bv.axis.col(2) = bv.axis.col(0).cross(bv.axis.col(1));
+  bv.To = boxes.frame.origin() + (boxes.frame.axes() * corner).template cast<S>() * unit;
+  const S extent = S(boxes[0].box().reach()) * unit;
+  bv.r = S(sides[order[2]]) / 2 * unit + 2 * S(BodyFrame<S>::kError) * extent +
+         16 * rounding::epsilon<S>() *
+             (bv.To.template lpNorm<1>() + boxes.frame.origin().template lpNorm<1>() + bv.l[0] +
+              bv.l[1] + extent) +
+         rounding::tiny<S>();
+  return bv;
+}
+
+template <typename BV>
+void replaceIfDecayed(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, int i) {
+  Boxes<typename BV::S>& boxes = *tree.boxes;
+  const Lanes sides = boxes[i].box().high - boxes[i].box().low;
+  NodeGrowth& growth = boxes.growthOf(i);
+  if (16 * growth.inflation * growth.inflation <= lanes::sum(sides * sides)) return;
+  const BV around = volumeAround(boxes[i].box(), boxes);
+  BV& bv = model.getBV(i).bv;
+  if (Volume<BV>::radius(around) >= Volume<BV>::radius(bv)) return;  // too small for the boxes
+  bv = around;
+  tree.widenReach(Volume<BV>::reach(bv));
+  // A rectangle that has grown until it held the box: test A sees how loose that is.
+  growth.inflation = static_cast<float>(Volume<BV>::radius(bv) * boxes.frame.scale());
+}
+
 /// Judges nodes one by one, and refits the unfit.
 template <typename BV>
 class Refitter {
@@ -102,6 +149,7 @@ void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Re
   const auto settle = [&](int node) {
     refitter.judge(node);
     tree.evidence.clear(node);
+    if (policy.criterion != FitnessCriterion::RefitNone) replaceIfDecayed(model, tree, node);
   };
   for (int left = model.getNumBVs(); (left = tree.incidence.markedBefore(left)) > 0;) {
     settle(left);
@@ -110,6 +158,17 @@ void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Re
   }
   settle(0);
   tree.widenReach(refitter.reach());
+}
+
+template <typename BV>
+void replaceDecayed(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy) {
+  if (!tree.boxes || policy.criterion == FitnessCriterion::RefitNone) return;
+  const int nodes = model.getNumBVs();
+  int& next = tree.boxes->next_decayed;
+  for (int count = nodes / kDecayRound + 1; count > 0; --count) {
+    if (next >= nodes) next = 0;
+    replaceIfDecayed(model, tree, next++);
+  }
 }
 
 template <typename BV>
@@ -126,6 +185,8 @@ BV refitAllButRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
                         const RefitPolicy&, int, int, UpdateReport&);                     \
   template void refitUnfitMarked(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&, \
                                  const RefitPolicy&, UpdateReport&);                      \
+  template void replaceDecayed(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&,   \
+                               const RefitPolicy&);                                       \
   template fcl::RSS<S> refitAllButRoot(fcl::BVHModel<fcl::RSS<S>>&, AdaptiveTree<fcl::RSS<S>>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -23,10 +23,19 @@ typename BV::S refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                           const RefitPolicy& policy, int begin, int end, UpdateReport& report);
 
 /// The same for the marked nodes and the root alone; unmarks them, and forgets what was seen of
-/// them.
+/// them. Replaces those that have decayed.
 template <typename BV>
 void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                       UpdateReport& report);
+
+/// Bounds how far a volume can decay that no query has met for long: one that has grown by more
+/// than the radius of its box is replaced by the volume around that box, which is looser than a
+/// fit, but costs next to nothing. Looks at a sixteenth of the nodes, at others in the next update;
+/// so a volume that FCL's own queries come upon is never looser than its box by more than the box's
+/// radius and sixteen frames' growth. Only with Propagation::Boxes, and not where the policy never
+/// refits. Deterministic; to be called once an update, by one thread.
+template <typename BV>
+void replaceDecayed(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy);
 
 /// Recomputes every volume but the root's in place. Returns the root's, for Seal::close to write
 /// last: queries on other threads may be looking at it meanwhile.

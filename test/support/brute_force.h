@@ -9,6 +9,7 @@
 
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+#include <fcl/narrowphase/distance_result.h>
 
 #include "support/meshes.h"
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+
+#include <fcl/narrowphase/collision_request.h>
+#include <fcl/narrowphase/collision_result.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+
+namespace adaptive_bvh {
+
+/// Which pairs of triangles a self-collision leaves out: neighbours always touch. Vertices are
+/// compared by index, so a mesh that was built triangle by triangle (addTriangle) has no
+/// neighbours; join its vertices first, as `loadMesh` does.
+enum class NeighbourFilter {
+  SharedVertex,  ///< all that have a vertex in common
+  SharedEdge,    ///< only those that have two vertices in common
+  None,          ///< none: every pair that touches counts
+};
+
+/// Where a deforming mesh meets itself (thesis chapter VI, future work): a contact for every pair
+/// of its triangles that intersect, each pair once, but for the neighbours that `filter` leaves
+/// out. Which triangles intersect is FCL's verdict, and so are the fields of a contact; both
+/// objects of it are the model. `tf` places the model: positions and normals are in the world.
+///
+/// Stops when it has `request.num_max_contacts`, which FCL sets to 1: ask for more to find all.
+/// FCL's self-collision recursion does it, pruned by the boxes beside FCL's volumes where the
+/// model has them (docs/bounds.md). It leaves evidence for test B, as `collide` does. Returns the
+/// number of contacts in the result, which is not cleared first. Thread-safe on shared models.
+///
+/// Throws std::invalid_argument when the model has no triangles or is not built.
+template <typename BV>
+std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
+                        const fcl::Transform3<typename BV::S>& tf,
+                        const fcl::CollisionRequest<typename BV::S>& request,
+                        fcl::CollisionResult<typename BV::S>& result,
+                        NeighbourFilter filter = NeighbourFilter::SharedVertex);
+
+/// The same in the model's own frame.
+template <typename BV>
+std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
+                        const fcl::CollisionRequest<typename BV::S>& request,
+                        fcl::CollisionResult<typename BV::S>& result,
+                        NeighbourFilter filter = NeighbourFilter::SharedVertex) {
+  return selfCollide(model,
+                     fcl::Transform3<typename BV::S>(fcl::Transform3<typename BV::S>::Identity()),
+                     request, result, filter);
+}
+
+}  // namespace adaptive_bvh

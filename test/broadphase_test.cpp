@@ -1,0 +1,138 @@
+// All of FCL's broad-phase managers over deforming frames: after refresh they find every pair that
+// brute force over the objects finds, and the least distance.
+#include "adaptive_bvh/broadphase.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include <fcl/broadphase/broadphase_SSaP.h>
+#include <fcl/broadphase/broadphase_bruteforce.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree_array.h>
+#include <fcl/broadphase/broadphase_interval_tree.h>
+#include <fcl/broadphase/broadphase_spatialhash.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::refresh;
+using Object = fcl::CollisionObjectd;
+using Manager = fcl::BroadPhaseCollisionManagerd;
+using Pairs = std::set<std::pair<Object*, Object*>>;
+
+std::pair<Object*, Object*> ordered(Object* a, Object* b) { return std::minmax(a, b); }
+
+bool touches(Object* a, Object* b) {
+  fcl::CollisionResultd result;
+  return adaptive_bvh::collide(a, b, fcl::CollisionRequestd(), result) > 0;
+}
+
+double distanceOf(Object* a, Object* b) {
+  fcl::DistanceResultd result;
+  return adaptive_bvh::distance(a, b, fcl::DistanceRequestd(), result);
+}
+
+bool gatherPairs(Object* a, Object* b, void* pairs) {
+  if (touches(a, b)) static_cast<Pairs*>(pairs)->insert(ordered(a, b));
+  return false;
+}
+
+bool gatherDistance(Object* a, Object* b, void* least, double& bound) {
+  auto& distance = *static_cast<double*>(least);
+  distance = std::min(distance, distanceOf(a, b));
+  bound = distance;
+  return distance <= 0;
+}
+
+std::unique_ptr<Manager> make(const std::string& name) {
+  using fcl::Vector3d;
+  if (name == "Naive") return std::make_unique<fcl::NaiveCollisionManagerd>();
+  if (name == "SaP") return std::make_unique<fcl::SaPCollisionManagerd>();
+  if (name == "SSaP") return std::make_unique<fcl::SSaPCollisionManagerd>();
+  if (name == "IntervalTree") return std::make_unique<fcl::IntervalTreeCollisionManagerd>();
+  if (name == "SpatialHashing")
+    return std::make_unique<fcl::SpatialHashingCollisionManager<double>>(
+        0.4, Vector3d::Constant(-3), Vector3d::Constant(3));
+  if (name == "DynamicAABBTree") return std::make_unique<fcl::DynamicAABBTreeCollisionManagerd>();
+  return std::make_unique<fcl::DynamicAABBTreeCollisionManager_Arrayd>();
+}
+
+class Broadphase : public testing::TestWithParam<const char*> {};
+
+TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
+  std::mt19937 random(5);
+  std::vector<std::shared_ptr<AdaptiveBVHModeld>> models;
+  std::vector<Deformation<double>> deformations;
+  std::vector<Object> storage;
+  const std::vector<TriangleMesh<double>> meshes = {dome<double>(9, 4), tube<double>(5, 7),
+                                                    plate<double>(6, 6)};
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    models.push_back(std::make_shared<AdaptiveBVHModeld>());
+    fillModel(meshes[i], *models.back());
+    deformations.emplace_back(meshes[i], Deformation<double>::Kind::Smooth, unsigned(i) + 1);
+    storage.emplace_back(models.back(), randomPose<double>(random, 0.6));
+  }
+  for (int i = 0; i < 5; ++i) {
+    storage.emplace_back(std::make_shared<fcl::Boxd>(0.2, 0.3, 0.1),
+                         randomPose<double>(random, 0.9));
+    storage.emplace_back(std::make_shared<fcl::Capsuled>(0.1, 0.4),
+                         randomPose<double>(random, 0.9));
+  }
+  std::vector<Object*> objects;
+  for (Object& object : storage) objects.push_back(&object);
+  const std::vector<Object*> deforming(objects.begin(), objects.begin() + 3);
+
+  const std::unique_ptr<Manager> manager = make(GetParam());
+  manager->registerObjects(objects);
+  manager->setup();
+  std::size_t touching = 0, apart = 0;
+  Pairs seen;
+  for (int frame = 0; frame < 40; ++frame) {
+    for (std::size_t i = 0; i < models.size(); ++i) models[i]->update(deformations[i].next());
+    if (frame % 4 == 3)  // one at a time does as well
+      for (Object* object : deforming) refresh(*object, *manager);
+    else
+      refresh(deforming, *manager);
+
+    Pairs expected;
+    double least = std::numeric_limits<double>::max();
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      for (std::size_t j = i + 1; j < objects.size(); ++j) {
+        least = std::min(least, distanceOf(objects[i], objects[j]));
+        if (touches(objects[i], objects[j])) expected.insert(ordered(objects[i], objects[j]));
+      }
+    Pairs found;
+    manager->collide(&found, gatherPairs);
+    EXPECT_TRUE(expected == found)
+        << "frame " << frame << ": " << expected.size() << " touch, " << found.size() << " found";
+    double distance = std::numeric_limits<double>::max();
+    manager->distance(&distance, gatherDistance);
+    if (least > 0)
+      EXPECT_NEAR(least, distance, 1e-5);  // of two shapes FCL's depends on their order
+    else
+      EXPECT_LE(distance, 0);
+    touching += expected.size();
+    apart += objects.size() * (objects.size() - 1) / 2 - expected.size();
+    seen.insert(expected.begin(), expected.end());
+  }
+  EXPECT_GT(touching, 40u);
+  EXPECT_GT(apart, 40u);
+  EXPECT_GT(seen.size(), 2u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Broadphase,
+                         testing::Values("Naive", "SaP", "SSaP", "IntervalTree", "SpatialHashing",
+                                         "DynamicAABBTree", "DynamicAABBTreeArray"),
+                         [](const auto& info) { return std::string(info.param); });
+
+}  // namespace
+}  // namespace adaptive_bvh_test

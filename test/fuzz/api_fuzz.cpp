@@ -1,0 +1,425 @@
+// Drives random sequences of calls, sound ones and unsound ones, on a few models. After each call
+// the models must be valid, still have the frame that the calls so far have given them, and answer
+// as brute force does; or the call must have been refused by its documented error and have left
+// everything as it was.
+//
+// LLVMFuzzerTestOneInput is libFuzzer's entry (preset "fuzz"); replay.cpp calls it for ctest.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "support/brute_force.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+using Plain = fcl::BVHModel<fcl::RSSd>;
+using Point = fcl::Vector3d;
+using Points = std::vector<Point>;
+
+#define REQUIRE(condition)                                                                \
+  do {                                                                                    \
+    if (!(condition)) {                                                                   \
+      std::fprintf(stderr, "%s:%d: does not hold: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                       \
+    }                                                                                     \
+  } while (false)
+
+/// The input, number by number; zeros when it is used up.
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
+
+  bool isEmpty() const { return left_ == 0; }
+  int byte() {
+    if (left_ == 0) return 0;
+    --left_;
+    return *data_++;
+  }
+  /// From 0 to count - 1.
+  int below(int count) { return byte() % count; }
+  bool oneIn(int count) { return below(count) == count - 1; }
+
+  /// Most are multiples of 1/8, so that FCL's triangle distance can be trusted; some are not
+  /// usable at all, or hardly.
+  double coordinate() {
+    const int b = byte();
+    if (b < 240) return (b - 120) / 8.;
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    const double odd[] = {inf,    -inf,  std::nan(""), 1e149, -1e200, 1e147, -1e147, 1e-300,
+                          5e-324, -1e-9, 0.,           -0.,   1e6,    1e9,   0.125,  1e20};
+    return odd[b - 240];
+  }
+  Point point() {
+    const double x = coordinate(), y = coordinate();
+    return {x, y, coordinate()};
+  }
+  Points points(int count) {
+    Points points;
+    for (int i = 0; i < count; ++i) points.push_back(i > 0 && oneIn(8) ? points.back() : point());
+    return points;
+  }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t left_;
+};
+
+bool isUsable(const Points& points) {
+  for (const Point& p : points)
+    for (double x : p)
+      if (!(std::abs(x) <= 1e148)) return false;
+  return true;
+}
+
+bool isPlain(double x) { return std::abs(x) <= 16 && x * 8 == std::round(x * 8); }
+
+bool same(const Points& a, const Points& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Point)) == 0);
+}
+
+/// A body that does not change, to ask distances to.
+const AdaptiveBVHModeld& obstacle() {
+  static const auto* const model = [] {
+    auto* built = new AdaptiveBVHModeld;
+    fillModel(tube<double>(3, 2), *built);
+    return built;
+  }();
+  return *model;
+}
+
+class Subject {
+ public:
+  Subject() : model_(std::make_unique<AdaptiveBVHModeld>()) {}
+
+  void step(Bytes& in) {
+    const Points before = frame();
+    const int state = model_->build_state;
+    switch (in.below(24)) {
+      case 0: begin(in); break;
+      case 1: add(model_->addVertex(in.point())); break;
+      case 2: addTriangle(in); break;
+      case 3: addMesh(in); break;
+      case 4: add(model_->addSubModel(in.points(in.below(5)))); break;
+      case 5: end(); break;
+      case 6: model_->beginReplaceModel(); break;
+      case 7: model_->replaceVertex(in.point()); break;
+      case 8: replaceTriangle(in, false); break;
+      case 9: model_->replaceSubModel(in.points(some(in))); break;
+      case 10: model_->endReplaceModel(!in.oneIn(4), in.oneIn(2)); break;
+      case 11: model_->beginUpdateModel(); break;
+      case 12: model_->updateVertex(in.point()); break;
+      case 13: replaceTriangle(in, true); break;
+      case 14: model_->updateSubModel(in.points(some(in))); break;
+      case 15: model_->endUpdateModel(!in.oneIn(4), in.oneIn(2)); break;
+      case 16:
+      case 17: update(in, before); break;
+      case 18: updateSome(in, before); break;
+      case 19: setPolicy(in); break;
+      case 20: copy(in); break;
+      case 21: changeThroughTheBase(in); break;
+      case 22: query(in); break;
+      default: settings(in); break;
+    }
+    check(state, before);
+  }
+
+ private:
+  Points frame() const { return Points(model_->vertices, model_->vertices + model_->num_vertices); }
+  bool isBuilt() const {
+    return model_->build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
+           model_->build_state == fcl::BVH_BUILD_STATE_UPDATED;
+  }
+  bool isQueryable() const { return isBuilt() && model_->num_tris > 0; }
+  bool isBuilding() const {
+    return model_->build_state == fcl::BVH_BUILD_STATE_EMPTY ||
+           model_->build_state == fcl::BVH_BUILD_STATE_BEGUN;
+  }
+  /// Nearly always as many as there are vertices.
+  int some(Bytes& in) { return in.oneIn(8) ? in.below(20) : model_->num_vertices; }
+
+  void add(int code) {
+    REQUIRE(code == fcl::BVH_OK || code == fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE ||
+            code == fcl::BVH_ERR_INCORRECT_DATA);
+  }
+
+  void begin(Bytes& in) {
+    // FCL says so on stderr, and forgets what it allocated, when a model is begun twice.
+    if (model_->build_state != fcl::BVH_BUILD_STATE_EMPTY)
+      model_ = std::make_unique<AdaptiveBVHModeld>(in.oneIn(2)
+                                                       ? adaptive_bvh::HierarchyStrategy::TopDown
+                                                       : adaptive_bvh::HierarchyStrategy::BottomUp);
+    REQUIRE(model_->beginModel(in.below(6), in.below(6)) == fcl::BVH_OK);
+  }
+
+  void addTriangle(Bytes& in) {
+    const Points p = in.points(3);
+    if (model_->num_tris < 24) add(model_->addTriangle(p[0], p[1], p[2]));
+  }
+
+  void addMesh(Bytes& in) {
+    const int count = 3 + in.below(8);
+    const Points points = in.points(count);
+    std::vector<fcl::Triangle> triangles;
+    for (int t = in.below(8); t > 0; --t) {
+      const auto corner = [&] { return std::size_t(in.oneIn(32) ? 1000 : in.below(count)); };
+      const std::size_t a = corner(), b = corner();
+      triangles.emplace_back(a, b, corner());
+    }
+    if (model_->num_tris < 24) add(model_->addSubModel(points, triangles));
+  }
+
+  void end() {
+    const bool begun = model_->build_state == fcl::BVH_BUILD_STATE_BEGUN;
+    bool sound = isUsable(frame());
+    for (int t = 0; t < model_->num_tris; ++t)
+      for (int k = 0; k < 3; ++k)
+        sound &= model_->tri_indices[t][k] < std::size_t(model_->num_vertices);
+    const int code = model_->endModel();
+    if (!begun)
+      REQUIRE(code == fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE);
+    else if (!sound)
+      REQUIRE(code == fcl::BVH_ERR_INCORRECT_DATA);
+    else
+      REQUIRE(code == fcl::BVH_OK || model_->num_vertices == 0);
+  }
+
+  void replaceTriangle(Bytes& in, bool update) {
+    const Points p = in.points(3);
+    if (update)
+      model_->updateTriangle(p[0], p[1], p[2]);
+    else
+      model_->replaceTriangle(p[0], p[1], p[2]);
+  }
+
+  /// The new frame must be there after it, or an error must have been thrown.
+  template <typename Call>
+  void updateTo(const Points& expected, bool sound, const Points& before, Call&& call) {
+    const bool built = !isBuilding();
+    try {
+      call();
+      REQUIRE(sound && built);
+      REQUIRE(same(frame(), expected));
+    } catch (const std::invalid_argument&) {
+      REQUIRE(!sound);
+      REQUIRE(same(frame(), before));
+    } catch (const std::logic_error&) {
+      REQUIRE(!built);
+      REQUIRE(same(frame(), before));
+    }
+  }
+
+  void update(Bytes& in, const Points& before) {
+    Points points = in.points(some(in));
+    if (in.oneIn(4) && points.size() == before.size())  // one vertex only
+      for (std::size_t v = 1; v < points.size(); ++v) points[v] = before[v];
+    const bool sound = points.size() == before.size() && isUsable(points);
+    updateTo(points, sound, before, [&] {
+      if (in.oneIn(2)) {
+        model_->update(points);
+      } else {
+        Eigen::Matrix3Xd columns(3, Eigen::Index(points.size()));
+        for (std::size_t v = 0; v < points.size(); ++v) columns.col(Eigen::Index(v)) = points[v];
+        model_->update(columns);
+      }
+    });
+  }
+
+  void updateSome(Bytes& in, const Points& before) {
+    const int count = in.below(5);
+    const Points points = in.points(count);
+    std::vector<unsigned> indices;
+    Points expected = before;
+    bool sound = isUsable(points);
+    for (int i = 0; i < count; ++i) {
+      indices.push_back(unsigned(in.oneIn(32) ? 1000 : in.below(model_->num_vertices + 1)));
+      if (indices.back() < expected.size())
+        expected[indices.back()] = points[std::size_t(i)];
+      else
+        sound = false;
+    }
+    updateTo(expected, sound, before, [&] { model_->update(indices, points); });
+  }
+
+  void setPolicy(Bytes& in) {
+    RefitPolicy policy = in.oneIn(3)
+                             ? RefitPolicy::thesis(static_cast<FitnessCriterion>(in.below(9)))
+                             : RefitPolicy();
+    policy.criterion = static_cast<FitnessCriterion>(in.below(9));
+    const double values[] = {0, 0.01, 0.14, 1, 100, -1, std::nan("")};
+    policy.max_inflation = values[in.below(7)];
+    policy.leaf_radius_may_shrink = in.oneIn(2);
+    const RefitPolicy before = model_->refitPolicy();
+    try {
+      model_->setRefitPolicy(policy);
+      REQUIRE(policy.max_inflation >= 0);
+    } catch (const std::invalid_argument&) {
+      REQUIRE(!(policy.max_inflation >= 0));
+      REQUIRE(model_->refitPolicy().max_inflation == before.max_inflation);
+    }
+  }
+
+  void copy(Bytes& in) {
+    if (!isBuilt()) return;  // FCL copies what a model that is being built has no room for
+    switch (in.below(3)) {
+      case 0: model_ = std::make_unique<AdaptiveBVHModeld>(*model_); break;
+      case 1: model_ = std::make_unique<AdaptiveBVHModeld>(std::move(*model_)); break;
+      default: {
+        const Plain plain(*model_);
+        model_ = std::make_unique<AdaptiveBVHModeld>(plain, model_->refitPolicy());
+      }
+    }
+  }
+
+  /// FCL's own calls, that go past ours.
+  void changeThroughTheBase(Bytes& in) {
+    const Points points = in.points(model_->num_vertices);
+    if (!isUsable(points) || model_->build_state != fcl::BVH_BUILD_STATE_PROCESSED ||
+        model_->num_tris == 0)
+      return;
+    Plain& base = *model_;
+    const bool refit = in.oneIn(2), bottomup = in.oneIn(2);
+    if (in.oneIn(4)) {
+      base.beginUpdateModel();
+      base.updateSubModel(points);
+      base.endUpdateModel(refit, bottomup);
+    } else {
+      base.beginReplaceModel();
+      base.replaceSubModel(points);
+      base.endReplaceModel(refit, bottomup);
+    }
+    REQUIRE(same(frame(), points));
+    model_->getNodeType();  // every query of FCL's begins so
+  }
+
+  void settings(Bytes& in) {
+    const int threads = in.below(4);
+    try {
+      model_->setUpdateThreads(threads);
+      REQUIRE(threads >= 1);
+    } catch (const std::invalid_argument&) {
+      REQUIRE(threads < 1);
+    }
+    model_->computeLocalAABB();
+    adaptive_bvh::measureHierarchy(*model_);
+    model_->trackingBytes();
+    model_->lastUpdate();
+  }
+
+  static fcl::Transform3d pose(Bytes& in) {
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    const double half = in.below(64) * 0.1;
+    tf.rotate(Eigen::AngleAxisd(half, fcl::Vector3d(1, 2, 3).normalized()));
+    tf.translation() = fcl::Vector3d(in.below(64) / 4. - 8, in.below(64) / 4. - 8, 0.5);
+    return tf;
+  }
+
+  void query(Bytes& in) {
+    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
+    fcl::DistanceResultd distance;
+    fcl::CollisionResultd contacts;
+    const fcl::CollisionRequestd all(100000);
+    if (!isQueryable()) {
+      if (!isBuilding()) return;  // a frame is open; asked when it is closed
+      try {
+        adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
+                                       fcl::DistanceRequestd(), distance);
+        REQUIRE(false);
+      } catch (const std::invalid_argument&) {
+      }
+      return;
+    }
+    for (const Point& p : frame())
+      for (double x : p)
+        if (!isPlain(x)) {  // no crash; what FCL's triangle tests are worth then is open
+          adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
+                                         fcl::DistanceRequestd(), distance);
+          selfCollide(*model_, all, contacts);
+          return;
+        }
+    const BruteForce<double> brute_force(*model_, still, obstacle(), tf);
+    const double expected = brute_force.distance();
+    switch (in.below(4)) {
+      case 0: {
+        if (!coherent_ || coherent_of_ != model_.get()) {
+          coherent_ = std::make_unique<adaptive_bvh::CoherentDistanced>(*model_, obstacle());
+          coherent_of_ = model_.get();
+        }
+        coherent_->distance(still, tf, fcl::DistanceRequestd(), distance);
+        REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
+        break;
+      }
+      case 1:
+        adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
+                                       fcl::DistanceRequestd(true), distance);
+        REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
+        break;
+      case 2:
+        fcl::distance<double>(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
+                              distance);
+        REQUIRE(std::abs(distance.min_distance - expected) < 1e-6);
+        break;
+      default: {
+        adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, all, contacts);
+        const auto touching = brute_force.contacts();
+        REQUIRE(contacts.numContacts() == touching.size());
+        contacts.clear();
+        selfCollide(*model_, all, contacts, adaptive_bvh::NeighbourFilter::None);
+        const auto own = BruteForce<double>(*model_, still, *model_, still).contacts();
+        for (int i = 0; i < model_->num_tris; ++i)
+          for (int j = i + 1; j < model_->num_tris; ++j) {
+            bool reported = false;
+            for (std::size_t c = 0; c < contacts.numContacts(); ++c) {
+              const fcl::Contactd& contact = contacts.getContact(c);
+              reported |= std::minmax(int(contact.b1), int(contact.b2)) == std::minmax(i, j);
+            }
+            const int verdicts = int(own.count({i, j})) + int(own.count({j, i}));
+            REQUIRE(verdicts == 1 || reported == (verdicts == 2));
+          }
+      }
+    }
+  }
+
+  /// What holds after every call.
+  void check(int state_before, const Points& before) {
+    if (coherent_of_ != model_.get()) coherent_.reset();
+    if (isBuilding()) return;
+    std::string reason;
+    if (!model_->validate(&reason)) {
+      std::fprintf(stderr, "not valid: %s\n", reason.c_str());
+      std::abort();
+    }
+    REQUIRE(isUsable(frame()));
+    // Frames that are being supplied are kept aside.
+    const bool open = model_->build_state == fcl::BVH_BUILD_STATE_REPLACE_BEGUN ||
+                      model_->build_state == fcl::BVH_BUILD_STATE_UPDATE_BEGUN;
+    if (open && state_before == model_->build_state) REQUIRE(same(frame(), before));
+  }
+
+  std::unique_ptr<AdaptiveBVHModeld> model_;
+  std::unique_ptr<adaptive_bvh::CoherentDistanced> coherent_;
+  const AdaptiveBVHModeld* coherent_of_ = nullptr;
+};
+
+}  // namespace
+}  // namespace adaptive_bvh_test
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace adaptive_bvh_test;
+  Bytes in(data, size);
+  Subject subjects[2];
+  for (int steps = 0; steps < 200 && !in.isEmpty(); ++steps) subjects[in.below(8) == 7].step(in);
+  return 0;
+}
