@@ -1,5 +1,5 @@
 // A deforming gripper pad among rigid shapes: a broad-phase manager finds the candidates, recorded
-// collision decides. After an update FCL's cached boxes must be brought up to date, as shown.
+// collision decides. After an update FCL's cached boxes must be brought up to date: refresh.
 #include <cmath>
 #include <cstdio>
 
@@ -9,6 +9,7 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/broadphase.h"
 #include "adaptive_bvh/query.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModeld;
@@ -62,9 +63,8 @@ int main() {
   manager.setup();
 
   for (int frame = 1; frame <= 10; ++frame) {
-    model->update(pad(0.1 * frame));  // 1. the geometry, with its local box
-    gripper.computeAABB();            // 2. the object's box in the world
-    manager.update();                 // 3. the manager's tree (update(&object) keeps a stale box)
+    model->update(pad(0.1 * frame));
+    adaptive_bvh::refresh(gripper, manager);
     std::size_t contacts = 0;
     manager.collide(&contacts, narrowPhase);
     std::printf("frame %2d: %3zu contacts, %3d volumes refitted\n", frame, contacts,

@@ -114,8 +114,13 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
   for (int frame = 0; frame < 120; ++frame) {
     const auto& positions = frames[std::size_t(frame) % frames.size()];
     for (std::size_t i = 0; i < some.size(); ++i) to[i] = positions[some[i]] * 1.01;
+    const Eigen::Map<const Eigen::Matrix3Xd> columns(positions[0].data(), 3,
+                                                     Eigen::Index(positions.size()));
     long before = allocations;
-    model.update(positions);
+    if (frame % 2)
+      model.update(positions);
+    else
+      model.update(columns);
     refitted += model.lastUpdate().refitted();
     model.update(some, to);
     if (frame >= 80) in_updates += allocations - before;

@@ -284,6 +284,41 @@ TEST_F(DropIn, UpdateThrowsASentence) {
   expectPositions(model_, mesh_.vertices);
 }
 
+TEST_F(DropIn, UpdateTakesMatricesAndMaps) {
+  const std::size_t count = std::size_t(model_.num_vertices);
+  std::vector<double> numbers, padded;
+  for (std::size_t v = 0; v < count; ++v) {
+    const Point p = model_.vertices[v] * 1.5 + Point(0, 0, 0.1 * double(v));
+    for (double x : p) numbers.push_back(x);
+    padded.insert(padded.end(), {p[0], p[1], p[2], -1});
+  }
+  const auto n = Eigen::Index(count);
+  const auto expectTaken = [&](double z) {
+    for (std::size_t v = 0; v < count; ++v)
+      EXPECT_EQ(Point(numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2] + z),
+                model_.vertices[v]);
+    EXPECT_TRUE(model_.validate());
+  };
+  const Eigen::Map<const Eigen::Matrix3Xd> columns(numbers.data(), 3, n);
+  model_.update(columns);
+  expectTaken(0);
+  Eigen::Matrix3Xd matrix = columns;
+  matrix.row(2).array() += 1;
+  model_.update(matrix);
+  expectTaken(1);
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  model_.update(Eigen::Map<const RowMajor>(numbers.data(), n, 3).transpose());
+  expectTaken(0);
+  model_.update(columns.colwise() + Point(0, 0, 2));
+  expectTaken(2);
+  model_.update(Eigen::Map<const Eigen::Matrix3Xd, 0, Eigen::OuterStride<4>>(padded.data(), 3, n));
+  expectTaken(0);
+  EXPECT_THROW(model_.update(matrix.leftCols(n - 1)), std::invalid_argument);
+  matrix(1, 2) = std::nan("");
+  EXPECT_THROW(model_.update(matrix), std::invalid_argument);
+  expectTaken(0);
+}
+
 TEST_F(DropIn, UpdateAbandonsAFrameThatWasBegun) {
   EXPECT_EQ(fcl::BVH_OK, model_.beginReplaceModel());
   EXPECT_EQ(fcl::BVH_OK, model_.replaceVertex(Point(9, 9, 9)));

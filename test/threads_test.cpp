@@ -2,6 +2,9 @@
 // ThreadSanitizer by CI. Plain FCL crashes in the second test.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+#include <shared_mutex>
 #include <thread>
 
 #include <fcl/geometry/shape/box.h>
@@ -9,7 +12,9 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
@@ -128,6 +133,95 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
     }
     EXPECT_TRUE(a_.validate());
   }
+}
+
+/// The documented way to deform what others look at: a std::shared_mutex. Every reader gets the
+/// answers that one thread alone gets in that frame, whichever way it asks.
+TEST(ReadersAndAWriter, ShareAModel) {
+  constexpr int kFrames = 60, kReaders = 4;
+  const TriangleMesh<double> sheet = plate<double>(8, 8), hose = tube<double>(6, 8);
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
+  fcl::Transform3d above = still;
+  above.translation() = Vector3<double>(-0.5, 0.4, 0.3);
+  const fcl::Boxd box(0.4, 0.5, 0.6);
+  const fcl::CollisionRequestd all(1000);
+
+  struct Frame {
+    double distance, to_box;
+    std::size_t contacts, own_contacts;
+  };
+  const auto ask = [&](const AdaptiveBVHModeld& a, const AdaptiveBVHModeld& b,
+                       adaptive_bvh::CoherentDistanced* pair) -> Frame {
+    fcl::DistanceResultd distance, to_box;
+    fcl::CollisionResultd contacts, own_contacts;
+    const fcl::DistanceRequestd request;
+    if (pair)
+      pair->distance(still, above, request, distance);
+    else
+      adaptive_bvh::distance<double>(&a, still, &b, above, request, distance);
+    adaptive_bvh::distance<double>(&a, still, &box, above, request, to_box);
+    adaptive_bvh::collide<double>(&a, still, &b, above, all, contacts);
+    selfCollide(a, all, own_contacts, adaptive_bvh::NeighbourFilter::SharedEdge);
+    return {distance.min_distance, to_box.min_distance, contacts.numContacts(),
+            own_contacts.numContacts()};
+  };
+
+  AdaptiveBVHModeld a, b;
+  fillModel(sheet, a);
+  fillModel(hose, b);
+  std::vector<std::vector<Vector3<double>>> positions;
+  std::vector<Frame> expected;
+  {
+    AdaptiveBVHModeld alone(a);
+    Deformation<double> bend(sheet, Deformation<double>::Kind::Smooth, 1);
+    for (int frame = 0; frame < kFrames; ++frame) {
+      positions.push_back(bend.next());
+      alone.update(positions.back());
+      expected.push_back(ask(alone, b, nullptr));
+    }
+    a.update(positions[0]);
+  }
+
+  std::shared_mutex mutex;
+  int now = 0;
+  std::atomic<int> asked{0}, wrong{0};
+  std::atomic<bool> done{false};
+  std::vector<std::thread> threads;
+  for (int reader = 0; reader < kReaders; ++reader)
+    threads.emplace_back([&, reader] {
+      adaptive_bvh::CoherentDistanced pair(a, b);
+      while (!done) {
+        {
+          const std::shared_lock<std::shared_mutex> lock(mutex);
+          const Frame found = ask(a, b, reader % 2 ? &pair : nullptr);
+          const Frame& right = expected[std::size_t(now)];
+          wrong += std::abs(found.distance - right.distance) > 1e-9 ||
+                   std::abs(found.to_box - right.to_box) > 1e-6 ||
+                   found.contacts != right.contacts || found.own_contacts != right.own_contacts;
+          ++asked;
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds(200));  // lets the writer in
+      }
+    });
+  for (int frame = 1; frame < kFrames; ++frame) {
+    const int before = asked;
+    {
+      const std::unique_lock<std::shared_mutex> lock(mutex);
+      if (frame % 3) {
+        a.update(positions[std::size_t(frame)]);
+      } else {
+        std::vector<unsigned> every;
+        for (unsigned v = 0; v < unsigned(a.num_vertices); ++v) every.push_back(v);
+        a.update(every, positions[std::size_t(frame)]);
+      }
+      now = frame;
+    }
+    while (asked < before + kReaders) std::this_thread::yield();
+  }
+  done = true;
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(0, wrong);
+  EXPECT_GE(asked, kFrames * kReaders);
 }
 
 /// Updates on several threads leave the bits of updates on one.

@@ -41,7 +41,8 @@ struct ModelAccess;
 /// throws. A refused call or frame leaves the model as it was, queryable.
 ///
 /// **Threads.** Any number of threads may query a model at once, by FCL or by query.h. Updates,
-/// policy changes and builds need the model for themselves.
+/// policy changes and builds need the model for themselves: hold a std::shared_mutex shared for
+/// queries and unique for updates.
 ///
 /// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
 /// through the calls below. Its address stays the same over replace* and `update`.
@@ -50,14 +51,15 @@ struct ModelAccess;
 template <typename BV>
 class AdaptiveBVHModel : public fcl::BVHModel<BV> {
  public:
-  using S = typename BV::S;
-  using Point = fcl::Vector3<S>;
-  using Base = fcl::BVHModel<BV>;
+  using S = typename BV::S;        ///< float or double
+  using Point = fcl::Vector3<S>;   ///< x, y, z in the mesh's frame
+  using Base = fcl::BVHModel<BV>;  ///< FCL's own model
 
   /// `strategy` says how trees are built, by endModel and by endReplaceModel(false). It sits in
   /// FCL's `bv_splitter`; a splitter of your own put there takes its place.
   explicit AdaptiveBVHModel(const RefitPolicy& policy = RefitPolicy(),
                             HierarchyStrategy strategy = HierarchyStrategy::BottomUp);
+  /// With the default policy.
   explicit AdaptiveBVHModel(HierarchyStrategy strategy);
 
   /// Deep: the copy is updated and queried apart from the original.
@@ -84,11 +86,17 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// it. Degenerate and duplicate triangles and unused vertices are fine; unused vertices count in
   /// the local AABB, as in FCL.
   /// \{
+  /// Begins a mesh; the counts are hints.
   int beginModel(int num_tris = 0, int num_vertices = 0);
+  /// One more vertex.
   int addVertex(const Point& p);
+  /// One more triangle, with three vertices of its own.
   int addTriangle(const Point& p1, const Point& p2, const Point& p3);
+  /// More vertices, and triangles that index them, from 0.
   int addSubModel(const std::vector<Point>& ps, const std::vector<fcl::Triangle>& ts);
+  /// More vertices.
   int addSubModel(const std::vector<Point>& ps);
+  /// Builds the tree.
   int endModel();
   /// \}
 
@@ -105,10 +113,15 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// `refit == true` is the adaptive update: `bottomup` is accepted and without effect.
   /// `refit == false` builds a new tree, as in FCL.
   /// \{
+  /// Begins a frame.
   int beginReplaceModel();
+  /// The next vertex.
   int replaceVertex(const Point& p);
+  /// The next three.
   int replaceTriangle(const Point& p1, const Point& p2, const Point& p3);
+  /// The next ps.size().
   int replaceSubModel(const std::vector<Point>& ps);
+  /// Takes the frame over, and brings the tree up to date.
   int endReplaceModel(bool refit = true, bool bottomup = true);
   /// \}
 
@@ -118,10 +131,15 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// (build_state is UPDATED), and fcl::collide ignores the transform of a model in that state;
   /// adaptive_bvh::collide does not. `update` drops the frame before and ends the state.
   /// \{
+  /// Begins a frame.
   int beginUpdateModel();
+  /// The next vertex.
   int updateVertex(const Point& p);
+  /// The next three.
   int updateTriangle(const Point& p1, const Point& p2, const Point& p3);
+  /// The next ps.size().
   int updateSubModel(const std::vector<Point>& ps);
+  /// Takes the frame over, and brings the tree up to date.
   int endUpdateModel(bool refit = true, bool bottomup = true);
   /// \}
 
@@ -131,6 +149,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// `positions` is the model's own `vertices`; std::logic_error when the model is not built. The
   /// model then stays on its last frame.
   const UpdateReport& update(const Point* positions, std::size_t count);
+  /// The same.
   const UpdateReport& update(const std::vector<Point>& positions);
   /// The same from a 3 x N matrix, a column a vertex: an Eigen::Matrix3Xd, an Eigen::Map of your
   /// simulation's array, or the transpose of a row-major N x 3 one. Read in place where one column
@@ -146,12 +165,14 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// Throws as `update`, and std::invalid_argument when an index is past the vertices or the two
   /// vectors differ in length; the model then stays on its last frame.
   const UpdateReport& update(const unsigned* indices, const Point* positions, std::size_t count);
+  /// The same.
   const UpdateReport& update(const std::vector<unsigned>& indices,
                              const std::vector<Point>& positions);
 
   /// What the last build or update did.
   const UpdateReport& lastUpdate() const;
 
+  /// The one in force.
   const RefitPolicy& refitPolicy() const;
   /// For the updates to come. Throws std::invalid_argument on a negative or non-finite parameter.
   void setRefitPolicy(const RefitPolicy& policy);

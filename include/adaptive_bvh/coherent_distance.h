@@ -31,11 +31,12 @@ namespace adaptive_bvh {
 template <typename BV>
 class CoherentDistance {
  public:
-  using S = typename BV::S;
+  using S = typename BV::S;  ///< float or double
 
   /// Keeps references: the models must outlive this object.
   CoherentDistance(const AdaptiveBVHModel<BV>& first, const AdaptiveBVHModel<BV>& second);
   ~CoherentDistance();
+  /// The moved-from object can only be destroyed.
   CoherentDistance(CoherentDistance&&) noexcept;
   CoherentDistance(const CoherentDistance&) = delete;
   CoherentDistance& operator=(const CoherentDistance&) = delete;

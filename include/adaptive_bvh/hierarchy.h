@@ -20,12 +20,13 @@ enum class HierarchyStrategy {
   BottomUp,
 };
 
+/// "top-down" or "bottom-up"; never null.
 const char* toString(HierarchyStrategy strategy);
 
 /// One level of a tree: all nodes at one depth.
 struct LevelQuality {
-  int nodes = 0;  ///< leaves included
-  int leaves = 0;
+  int nodes = 0;      ///< leaves included
+  int leaves = 0;     ///< of them
   double volume = 0;  ///< of the bounding volumes, summed; unit of length cubed
   double area = 0;    ///< of their surfaces, summed; unit of length squared
   /// Of inner nodes: the longer side over the shorter one, of the rectangle grown by the radius on
@@ -45,7 +46,7 @@ struct HierarchyQuality {
 
   /// As in LevelQuality, over all inner nodes.
   double aspect_ratio = 0;
-  double sibling_overlap = 0;
+  double sibling_overlap = 0;  ///< as in LevelQuality, over all inner nodes
 };
 
 /// Measures any FCL tree of rectangle-swept spheres. Empty (depth 0, no levels) without a tree.

@@ -15,10 +15,11 @@ namespace adaptive_bvh {
 /// outside as far as the file says so.
 template <typename S>
 struct TriangleMesh {
-  std::vector<fcl::Vector3<S>> vertices;
-  std::vector<fcl::Triangle> triangles;
+  std::vector<fcl::Vector3<S>> vertices;  ///< positions
+  std::vector<fcl::Triangle> triangles;   ///< three indices of vertices each
 };
 
+/// How `loadMesh` prepares what it read.
 struct MeshLoadOptions {
   /// Make vertices of exactly equal position one. Most formats (STL always) repeat a vertex for
   /// every face, which hides the connectivity of the surface. The first of the equal ones stays.
@@ -37,7 +38,8 @@ class MeshLoadError : public std::runtime_error {
 /// outside. Several meshes become one. Faces of zero area are kept.
 ///
 /// Throws MeshLoadError when the file is missing or broken, holds no triangle, names a vertex that
-/// it does not have, or has a coordinate that is not finite.
+/// it does not have, announces more elements than it has bytes, or has a coordinate that is not
+/// finite. Broken files are not trusted, but they are read by assimp, in this process.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 

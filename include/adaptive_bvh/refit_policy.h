@@ -75,6 +75,7 @@ struct RefitPolicy {
   /// back, so it may follow downwards too.
   bool leaf_radius_may_shrink = true;
 
+  /// How volumes that are not refitted are kept sound.
   Propagation propagation = Propagation::Boxes;
 
   /// The row of thesis Table 2 for `criterion`, with the thesis's own propagation, inflation

@@ -14,14 +14,19 @@ namespace adaptive_bvh {
 
 /// What a run of a simulation cost: counted, and in seconds.
 struct SimulationWork {
-  long bv_tests = 0, leaf_tests = 0;
-  long inflated = 0;
-  long refitted_leaves = 0, refitted_inner = 0, refitted_primitives = 0;
+  long bv_tests = 0;             ///< QueryWork::bv_tests, summed
+  long leaf_tests = 0;           ///< QueryWork::leaf_tests, summed
+  long inflated = 0;             ///< UpdateReport::inflated, summed
+  long refitted_leaves = 0;      ///< UpdateReport::refitted_leaves, summed
+  long refitted_inner = 0;       ///< UpdateReport::refitted_inner, summed
+  long refitted_primitives = 0;  ///< UpdateReport::refitted_primitives, summed
   double seconds = 0;  ///< for TuningObjective::MeasuredTime: of updates and queries, by your clock
 
+  /// Once for each update, with the model's lastUpdate().
   void add(const UpdateReport& update);
   /// Once for each query: of a pair of adaptive models add one side's.
   void add(const QueryWork& queries);
+  /// The work of two simulations together.
   SimulationWork& operator+=(const SimulationWork& other);
 };
 
@@ -33,13 +38,14 @@ using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 /// Nanoseconds for each kind of work. The defaults were measured on a 2 GHz x86-64 server; only
 /// their ratios matter to the search.
 struct WorkCosts {
-  double bv_test = 97;  ///< with all that a traversal does around it
-  double leaf_test = 70;
-  double inflated = 4.5;
-  double refitted_leaf = 88;
-  double refitted_inner = 550;
+  double bv_test = 97;             ///< with all that a traversal does around it
+  double leaf_test = 70;           ///< of two triangles, or of a triangle and a shape
+  double inflated = 4.5;           ///< for each volume that the propagation changes
+  double refitted_leaf = 88;       ///< for each volume of one triangle that is fitted
+  double refitted_inner = 550;     ///< for each other volume that is fitted, and besides ...
   double refitted_primitive = 15;  ///< for each triangle that an inner refit reads
 
+  /// What so much work costs in all.
   double seconds(const SimulationWork& work) const;
 
   /// Measured on this machine, in about a second. Differs a little from time to time: keep the
@@ -47,22 +53,26 @@ struct WorkCosts {
   static WorkCosts measured();
 };
 
+/// What `tune` makes small.
 enum class TuningObjective {
   CountedWork,   ///< WorkCosts times counts: a seed gives the same answer twice
   MeasuredTime,  ///< SimulationWork::seconds, as in the thesis
 };
 
+/// Where a parameter is searched; low <= high.
 struct ParameterRange {
-  double low, high;
+  double low;   ///< the least value that is tried
+  double high;  ///< the largest
 };
 
 /// A policy and what it costs, in seconds of the objective.
 struct TunedPolicy {
-  RefitPolicy policy;
-  double cost = 0;
+  RefitPolicy policy;    ///< with the parameters that were found
+  double cost = 0;       ///< of the whole simulation
   long evaluations = 0;  ///< runs of the simulation that its criterion took
 };
 
+/// How far a search is.
 struct TuningProgress {
   FitnessCriterion criterion;  ///< that is being searched
   int generation = 0;          ///< of this criterion, from 0
@@ -73,23 +83,23 @@ struct TuningProgress {
 
 /// The defaults are the thesis's settings.
 struct TuningOptions {
-  int population = 30;
-  int generations = 50;
+  int population = 30;     ///< policies at a time, at least 2
+  int generations = 50;    ///< of each criterion
   double overlap = 0.5;    ///< share of the population that stays; the rest are children
   double crossover = 0.9;  ///< probability
   double mutation = 0.01;  ///< probability, for each parameter
-  ParameterRange max_inflation = {0, 10};
-  ParameterRange child_distance_ratio = {0, 1};
-  ParameterRange min_inflation = {0, 1};
+  ParameterRange max_inflation = {0, 10};        ///< of RefitPolicy::max_inflation
+  ParameterRange child_distance_ratio = {0, 1};  ///< of RefitPolicy::child_distance_ratio
+  ParameterRange min_inflation = {0, 1};         ///< of RefitPolicy::min_inflation
   /// One search each.
   std::vector<FitnessCriterion> criteria = {
       FitnessCriterion::A,   FitnessCriterion::B,     FitnessCriterion::AB,    FitnessCriterion::BC,
       FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC};
   /// Gives what is not searched: the inflation reference and the leaf rule.
   RefitPolicy base;
-  TuningObjective objective = TuningObjective::CountedWork;
-  WorkCosts costs;
-  unsigned seed = 1;
+  TuningObjective objective = TuningObjective::CountedWork;  ///< what is made small
+  WorkCosts costs;                                           ///< for CountedWork
+  unsigned seed = 1;                                         ///< of all random numbers
   /// After every generation. Return false to stop; the result then holds the best so far.
   std::function<bool(const TuningProgress&)> progress;
   /// A file that is written after every generation. When it is there at the start, the search goes
@@ -97,10 +107,11 @@ struct TuningOptions {
   std::string checkpoint;
 };
 
+/// What a search found.
 struct TuningResult {
   /// In the order of the options; without those that a stop left untouched.
   std::vector<TunedPolicy> by_criterion;
-  bool finished = false;
+  bool finished = false;  ///< false when `progress` stopped the search
 
   /// The cheapest. There is at least one.
   const TunedPolicy& best() const;

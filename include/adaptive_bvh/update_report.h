@@ -21,14 +21,16 @@ struct UpdateReport {
   double propagation_seconds = 0;   ///< inflating the volumes, leaf to root
   double refit_seconds = 0;         ///< fitness tests and refits
 
+  /// All volumes that were recomputed.
   int refitted() const { return refitted_leaves + refitted_inner; }
+  /// Of all three phases.
   double seconds() const { return displacement_seconds + propagation_seconds + refit_seconds; }
 };
 
 /// What recording queries (query.h) did on a model since its last update. A query between two
 /// adaptive models counts on both.
 struct QueryWork {
-  int queries = 0;
+  int queries = 0;      ///< that recorded
   long bv_tests = 0;    ///< pairs of volumes or boxes, or of a volume and a shape, that were tested
   long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape
 };

@@ -10,6 +10,8 @@
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
 
+#include "mesh_io/objection.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -28,7 +30,7 @@ Matrix4d toDouble(const aiMatrix4x4& m) {
   return result;
 }
 
-void append(const aiMesh& source, const Matrix4d& transform, const std::string& path, Mesh& mesh) {
+void append(const aiMesh& source, const Matrix4d& transform, Mesh& mesh) {
   const std::size_t offset = mesh.vertices.size();
   for (unsigned v = 0; v < source.mNumVertices; ++v) {
     const aiVector3D& p = source.mVertices[v];
@@ -40,19 +42,30 @@ void append(const aiMesh& source, const Matrix4d& transform, const std::string& 
     const aiFace& face = source.mFaces[f];
     if (face.mNumIndices != 3) continue;  // points and lines; polygons are triangles by now
     std::size_t corner[3];
-    for (int k = 0; k < 3; ++k) {
-      if (face.mIndices[k] >= source.mNumVertices)
-        fail(path, "a face names vertex " + std::to_string(face.mIndices[k]) + " of " +
-                       std::to_string(source.mNumVertices));
-      corner[k] = offset + face.mIndices[k];
-    }
+    for (int k = 0; k < 3; ++k) corner[k] = offset + face.mIndices[k];
     if (mirrored) std::swap(corner[1], corner[2]);
     mesh.triangles.emplace_back(corner[0], corner[1], corner[2]);
   }
 }
 
+/// Before assimp triangulates: it aborts on a face without corners, and looks up the vertices of
+/// one with more than three, whether they are there or not.
+void checkFaces(const aiScene& scene, const std::string& path) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[i];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices == 0) fail(path, "a face has no corners");
+      for (unsigned k = 0; k < face.mNumIndices; ++k)
+        if (face.mIndices[k] >= mesh.mNumVertices)
+          fail(path, "a face names vertex " + std::to_string(face.mIndices[k]) + " of " +
+                         std::to_string(mesh.mNumVertices));
+    }
+  }
+}
+
 /// Walks the scene with an explicit stack: a hostile file may nest as deep as it likes.
-Mesh flatten(const aiScene& scene, const std::string& path) {
+Mesh flatten(const aiScene& scene) {
   struct Item {
     const aiNode* node;
     Matrix4d parent;
@@ -64,7 +77,7 @@ Mesh flatten(const aiScene& scene, const std::string& path) {
     stack.pop_back();
     const Matrix4d transform = item.parent * toDouble(item.node->mTransformation);
     for (unsigned i = 0; i < item.node->mNumMeshes; ++i)
-      append(*scene.mMeshes[item.node->mMeshes[i]], transform, path, mesh);
+      append(*scene.mMeshes[item.node->mMeshes[i]], transform, mesh);
     for (unsigned i = item.node->mNumChildren; i-- > 0;)  // the first child is next
       stack.push_back({item.node->mChildren[i], transform});
   }
@@ -100,13 +113,18 @@ void weldEqualPositions(Mesh& mesh) {
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
   if (!std::ifstream(path).good()) fail(path, "the file does not exist or cannot be read");
+  const std::string objection = objectionTo(path);
+  if (!objection.empty()) fail(path, objection);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  const aiScene* scene = importer.ReadFile(path, 0);
+  if (!scene) fail(path, importer.GetErrorString());
+  checkFaces(*scene, path);
+  scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (!scene) fail(path, importer.GetErrorString());
   if (!scene->mRootNode) fail(path, "the scene is empty");
 
-  Mesh mesh = flatten(*scene, path);
+  Mesh mesh = flatten(*scene);
   if (mesh.triangles.empty()) fail(path, "it holds no triangles");
   if (options.weld) weldEqualPositions(mesh);
 

@@ -42,7 +42,8 @@ class Attitude {
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
     const auto sizes = svd.singularValues();
     if (!(sizes[1] > kFlat * sizes[0])) return false;  // along one line: no rotation shows
-    // Equal where the motion is rigid, by Cauchy and Schwarz. What bends is not one body that turns.
+    // Equal where the motion is rigid, by Cauchy and Schwarz. What bends is not one body that
+    // turns.
     if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
     fcl::Matrix3d u = svd.matrixU();
     if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);

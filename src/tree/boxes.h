@@ -92,6 +92,14 @@ struct Boxes {
   /// What moving a volume in a frame may round off, in the mesh's units.
   S rounding() const { return 4 * rounding::epsilon<S>() * reach + rounding::tiny<S>(); }
 
+  /// Whether single precision will do for a frame in which vertices move by at most `largest`, and
+  /// the body then has this radius; else all is to begin anew. False for what is no number.
+  bool canFollow(S largest, S radius) const {
+    constexpr S kMost = S(1 << 30);
+    return largest * frame.scale() < kMost && radius * frame.scale() < kMost &&
+           (radius == 0 || radius * frame.scale() > 1 / kMost);
+  }
+
   /// Room and links; the boxes themselves come with the next sweep.
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {

@@ -64,8 +64,16 @@ void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) 
   tree.forgetTravel(model);
 }
 
+/// Whether the volumes can be moved and inflated by what is known of a new frame; else they are
+/// fitted anew.
+template <typename BV>
+bool canFollow(const fcl::BVHModel<BV>& model, const AdaptiveTree<BV>& tree,
+               typename BV::S largest) {
+  return tree.boxes ? tree.boxes->canFollow(largest, model.aabb_radius) : std::isfinite(largest);
+}
+
 /// One frame by the thesis's propagation. Returns the largest displacement; stops after measuring
-/// it when it is not finite. So do the other two ways of `advance`.
+/// it when that cannot be followed. So do the other two ways of `advance`.
 template <typename BV>
 typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                                const RefitPolicy& policy,
@@ -74,7 +82,7 @@ typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
   const auto largest = moveVertices(model, *tree.displacements, positions);
   updateLocalBounds(model);
   report.displacement_seconds = watch.lap();
-  if (!std::isfinite(largest)) return largest;
+  if (!canFollow(model, tree, largest)) return largest;
   report.inflated = propagate(model, *tree.displacements, policy.leaf_radius_may_shrink);
   report.propagation_seconds = watch.lap();
   refitUnfit(model, tree, policy, report);
@@ -92,7 +100,7 @@ typename BV::S byBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const R
   const auto largest = finishStaging(model, boxes, staged);
   model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
   report.displacement_seconds = watch.lap();
-  if (!std::isfinite(largest)) return largest;
+  if (!canFollow(model, tree, largest)) return largest;
   report.inflated = propagateByBoxes(model, tree.topology, boxes);
   report.propagation_seconds = watch.lap();
   refitUnfit(model, tree, policy, report);
@@ -123,10 +131,10 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
           ? stagePropagateRefit(model, tree, policy, positions, threads, watch, report)
           : byBoxes(model, tree, policy, positions, watch, report);
   report.largest_displacement = static_cast<double>(largest);
-  if (std::isfinite(largest)) {
+  if (canFollow(model, tree, largest)) {
     replaceDecayed(model, tree, policy);
     sealRoot(model, tree);
-  } else {  // the old positions, written by FCL's own calls, were no numbers
+  } else {  // a jump; or the old positions, written by FCL's own calls, were no numbers
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }
@@ -153,7 +161,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   report.propagation_seconds = watch.lap();
   refitUnfitMarked(model, tree, policy, report);
   sealRoot(model, tree);
-  if (!std::isfinite(largest)) {
+  if (!canFollow(model, tree, largest)) {
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }

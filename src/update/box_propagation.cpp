@@ -89,17 +89,20 @@ class BoxRule {
   /// farthest of them, then the same of the second.
   ///
   /// Rounded up: let u = 2^-24. A staged motion is off by 2u of itself, hence by 2u of the
-  /// farthest; differences, squares, sums and roots here are off by less than 8u relative.
+  /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
+  /// anything moves, `kFloor` covers what is too small for that: the components of motions below
+  /// BodyFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
   ADAPTIVE_BVH_INLINE Lanes grow(int left, const Box& a, const Box& b) const {
     const Lanes up = lanes::all(1 + 1.f / (1 << 20)), half = lanes::all(0.5f);
-    constexpr float kStaged = 1.f / (1 << 22);
+    constexpr float kStaged = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
     const Lanes half_a = (a.high - a.low) * half, half_b = (b.high - b.low) * half;
     const Lanes far_a = lanes::upper(-a.low, a.high), far_b = lanes::upper(-b.low, b.high);
     Lanes lengths = lanes::squareRoot(lanes::sums(half_a * half_a, far_a * far_a, half_b * half_b,
                                                   far_b * far_b)) *
                     up;
-    lengths +=
-        Lanes{lengths[1], lengths[1], lengths[3], lengths[3]} * Lanes{kStaged, 0, kStaged, 0};
+    const Lanes far{lengths[1], lengths[1], lengths[3], lengths[3]};
+    lengths += far * Lanes{kStaged, 0, kStaged, 0} +
+               (far > lanes::all(0) ? lanes::all(kFloor) : lanes::all(0));
     float* const growth = &growth_[left].inflation;  // of both: inflation, travel, and again
     lanes::store((lanes::load(growth) + lengths) * up, growth);
     return lengths;

@@ -38,7 +38,7 @@ GNUPLOT
     local name file plots=""
     name=$(jq -r ".[0].scenarios[$i].name" "$results")
     file=$folder/frames_$(echo "$name" | tr ' /.' '___').png
-    for key in fcl-rss expert-aabb larsson thesis-ab-or-bc drop-in recorded; do
+    for key in fcl-rss expert-aabb larsson thesis-ab-or-bc drop-in recorded coherent; do
       jq -r --arg key "$key" ".[0].scenarios[$i].methods[] | select(.key == \$key) | .frame_ms[]" \
         "$results" >"$work/$key.$i.dat"
       [ -s "$work/$key.$i.dat" ] || continue
@@ -63,6 +63,9 @@ growth() {
       | [$all[].methods[] | select(.key == $key)] as $m
       | "\($size) \(($m | map(.update_ms | median) | add) / $frames) \(($m | map(.query_ms | median) | add) / $frames)"' \
       "$results" | sort -n >"$work/$key.dat"
+    awk -v key="$key" '{ x = log($1); y = log($2); n++; sx += x; sy += y; sxx += x * x; sxy += x * y }
+      END { if (n > 1) printf "%s: the update grows with the power %.2f of the triangles\n", key,
+        (n * sxy - sx * sy) / (n * sxx - sx * sx) }' "$work/$key.dat"
     plots_update+="${plots_update:+, }\"$work/$key.dat\" using 1:2 with linespoints title \"$key\""
     plots_query+="${plots_query:+, }\"$work/$key.dat\" using 1:3 with linespoints title \"$key\""
   done

@@ -1,0 +1,48 @@
+// A sheet of cloth that is folded over until it goes through itself: which triangles meet?
+#include <cmath>
+#include <cstdio>
+
+#include "adaptive_bvh/self_collision.h"
+
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Point = fcl::Vector3d;
+
+constexpr std::size_t kCells = 40;
+
+// The half y > 0.5 of a wavy unit square, folded over by an angle.
+std::vector<Point> sheet(double angle) {
+  std::vector<Point> points;
+  for (std::size_t j = 0; j <= kCells; ++j)
+    for (std::size_t i = 0; i <= kCells; ++i) {
+      const double x = double(i) / kCells, y = double(j) / kCells - 0.5;
+      const double wave = 0.02 * std::sin(9 * x);
+      if (y > 0)
+        points.emplace_back(x, 0.5 + y * std::cos(angle), wave + y * std::sin(angle));
+      else
+        points.emplace_back(x, 0.5 + y, wave + 0.1 * y * y);
+    }
+  return points;
+}
+
+int main() {
+  std::vector<fcl::Triangle> triangles;
+  for (std::size_t j = 0; j < kCells; ++j)
+    for (std::size_t i = 0; i < kCells; ++i) {
+      const std::size_t v = (kCells + 1) * j + i;
+      triangles.emplace_back(v, v + 1, v + kCells + 2);
+      triangles.emplace_back(v, v + kCells + 2, v + kCells + 1);
+    }
+  Model model;
+  model.beginModel();
+  model.addSubModel(sheet(0), triangles);
+  model.endModel();
+
+  const fcl::CollisionRequestd all(1000000);
+  for (int degrees = 0; degrees <= 195; degrees += 15) {
+    model.update(sheet(degrees * M_PI / 180));
+    fcl::CollisionResultd result;
+    selfCollide(model, all, result);
+    std::printf("folded by %3d degrees: %4zu pairs of triangles meet, %3d volumes refitted\n",
+                degrees, result.numContacts(), model.lastUpdate().refitted());
+  }
+}
