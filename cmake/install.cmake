@@ -26,4 +26,4 @@ install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake
 file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 configure_file(cmake/adaptive_bvh.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-install(FILES package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/adaptive_bvh)
+install(FILES package.xml LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/adaptive_bvh)

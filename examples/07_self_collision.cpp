@@ -19,7 +19,7 @@ std::vector<Point> sheet(double angle) {
       if (y > 0)
         points.emplace_back(x, 0.5 + y * std::cos(angle), wave + y * std::sin(angle));
       else
-        points.emplace_back(x, 0.5 + y, wave + 0.1 * y * y);
+        points.emplace_back(x, 0.5 + y, wave + 0.05 * std::sin(10 * y));
     }
   return points;
 }

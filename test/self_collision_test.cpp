@@ -182,20 +182,29 @@ TYPED_TEST(SelfCollision, StopsAtTheNumberOfContacts) {
 
 TYPED_TEST(SelfCollision, LeavesEvidence) {
   using S = TypeParam;
+  using adaptive_bvh::FitnessCriterion;
   std::mt19937 random(17);
-  typename TestFixture::Model model;
-  fillModel(sheet<S>(), model);
-  model.update(crumple<S>(1, random));
-  EXPECT_FALSE(model.traversed(0));
-  fcl::CollisionResult<S> result;
-  selfCollide(model, this->all_, result);
-  EXPECT_EQ(1, model.recordedWork().queries);
-  EXPECT_GT(model.recordedWork().bv_tests, model.recordedWork().leaf_tests);
-  const fcl::BVNode<fcl::RSS<S>>& root = model.getBV(0);
-  EXPECT_TRUE(model.traversed(root.leftChild()));
-  EXPECT_TRUE(model.traversed(root.rightChild()));
-  model.update(crumple<S>(1, random));
-  EXPECT_GT(model.lastUpdate().refitted(), 0);
+  for (const RefitPolicy& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::AB)}) {
+    typename TestFixture::Model model(policy);
+    fillModel(sheet<S>(), model);
+    model.update(crumple<S>(1, random));
+    fcl::CollisionResult<S> result;
+    selfCollide(model, this->all_, result);
+    EXPECT_EQ(1, model.recordedWork().queries);
+    EXPECT_GT(model.recordedWork().bv_tests, model.recordedWork().leaf_tests);
+    std::set<int> met;
+    for (const auto& [i, j] : pairsOf(result)) met.insert({i, j});
+    for (int i = 0; i < model.getNumBVs(); ++i) {
+      const auto& node = model.getBV(i);
+      EXPECT_TRUE(!node.isLeaf() || !met.count(node.primitiveId()) || model.traversed(i));
+    }
+    const auto& root = model.getBV(0);
+    const bool by_volumes = policy.propagation == adaptive_bvh::Propagation::Displacements;
+    EXPECT_EQ(by_volumes, model.traversed(root.leftChild()));
+    model.update(crumple<S>(1, random));
+    EXPECT_GT(model.lastUpdate().refitted(), 0);
+    EXPECT_FALSE(model.traversed(root.leftChild()));
+  }
 }
 
 TYPED_TEST(SelfCollision, RefusesAModelWithoutTriangles) {

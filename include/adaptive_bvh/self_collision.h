@@ -25,8 +25,9 @@ enum class NeighbourFilter {
 ///
 /// Stops when it has `request.num_max_contacts`, which FCL sets to 1: ask for more to find all.
 /// FCL's self-collision recursion does it, pruned by the boxes beside FCL's volumes where the
-/// model has them (docs/bounds.md). It leaves evidence for test B, as `collide` does. Returns the
-/// number of contacts in the result, which is not cleared first. Thread-safe on shared models.
+/// model has them (docs/bounds.md). It leaves evidence for test B: the volumes that it went below,
+/// or, by boxes, those of the triangles that it tested. Returns the number of contacts in the
+/// result, which is not cleared first. Thread-safe on shared models.
 ///
 /// Throws std::invalid_argument when the model has no triangles or is not built.
 template <typename BV>

@@ -30,15 +30,14 @@ class SelfCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
   }
 
   void leafTesting(int b1, int b2) const override {
-    if (!areNeighbours(this->model1->getBV(b1).primitiveId(),
-                       this->model1->getBV(b2).primitiveId()))
-      fcl::detail::MeshCollisionTraversalNodeRSS<S>::leafTesting(b1, b2);
+    if (!areNeighbours(b1, b2)) fcl::detail::MeshCollisionTraversalNodeRSS<S>::leafTesting(b1, b2);
   }
 
- private:
-  bool areNeighbours(int triangle1, int triangle2) const {
+ protected:
+  bool areNeighbours(int leaf1, int leaf2) const {
     if (filter == NeighbourFilter::None) return false;
-    const fcl::Triangle &a = this->tri_indices1[triangle1], &b = this->tri_indices1[triangle2];
+    const fcl::Triangle &a = this->tri_indices1[this->model1->getBV(leaf1).primitiveId()],
+                        &b = this->tri_indices1[this->model1->getBV(leaf2).primitiveId()];
     int shared = 0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) shared += a[i] == b[j];
@@ -47,9 +46,14 @@ class SelfCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
 };
 
 /// The same by the boxes, which also know the tree: FCL's nodes are not touched above the leaves.
+/// Their volumes are not asked for, so it does not matter here how tight they are: evidence is left
+/// for the triangles that were tested.
 template <typename S>
 class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
  public:
+  explicit BoxedSelfCollisionNode(const Recorder& recorder) : recorder_(recorder) {}
+  ~BoxedSelfCollisionNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
+
   void setBoxes(const Boxes<S>& boxes) {
     boxes_ = &boxes;
     // What the two boxes may be off, and what their difference rounds: docs/bounds.md, 4.
@@ -70,8 +74,16 @@ class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
   }
 
   bool BVTesting(int b1, int b2) const override {
+    ++bv_tests_;
     const Box a = (*boxes_)[b1].box(), b = (*boxes_)[b2].box();
     return lanes::largest(lanes::upper(a.low - b.high, b.low - a.high) - slack_) > 0;
+  }
+
+  void leafTesting(int b1, int b2) const override {
+    if (this->areNeighbours(b1, b2)) return;
+    ++leaf_tests_;
+    recorder_.addVisit(b1, b2);
+    fcl::detail::MeshCollisionTraversalNodeRSS<S>::leafTesting(b1, b2);
   }
 
  private:
@@ -80,15 +92,17 @@ class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
     return lanes::sum((box.high - box.low) * (box.high - box.low));
   }
 
+  Recorder recorder_;
   const Boxes<S>* boxes_ = nullptr;
   Lanes slack_;
+  mutable long bv_tests_ = 0, leaf_tests_ = 0;
 };
 
-template <template <typename> class Node, typename S, typename SetUp>
+template <typename Node, typename S, typename SetUp>
 void run(const fcl::BVHModel<fcl::RSS<S>>& model, const fcl::Transform3<S>& tf,
          const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
          const Recorder& recorder, SetUp&& set_up) {
-  RecordingCollisionNode<Node<S>, S> node(recorder);
+  Node node(recorder);
   using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
   fcl::detail::initialize(static_cast<Base&>(node), model, tf, model, tf, request, result);
   node.R.setIdentity();  // tf to tf, exactly
@@ -112,13 +126,13 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
   Recorder recorder;
   recorder.side[0] = recorder.side[1] = &tree.evidence;
   if (tree.boxes)
-    run<BoxedSelfCollisionNode, S>(mesh, tf, request, result, recorder, [&](auto& node) {
+    run<BoxedSelfCollisionNode<S>>(mesh, tf, request, result, recorder, [&](auto& node) {
       node.filter = filter;
       node.setBoxes(*tree.boxes);
     });
   else
-    run<SelfCollisionNode, S>(mesh, tf, request, result, recorder,
-                              [&](auto& node) { node.filter = filter; });
+    run<RecordingCollisionNode<SelfCollisionNode<S>, S>>(mesh, tf, request, result, recorder,
+                                                         [&](auto& node) { node.filter = filter; });
   return result.numContacts();
 }
 
