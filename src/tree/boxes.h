@@ -92,12 +92,23 @@ struct Boxes {
   /// What moving a volume in a frame may round off, in the mesh's units.
   S rounding() const { return 4 * rounding::epsilon<S>() * reach + rounding::tiny<S>(); }
 
-  /// Whether single precision will do for a frame in which vertices move by at most `largest`, and
-  /// the body then has this radius; else all is to begin anew. False for what is no number.
-  bool canFollow(S largest, S radius) const {
-    constexpr S kMost = S(1 << 30);
-    return largest * frame.scale() < kMost && radius * frame.scale() < kMost &&
-           (radius == 0 || radius * frame.scale() > 1 / kMost);
+  /// Whether single precision can tell a motion of at most `largest`. False for what is no number.
+  bool canFollow(S largest) const { return largest * frame.scale() < S(kMost); }
+  /// Whether it can still tell the body's parts: not when that has grown or shrunk out of all
+  /// proportion to what it was when the frame was laid.
+  bool areInRange() const {
+    const float reach = box[1].box().reach();
+    return reach < kMost && reach > 1 / kMost;
+  }
+
+  /// The middle of all triangles, in the model's coordinates.
+  fcl::Vector3<S> middle() const {
+    const Box root = box[1].box();
+    const Lanes center = (root.low + root.high) * lanes::all(0.5f);
+    return frame.origin() +
+           (frame.axes() * fcl::Vector3d(double(center[0]), double(center[1]), double(center[2])))
+                   .template cast<S>() *
+               frame.unit();
   }
 
   /// Room and links; the boxes themselves come with the next sweep.
@@ -116,6 +127,8 @@ struct Boxes {
         box[i + 1].setLeft(node.leftChild());
     }
   }
+
+  static constexpr float kMost = 1 << 30;
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };

@@ -50,26 +50,27 @@ void sealRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   if (refitted) tree.refitted(model, 0);
 }
 
+/// Whether the volumes could be moved and inflated for a frame with this largest displacement. Not
+/// when the old positions, written by FCL's own calls, were no numbers; nor after a jump that is
+/// out of all proportion to the body. Everything is fitted anew then.
+template <typename BV>
+bool wasFollowed(const AdaptiveTree<BV>& tree, typename BV::S largest) {
+  return tree.boxes ? tree.boxes->canFollow(largest) && tree.boxes->areInRange()
+                    : std::isfinite(largest);
+}
+
 /// Fills all boxes at the model's present positions, along the axes of the root's volume.
 template <typename BV>
 void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) {
   using S = typename BV::S;
   Boxes<S>& boxes = *tree.boxes;
   updateLocalBounds(model);
-  boxes.frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), model.aabb_center,
-                             model.aabb_radius);
+  boxes.frame =
+      BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), root.center(), root.size() / 2);
   boxes.attitude.adopt(model, tree.topology, boxes.frame.axes(), boxes.frame.scale());
   stageInPlace(model, boxes);
   propagateByBoxes(model, tree.topology, boxes);
   tree.forgetTravel(model);
-}
-
-/// Whether the volumes can be moved and inflated by what is known of a new frame; else they are
-/// fitted anew.
-template <typename BV>
-bool canFollow(const fcl::BVHModel<BV>& model, const AdaptiveTree<BV>& tree,
-               typename BV::S largest) {
-  return tree.boxes ? tree.boxes->canFollow(largest, model.aabb_radius) : std::isfinite(largest);
 }
 
 /// One frame by the thesis's propagation. Returns the largest displacement; stops after measuring
@@ -82,7 +83,7 @@ typename BV::S byDisplacements(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
   const auto largest = moveVertices(model, *tree.displacements, positions);
   updateLocalBounds(model);
   report.displacement_seconds = watch.lap();
-  if (!canFollow(model, tree, largest)) return largest;
+  if (!std::isfinite(largest)) return largest;
   report.inflated = propagate(model, *tree.displacements, policy.leaf_radius_may_shrink);
   report.propagation_seconds = watch.lap();
   refitUnfit(model, tree, policy, report);
@@ -100,7 +101,7 @@ typename BV::S byBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const R
   const auto largest = finishStaging(model, boxes, staged);
   model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
   report.displacement_seconds = watch.lap();
-  if (!canFollow(model, tree, largest)) return largest;
+  if (!boxes.canFollow(largest)) return largest;
   report.inflated = propagateByBoxes(model, tree.topology, boxes);
   report.propagation_seconds = watch.lap();
   refitUnfit(model, tree, policy, report);
@@ -131,10 +132,10 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
           ? stagePropagateRefit(model, tree, policy, positions, threads, watch, report)
           : byBoxes(model, tree, policy, positions, watch, report);
   report.largest_displacement = static_cast<double>(largest);
-  if (canFollow(model, tree, largest)) {
+  if (wasFollowed(tree, largest)) {
     replaceDecayed(model, tree, policy);
     sealRoot(model, tree);
-  } else {  // a jump; or the old positions, written by FCL's own calls, were no numbers
+  } else {
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }
@@ -161,7 +162,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   report.propagation_seconds = watch.lap();
   refitUnfitMarked(model, tree, policy, report);
   sealRoot(model, tree);
-  if (!canFollow(model, tree, largest)) {
+  if (!wasFollowed(tree, largest)) {
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }

@@ -56,7 +56,7 @@ template <typename BV>
 void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) {
   boxes.all_moving = true;
   // A body far from the origin of its boxes would lose digits in them.
-  boxes.frame.moveOrigin(model.aabb_center);
+  boxes.frame.moveOrigin(boxes.middle());
   fcl::Matrix3d axes = boxes.frame.axes();
   if (boxes.attitude.follow(model, axes)) boxes.frame.turn(axes);
   if (model.prev_vertices) boxes.before.resize(static_cast<std::size_t>(model.num_vertices));
