@@ -4,11 +4,11 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <new>
@@ -24,23 +24,17 @@ std::atomic<long> live{0}, highest{0};
 }  // namespace
 
 void* operator new(std::size_t size) {
-  // Room for the size, and alignment kept.
-  void* const block = size < (std::size_t(1) << 40) ? std::malloc(size + 16) : nullptr;
+  void* const block = std::malloc(size == 0 ? 1 : size);
   if (!block) throw std::bad_alloc();
-  std::memcpy(block, &size, sizeof(size));
-  const long now = live += long(size);
+  const long now = live += long(malloc_usable_size(block));
   for (long seen = highest; seen < now && !highest.compare_exchange_weak(seen, now);) {
   }
-  return static_cast<char*>(block) + 16;
+  return block;
 }
 void* operator new[](std::size_t size) { return operator new(size); }
 void operator delete(void* p) noexcept {
-  if (!p) return;
-  void* const block = static_cast<char*>(p) - 16;
-  std::size_t size;
-  std::memcpy(&size, block, sizeof(size));
-  live -= long(size);
-  std::free(block);
+  if (p) live -= long(malloc_usable_size(p));
+  std::free(p);
 }
 void operator delete[](void* p) noexcept { operator delete(p); }
 void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
