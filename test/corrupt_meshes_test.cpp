@@ -21,9 +21,7 @@ namespace {
 /// What is allocated by new, here and in the libraries, at its highest.
 std::atomic<long> live{0}, highest{0};
 
-}  // namespace
-
-void* operator new(std::size_t size) {
+void* allocate(std::size_t size) {
   void* const block = std::malloc(size == 0 ? 1 : size);
   if (!block) throw std::bad_alloc();
   const long now = live += long(malloc_usable_size(block));
@@ -31,14 +29,20 @@ void* operator new(std::size_t size) {
   }
   return block;
 }
-void* operator new[](std::size_t size) { return operator new(size); }
-void operator delete(void* p) noexcept {
-  if (p) live -= long(malloc_usable_size(p));
-  std::free(p);
+
+void release(void* block) {
+  if (block) live -= long(malloc_usable_size(block));
+  std::free(block);
 }
-void operator delete[](void* p) noexcept { operator delete(p); }
-void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
-void operator delete[](void* p, std::size_t) noexcept { operator delete(p); }
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* p) noexcept { release(p); }
+void operator delete[](void* p) noexcept { release(p); }
+void operator delete(void* p, std::size_t) noexcept { release(p); }
+void operator delete[](void* p, std::size_t) noexcept { release(p); }
 
 namespace adaptive_bvh_test {
 namespace {
