@@ -4,14 +4,7 @@
 
 #include <fcl/geometry/geometric_shape_to_BVH_model.h>
 #include <fcl/geometry/octree/octree.h>
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/cone.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
@@ -21,6 +14,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
+#include "support/shapes.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -53,22 +47,6 @@ class FclConsumers : public testing::Test {
   std::unique_ptr<Plain> fresh_;
   std::mt19937 random_{21};
 };
-
-std::shared_ptr<fcl::Convexd> tetrahedron() {
-  auto corners = std::make_shared<std::vector<fcl::Vector3d>>();
-  *corners = {{0, 0, 0}, {0.6, 0, 0}, {0, 0.5, 0}, {0, 0, 0.7}};
-  auto faces = std::make_shared<std::vector<int>>(
-      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 0, 3, 2, 3, 1, 2, 3});
-  return std::make_shared<fcl::Convexd>(corners, 4, faces);
-}
-
-std::vector<std::shared_ptr<Geometry>> shapes() {
-  return {
-      std::make_shared<fcl::Boxd>(0.4, 0.3, 0.5), std::make_shared<fcl::Ellipsoidd>(0.3, 0.2, 0.25),
-      std::make_shared<fcl::Capsuled>(0.15, 0.4), std::make_shared<fcl::Coned>(0.2, 0.4),
-      std::make_shared<fcl::Cylinderd>(0.2, 0.4), tetrahedron(),
-      std::make_shared<fcl::Sphered>(0.25)};
-}
 
 /// The triangles of `mesh` that a collision names, whichever object it is.
 std::set<long> trianglesIn(const fcl::CollisionResultd& result, const Geometry* mesh) {
@@ -113,7 +91,7 @@ TEST_F(FclConsumers, Shapes) {
   int apart = 0, touching = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     nextFrame();
-    for (const auto& shape : shapes()) {
+    for (const auto& shape : boundedShapes<double>()) {
       const Transform tf1 = randomPose<double>(random_, 0.3),
                       tf2 = randomPose<double>(random_, 0.8);
       const double expected = distance(false, fresh_.get(), tf1, shape.get(), tf2);
