@@ -20,6 +20,12 @@
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
 
+/// These managers of FCL's leak, whatever is registered.
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:IntervalTreeCollisionManager\nleak:DynamicAABBTreeCollisionManager_Array\n"
+         "leak:implementation_array\n";
+}
+
 namespace adaptive_bvh_test {
 namespace {
 

@@ -23,6 +23,20 @@ std::uintmax_t countOf(const std::string& text) {
   return std::stoull(text);
 }
 
+/// Little-endian.
+std::uint32_t wordAt(const std::string& bytes, std::size_t at) {
+  std::uint32_t word = 0;
+  for (std::size_t k = 4; k-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return word;
+}
+
+/// "nan" and "inf" included.
+bool isNumber(const std::string& word) {
+  char* end = nullptr;
+  std::strtod(word.c_str(), &end);
+  return !word.empty() && *end == '\0';
+}
+
 /// Every element takes a byte at least.
 std::string checkCount(const std::string& what, const std::string& count, std::size_t bytes) {
   if (countOf(count) <= bytes) return "";
@@ -68,7 +82,7 @@ class PlyBody {
       return true;
     }
     for (; values > 0; --values)
-      if (word().empty()) return false;
+      if (!isNumber(word())) return false;
     return true;
   }
 
@@ -142,6 +156,44 @@ std::string checkPly(const std::string& text) {
                  std::to_string(element.count) + " '" + element.name + "'";
       }
   return "";
+}
+
+// ---- STL ----------------------------------------------------------------------------------------
+
+/// Text: facets of three vertices each, from the first word to the last.
+std::string checkStl(const std::string& text) {
+  constexpr std::size_t kHeader = 84, kFacet = 50;
+  if (text.size() >= kHeader && (text.size() - kHeader) % kFacet == 0 &&
+      (text.size() - kHeader) / kFacet == wordAt(text, kHeader - 4))
+    return "";  // binary, whatever its first word
+  std::istringstream words(text);
+  std::string word, x, y, z;
+  int corners = -1;  // of the facet that is open
+  bool is_solid_open = false;
+  while (words >> word) {
+    if (word == "solid") {
+      std::getline(words, x);  // its name
+      is_solid_open = true;
+    } else if (word == "facet") {
+      if (corners >= 0 || !(words >> word >> x >> y >> z) || !isNumber(x) || !isNumber(y) ||
+          !isNumber(z))
+        return "a facet begins within another, or without a normal";
+      corners = 0;
+    } else if (word == "vertex") {
+      if (corners < 0 || ++corners > 3 || !(words >> x >> y >> z) || !isNumber(x) || !isNumber(y) ||
+          !isNumber(z))
+        return "a vertex is out of place, or not three numbers";
+    } else if (word == "endfacet") {
+      if (corners != 3) return "a facet does not have three vertices";
+      corners = -1;
+    } else if (word == "endsolid") {
+      std::getline(words, x);
+      is_solid_open = false;
+    } else if (word != "outer" && word != "loop" && word != "endloop") {
+      return "there is an unknown word in it";
+    }
+  }
+  return corners >= 0 || is_solid_open ? "it ends within a solid" : "";
 }
 
 // ---- others -------------------------------------------------------------------------------------
@@ -238,13 +290,6 @@ std::string checkCollada(const std::string& text) {
   return objection;
 }
 
-/// Little-endian.
-std::uint32_t wordAt(const std::string& bytes, std::size_t at) {
-  std::uint32_t word = 0;
-  for (std::size_t k = 4; k-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[at + k]);
-  return word;
-}
-
 std::string checkGlb(const std::string& bytes) {
   constexpr std::size_t kHeader = 12, kChunkHeader = 8;
   for (std::size_t at = kHeader; at + kChunkHeader <= bytes.size();) {
@@ -271,6 +316,7 @@ std::string objectionTo(const std::string& path) {
                      : keyword == "ply" || keyword == "PLY" ? checkPly
                      : keyword.size() >= 3 && keyword.compare(keyword.size() - 3, 3, "OFF") == 0
                          ? checkOff
+                     : keyword == "solid"                 ? checkStl
                      : text.find("<COLLADA") != text.npos ? checkCollada
                                                           : nullptr;
   if (!check) return "";

@@ -8,6 +8,7 @@ namespace adaptive_bvh {
 /// format is another. Readers allocate and loop by what a header announces before they look whether
 /// it is there, so that a few bytes can take all memory, or all time:
 /// - PLY: header and body are walked through; every element must be there.
+/// - STL, as text: facets of three vertices, all numbers; assimp would leak what it has read.
 /// - OFF: no count may exceed the number of bytes.
 /// - Collada: arrays must have what accessors read of them, and lists of indices be numbers.
 /// - GLB: no chunk may be longer than the file.
