@@ -30,14 +30,16 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
 /// The next update refits by that evidence. It works without it, but then it has to treat every
 /// node as if it had been visited.
 ///
-/// Recorded pairs: an AdaptiveBVHModel with another model of fcl::RSS, adaptive or not, or with a
-/// primitive shape, in either order. Any other pair is handed to FCL.
+/// Recorded pairs: an AdaptiveBVHModel with another model of fcl::RSS, adaptive or not, with a
+/// primitive shape, or with an octree (but for signed distances and costs), in either order. Any
+/// other pair is handed to FCL.
 ///
 /// `distance` of two adaptive models with Propagation::Boxes is found by their boxes
 /// (docs/bounds.md), starting from the pair of triangles that was nearest in the last query of the
 /// two. It is the least of all distances of two triangles as FCL computes them, up to rounding; of
-/// several nearest pairs another one may be named. Everything else runs FCL's own traversal, and
-/// every field of the result is what FCL computes on the same trees. Beyond FCL:
+/// several nearest pairs another one may be named. Likewise with an octree, by FCL's solver on its
+/// cells and the triangles. Everything else runs FCL's own traversal, and every field of the result
+/// is what FCL computes on the same trees. Beyond FCL:
 /// - `collide` of two meshes takes the oriented traversal, where fcl::collide copies both models on
 ///   every call and rebuilds the copy of one that is not at the identity. The contacts are the same
 ///   set; their order may differ.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -224,8 +223,9 @@ std::string forEachElement(const std::string& text, const std::string& name, Vis
     if (at < text.size() && text[at] != '>' && text[at] != '/' && !isSpace(text[at])) continue;
     at = std::min(text.find('>', at), text.size());
     const std::size_t end = std::min(text.find('<', at), text.size());
-    const std::string tag = text.substr(begin, at - begin);
-    const std::string objection = visit(tag, text.substr(at, end - at).substr(at < end));
+    const std::size_t content = std::min(at + 1, end);
+    const std::string objection =
+        visit(text.substr(begin, at - begin), text.substr(content, end - content));
     if (!objection.empty()) return objection;
   }
   return "";
@@ -257,7 +257,8 @@ std::string checkCollada(const std::string& text) {
   };
 
   std::map<std::string, std::uintmax_t> values;  // in the arrays, by their ids
-  for (const char* array : {"float_array", "Name_array", "IDREF_array"})
+  for (const char* array :
+       {"float_array", "int_array", "bool_array", "Name_array", "IDREF_array", "SIDREF_array"})
     check(array, [&](const std::string& tag, const std::string& content) -> std::string {
       const std::uintmax_t count = countOf(attribute(tag, "count"));
       if (count > wordsIn(content)) return "an array has fewer values than it announces";
