@@ -5,16 +5,15 @@
 
 #include <gtest/gtest.h>
 #include <malloc.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <new>
 #include <random>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/temporary_file.h"
 
 namespace {
 
@@ -57,9 +56,8 @@ constexpr long kFewMegabytes = 64 << 20;
 
 /// Loads `text` as a file of this kind. True when there was a mesh in it.
 bool load(const std::string& extension, const std::string& text) {
-  const std::string path =
-      testing::TempDir() + "adaptive_bvh_corrupt_" + std::to_string(::getpid()) + "." + extension;
-  std::ofstream(path, std::ios::binary) << text;
+  const TemporaryFile file("corrupt." + extension, text);
+  const std::string& path = file.path();
   highest = live.load();
   const long before = live;
   bool loaded = false;
@@ -75,7 +73,6 @@ bool load(const std::string& extension, const std::string& text) {
     EXPECT_GT(std::string(error.what()).size(), path.size() + 24) << "no reason: " << error.what();
   }
   EXPECT_LT(highest - before, kFewMegabytes) << extension;
-  std::remove(path.c_str());
   return loaded;
 }
 

@@ -2,12 +2,9 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <cstdio>
-#include <fstream>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -17,20 +14,6 @@ using adaptive_bvh::MeshLoadError;
 using adaptive_bvh::MeshLoadOptions;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
 using Point = fcl::Vector3d;
-
-/// A file in the test's own folder, gone afterwards.
-class File {
- public:
-  File(const std::string& name, const std::string& text)
-      : path_(testing::TempDir() + "adaptive_bvh_" + std::to_string(::getpid()) + "_" + name) {
-    std::ofstream(path_, std::ios::binary) << text;
-  }
-  ~File() { std::remove(path_.c_str()); }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 double area(const Mesh& mesh) {
   double sum = 0;
@@ -73,7 +56,7 @@ const char kQuads[] =
     "usemtl red\nf 1 2 3 4\nusemtl blue\nf 2 5 6 3\nl 1 2\np 1\n";
 
 TEST(LoadMesh, ObjWithQuadsTwoMaterialsLinesAndPoints) {
-  const File file("quads.obj", kQuads);
+  const TemporaryFile file("quads.obj", kQuads);
   const Mesh mesh = loadMesh<double>(file.path());
   EXPECT_EQ(4u, mesh.triangles.size());
   EXPECT_EQ(6u, mesh.vertices.size()) << "the two materials' meshes are welded along their edge";
@@ -88,12 +71,13 @@ TEST(LoadMesh, ObjWithQuadsTwoMaterialsLinesAndPoints) {
 }
 
 TEST(LoadMesh, StlRepeatsVerticesAndIsWelded) {
-  const File file("two.stl",
-                  "solid two\n"
-                  "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
-                  "endloop\nendfacet\n"
-                  "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex -0 1 0\n"
-                  "endloop\nendfacet\nendsolid two\n");
+  const TemporaryFile file(
+      "two.stl",
+      "solid two\n"
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
+      "endloop\nendfacet\n"
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex -0 1 0\n"
+      "endloop\nendfacet\nendsolid two\n");
   const Mesh mesh = loadMesh<double>(file.path());
   EXPECT_EQ(2u, mesh.triangles.size());
   EXPECT_EQ(4u, mesh.vertices.size());
@@ -101,9 +85,9 @@ TEST(LoadMesh, StlRepeatsVerticesAndIsWelded) {
 }
 
 TEST(LoadMesh, PlyKeepsItsVertexOrder) {
-  const File file("tetra.ply", ply(4, 4,
-                                   "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
-                                   "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"));
+  const TemporaryFile file("tetra.ply", ply(4, 4,
+                                            "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                                            "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"));
   const auto mesh = loadMesh<float>(file.path());
   ASSERT_EQ(4u, mesh.vertices.size());
   EXPECT_EQ(fcl::Vector3f(0, 1, 0), mesh.vertices[2]);
@@ -140,8 +124,9 @@ std::string collada(const std::string& unit, const std::string& first, const std
 }
 
 TEST(LoadMesh, ColladaAppliesUnitAndNestedTransforms) {
-  const File file("unit.dae", collada("<unit name=\"millimetre\" meter=\"0.001\"/>",
-                                      "<translate>10 0 0</translate>", "<scale>2 2 2</scale>"));
+  const TemporaryFile file("unit.dae",
+                           collada("<unit name=\"millimetre\" meter=\"0.001\"/>",
+                                   "<translate>10 0 0</translate>", "<scale>2 2 2</scale>"));
   const Mesh mesh = loadMesh<double>(file.path());
   EXPECT_EQ(8u, mesh.triangles.size());
   // In metres: one tetrahedron at x = 0.01, and one twice as large at the same place.
@@ -153,8 +138,8 @@ TEST(LoadMesh, ColladaAppliesUnitAndNestedTransforms) {
 }
 
 TEST(LoadMesh, AMirrorTurnsTheTrianglesOver) {
-  const File file("mirror.dae", collada("<unit name=\"metre\" meter=\"1\"/>",
-                                        "<scale>-1 1 1</scale>", "<scale>1 -2 1</scale>"));
+  const TemporaryFile file("mirror.dae", collada("<unit name=\"metre\" meter=\"1\"/>",
+                                                 "<scale>-1 1 1</scale>", "<scale>1 -2 1</scale>"));
   const Mesh mesh = loadMesh<double>(file.path());
   // The first faces outside after one mirror, the second after two.
   EXPECT_NEAR((1 + 2) / 6., volume(mesh), 1e-6);
@@ -162,26 +147,26 @@ TEST(LoadMesh, AMirrorTurnsTheTrianglesOver) {
 
 TEST(LoadMesh, NamesPathAndReasonOfWhatItCannotUse) {
   EXPECT_NE(std::string::npos, reasonOf("/nowhere/at all.obj").find("does not exist"));
-  const File empty("empty.obj", "");
+  const TemporaryFile empty("empty.obj", "");
   EXPECT_FALSE(reasonOf(empty.path()).empty());
-  const File points("points.obj", "v 0 0 0\nv 1 0 0\np 1\nl 1 2\n");
+  const TemporaryFile points("points.obj", "v 0 0 0\nv 1 0 0\np 1\nl 1 2\n");
   EXPECT_FALSE(reasonOf(points.path()).empty());
-  const File foreign("text.xyzzy", "hello");
+  const TemporaryFile foreign("text.xyzzy", "hello");
   EXPECT_FALSE(reasonOf(foreign.path()).empty());
-  const File cut("cut.ply", ply(400, 4, "0 0 0\n1 0 0\n"));
+  const TemporaryFile cut("cut.ply", ply(400, 4, "0 0 0\n1 0 0\n"));
   EXPECT_FALSE(reasonOf(cut.path()).empty());
-  const File index("index.ply", ply(3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 77\n"));
+  const TemporaryFile index("index.ply", ply(3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 77\n"));
   EXPECT_FALSE(reasonOf(index.path()).empty());
-  const File xml("broken.dae", "<COLLADA><unclosed>");
+  const TemporaryFile xml("broken.dae", "<COLLADA><unclosed>");
   EXPECT_FALSE(reasonOf(xml.path()).empty());
-  const File nan("nan.ply", ply(3, 1, "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"));
+  const TemporaryFile nan("nan.ply", ply(3, 1, "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"));
   EXPECT_NE(std::string::npos, reasonOf(nan.path()).find("not finite"));
-  const File huge("huge.obj", "v 0 0 0\nv 1e60 0 0\nv 0 1 0\nf 1 2 3\n");
+  const TemporaryFile huge("huge.obj", "v 0 0 0\nv 1e60 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_NE(std::string::npos, reasonOf(huge.path()).find("not finite"));
 }
 
 TEST(FillModel, TakesNewAndUsedModelsOfEitherKind) {
-  const File file("quads2.obj", kQuads);
+  const TemporaryFile file("quads2.obj", kQuads);
   const Mesh mesh = loadMesh<double>(file.path());
   adaptive_bvh::AdaptiveBVHModeld adaptive;
   fcl::BVHModel<fcl::RSSd> plain;

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "scenarios.h"
+#include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -113,16 +113,11 @@ TEST(Tune, ASeedGivesTheSameAnswerTwice) {
   EXPECT_NE(first.best().policy.max_inflation, tune(valley, options).best().policy.max_inflation);
 }
 
-class Checkpoint : public testing::Test {
- protected:
-  ~Checkpoint() override { std::remove(path_.c_str()); }
-  std::string path_ = testing::TempDir() + "adaptive_bvh_checkpoint.json";
-};
-
-TEST_F(Checkpoint, ASearchThatWasStoppedGoesOnAsIfItHadNot) {
+TEST(Checkpoint, ASearchThatWasStoppedGoesOnAsIfItHadNot) {
   TuningOptions options = quick();
   const TuningResult whole = tune(valley, options);
-  options.checkpoint = path_;
+  const TemporaryFile file("checkpoint.json");
+  options.checkpoint = file.path();
   int reports = 0, stops = 0;
   options.progress = [&](const TuningProgress& progress) {
     EXPECT_GE(progress.share_done, 0);
@@ -140,15 +135,16 @@ TEST_F(Checkpoint, ASearchThatWasStoppedGoesOnAsIfItHadNot) {
   expectSame(whole, result);
 }
 
-TEST_F(Checkpoint, BelongsToItsOptions) {
+TEST(Checkpoint, BelongsToItsOptions) {
   TuningOptions options = quick();
-  options.checkpoint = path_;
+  const TemporaryFile file("checkpoint.json");
+  options.checkpoint = file.path();
   options.progress = [](const TuningProgress&) { return false; };
   EXPECT_FALSE(tune(valley, options).finished);
   options.seed = 9;
   EXPECT_THROW(tune(valley, options), std::runtime_error);
   options.seed = 1;
-  std::ofstream(path_) << "nonsense";
+  std::ofstream(file.path()) << "nonsense";
   EXPECT_THROW(tune(valley, options), std::runtime_error);
   options.checkpoint = "/no/such/folder/file.json";
   EXPECT_THROW(tune(valley, options), std::runtime_error);
