@@ -8,6 +8,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
+#include "support/names.h"
 
 namespace {
 long allocations = 0;

@@ -265,6 +265,8 @@ struct Format {
   const char* name;
   const char* extension;
   std::string (*write)(const Counts&);
+
+  friend void PrintTo(const Format& format, std::ostream* out) { *out << format.name; }
 };
 
 class CorruptMesh : public testing::TestWithParam<Format> {

@@ -7,6 +7,7 @@
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
+#include "support/names.h"
 
 namespace adaptive_bvh_test {
 namespace {

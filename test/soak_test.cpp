@@ -65,6 +65,8 @@ struct Case {
   const char* name;
   Points (*motion)(const Points& rest, int frame);
   bool ask;  ///< queries go along; else nobody looks until the end
+
+  friend void PrintTo(const Case& tested, std::ostream* out) { *out << tested.name; }
 };
 
 class Soak : public testing::TestWithParam<Case> {};
