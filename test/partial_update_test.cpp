@@ -170,6 +170,46 @@ TYPED_TEST(PartialUpdate, WorksInEveryState) {
   this->expectRight();
 }
 
+/// A dent that sinks in and comes back in the middle of a large sheet, then its rim: what box and
+/// radius rest on moves out, and in again, and is found among thousands of vertices.
+TYPED_TEST(PartialUpdate, FindsWhatTheLocalBoundsRestOn) {
+  using S = TypeParam;
+  const fcl::Transform3<S> turned(
+      Eigen::AngleAxis<S>(S(0.7), Vector3<S>(1, 2, S(-0.5)).normalized()));
+  for (const auto& placed : {this->origin_, turned})
+    for (const bool with_loose_vertex : {false, true}) {
+      TriangleMesh<S> sheet = plate<S>(60, 50);
+      for (auto& p : sheet.vertices) p = placed * (p + Vector3<S>(S(0.1), 3, S(0.01) * p[0]));
+      if (with_loose_vertex) sheet.vertices.push_back(placed * Vector3<S>(-2, -2, 5));
+      typename TestFixture::Model model;
+      fillModel(sheet, model);
+      std::uniform_int_distribution<std::size_t> any(0, sheet.vertices.size() - 1);
+      auto middle = std::size_t(1543);
+      for (int frame = 0; frame < 80; ++frame) {
+        if (frame % 20 == 0) middle = any(this->random_);
+        const S depth = S(0.3) * std::sin(S(frame % 20) * S(M_PI / 10));  // to both sides
+        std::vector<unsigned> indices;
+        std::vector<Vector3<S>> to;
+        for (unsigned v = 0; v < sheet.vertices.size(); ++v) {
+          const S r = (sheet.vertices[v] - sheet.vertices[middle]).norm() / S(0.1);
+          if (r >= 1) continue;
+          indices.push_back(v);
+          to.push_back(sheet.vertices[v] +
+                       placed.linear() * Vector3<S>(depth / 2, 0, depth) * (1 - r * r));
+        }
+        model.update(indices, to);
+        const fcl::AABB<S> box = model.aabb_local;
+        const S radius = model.aabb_radius;
+        const Vector3<S> center = model.aabb_center;
+        model.TestFixture::Plain::computeLocalAABB();
+        ASSERT_EQ(model.aabb_local.min_, box.min_) << frame;
+        ASSERT_EQ(model.aabb_local.max_, box.max_) << frame;
+        ASSERT_EQ(model.aabb_center, center) << frame;
+        ASSERT_NEAR(model.aabb_radius, radius, 8 * std::numeric_limits<S>::epsilon() * radius);
+      }
+    }
+}
+
 TEST(PartialUpdatePoints, ACloudAndASingleTriangle) {
   using Point = fcl::Vector3d;
   adaptive_bvh::AdaptiveBVHModeld cloud;

@@ -1,5 +1,7 @@
 #include "tree/incidence.h"
 
+#include <algorithm>
+
 namespace adaptive_bvh {
 
 template <typename BV>
@@ -12,6 +14,7 @@ void Incidence::adopt(const fcl::BVHModel<BV>& model, const Topology& topology) 
 
   for (const Corners& corners : topology.corners)
     for (unsigned v : corners) ++first_[v];
+  covers_all_ = std::find(first_.begin(), first_.end() - 1, 0) == first_.end() - 1;
   int sum = 0;
   for (int& first : first_) first = sum += first;  // where the vertex's leaves end
   for (int i = 0; i < model.getNumBVs(); ++i) {

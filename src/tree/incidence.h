@@ -17,6 +17,9 @@ class Incidence {
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model, const Topology& topology);
 
+  /// False when there are vertices that belong to no triangle.
+  bool coversAllVertices() const { return covers_all_; }
+
   /// Marks all pairs of siblings on the ways from the leaves of `vertex` to the root.
   void mark(unsigned vertex) {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
@@ -63,6 +66,7 @@ class Incidence {
   std::vector<int> first_;   // by vertex, and one more: where its leaves begin
   std::vector<int> leaf_;
   std::vector<std::uint64_t> marks_;  // a bit for each pair
+  bool covers_all_ = false;
 };
 
 }  // namespace adaptive_bvh

@@ -154,15 +154,19 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   report.resynchronised = repairIfChanged(model, tree);
   if (tree.incidence.empty()) tree.incidence.adopt(model, tree.topology);
   forgetLongWays(model, tree);
-  const auto largest = stageVertices(model, *tree.boxes, tree.incidence, indices, positions, count);
+  PartialBounds<BV> bounds(model);
+  const auto largest =
+      stageVertices(model, *tree.boxes, tree.incidence, bounds, indices, positions, count);
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
 
   report.inflated = propagateByBoxes(model, tree.topology, tree.incidence, *tree.boxes);
+  const bool followed = wasFollowed(tree, largest);
+  if (followed) bounds.finish(tree.topology, *tree.boxes, tree.incidence.coversAllVertices());
   report.propagation_seconds = watch.lap();
   refitUnfitMarked(model, tree, policy, report);
   sealRoot(model, tree);
-  if (!wasFollowed(tree, largest)) {
+  if (!followed) {
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }

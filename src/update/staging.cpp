@@ -71,12 +71,12 @@ typename BV::S finishStaging(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
 
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
-                             Incidence& incidence, const unsigned* indices,
-                             const fcl::Vector3<typename BV::S>* positions, std::size_t count) {
+                             Incidence& incidence, PartialBounds<BV>& bounds,
+                             const unsigned* indices, const fcl::Vector3<typename BV::S>* positions,
+                             std::size_t count) {
   using S = typename BV::S;
   forgetMotion(boxes);
   boxes.moving.clear();
-  PartialBounds<BV> bounds(model);
   StagedRange<S> range;
   for (std::size_t i = count; i-- > 0;) {
     const unsigned v = indices[i];
@@ -95,7 +95,6 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
     for (int k = 0; k < 3; ++k) staged.motion[k] = motion[k];
     incidence.mark(v);
   }
-  bounds.finish();
   boxes.all_moving = false;
   return letMove(boxes, range);
 }
@@ -110,13 +109,14 @@ void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
   boxes.all_moving = true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                             \
-  template StagedRange<S> stageRange(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                    \
-                                     const fcl::Vector3<S>*, int, int);                         \
-  template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);                     \
-  template S finishStaging(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const StagedRange<S>&);      \
-  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&, const unsigned*, \
-                           const fcl::Vector3<S>*, std::size_t);                                \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
+  template StagedRange<S> stageRange(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                     \
+                                     const fcl::Vector3<S>*, int, int);                          \
+  template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);                      \
+  template S finishStaging(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const StagedRange<S>&);       \
+  template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&,                   \
+                           PartialBounds<fcl::RSS<S>>&, const unsigned*, const fcl::Vector3<S>*, \
+                           std::size_t);                                                         \
   template void stageInPlace(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

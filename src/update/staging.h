@@ -6,6 +6,7 @@
 
 #include "tree/boxes.h"
 #include "tree/incidence.h"
+#include "update/local_bounds.h"
 #include "volume/rounding.h"
 
 namespace adaptive_bvh {
@@ -58,12 +59,13 @@ typename BV::S finishStaging(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
                              const StagedRange<typename BV::S>& all);
 
 /// For `count` vertices, by `indices`; of one that is named twice the last position counts. Marks
-/// the nodes above them, lets all other motions become 0, and brings the local bounds up to date.
+/// the nodes above them, tells `bounds` of each, and lets all other motions become 0.
 /// Returns the largest displacement.
 template <typename BV>
 typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
-                             Incidence& incidence, const unsigned* indices,
-                             const fcl::Vector3<typename BV::S>* positions, std::size_t count);
+                             Incidence& incidence, PartialBounds<BV>& bounds,
+                             const unsigned* indices, const fcl::Vector3<typename BV::S>* positions,
+                             std::size_t count);
 
 /// The same without motion, for a model as it stands.
 template <typename BV>

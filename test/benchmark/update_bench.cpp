@@ -41,17 +41,17 @@ Model modelOf(const scenarios::Body& body, adaptive_bvh::FitnessCriterion criter
 /// node of both, and the ratio.
 void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
              const std::function<void(std::size_t)>& slower,
-             const std::function<void()>& after_slower,
+             const std::function<void(std::size_t)>& after_slower,
              const std::function<void(std::size_t)>& faster,
-             const std::function<void()>& after_faster) {
+             const std::function<void(std::size_t)>& after_faster) {
   std::vector<double> a, b, ratio;
   for (int round = 0; round < rounds; ++round) {
     double sum_a = 0, sum_b = 0;
     for (std::size_t frame = 0; frame < frames; ++frame) {
       sum_a += nanoseconds([&] { slower(frame); });
-      after_slower();
+      after_slower(frame);
       sum_b += nanoseconds([&] { faster(frame); });
-      after_faster();
+      after_faster(frame);
     }
     const double all = double(frames) * nodes;
     a.push_back(sum_a / all);
@@ -80,17 +80,18 @@ void floors(int rounds, int largest) {
     fillModel(body.mesh(), plain);
     compare(
         "x " + std::to_string(resolution * resolution), model.getNumBVs(), rounds, frames.size(),
-        [&](std::size_t i) { model.update(frames[i]); }, [] {},
+        [&](std::size_t i) { model.update(frames[i]); }, [](std::size_t) {},
         [&](std::size_t i) {
           std::copy(frames[i].begin(), frames[i].end(), plain.vertices);
           for (int n = 0; n < plain.getNumBVs(); ++n) plain.getBV(n).bv.r += 1e-12;
         },
-        [] {});
+        [](std::size_t) {});
   }
 }
 
 /// Local poke: the sheet's 1 % of vertices that move, by number, against all. Between the updates
-/// recorded queries run, outside of the clock, so that refits go by what they meet.
+/// the tool moves and recorded queries run, outside of the clock, so that refits go by what they
+/// meet.
 void partial(int rounds) {
   heading("local poke, sheet", "update of all", "of those that move");
   for (int resolution : {1, 2, 4}) {
@@ -105,8 +106,10 @@ void partial(int rounds) {
           to[i].push_back(frames[i][v]);
         }
     Model all = modelOf(poke.first, adaptive_bvh::FitnessCriterion::AB), some = all;
-    const Model tool = modelOf(poke.second, adaptive_bvh::FitnessCriterion::AB);
-    const auto ask = [&tool](const Model& model) {
+    Model tool = modelOf(poke.second, adaptive_bvh::FitnessCriterion::AB);
+    const std::vector<Positions> tool_frames = framesOf(poke.second);
+    const auto ask = [&](const Model& model, std::size_t frame) {
+      tool.update(tool_frames[frame]);
       fcl::DistanceResultd result;
       const auto origin = fcl::Transform3d::Identity();
       adaptive_bvh::distance<double>(&model, origin, &tool, origin, fcl::DistanceRequestd(),
@@ -114,8 +117,9 @@ void partial(int rounds) {
     };
     compare(
         "x " + std::to_string(resolution * resolution), all.getNumBVs(), rounds, frames.size(),
-        [&](std::size_t i) { all.update(frames[i]); }, [&] { ask(all); },
-        [&](std::size_t i) { some.update(indices[i], to[i]); }, [&] { ask(some); });
+        [&](std::size_t i) { all.update(frames[i]); }, [&](std::size_t i) { ask(all, i); },
+        [&](std::size_t i) { some.update(indices[i], to[i]); },
+        [&](std::size_t i) { ask(some, i); });
   }
 }
 
@@ -132,7 +136,7 @@ void threads(int rounds, int count) {
           std::to_string(one.num_tris) + " triangles, " +
               (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
           one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
-          [] {}, [&](std::size_t i) { many.update(frames[i]); }, [] {});
+          [](std::size_t) {}, [&](std::size_t i) { many.update(frames[i]); }, [](std::size_t) {});
     }
   }
 }
