@@ -146,10 +146,13 @@ template <typename BV>
 void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                       UpdateReport& report) {
   Refitter<BV> refitter(model, tree, policy, report);
+  const bool may_refit = policy.criterion != FitnessCriterion::RefitNone;
   const auto settle = [&](int node) {
-    refitter.judge(node);
+    if (may_refit) {
+      refitter.judge(node);
+      replaceIfDecayed(model, tree, node);
+    }
     tree.evidence.clear(node);
-    if (policy.criterion != FitnessCriterion::RefitNone) replaceIfDecayed(model, tree, node);
   };
   for (int left = model.getNumBVs(); (left = tree.incidence.markedBefore(left)) > 0;) {
     settle(left);
