@@ -5,5 +5,7 @@ if(is_top_level)
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall;-Wextra;-Wpedantic>
     # FCL's own code, inlined into ours, trips this one: contacts and points that it fills later.
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+    # GoogleTest's TYPED_TEST_SUITE, whose last argument may be left out.
+    $<$<CXX_COMPILER_ID:Clang,AppleClang>:-Wno-gnu-zero-variadic-macro-arguments>
     $<$<BOOL:${ADAPTIVE_BVH_WARNINGS_AS_ERRORS}>:-Werror>)
 endif()
