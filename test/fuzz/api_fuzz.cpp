@@ -217,6 +217,7 @@ class Subject {
       call();
       REQUIRE(sound && built);
       REQUIRE(same(frame(), expected));
+      checkLocalBounds();
     } catch (const std::invalid_argument&) {
       REQUIRE(!sound);
       REQUIRE(same(frame(), before));
@@ -224,6 +225,17 @@ class Subject {
       REQUIRE(!built);
       REQUIRE(same(frame(), before));
     }
+  }
+
+  /// The numbers of FCL's computeLocalAABB, found anew.
+  void checkLocalBounds() const {
+    Eigen::AlignedBox3d box;
+    for (const Point& p : frame()) box.extend(p);
+    REQUIRE(box.min() == model_->aabb_local.min_ && box.max() == model_->aabb_local.max_);
+    REQUIRE(model_->aabb_center == model_->aabb_local.center());
+    double radius = 0;
+    for (const Point& p : frame()) radius = std::max(radius, (p - model_->aabb_center).norm());
+    REQUIRE(std::abs(model_->aabb_radius - radius) <= 2e-15 * radius);
   }
 
   void update(Bytes& in, const Points& before) {
