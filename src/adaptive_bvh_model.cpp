@@ -120,7 +120,6 @@ void AdaptiveBVHModel<BV>::takeOverBuild() {
     adoptBuild<BV>(*this, state.tree);
   else
     repairIfChanged<BV>(*this, state.tree);
-  updateLocalBounds(*this);
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
   state.report.resynchronised = true;

@@ -210,6 +210,22 @@ TYPED_TEST(PartialUpdate, FindsWhatTheLocalBoundsRestOn) {
     }
 }
 
+/// A change through the base class, which leaves FCL's local box as it was, then updates that
+/// change nothing.
+TYPED_TEST(PartialUpdate, BringsTheLocalBoundsUpToDateAfterAChangeThroughTheBase) {
+  using S = TypeParam;
+  for (const RefitPolicy& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::A)}) {
+    this->model_.setRefitPolicy(policy);
+    for (auto& p : this->positions_) p *= S(1.5);
+    typename TestFixture::Plain& base = this->model_;
+    base.beginReplaceModel();
+    base.replaceSubModel(this->positions_);
+    base.endReplaceModel();
+    this->model_.update({3}, {this->positions_[3]});
+    this->expectRight();
+  }
+}
+
 TEST(PartialUpdatePoints, ACloudAndASingleTriangle) {
   using Point = fcl::Vector3d;
   adaptive_bvh::AdaptiveBVHModeld cloud;

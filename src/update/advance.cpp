@@ -64,7 +64,6 @@ template <typename BV>
 void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) {
   using S = typename BV::S;
   Boxes<S>& boxes = *tree.boxes;
-  updateLocalBounds(model);
   boxes.frame =
       BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), root.center(), root.size() / 2);
   boxes.attitude.adopt(model, tree.topology, boxes.frame.axes(), boxes.frame.scale());
@@ -178,6 +177,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
 template <typename BV>
 void adoptBuild(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   tree.adopt(model);
+  updateLocalBounds(model);
   BV& root = model.getBV(0).bv;
   if (tree.boxes) layBoxes(model, tree, root);
   tree.seal.close(root, root);
@@ -190,6 +190,7 @@ bool repairIfChanged(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   const std::lock_guard<std::mutex> lock(tree.repairing);
   if (tree.seal.intact(model.getBV(0).bv)) return true;  // another thread was first
   tree.adopt(model);
+  updateLocalBounds(model);
   const BV root = refitAllButRoot<BV>(model, tree);
   if (tree.boxes) layBoxes(model, tree, root);
   tree.seal.close(model.getBV(0).bv, root);
