@@ -186,13 +186,11 @@ void PartialBounds<BV>::finish(const Topology& topology, const Boxes<S>& boxes, 
   if (!settle(low_, -1, low) || !settle(high_, 1, high)) return updateLocalBounds(model_);
   setLocalBox(model_, low, high);
 
+  const bool moved = model_.aabb_center != center;
   const S old = model_.aabb_radius * model_.aabb_radius;
   S squared = farthest_;
-  if (model_.aabb_center != center) {
-    if (!search(SquaredDistance<S>(boxes, model_.aabb_center), S(0), squared))
-      squared = squaredRadius(model_, 0, model_.num_vertices);
-  } else if (left_radius_ && farthest_ < old * (1 + kSlack)) {
-    if (!search(SquaredDistance<S>(boxes, center), farthest_, squared))
+  if (moved || (left_radius_ && farthest_ < old * (1 + kSlack))) {
+    if (!search(SquaredDistance<S>(boxes, model_.aabb_center), moved ? S(0) : farthest_, squared))
       squared = squaredRadius(model_, 0, model_.num_vertices);
   } else if (farthest_ <= old) {
     return;

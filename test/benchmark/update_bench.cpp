@@ -63,6 +63,8 @@ void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
   std::fflush(stdout);
 }
 
+void nothing(std::size_t) {}
+
 void heading(const char* what, const char* a, const char* b) {
   std::printf(
       "\n| %s | nodes | %s, ns a node | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n", what,
@@ -80,12 +82,12 @@ void floors(int rounds, int largest) {
     fillModel(body.mesh(), plain);
     compare(
         "x " + std::to_string(resolution * resolution), model.getNumBVs(), rounds, frames.size(),
-        [&](std::size_t i) { model.update(frames[i]); }, [](std::size_t) {},
+        [&](std::size_t i) { model.update(frames[i]); }, nothing,
         [&](std::size_t i) {
           std::copy(frames[i].begin(), frames[i].end(), plain.vertices);
           for (int n = 0; n < plain.getNumBVs(); ++n) plain.getBV(n).bv.r += 1e-12;
         },
-        [](std::size_t) {});
+        nothing);
   }
 }
 
@@ -136,7 +138,7 @@ void threads(int rounds, int count) {
           std::to_string(one.num_tris) + " triangles, " +
               (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
           one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
-          [](std::size_t) {}, [&](std::size_t i) { many.update(frames[i]); }, [](std::size_t) {});
+          nothing, [&](std::size_t i) { many.update(frames[i]); }, nothing);
     }
   }
 }
