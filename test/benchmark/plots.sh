@@ -27,7 +27,7 @@ $style
 set output "$folder/totals.png"
 set title "Sum of the five scenarios, general orientation (logarithmic)"
 set style data histograms; set style histogram clustered gap 1; set style fill solid 0.8
-set logscale y; set yrange [1:*]; set ylabel "milliseconds"; set xtics rotate by -35 scale 0 noenhanced; set bmargin 11; set rmargin 14
+set logscale y; set yrange [1:*]; set ylabel "milliseconds"; set xtics rotate by -35 scale 0 noenhanced; set bmargin 11; set rmargin 18
 set key top left
 plot "$work/totals.dat" using 2:xtic(1) title "update", '' using 3 title "query"
 GNUPLOT
