@@ -26,10 +26,10 @@ using namespace adaptive_bvh;  // NOLINT: an example of it
 using Positions = std::vector<fcl::Vector3d>;
 
 const std::map<std::string, FitnessCriterion> kCriteria = {
-    {"A", FitnessCriterion::A},         {"B", FitnessCriterion::B},
-    {"AB", FitnessCriterion::AB},       {"BC", FitnessCriterion::BC},
-    {"ABC", FitnessCriterion::ABC},     {"A|BC", FitnessCriterion::AOrBC},
-    {"AB|BC", FitnessCriterion::ABOrBC}};
+    {"A", FitnessCriterion::A},          {"B", FitnessCriterion::B},
+    {"AB", FitnessCriterion::AB},        {"BC", FitnessCriterion::BC},
+    {"ABC", FitnessCriterion::ABC},      {"A|BC", FitnessCriterion::AOrBC},
+    {"AB|BC", FitnessCriterion::ABOrBC}, {"AD", FitnessCriterion::AD}};
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
   app.add_option("--sequence", sequence, "Your meshes, one a frame, in order, of one topology");
   app.add_option("--obstacle", obstacle, "The mesh that distances are asked to");
   app.add_option("--resolution", resolutions, "Of the five scenarios; several do");
-  app.add_option("--criterion", criteria, "Only these: A, B, AB, BC, ABC, A|BC, AB|BC")
+  app.add_option("--criterion", criteria, "Only these: A, B, AB, BC, ABC, A|BC, AB|BC, AD")
       ->transform(CLI::CheckedTransformer(kCriteria));
   app.add_option("--population", options.population, "Policies at a time");
   app.add_option("--generations", options.generations, "For each criterion");
@@ -139,13 +139,13 @@ int main(int argc, char** argv) {
     if (time) options.objective = TuningObjective::MeasuredTime;
     if (thesis_measure) options.base = RefitPolicy::thesis(FitnessCriterion::ABOrBC);
     if (calibrate) {
-      options.costs = WorkCosts::measured();
+      options.costs = WorkCosts::measured(options.base.propagation);
       const WorkCosts& c = options.costs;
       std::printf(
-          "ns: volume test %.0f, triangle test %.0f, inflation %.1f, refit of a leaf %.0f, "
-          "of an inner node %.0f + %.0f a triangle\n",
-          c.bv_test, c.leaf_test, c.inflated, c.refitted_leaf, c.refitted_inner,
-          c.refitted_primitive);
+          "ns: box test %.0f, separation %.0f, volume test %.0f, triangle test %.0f, propagation "
+          "%.1f, refit of a leaf %.0f, of an inner node %.0f + %.0f a triangle\n",
+          c.box_test, c.separation_test, c.bv_test, c.leaf_test, c.propagated, c.refitted_leaf,
+          c.refitted_inner, c.refitted_primitive);
     }
     std::vector<Recording> recordings;
     if (sequence.empty())

@@ -1,4 +1,5 @@
 // A sheet of cloth that is folded over until it goes through itself: which triangles meet?
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -8,6 +9,7 @@ using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 40;
+constexpr std::size_t kShown = 5;  // pairs to print for each frame
 
 // The half y > 0.5 of a wavy unit square, folded over by an angle.
 std::vector<Point> sheet(double angle) {
@@ -44,5 +46,10 @@ int main() {
     selfCollide(model, all, result);
     std::printf("folded by %3d degrees: %4zu pairs of triangles meet, %3d volumes refitted\n",
                 degrees, result.numContacts(), model.lastUpdate().refitted());
+    for (std::size_t i = 0; i < std::min<std::size_t>(kShown, result.numContacts()); ++i)
+      std::printf("  triangle %ld meets triangle %ld\n", long(result.getContact(i).b1),
+                  long(result.getContact(i).b2));
+    if (result.numContacts() > kShown)
+      std::printf("  ... and %zu more pairs\n", result.numContacts() - kShown);
   }
 }

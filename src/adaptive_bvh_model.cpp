@@ -1,6 +1,9 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 
+#include <cmath>
+#include <functional>
 #include <stdexcept>
+#include <utility>
 
 #include "hierarchy/splitter.h"
 #include "model_state.h"
@@ -61,6 +64,26 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& pol
   this->bv_fitter = sharedFitter<BV>();
   this->bv_splitter = sharedSplitter<BV>(strategy);
   if (isBuilt(*this)) computeLocalAABB();
+}
+
+// FCL's model has no move, but a shallow assignment, which is what a move begins with.
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept : AdaptiveBVHModel() {
+  *this = std::move(other);
+}
+
+template <typename BV>
+AdaptiveBVHModel<BV>& AdaptiveBVHModel<BV>::operator=(AdaptiveBVHModel&& other) noexcept {
+  if (this == &other) return *this;
+  AdaptiveBVHModel old, empty;
+  Base &base = *this, &source = other, &old_base = old;
+  old_base = base;  // which frees it
+  base = source;
+  source = static_cast<const Base&>(empty);
+  old.state_.swap(state_);
+  state_.swap(other.state_);
+  other.state_.swap(empty.state_);
+  return *this;
 }
 
 template <typename BV>
@@ -134,23 +157,29 @@ int AdaptiveBVHModel<BV>::beginReplaceModel() {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceVertex(const Point& p) {
-  return stage(FrameKind::Replace, &p, 1);
+  return state_->stage(*this, FrameKind::Replace, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return stage(FrameKind::Replace, corners, 3);
+  return state_->stage(*this, FrameKind::Replace, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceSubModel(const std::vector<Point>& ps) {
-  return stage(FrameKind::Replace, ps.data(), ps.size());
+  return state_->stage(*this, FrameKind::Replace, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endReplaceModel(bool refit, bool) {
-  return endFrame(FrameKind::Replace, refit);
+  const int code = state_->endFrame(*this, FrameKind::Replace, refit);
+  if (code != fcl::BVH_OK || refit) return code;
+  Base::beginReplaceModel();
+  Base::replaceSubModel(state_->frame.positions());
+  Base::endReplaceModel(false, false);
+  takeOverBuild();
+  return code;
 }
 
 template <typename BV>
@@ -160,60 +189,29 @@ int AdaptiveBVHModel<BV>::beginUpdateModel() {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateVertex(const Point& p) {
-  return stage(FrameKind::Update, &p, 1);
+  return state_->stage(*this, FrameKind::Update, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return stage(FrameKind::Update, corners, 3);
+  return state_->stage(*this, FrameKind::Update, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateSubModel(const std::vector<Point>& ps) {
-  return stage(FrameKind::Update, ps.data(), ps.size());
+  return state_->stage(*this, FrameKind::Update, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endUpdateModel(bool refit, bool) {
-  return endFrame(FrameKind::Update, refit);
-}
-
-template <typename BV>
-int AdaptiveBVHModel<BV>::stage(FrameKind kind, const Point* positions, std::size_t count) {
-  return state_->frame.add(kind, this->build_state, this->num_vertices, positions, count);
-}
-
-template <typename BV>
-int AdaptiveBVHModel<BV>::endFrame(FrameKind kind, bool refit) {
-  const int code = state_->frame.end(kind, this->build_state, this->num_vertices);
-  if (code != fcl::BVH_OK) return code;
-  if (refit)
-    take(kind, state_->frame.positions().data());
-  else
-    rebuild(kind, state_->frame.positions());
-  return code;
-}
-
-template <typename BV>
-void AdaptiveBVHModel<BV>::take(FrameKind kind, const Point* positions) {
-  state_->report =
-      advance<BV>(*this, state_->tree, state_->policy, kind, positions, state_->threads);
-}
-
-/// A new tree, by FCL's own calls.
-template <typename BV>
-void AdaptiveBVHModel<BV>::rebuild(FrameKind kind, const std::vector<Point>& positions) {
-  if (kind == FrameKind::Replace) {
-    Base::beginReplaceModel();
-    Base::replaceSubModel(positions);
-    Base::endReplaceModel(false, false);
-  } else {
-    Base::beginUpdateModel();
-    Base::updateSubModel(positions);
-    Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
-  }
+  const int code = state_->endFrame(*this, FrameKind::Update, refit);
+  if (code != fcl::BVH_OK || refit) return code;
+  Base::beginUpdateModel();
+  Base::updateSubModel(state_->frame.positions());
+  Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
   takeOverBuild();
+  return code;
 }
 
 template <typename BV>
@@ -227,9 +225,9 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::si
     throw std::invalid_argument(
         "AdaptiveBVHModel::update: the positions are the model's own vertices; keep the new frame "
         "in an array of its own");
-  requireUsable(positions, count);
-  take(FrameKind::Replace, positions);
-  return state_->report;
+  requireUsable(positions, count, nullptr);
+  std::vector<Point> aside;
+  return state_->take(*this, FrameKind::Replace, outsideOwnArrays(positions, count, aside));
 }
 
 template <typename BV>
@@ -238,12 +236,21 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<Point>& posit
 }
 
 template <typename BV>
-const UpdateReport& AdaptiveBVHModel<BV>::update(
-    const Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>&
-        positions) {
+const UpdateReport& AdaptiveBVHModel<BV>::updateColumns(const Columns& positions) {
   static_assert(sizeof(Point) == 3 * sizeof(S), "a column is a point");
   return update(reinterpret_cast<const Point*>(positions.data()),
                 static_cast<std::size_t>(positions.cols()));
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
+  const std::string shape = std::to_string(rows) + " x " + std::to_string(columns);
+  throw std::invalid_argument(
+      "AdaptiveBVHModel::update: the positions are a " + shape + " matrix; " +
+      (rows == 3
+           ? "whether its rows or its columns are the vertices only its type can tell: pass "
+             "an Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
+           : "3 x N or N x 3 is needed, for " + std::to_string(this->num_vertices) + " vertices"));
 }
 
 template <typename BV>
@@ -254,9 +261,11 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const 
     if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
       throw std::invalid_argument("AdaptiveBVHModel::update: index " + std::to_string(indices[i]) +
                                   " given for " + std::to_string(this->num_vertices) + " vertices");
-  requireUsable(positions, count);
+  requireUsable(positions, count, indices);
   if (state_->tree.boxes && !this->prev_vertices) {
-    state_->report = advance<BV>(*this, state_->tree, state_->policy, indices, positions, count);
+    std::vector<Point> aside;
+    state_->report = advance<BV>(*this, state_->tree, state_->policy, indices,
+                                 outsideOwnArrays(positions, count, aside), count);
     return state_->report;
   }
   std::vector<Point> all(this->vertices, this->vertices + this->num_vertices);
@@ -282,12 +291,31 @@ void AdaptiveBVHModel<BV>::requireBuilt() {
     throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
 }
 
+/// positions[i] is vertex indices[i]'s, or vertex i's without indices.
 template <typename BV>
-void AdaptiveBVHModel<BV>::requireUsable(const Point* positions, std::size_t count) const {
-  if (!usablePositions<S>(positions, count))
-    throw std::invalid_argument(
-        "AdaptiveBVHModel::update: a coordinate is NaN, infinite or too large; the model stays on "
-        "its last frame");
+void AdaptiveBVHModel<BV>::requireUsable(const Point* positions, std::size_t count,
+                                         const unsigned* indices) const {
+  if (usablePositions<S>(positions, count)) return;
+  std::size_t i = 0;
+  while (usablePositions<S>(positions + i, 1)) ++i;
+  const Point& p = positions[i];
+  int k = 0;
+  while (std::abs(p[k]) <= rounding::largestCoordinate<S>()) ++k;
+  throw std::invalid_argument("AdaptiveBVHModel::update: coordinate " + std::string(1, "xyz"[k]) +
+                              " of vertex " + std::to_string(indices ? indices[i] : i) + " is " +
+                              std::to_string(p[k]) + (std::isfinite(p[k]) ? ", too large" : "") +
+                              "; the model stays on its last frame");
+}
+
+/// The positions; copied `aside` where some lie in the arrays that the update writes or frees.
+template <typename BV>
+auto AdaptiveBVHModel<BV>::outsideOwnArrays(const Point* positions, std::size_t count,
+                                            std::vector<Point>& aside) const -> const Point* {
+  const std::less<const Point*> before;
+  for (const Point* own : {this->vertices, this->prev_vertices})
+    if (own && before(positions, own + this->num_vertices) && before(own, positions + count))
+      aside.assign(positions, positions + count);
+  return aside.empty() ? positions : aside.data();
 }
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------
@@ -341,20 +369,20 @@ void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
 }
 
 template <typename BV>
-typename BV::S AdaptiveBVHModel<BV>::originalRadius(int node) const {
+auto AdaptiveBVHModel<BV>::originalRadius(int node) const -> S {
   resynchronise();
   return state_->tree.originalRadius(*this, node);
 }
 
 template <typename BV>
-typename BV::S AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const {
+auto AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const -> S {
   resynchronise();
   const auto& tracking = state_->tree.displacements;
   return tracking ? tracking->latest[static_cast<std::size_t>(triangle)] : 0;
 }
 
 template <typename BV>
-typename BV::S AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const {
+auto AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const -> S {
   resynchronise();
   const auto& tracking = state_->tree.displacements;
   return tracking ? tracking->overall[static_cast<std::size_t>(triangle)] : 0;

@@ -29,6 +29,7 @@ RefitPolicy RefitPolicy::thesis(FitnessCriterion criterion) {
     case FitnessCriterion::ABC: set(1.967193, 0.221836, 0.002197); break;
     case FitnessCriterion::ABOrBC: set(1.359579, 0.891981, 0.590829); break;
     case FitnessCriterion::B:
+    case FitnessCriterion::AD:
     case FitnessCriterion::RefitAll:
     case FitnessCriterion::RefitNone: break;
   }
@@ -58,6 +59,7 @@ const char* toString(FitnessCriterion criterion) {
     case FitnessCriterion::ABOrBC: return "(A and B) or (B and C)";
     case FitnessCriterion::RefitAll: return "refit all";
     case FitnessCriterion::RefitNone: return "refit none";
+    case FitnessCriterion::AD: return "A and D";
   }
   return "unknown";
 }

@@ -1,4 +1,5 @@
 // A steady-state frame allocates nothing: neither the update, whatever it refits, nor the query.
+// Building a model allocates what it keeps.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -44,6 +45,7 @@ namespace {
 
 using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
 
 class Allocation : public testing::TestWithParam<FitnessCriterion> {};
@@ -137,6 +139,56 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(refitted, 0);
 }
+
+/// The faces of a cube, two triangles each.
+TriangleMesh<double> box() {
+  TriangleMesh<double> mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.vertices.emplace_back(corner & 1, corner >> 1 & 1, corner >> 2);
+  const std::size_t faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                   {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : faces) {
+    mesh.triangles.emplace_back(f[0], f[1], f[2]);
+    mesh.triangles.emplace_back(f[0], f[2], f[3]);
+  }
+  return mesh;
+}
+
+template <typename Model>
+long allocationsOfBuild(const TriangleMesh<double>& mesh, Model& model) {
+  const long before = allocations;
+  EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+  return allocations - before;
+}
+
+template <typename Model>
+long allocationsOfRebuild(const TriangleMesh<double>& mesh, Model& model) {
+  const long before = allocations;
+  model.beginReplaceModel();
+  model.replaceSubModel(mesh.vertices);
+  EXPECT_EQ(fcl::BVH_OK, model.endReplaceModel(false));
+  return allocations - before;
+}
+
+class AllocationOfABuild : public testing::TestWithParam<HierarchyStrategy> {};
+
+// What is kept beside FCL's tree costs nine allocations, whatever the size of the model. A few
+// dozen more for building it would be most of the time that a small one takes.
+TEST_P(AllocationOfABuild, IsThatOfWhatIsKept) {
+  for (const TriangleMesh<double>& mesh : {box(), plate<double>(4, 4)}) {
+    fcl::BVHModel<fcl::RSSd> plain;
+    AdaptiveBVHModeld first(GetParam()), model(GetParam());
+    fillModel(mesh, first);  // the thread's own memory
+    const long fcls = allocationsOfBuild(mesh, plain), ours = allocationsOfBuild(mesh, model);
+    EXPECT_GE(fcls, 4) << "vertices, triangles, nodes and their order";
+    EXPECT_LE(ours, fcls + 9);
+    allocationsOfRebuild(mesh, model);  // room for a frame
+    EXPECT_LE(allocationsOfRebuild(mesh, model), 2);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Strategies, AllocationOfABuild,
+                         testing::Values(HierarchyStrategy::TopDown, HierarchyStrategy::BottomUp));
 
 INSTANTIATE_TEST_SUITE_P(Criteria, Allocation,
                          testing::Values(FitnessCriterion::ABOrBC, FitnessCriterion::A,

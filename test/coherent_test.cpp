@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/query.h"
+#include "query/rigid_motion.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 
@@ -99,8 +100,8 @@ TYPED_TEST(Coherent, RemembersAFrontAndSkipsWhatItSettles) {
   this->ask(this->origin_, this->above_);  // and nothing moved
   const auto third = this->first_.recordedWork();
   EXPECT_EQ(3, third.queries);
-  EXPECT_LT(third.bv_tests - second.bv_tests, fresh.bv_tests / 8);
-  EXPECT_GE(this->pair_.bytes(), this->pair_.frontSize() * 24);
+  EXPECT_LT(third.box_tests - second.box_tests, fresh.box_tests / 8);
+  EXPECT_GE(this->pair_.bytes(), this->pair_.frontSize() * 32);
 }
 
 /// Everything after which old bounds mean nothing.
@@ -160,6 +161,74 @@ TYPED_TEST(Coherent, SurvivesLongWays) {
   EXPECT_GT(generations(), 0u);
   std::string reason;
   EXPECT_TRUE(this->first_.validate(&reason)) << reason;
+}
+
+/// A ball above a bumpy sheet: asked near it, once far away, and near it again, in small steps.
+/// What the far way adds to a sum must not hide the small ones.
+TYPED_TEST(Coherent, IsExactAfterAnExcursion) {
+  using S = TypeParam;
+  const TriangleMesh<S> bumps = bent<S>(10, 10, [](S u, S v) -> Vector3<S> {
+    return {10 * u - 5, 10 * v - 5, S(0.3) * std::sin(7 * u) * std::cos(9 * v)};
+  });
+  const TriangleMesh<S> ball = bent<S>(8, 6, [](S u, S v) -> Vector3<S> {
+    const S around = S(2 * M_PI) * u, polar = S(0.1) + S(2.9) * v;
+    return S(0.2) * Vector3<S>(std::sin(polar) * std::cos(around),
+                               std::sin(polar) * std::sin(around), std::cos(polar));
+  });
+  typename TestFixture::Model ground, body;
+  fillModel(bumps, ground);
+  fillModel(ball, body);
+  std::vector<double> ways = {1e3, 1e6, 1e12, 1e13, 1e17, 1e20};
+  if (std::is_same<S, double>::value) ways.insert(ways.end(), {1e200, 1e300});
+  for (const double way : ways)
+    for (const double step : {4e-5, 1e-4, 1e-2}) {
+      CoherentDistance<fcl::RSS<S>> pair(body, ground);
+      fcl::Transform3<S> pose = this->origin_;
+      pose.translation() = Vector3<S>(S(-0.3), S(0.2), S(0.9));
+      const auto ask = [&](const fcl::Transform3<S>& tf) {
+        fcl::DistanceResult<S> result;
+        return pair.distance(tf, this->origin_, fcl::DistanceRequest<S>(), result);
+      };
+      ask(pose);
+      fcl::Transform3<S> far = pose;
+      far.translation()[0] = S(way);
+      ask(far);
+      const int steps = step < 1e-3 ? 6000 : 200;
+      for (int i = 0; i < steps; ++i) {
+        pose.translation()[0] += S(step);  // along the bumps: other triangles come near
+        const S found = ask(pose);
+        if (i % (steps / 10) != steps / 10 - 1) continue;
+        const S expected = BruteForce<S>(body, pose, ground, this->origin_).distance();
+        ASSERT_NEAR(expected, found, this->tolerance()) << way << ' ' << step << ' ' << i;
+      }
+    }
+}
+
+/// No step is lost in the sum, of whatever size it is.
+TYPED_TEST(Coherent, TheSumOfRigidMotionLosesNothing) {
+  using S = TypeParam;
+  std::uniform_real_distribution<double> exponent(-12, 3);
+  adaptive_bvh::RigidMotion<S> motion;
+  fcl::Transform3<S> tf = this->origin_;
+  motion.moveTo(this->origin_, this->first_, tf, this->second_);
+  long double way = 0, most = 0;
+  double before = motion.sum();
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3<S> last = tf.translation();
+    const double size = std::pow(10, exponent(this->random_));
+    tf.translation()[i % 3] = S(i % 2 ? size : -size) * S(0.5);
+    const bool moved = last != tf.translation();
+    const bool goes_on = motion.moveTo(this->origin_, this->first_, tf, this->second_);
+    way = goes_on ? way + (tf.translation() - last).template cast<long double>().norm() : 0;
+    ASSERT_GE((long double)motion.sum(), way) << i;
+    ASSERT_EQ(goes_on && moved, motion.sum() > before) << i;
+    before = motion.sum();
+    most = std::max(most, way);
+  }
+  EXPECT_GT(most, 1e4L) << "large steps and small ones in one sum";
+  tf.translation()[0] = std::numeric_limits<S>::infinity();
+  EXPECT_FALSE(motion.moveTo(this->origin_, this->first_, tf, this->second_));
+  EXPECT_EQ(0, motion.sum());
 }
 
 TYPED_TEST(Coherent, KeepsASmallerDistanceAndTakesTolerances) {

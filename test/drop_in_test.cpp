@@ -12,6 +12,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/trees.h"
@@ -319,6 +320,81 @@ TEST_F(DropIn, UpdateTakesMatricesAndMaps) {
   expectTaken(0);
 }
 
+/// A vertex a column or a row, as far as type or shape tell; else it is refused by its shape.
+TEST_F(DropIn, UpdateTakesRowsAndColumns) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  const Positions next = moved(mesh_.vertices);
+  const auto n = Eigen::Index(next.size());
+  Eigen::MatrixXd columns(3, n);
+  for (Eigen::Index v = 0; v < n; ++v) columns.col(v) = next[std::size_t(v)];
+  const Eigen::MatrixXd rows = columns.transpose();
+  const Eigen::MatrixXf singles = rows.cast<float>();
+  const auto expectTaken = [&](double tolerance = 0) {
+    for (std::size_t v = 0; v < next.size(); ++v)
+      EXPECT_LE((next[v] - model_.vertices[v]).norm(), tolerance);
+    expectSound(model_);
+    model_.update(mesh_.vertices);
+  };
+  model_.update(columns);
+  expectTaken();
+  model_.update(rows);
+  expectTaken();
+  model_.update(Rows(rows));
+  expectTaken();
+  model_.update(RowMajor(rows));
+  expectTaken();
+  const std::vector<double> numbers(columns.data(), columns.data() + 3 * n);
+  model_.update(Eigen::Map<const RowMajor>(numbers.data(), n, 3));
+  expectTaken();
+  model_.update(singles.cast<double>());
+  expectTaken(1e-6);
+
+  const auto message = [&](const auto& model, const auto& matrix) -> std::string {
+    try {
+      model->update(matrix);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(std::string::npos,
+            message(&model_, Eigen::MatrixXd::Zero(4, n).eval()).find("4 x " + std::to_string(n)));
+
+  // Three vertices: rows and columns look alike.
+  AdaptiveBVHModeld triangle;
+  triangle.beginModel();
+  triangle.addTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  triangle.endModel();
+  Eigen::MatrixXd square(3, 3);
+  square << 1, 2, 3, 4, 5, 6, 7, 8, 10;
+  EXPECT_NE(std::string::npos, message(&triangle, square).find("3 x 3"));
+  EXPECT_NE(std::string::npos, message(&triangle, Eigen::Matrix3d(square)).find("3 x 3"));
+  EXPECT_EQ(Point(1, 0, 0), triangle.vertices[1]);
+  triangle.update(Eigen::Matrix3Xd(square));
+  EXPECT_EQ(Point(2, 5, 8), triangle.vertices[1]);
+  triangle.update(Rows(square));
+  EXPECT_EQ(Point(4, 5, 6), triangle.vertices[1]);
+}
+
+TEST_F(DropIn, AnUnusableCoordinateIsNamed) {
+  Positions next = moved(mesh_.vertices);
+  next[7][1] = std::nan("");
+  const auto message = [&](const std::function<void()>& call) -> std::string {
+    try {
+      call();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(std::string::npos, message([&] { model_.update(next); }).find("y of vertex 7 is nan"));
+  EXPECT_NE(std::string::npos, message([&] {
+                                 model_.update({3, 5}, {mesh_.vertices[3], Point(0, 0, 1e80)});
+                               }).find("z of vertex 5 is 1"));
+  expectPositions(model_, mesh_.vertices);
+}
+
 TEST_F(DropIn, UpdateAbandonsAFrameThatWasBegun) {
   EXPECT_EQ(fcl::BVH_OK, model_.beginReplaceModel());
   EXPECT_EQ(fcl::BVH_OK, model_.replaceVertex(Point(9, 9, 9)));
@@ -415,8 +491,10 @@ TEST_F(DropIn, TopDownIsFclsOwnTreeAndARebuildMakesANewOne) {
 // ---- copies -------------------------------------------------------------------------------------
 
 static_assert(!std::is_copy_assignable<AdaptiveBVHModeld>::value, "FCL's assignment is shallow");
-static_assert(!std::is_move_assignable<AdaptiveBVHModeld>::value, "FCL's assignment is shallow");
 static_assert(std::is_copy_constructible<AdaptiveBVHModeld>::value, "copies are deep");
+static_assert(std::is_nothrow_move_constructible<AdaptiveBVHModeld>::value &&
+                  std::is_nothrow_move_assignable<AdaptiveBVHModeld>::value,
+              "containers may move models");
 
 TEST_F(DropIn, CopiesAreDeep) {
   model_.update(moved(mesh_.vertices));
@@ -432,10 +510,55 @@ TEST_F(DropIn, CopiesAreDeep) {
   expectPositions(model_, moved(mesh_.vertices, 2));
   expectSound(copy);
   expectSound(model_);
+}
 
-  AdaptiveBVHModeld moved_from(std::move(copy));
-  expectSound(moved_from);
-  expectSound(copy);  // NOLINT: a move is a deep copy
+TEST_F(DropIn, MovesTakeEverythingAlong) {
+  model_.update(moved(mesh_.vertices));
+  const Point* const vertices = model_.vertices;
+  const auto* const root = &model_.getBV(0);
+  const int refits = model_.lastUpdate().refitted();
+  AdaptiveBVHModeld to(std::move(model_));
+  EXPECT_EQ(vertices, to.vertices) << "nothing is copied";
+  EXPECT_EQ(root, &to.getBV(0));
+  EXPECT_EQ(refits, to.lastUpdate().refitted());
+  expectSound(to);
+  to.update(moved(mesh_.vertices, 2));
+  EXPECT_FALSE(to.lastUpdate().resynchronised) << "it tracks on";
+  expectSound(to);
+
+  // What was moved from is empty, and can be built anew.
+  EXPECT_EQ(nullptr, model_.vertices);  // NOLINT(bugprone-use-after-move)
+  EXPECT_EQ(fcl::BVH_BUILD_STATE_EMPTY, model_.build_state);
+  EXPECT_EQ(fcl::BV_UNKNOWN, model_.getNodeType());
+  EXPECT_THROW(model_.update(mesh_.vertices), std::logic_error);
+  fillModel(mesh_, model_);
+  expectSound(model_);
+
+  // Assignment frees what was there, and a coherent pair notices the other tree.
+  AdaptiveBVHModeld tool;
+  fillModel(tube<double>(5, 6), tool);
+  adaptive_bvh::CoherentDistanced pair(model_, tool);
+  fcl::Transform3d above = fcl::Transform3d::Identity();
+  above.translation().z() = 1;
+  const auto ask = [&] {
+    fcl::DistanceResultd result;
+    EXPECT_NEAR(BruteForce<double>(model_, fcl::Transform3d::Identity(), tool, above).distance(),
+                pair.distance(fcl::Transform3d::Identity(), above, fcl::DistanceRequestd(), result),
+                1e-12);
+  };
+  ask();
+  model_ = std::move(to);
+  EXPECT_EQ(vertices, model_.vertices);
+  ask();
+  expectSound(model_);
+  std::vector<AdaptiveBVHModeld> models;
+  for (int i = 0; i < 5; ++i) {
+    models.emplace_back();
+    fillModel(mesh_, models.back());
+  }
+  for (AdaptiveBVHModeld& model : models) expectSound(model);
+  models.erase(models.begin());
+  for (AdaptiveBVHModeld& model : models) expectSound(model);
 }
 
 TEST_F(DropIn, ACopyOfAPlainModelIsRepairedOnTheWay) {
@@ -687,13 +810,15 @@ TEST_F(DropIn, ReportsWhatAnUpdateDid) {
   const auto& report = model_.update(moved(mesh_.vertices, 0.01));
   EXPECT_EQ(&report, &model_.lastUpdate());
   EXPECT_EQ(model_.getNumBVs(), report.nodes);
+  EXPECT_EQ(report.nodes, report.moved);
   EXPECT_EQ(report.nodes, report.inflated);
   EXPECT_GT(report.largest_displacement, 0.005);
   EXPECT_LT(report.largest_displacement, 0.02);
   EXPECT_GT(report.seconds(), 0);
   model_.update(moved(mesh_.vertices, 0.01));
   EXPECT_EQ(0, model_.lastUpdate().largest_displacement);
-  EXPECT_EQ(0, model_.lastUpdate().inflated) << "nothing moved";
+  EXPECT_EQ(0, model_.lastUpdate().moved) << "nothing moved";
+  EXPECT_EQ(0, model_.lastUpdate().inflated);
   EXPECT_GT(model_.trackingBytes(), sizeof(double) * std::size_t(model_.getNumBVs()));
 }
 

@@ -16,10 +16,11 @@ using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 
-constexpr FitnessCriterion kCriteria[] = {
-    FitnessCriterion::A,      FitnessCriterion::B,        FitnessCriterion::AB,
-    FitnessCriterion::BC,     FitnessCriterion::ABC,      FitnessCriterion::AOrBC,
-    FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone};
+constexpr FitnessCriterion kCriteria[] = {FitnessCriterion::A,         FitnessCriterion::B,
+                                          FitnessCriterion::AB,        FitnessCriterion::BC,
+                                          FitnessCriterion::ABC,       FitnessCriterion::AOrBC,
+                                          FitnessCriterion::ABOrBC,    FitnessCriterion::RefitAll,
+                                          FitnessCriterion::RefitNone, FitnessCriterion::AD};
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define ADAPTIVE_BVH_SANITIZED
@@ -176,7 +177,7 @@ class Exactness : public testing::TestWithParam<FitnessCriterion> {
       total.touching += tally.touching;
       total.recorded += tally.recorded;
     }
-    // The nine criteria and two scalars together: 21,600 (model pair, frame) queries.
+    // The ten criteria and two scalars together: 24,000 (model pair, frame) queries.
     EXPECT_EQ(2 * 4 * kFrames, total.queries);
     EXPECT_GT(total.touching, total.queries / 20) << "the poses must meet often enough";
     EXPECT_LT(total.touching, total.queries * 19 / 20);

@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/load_reason.h"
 #include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
 namespace {
 
 using adaptive_bvh::loadMesh;
-using adaptive_bvh::MeshLoadError;
 using adaptive_bvh::MeshLoadOptions;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
 using Point = fcl::Vector3d;
@@ -31,16 +31,6 @@ double volume(const Mesh& mesh) {
   for (const fcl::Triangle& t : mesh.triangles)
     sum += mesh.vertices[t[0]].cross(mesh.vertices[t[1]]).dot(mesh.vertices[t[2]]) / 6;
   return sum;
-}
-
-std::string reasonOf(const std::string& path) {
-  try {
-    loadMesh<double>(path);
-  } catch (const MeshLoadError& error) {
-    EXPECT_NE(std::string::npos, std::string(error.what()).find(path)) << error.what();
-    return error.what();
-  }
-  return "";
 }
 
 /// An ASCII PLY file that announces so many vertices and faces; `body` may hold others.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <random>
 
@@ -20,15 +21,33 @@ using adaptive_bvh::kNone;
 using adaptive_bvh::Link;
 using adaptive_bvh::MeshView;
 using adaptive_bvh::pairGroups;
+using adaptive_bvh::Scratch;
 using adaptive_bvh::sharedEdges;
+
+using Links = Scratch<Link>;
+
+// ---- memory of a build --------------------------------------------------------------------------
+
+// Blocks of many sizes, more than fit at times, dropped in any order: each keeps what was written.
+TEST(Scratch, GivesEveryBlockItsOwnMemory) {
+  std::mt19937 random(4);
+  std::vector<Scratch<unsigned>> blocks(40);
+  for (unsigned round = 0; round < 20000; ++round) {
+    Scratch<unsigned>& block = blocks[random() % blocks.size()];
+    for (unsigned number : block) ASSERT_EQ(block[0], number);
+    Scratch<unsigned>(round % 100 == 0 ? 20000 : random() % 1500, round).swap(block);
+    ASSERT_EQ(0u, reinterpret_cast<std::uintptr_t>(block.data()) % alignof(std::max_align_t));
+    if (round % 1000 == 0) std::vector<Scratch<unsigned>>(blocks.size()).swap(blocks);
+  }
+}
 
 // ---- edges --------------------------------------------------------------------------------------
 
-std::vector<Link> linksOf(const TriangleMesh<double>& mesh) {
+Links linksOf(const TriangleMesh<double>& mesh) {
   MeshView<double> view;
   view.vertices = mesh.vertices.data();
   view.triangles = mesh.triangles.data();
-  std::vector<Link> links = sharedEdges(view, unsigned(mesh.triangles.size()));
+  Links links = sharedEdges(view, unsigned(mesh.triangles.size()));
   std::sort(links.begin(), links.end(), [](const Link& a, const Link& b) {
     return std::make_pair(a.first, a.second) < std::make_pair(b.first, b.second);
   });
@@ -48,7 +67,7 @@ TEST(SharedEdges, LinkTrianglesByTheLengthTheyShare) {
   TriangleMesh<double> mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}, {2, 1, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}, {4, 5, 2}};
-  const std::vector<Link> links = linksOf(mesh);
+  const Links links = linksOf(mesh);
   ASSERT_EQ(3u, links.size()) << "a shared vertex is not enough";
   expectLink(0, 1, std::sqrt(2), links[0]);
   expectLink(0, 2, 1, links[1]);
@@ -59,7 +78,7 @@ TEST(SharedEdges, SumWhatTwoTrianglesShare) {
   TriangleMesh<double> mesh;
   mesh.vertices = {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}};
   mesh.triangles = {{0, 1, 2}, {2, 1, 0}};
-  const std::vector<Link> links = linksOf(mesh);
+  const Links links = linksOf(mesh);
   ASSERT_EQ(1u, links.size());
   expectLink(0, 1, 12, links[0]);
 }
@@ -76,13 +95,13 @@ TriangleMesh<double> book(std::size_t pages) {
 }
 
 TEST(SharedEdges, LinkAllPagesOfABook) {
-  const std::vector<Link> links = linksOf(book(5));
+  const Links links = linksOf(book(5));
   ASSERT_EQ(10u, links.size());
   for (const Link& link : links) EXPECT_DOUBLE_EQ(2, link.weight);
 }
 
 TEST(SharedEdges, GrowLinearlyWithThePagesOfAThickBook) {
-  const std::vector<Link> links = linksOf(book(20000));
+  const Links links = linksOf(book(20000));
   EXPECT_LE(links.size(), 16u * 20000);
   EXPECT_GE(links.size(), 19999u) << "one connected component";
 }
@@ -96,7 +115,7 @@ TEST(SharedEdges, ConnectTrianglesWithVerticesOfTheirOwn) {
     for (int k = 0; k < 3; ++k) apart.vertices.push_back(mesh.vertices[t[k]]);
     apart.triangles.emplace_back(v, v + 1, v + 2);
   }
-  const std::vector<Link> links = linksOf(mesh), links_apart = linksOf(apart);
+  const Links links = linksOf(mesh), links_apart = linksOf(apart);
   ASSERT_EQ(links.size(), links_apart.size());
   for (std::size_t i = 0; i < links.size(); ++i)
     expectLink(links[i].first, links[i].second, links[i].weight, links_apart[i]);
@@ -121,7 +140,7 @@ TEST(SharedEdges, IgnoreDegenerateTriangles) {
   TriangleMesh<double> mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
   mesh.triangles = {{0, 0, 0}, {0, 1, 0}, {0, 1, 2}, {0, 3, 0}};
-  const std::vector<Link> links = linksOf(mesh);
+  const Links links = linksOf(mesh);
   ASSERT_EQ(1u, links.size());
   EXPECT_EQ(1u, links[0].first);
   EXPECT_EQ(2u, links[0].second);
@@ -130,7 +149,7 @@ TEST(SharedEdges, IgnoreDegenerateTriangles) {
 // ---- graphs -------------------------------------------------------------------------------------
 
 TEST(Combined, SumsEqualLinksAndDropsLoops) {
-  const std::vector<Link> links =
+  const Links links =
       combined(3, {{0, 1, 1}, {1, 2, 5}, {0, 1, 2}, {1, 1, 9}, {0, 2, 4}, {0, 1, 3}});
   ASSERT_EQ(3u, links.size());
   expectLink(0, 1, 6, links[0]);
@@ -149,7 +168,7 @@ TEST(Graph, ListsTheBestNeighbourFirst) {
 
 // ---- pairs --------------------------------------------------------------------------------------
 
-using Mates = std::vector<unsigned>;
+using Mates = Scratch<unsigned>;
 
 /// Mates are mutual neighbours.
 void expectPairs(const GroupGraph& graph, const Mates& mate) {
@@ -181,7 +200,7 @@ TEST(Pairing, ExchangesPartnersBetweenTwoIsolatedGroups) {
 
 // The same along three pairs: all five middle links change.
 TEST(Pairing, ExchangesPartnersAlongAPath) {
-  std::vector<Link> links;
+  Links links;
   for (unsigned g = 0; g + 1 < 8; ++g) links.push_back({g, g + 1, g % 2 == 1 ? 3. : 1.});
   EXPECT_EQ((Mates{1, 0, 3, 2, 5, 4, 7, 6}), pairGroups(GroupGraph(8, links), {}));
 }
@@ -193,7 +212,7 @@ TEST(Pairing, LeavesWhatCannotBePaired) {
 }
 
 /// The greatest number of pairs in a bipartite graph, by the textbook's augmenting paths.
-int mostPairs(unsigned left, unsigned right, const std::vector<Link>& links) {
+int mostPairs(unsigned left, unsigned right, const Links& links) {
   std::vector<std::vector<unsigned>> neighbours(left);
   for (const Link& link : links) neighbours[link.first].push_back(link.second - left);
   std::vector<int> owner(right, -1);
@@ -222,7 +241,7 @@ TEST(Pairing, PairsAsManyAsPossibleInBipartiteGraphs) {
   std::mt19937 random(5);
   for (int run = 0; run < 300; ++run) {
     const unsigned left = 1 + random() % 40, right = 1 + random() % 40;
-    std::vector<Link> links;
+    Links links;
     for (unsigned g = 0; g < left; ++g)
       for (unsigned h = 0; h < right; ++h)
         if (random() % 12 == 0) links.push_back({g, left + h, double(1 + random() % 5)});
@@ -241,7 +260,7 @@ TEST(Pairing, LeavesNoTwoNeighboursAlone) {
   std::mt19937 random(6);
   for (int run = 0; run < 300; ++run) {
     const unsigned groups = 2 + random() % 60;
-    std::vector<Link> links;
+    Links links;
     for (unsigned g = 0; g < groups; ++g)
       for (unsigned h = g + 1; h < groups; ++h)
         if (random() % 15 == 0) links.push_back({g, h, double(1 + random() % 5)});

@@ -135,10 +135,11 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
-/// The documented way to deform what others look at: a std::shared_mutex. Every reader gets the
-/// answers that one thread alone gets in that frame, whichever way it asks.
-TEST(ReadersAndAWriter, ShareAModel) {
-  constexpr int kFrames = 60, kReaders = 4;
+/// The documented way to deform what others look at: a std::shared_mutex. Two threads update the
+/// model in turns. Every reader gets the answers that one thread alone gets in that frame,
+/// whichever way it asks.
+TEST(ReadersAndWriters, ShareAModel) {
+  constexpr int kFrames = 60, kReaders = 4, kWriters = 2;
   const TriangleMesh<double> sheet = plate<double>(8, 8), hose = tube<double>(6, 8);
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   fcl::Transform3d above = still;
@@ -203,21 +204,28 @@ TEST(ReadersAndAWriter, ShareAModel) {
         std::this_thread::sleep_for(std::chrono::microseconds(200));  // lets the writer in
       }
     });
-  for (int frame = 1; frame < kFrames; ++frame) {
-    const int before = asked;
-    {
-      const std::unique_lock<std::shared_mutex> lock(mutex);
-      if (frame % 3) {
-        a.update(positions[std::size_t(frame)]);
-      } else {
-        std::vector<unsigned> every;
-        for (unsigned v = 0; v < unsigned(a.num_vertices); ++v) every.push_back(v);
-        a.update(every, positions[std::size_t(frame)]);
+  std::vector<std::thread> writers;
+  for (int writer = 0; writer < kWriters; ++writer)
+    writers.emplace_back([&] {
+      for (;;) {
+        int before;
+        {
+          const std::unique_lock<std::shared_mutex> lock(mutex);
+          if (now + 1 == kFrames) return;
+          const auto frame = std::size_t(++now);
+          before = asked;
+          if (frame % 3) {
+            a.update(positions[frame]);
+          } else {
+            std::vector<unsigned> every;
+            for (unsigned v = 0; v < unsigned(a.num_vertices); ++v) every.push_back(v);
+            a.update(every, positions[frame]);
+          }
+        }
+        while (asked < before + kReaders) std::this_thread::yield();
       }
-      now = frame;
-    }
-    while (asked < before + kReaders) std::this_thread::yield();
-  }
+    });
+  for (std::thread& thread : writers) thread.join();
   done = true;
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(0, wrong);
@@ -249,6 +257,7 @@ TEST(UpdateThreads, GiveTheSameBits) {
     refitted += three.lastUpdate().refitted();
     EXPECT_EQ(one.lastUpdate().refitted(), three.lastUpdate().refitted());
     EXPECT_EQ(one.lastUpdate().refitted_primitives, three.lastUpdate().refitted_primitives);
+    EXPECT_EQ(one.lastUpdate().moved, three.lastUpdate().moved);
     EXPECT_EQ(one.lastUpdate().inflated, three.lastUpdate().inflated);
     EXPECT_EQ(one.lastUpdate().largest_displacement, three.lastUpdate().largest_displacement);
     EXPECT_EQ(one.aabb_radius, three.aabb_radius);

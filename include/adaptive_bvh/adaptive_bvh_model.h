@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -14,12 +16,17 @@
 
 namespace adaptive_bvh {
 
-enum class FrameKind;
-
 namespace detail {
 template <typename BV>
 struct ModelAccess;
-}
+
+template <typename BV>
+struct Supported {
+  static constexpr bool kHolds =
+      std::is_same<BV, fcl::RSS<float>>::value || std::is_same<BV, fcl::RSS<double>>::value;
+  using Type = std::conditional_t<kHolds, BV, fcl::RSS<double>>;  // one error is enough
+};
+}  // namespace detail
 
 /// A fcl::BVHModel for a mesh that deforms. Change the type's name, keep the calls: FCL queries it
 /// as before and answers as on a freshly built model, while an update costs a fraction of FCL's.
@@ -35,7 +42,8 @@ struct ModelAccess;
 /// misses collisions.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
-/// Coordinates must be finite and at most 1e148 (double) or 1e13 (float) in magnitude.
+/// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
+/// beyond that the products of four lengths in FCL's tests of triangles overflow.
 ///
 /// **Errors.** FCL's calls return FCL's codes and print nothing. `update`, which FCL does not have,
 /// throws. A refused call or frame leaves the model as it was, queryable.
@@ -45,15 +53,19 @@ struct ModelAccess;
 /// queries and unique for updates.
 ///
 /// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
-/// through the calls below. Its address stays the same over replace* and `update`.
+/// through the calls below. Its address stays the same over replace* and `update`. Positions given
+/// to any call may lie in the model's own `vertices` and `prev_vertices`: they are read before
+/// anything is written. (`update` then copies them first, and refuses all of `vertices`.)
 ///
 /// BV is fcl::RSS<float> or fcl::RSS<double>; both are compiled into the library.
 template <typename BV>
-class AdaptiveBVHModel : public fcl::BVHModel<BV> {
+class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Type> {
  public:
-  using S = typename BV::S;        ///< float or double
-  using Point = fcl::Vector3<S>;   ///< x, y, z in the mesh's frame
-  using Base = fcl::BVHModel<BV>;  ///< FCL's own model
+  using S = typename detail::Supported<BV>::Type::S;  ///< float or double
+  using Point = fcl::Vector3<S>;                      ///< x, y, z in the mesh's frame
+  using Base = fcl::BVHModel<typename detail::Supported<BV>::Type>;  ///< FCL's own model
+  static_assert(detail::Supported<BV>::kHolds,
+                "adaptive_bvh: the bounding volume must be fcl::RSS<float> or fcl::RSS<double>");
 
   /// `strategy` says how trees are built, by endModel and by endReplaceModel(false). It sits in
   /// FCL's `bv_splitter`; a splitter of your own put there takes its place.
@@ -64,6 +76,12 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
 
   /// Deep: the copy is updated and queried apart from the original.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
+
+  /// Takes over everything, in constant time. `other` is then as after the default constructor: it
+  /// can be built anew.
+  AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept;
+  /// The same; what this model held goes.
+  AdaptiveBVHModel& operator=(AdaptiveBVHModel&& other) noexcept;
 
   /// Takes over mesh and tree of a plain FCL model, deeply; every volume is recomputed, so it does
   /// not matter how that model was refitted. `strategy` is for rebuilding.
@@ -145,17 +163,35 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
 
   /// A new frame in one call and without a copy aside: `count` positions, one per vertex in order.
   /// Abandons a frame that was begun. Allocates nothing.
-  /// Throws std::invalid_argument when count is wrong, a coordinate is not finite or too large, or
-  /// `positions` is the model's own `vertices`; std::logic_error when the model is not built. The
+  /// Throws std::invalid_argument when count is wrong, a coordinate is not finite or too large (the
+  /// message names the vertex), or `positions` is the model's own `vertices`: a mesh that was
+  /// written in place cannot be followed. Throws std::logic_error when the model is not built. The
   /// model then stays on its last frame.
   const UpdateReport& update(const Point* positions, std::size_t count);
   /// The same.
   const UpdateReport& update(const std::vector<Point>& positions);
-  /// The same from a 3 x N matrix, a column a vertex: an Eigen::Matrix3Xd, an Eigen::Map of your
-  /// simulation's array, or the transpose of a row-major N x 3 one. Read in place where one column
-  /// follows the other in memory; any other expression is copied first.
-  const UpdateReport& update(const Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0,
-                                              Eigen::OuterStride<3>>& positions);
+  /// The same from a matrix, a vertex a column (3 x N) or a row (N x 3): an Eigen::Matrix3Xd, an
+  /// Eigen::MatrixX3d, an Eigen::Map of your simulation's or NumPy's array. Read in place where its
+  /// type says that the vertices follow each other in memory (3 x N in columns, N x 3 in rows, as
+  /// Eigen::Matrix<S, 3, Dynamic> or Eigen::Matrix<S, Dynamic, 3, RowMajor>); else copied first.
+  /// Numbers of another type: positions.cast<double>(). Throws as above, and std::invalid_argument
+  /// on other shapes, and on a 3 x 3 matrix whose type does not tell rows from columns.
+  template <typename Derived>
+  const UpdateReport& update(const Eigen::MatrixBase<Derived>& positions) {
+    static_assert(std::is_same<typename Derived::Scalar, S>::value,
+                  "adaptive_bvh: positions of another number type; pass positions.cast<S>()");
+    constexpr int kRows = Derived::RowsAtCompileTime, kColumns = Derived::ColsAtCompileTime;
+    if constexpr (kRows == 3 && kColumns != 3) {
+      return updateColumns(positions.derived());
+    } else if constexpr (kColumns == 3 && kRows != 3) {
+      return updateColumns(positions.derived().transpose());
+    } else {
+      const bool columns = positions.rows() == 3, rows = positions.cols() == 3;
+      if (columns == rows) refuseShape(positions.rows(), positions.cols());
+      return columns ? updateColumns(positions.derived().template topRows<3>())
+                     : updateColumns(positions.derived().template leftCols<3>().transpose());
+    }
+  }
 
   /// A new frame in which only some vertices move: positions[i] is vertex indices[i]'s, in any
   /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the
@@ -168,6 +204,18 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   /// The same.
   const UpdateReport& update(const std::vector<unsigned>& indices,
                              const std::vector<Point>& positions);
+  /// The same with indices of another type of integer, which are copied first.
+  template <typename Index, typename = std::enable_if_t<std::is_integral<Index>::value>>
+  const UpdateReport& update(const std::vector<Index>& indices,
+                             const std::vector<Point>& positions) {
+    std::vector<unsigned> converted;
+    converted.reserve(indices.size());
+    for (const Index i : indices) {
+      const auto index = static_cast<unsigned>(i);
+      converted.push_back(static_cast<Index>(index) == i && i >= 0 ? index : ~0u);
+    }
+    return update(converted, positions);
+  }
 
   /// What the last build or update did.
   const UpdateReport& lastUpdate() const;
@@ -214,13 +262,15 @@ class AdaptiveBVHModel : public fcl::BVHModel<BV> {
   struct State;
   friend struct detail::ModelAccess<BV>;
 
+  using Columns = Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>;
+
   void takeOverBuild();
-  int stage(FrameKind kind, const Point* positions, std::size_t count);
-  int endFrame(FrameKind kind, bool refit);
-  void take(FrameKind kind, const Point* positions);
-  void rebuild(FrameKind kind, const std::vector<Point>& positions);
+  const UpdateReport& updateColumns(const Columns& positions);
+  [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
-  void requireUsable(const Point* positions, std::size_t count) const;
+  void requireUsable(const Point* positions, std::size_t count, const unsigned* indices) const;
+  const Point* outsideOwnArrays(const Point* positions, std::size_t count,
+                                std::vector<Point>& aside) const;
   void resynchronise() const;
 
   std::unique_ptr<State> state_;

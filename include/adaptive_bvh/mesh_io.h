@@ -37,9 +37,20 @@ class MeshLoadError : public std::runtime_error {
 /// scale, in double; a transform that mirrors turns the triangles over, so that they keep facing
 /// outside. Several meshes become one. Faces of zero area are kept.
 ///
-/// Throws MeshLoadError when the file is missing or broken, holds no triangle, names a vertex that
-/// it does not have, announces more elements than it has bytes, or has a coordinate that is not
-/// finite. Broken files are not trusted, but they are read by assimp, in this process.
+/// Throws MeshLoadError when the file is missing, broken or no regular file (links are followed),
+/// holds no triangle, names a vertex that it does not have, announces more elements than it has
+/// bytes, or has a coordinate that is not finite; and when its scene is beyond these limits:
+/// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
+/// - 20,000 nodes, a node counted once for each way that leads to it, or four times as many as the
+///   file has (glTF, Collada; a node below itself is refused in any number);
+/// - 10 million vertices and triangles from meshes that several nodes place, or four times as many
+///   as the meshes have; of glTF, 10 million elements read by its meshes, or four for each byte of
+///   its buffers.
+///
+/// Broken files are not trusted, but they are read by assimp, in this process. STL, PLY, OFF,
+/// Collada and glTF are checked before; of other formats that nest nodes, and of compressed files,
+/// only the limit of placed meshes holds. Files that the mesh names (buffers, materials) must be
+/// regular files too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 

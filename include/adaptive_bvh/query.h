@@ -23,7 +23,21 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
                      const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
                      std::size_t& contacts);
 
+/// Replaces what FCL left uninitialised.
+template <typename S>
+void finishDistance(const fcl::DistanceRequest<S>& request, S before,
+                    fcl::DistanceResult<S>& result);
+template <typename S>
+void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
+                   fcl::CollisionResult<S>& result);
+
 }  // namespace detail
+
+/// Home of `adaptive_bvh::distance` and `adaptive_bvh::collide`. They are kept out of the namespace
+/// of AdaptiveBVHModel itself, where a call without a namespace would find them beside FCL's and be
+/// ambiguous: `distance(&model, ...)` under `using namespace fcl` stays fcl::distance. (After
+/// `using namespace adaptive_bvh` as well, write the namespace.)
+namespace queries {
 
 /// FCL's distance and collide, with FCL's signatures and answers, faster, and leaving evidence in
 /// the adaptive models they meet: which volumes were in the way of an answer (thesis 4.4.2, 4.4.3).
@@ -39,12 +53,41 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
 /// two. It is the least of all distances of two triangles as FCL computes them, up to rounding; of
 /// several nearest pairs another one may be named. Likewise with an octree, by FCL's solver on its
 /// cells and the triangles. Everything else runs FCL's own traversal, and every field of the result
-/// is what FCL computes on the same trees. Beyond FCL:
+/// is what FCL computes on the same trees, but for what stands below.
+///
+/// **Order.** `o1` and `o2` of results and contacts are the two meshes as they were passed; else
+/// o1 is the mesh and o2 the shape, or o1 the octree and o2 the mesh, whichever was passed first
+/// (FCL's order). `b1` and `b2` belong to o1 and o2: the index of a mesh's triangle, FCL's number
+/// of an octree's cell, Contact::NONE (-1) of a shape. So do `nearest_points[0]` and `[1]`.
+///
+/// **Nearest points** are in the world, for every shape and both solvers. (FCL gives those of a
+/// sphere and a mesh in each object's own frame, and of a sphere that touches an uninitialised
+/// distance; here it is -1 as of every shape that touches.) Two meshes have them when
+/// `enable_nearest_points` is set, a shape or an octree with a mesh always. When two meshes touch
+/// both points are a common point of theirs, up to rounding; a shape or an octree that touches a
+/// mesh has none, but for a signed distance, where both are the position of a contact.
+///
+/// **Contacts.** Two meshes have one or two contacts for each pair of triangles that touch (FCL's
+/// points; `num_max_contacts` counts contacts), a shape one for each triangle, an octree one for
+/// each cell and triangle. Which triangles touch does not depend on `enable_contact`, and is FCL's
+/// verdict, but for thin triangles: segments, points, and what is narrower than the root of epsilon
+/// times its length (1.5e-8 in double, 3.4e-4 in float). FCL's test calls many of those touching
+/// that are apart; here they must also be nearer than four times that. And FCL computes no contact
+/// of them, from memory that it did not set, and mostly leaves the pair out; here there is one,
+/// between the nearest points, with the normal of one of the triangles or across both when both are
+/// thin, and depth 0. Likewise for a thin triangle and a sphere, where the contact is the nearest
+/// point and the depth is FCL's (negative).
+///
+/// **Never uninitialised, never a silent no.** What was not computed is NaN where FCL leaves what
+/// was in memory: position, normal and depth of contacts without `enable_contact`, nearest points
+/// that the list above does not have. Beyond FCL:
 /// - `collide` of two meshes takes the oriented traversal, where fcl::collide copies both models on
 ///   every call and rebuilds the copy of one that is not at the identity. The contacts are the same
 ///   set; their order may differ.
-/// - A model without triangles on either side of a recorded pair, and the distance to a plane or a
-///   half-space, throw std::invalid_argument; FCL crashes there.
+/// - std::invalid_argument is thrown for a pair that FCL cannot compute, whether one of the objects
+///   is adaptive or not: meshes of different volumes (RSS and OBBRSS, say), the distance to a plane
+///   or a half-space, a type that FCL does not know. FCL prints a warning and answers "very far" or
+///   "no contact" there, or crashes. It is also thrown for a mesh of RSS without triangles.
 ///
 /// S is float or double. Thread-safe on shared models, like FCL's; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: an older, smaller distance in it is kept.
@@ -52,34 +95,46 @@ template <typename S>
 S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
            const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
            const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
-  S recorded;
-  if (detail::recordedDistance(o1, tf1, o2, tf2, request, result, recorded)) return recorded;
-  return fcl::distance(o1, tf1, o2, tf2, request, result);
+  const S before = result.min_distance;
+  S found;
+  if (detail::recordedDistance(o1, tf1, o2, tf2, request, result, found)) return found;
+  found = fcl::distance(o1, tf1, o2, tf2, request, result);
+  detail::finishDistance(request, before, result);
+  return found;
 }
 
+/// Of two placed objects.
 template <typename S>
 S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
            const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
-  return adaptive_bvh::distance(o1->collisionGeometry().get(), o1->getTransform(),
-                                o2->collisionGeometry().get(), o2->getTransform(), request, result);
+  return queries::distance(o1->collisionGeometry().get(), o1->getTransform(),
+                           o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
 
-/// Returns the number of contacts. Leaves evidence for test B only: an overlap test tells no
+/// Returns the number of contacts. Leaves evidence for tests B and D only: an overlap test tells no
 /// distances.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
                     const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
-  std::size_t recorded;
-  if (detail::recordedCollide(o1, tf1, o2, tf2, request, result, recorded)) return recorded;
-  return fcl::collide(o1, tf1, o2, tf2, request, result);
+  const std::size_t before = result.numContacts();
+  std::size_t contacts;
+  if (!detail::recordedCollide(o1, tf1, o2, tf2, request, result, contacts))
+    contacts = fcl::collide(o1, tf1, o2, tf2, request, result);
+  detail::finishCollide(request, before, result);
+  return contacts;
 }
 
+/// Of two placed objects.
 template <typename S>
 std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                     const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
-  return adaptive_bvh::collide(o1->collisionGeometry().get(), o1->getTransform(),
-                               o2->collisionGeometry().get(), o2->getTransform(), request, result);
+  return queries::collide(o1->collisionGeometry().get(), o1->getTransform(),
+                          o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
+
+}  // namespace queries
+
+using namespace queries;  // seen by adaptive_bvh::distance, not by argument-dependent lookup
 
 }  // namespace adaptive_bvh

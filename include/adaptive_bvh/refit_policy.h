@@ -3,14 +3,24 @@
 namespace adaptive_bvh {
 
 /// When a bounding volume counts as unfit and is refitted: the seven logical combinations of the
-/// three fitness tests of thesis section 4.5, and the two extremes it compares them with. A name
-/// without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
+/// three fitness tests of thesis section 4.5, the two extremes it compares them with, and one of
+/// this library's own. A name without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
 ///
 /// - Test A, inflation factor (4.4.1): the volume grew by more than `max_inflation`.
-/// - Test B, recent traversal (4.4.2): a query since the last update went below the node, or tested
-///   its triangle.
-/// - Test C, child node distances (4.4.3): in such a query both children lay so far from the other
-///   side that the original volume would have told more than the inflated one. C implies B.
+/// - Test B, recent traversal (4.4.2): a recording query (query.h, coherent_distance.h,
+///   self_collision.h) since the last update went below the node, or tested its triangle.
+/// - Test C, child node distances (4.4.3): in such a visit the volume was asked, and both children
+///   lay so far from the other side that the original volume would have told more than the inflated
+///   one. C implies B. Overlap tests tell no distances, so collisions leave nothing for C.
+/// - Test D, obstruction: in such a visit the volume was asked, and would have ended the descent if
+///   it had not been inflated. Where that cannot be told, in FCL's own traversals, every visit
+///   counts. D implies B.
+///
+/// Queries by the boxes beside FCL's volumes (`distance` of two models, CoherentDistance,
+/// selfCollide) ask a volume only where the boxes nearly end the descent, and selfCollide never
+/// does: for them B holds for every node that they went below, C and D for few.
+///
+/// When no query recorded since the last update, B and D count as true for every node, C as false.
 enum class FitnessCriterion {
   A,          ///< thesis i
   B,          ///< thesis ii; also how the thesis models Larsson and Akenine-Moeller (2006)
@@ -21,6 +31,7 @@ enum class FitnessCriterion {
   ABOrBC,     ///< thesis vii, the best of Table 2
   RefitAll,   ///< every node, every frame: what FCL's top-down refit does
   RefitNone,  ///< never: nodes only inflate
+  AD,         ///< the default: what is too inflated, and therefore in the way
 };
 
 /// How an update keeps a volume that it does not refit around its moving triangles.
@@ -55,7 +66,7 @@ enum class InflationReference {
 /// this criterion, and are good values where one does. `tune` finds yours.
 struct RefitPolicy {
   /// Which combination of tests marks a node as unfit.
-  FitnessCriterion criterion = FitnessCriterion::AB;
+  FitnessCriterion criterion = FitnessCriterion::AD;
 
   /// p_max of test A, a ratio >= 0: unfit when inflation / reference length exceeds it.
   double max_inflation = 0.14;

@@ -18,12 +18,16 @@ enum class NeighbourFilter {
   None,          ///< none: every pair that touches counts
 };
 
-/// Where a deforming mesh meets itself (thesis chapter VI, future work): a contact for every pair
-/// of its triangles that intersect, each pair once, but for the neighbours that `filter` leaves
-/// out. Which triangles intersect is FCL's verdict, and so are the fields of a contact; both
-/// objects of it are the model. `tf` places the model: positions and normals are in the world.
+/// Where a deforming mesh meets itself (thesis chapter VI, future work): one contact for every pair
+/// of its triangles that intersect, but for the neighbours that `filter` leaves out. `b1` and `b2`
+/// are the two triangles; both objects of a contact are the model. Which triangles intersect is
+/// decided as in adaptive_bvh::collide, whatever `enable_contact` says. With `enable_contact` a
+/// contact has FCL's normal and depth and the first of FCL's points (FCL may compute two for a
+/// pair; `collide` gives both), or what query.h says of thin triangles; without it, NaN. `tf`
+/// places the model: positions and normals are in the world.
 ///
-/// Stops when it has `request.num_max_contacts`, which FCL sets to 1: ask for more to find all.
+/// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: ask for more to find
+/// all.
 /// FCL's self-collision recursion does it, pruned by the boxes beside FCL's volumes where the
 /// model has them (docs/bounds.md). It leaves evidence for test B: the volumes that it went below,
 /// or, by boxes, those of the triangles that it tested. Returns the number of contacts in the

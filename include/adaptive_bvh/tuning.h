@@ -4,19 +4,22 @@
 #include <string>
 #include <vector>
 
+#include "adaptive_bvh/policy_json.h"
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
 
 namespace adaptive_bvh {
 
 /// Component `tuning`: which RefitPolicy suits a simulation best, by a genetic algorithm (thesis
-/// chapter IV). Needs pagmo and nlohmann-json.
+/// chapter IV). Needs pagmo, and nlohmann-json to build.
 
 /// What a run of a simulation cost: counted, and in seconds.
 struct SimulationWork {
+  long box_tests = 0;            ///< QueryWork::box_tests, summed
+  long separation_tests = 0;     ///< QueryWork::separation_tests, summed
   long bv_tests = 0;             ///< QueryWork::bv_tests, summed
   long leaf_tests = 0;           ///< QueryWork::leaf_tests, summed
-  long inflated = 0;             ///< UpdateReport::inflated, summed
+  long propagated = 0;           ///< UpdateReport::propagated, summed
   long refitted_leaves = 0;      ///< UpdateReport::refitted_leaves, summed
   long refitted_inner = 0;       ///< UpdateReport::refitted_inner, summed
   long refitted_primitives = 0;  ///< UpdateReport::refitted_primitives, summed
@@ -38,19 +41,21 @@ using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 /// Nanoseconds for each kind of work. The defaults were measured on a 2 GHz x86-64 server; only
 /// their ratios matter to the search.
 struct WorkCosts {
-  double bv_test = 97;             ///< with all that a traversal does around it
-  double leaf_test = 70;           ///< of two triangles, or of a triangle and a shape
-  double inflated = 4.5;           ///< for each volume that the propagation changes
-  double refitted_leaf = 88;       ///< for each volume of one triangle that is fitted
-  double refitted_inner = 550;     ///< for each other volume that is fitted, and besides ...
-  double refitted_primitive = 15;  ///< for each triangle that an inner refit reads
+  double box_test = 29;            ///< with all that the search does around it
+  double separation_test = 20;     ///< likewise
+  double bv_test = 110;            ///< with all that FCL's traversal does around it
+  double leaf_test = 88;           ///< of two triangles
+  double propagated = 10;          ///< for each volume that the propagation changes
+  double refitted_leaf = 97;       ///< for each volume of one triangle that is fitted
+  double refitted_inner = 400;     ///< for each other volume that is fitted, and besides ...
+  double refitted_primitive = 12;  ///< for each triangle that an inner refit reads
 
   /// What so much work costs in all.
   double seconds(const SimulationWork& work) const;
 
-  /// Measured on this machine, in about a second. Differs a little from time to time: keep the
-  /// result if you want to repeat a search.
-  static WorkCosts measured();
+  /// Measured on this machine, in about a second, for models with this propagation. Differs a
+  /// little from time to time: keep the result if you want to repeat a search.
+  static WorkCosts measured(Propagation propagation = Propagation::Boxes);
 };
 
 /// What `tune` makes small.
@@ -92,9 +97,10 @@ struct TuningOptions {
   ParameterRange child_distance_ratio = {0, 1};  ///< of RefitPolicy::child_distance_ratio
   ParameterRange min_inflation = {0, 1};         ///< of RefitPolicy::min_inflation
   /// One search each.
-  std::vector<FitnessCriterion> criteria = {
-      FitnessCriterion::A,   FitnessCriterion::B,     FitnessCriterion::AB,    FitnessCriterion::BC,
-      FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC};
+  std::vector<FitnessCriterion> criteria = {FitnessCriterion::A,      FitnessCriterion::B,
+                                            FitnessCriterion::AB,     FitnessCriterion::BC,
+                                            FitnessCriterion::ABC,    FitnessCriterion::AOrBC,
+                                            FitnessCriterion::ABOrBC, FitnessCriterion::AD};
   /// Gives what is not searched: the inflation reference and the leaf rule.
   RefitPolicy base;
   TuningObjective objective = TuningObjective::CountedWork;  ///< what is made small
@@ -122,13 +128,7 @@ struct TuningResult {
 /// checkpoint cannot be read or written or belongs to other options.
 TuningResult tune(const Simulation& simulation, const TuningOptions& options = {});
 
-/// \name Policies and results as JSON text
-/// Reading throws std::invalid_argument, saying what is wrong, on anything but a valid policy.
-/// Members that are missing keep their defaults.
-/// \{
-std::string toJson(const RefitPolicy& policy);
+/// As JSON text. `policyFromJson` (policy_json.h) reads its best policy.
 std::string toJson(const TuningResult& result);
-RefitPolicy policyFromJson(const std::string& text);  ///< also the best one of a result
-/// \}
 
 }  // namespace adaptive_bvh

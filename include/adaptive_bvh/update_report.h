@@ -4,8 +4,11 @@ namespace adaptive_bvh {
 
 /// What the last update of a model did, and how long it took.
 struct UpdateReport {
-  int nodes = 0;                 ///< bounding volumes in the tree
-  int inflated = 0;              ///< volumes whose radius the error propagation changed
+  int nodes = 0;  ///< bounding volumes in the tree
+  /// Volumes that moved along with their triangles. With Propagation::Displacements none does.
+  int moved = 0;
+  /// Volumes whose radius the propagation changed, by more than the rounding of positions.
+  int inflated = 0;
   int refitted_leaves = 0;       ///< leaf volumes recomputed from their triangle
   int refitted_inner = 0;        ///< inner volumes recomputed from the triangles below them
   long refitted_primitives = 0;  ///< triangles those refits read, summed: the work of the refits
@@ -21,6 +24,8 @@ struct UpdateReport {
   double propagation_seconds = 0;   ///< inflating the volumes, leaf to root
   double refit_seconds = 0;         ///< fitness tests and refits
 
+  /// Volumes that the propagation wrote: what it costs goes by this.
+  int propagated() const { return moved > inflated ? moved : inflated; }
   /// All volumes that were recomputed.
   int refitted() const { return refitted_leaves + refitted_inner; }
   /// Of all three phases.
@@ -30,9 +35,12 @@ struct UpdateReport {
 /// What recording queries (query.h) did on a model since its last update. A query between two
 /// adaptive models counts on both.
 struct QueryWork {
-  int queries = 0;      ///< that recorded
-  long bv_tests = 0;    ///< pairs of volumes or boxes, or of a volume and a shape, that were tested
-  long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape
+  int queries = 0;     ///< that recorded
+  long box_tests = 0;  ///< pairs of the boxes beside FCL's volumes
+  /// Pairs of FCL's volumes whose separation along a few directions was asked.
+  long separation_tests = 0;
+  long bv_tests = 0;    ///< pairs of FCL's volumes, or of one and a shape or cell, by FCL's test
+  long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape or cell
 };
 
 }  // namespace adaptive_bvh

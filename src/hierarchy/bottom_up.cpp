@@ -12,8 +12,8 @@ namespace adaptive_bvh {
 namespace {
 
 /// A number for each connected component, by group.
-std::vector<unsigned> components(const GroupGraph& graph) {
-  std::vector<unsigned> component(graph.size(), kNone), queue;
+Scratch<unsigned> components(const GroupGraph& graph) {
+  Scratch<unsigned> component(graph.size(), kNone), queue;
   for (unsigned g = 0; g < graph.size(); ++g) {
     if (component[g] != kNone) continue;
     component[g] = g;
@@ -44,12 +44,13 @@ class Levels {
   }
 
   /// Pairs neighbours until every component is one group.
-  void mergeConnected(std::vector<Link> links) {
-    std::vector<unsigned> component;
+  void mergeConnected(Scratch<Link> links) {
+    Scratch<unsigned> component;
     while (!links.empty()) {
+      if (size() == 2) return mergeLastTwo();
       const GroupGraph graph(size(), links);
       if (component.empty()) component = components(graph);
-      const std::vector<unsigned> number = merge(pairAll(graph, component));
+      const Scratch<unsigned> number = merge(pairAll(graph, component));
       component = renumbered(component, number);
       links = contracted(links, number);
     }
@@ -60,7 +61,8 @@ class Levels {
     isolated_.clear();
     while (size() > 1) {
       sortAlongCurve();
-      const std::vector<unsigned> one_component(size(), 0);
+      if (size() == 2) return mergeLastTwo();
+      const Scratch<unsigned> one_component(size(), 0);
       merge(pairAll(GroupGraph(size(), proximityLinks(boxes(groups_))), one_component));
     }
   }
@@ -70,8 +72,8 @@ class Levels {
  private:
   unsigned size() const { return static_cast<unsigned>(groups_.size()); }
 
-  std::vector<Box> boxes(const std::vector<unsigned>& nodes) const {
-    std::vector<Box> result;
+  Scratch<AlignedBox> boxes(const Scratch<unsigned>& nodes) const {
+    Scratch<AlignedBox> result;
     result.reserve(nodes.size());
     for (unsigned node : nodes) result.push_back(boxes_[node]);
     return result;
@@ -79,15 +81,15 @@ class Levels {
 
   /// Pairs all groups but those without neighbours, and one in each component of odd size. What
   /// `pairGroups` leaves over is paired along a Morton curve.
-  std::vector<unsigned> pairAll(const GroupGraph& graph,
-                                const std::vector<unsigned>& component) const {
-    std::vector<unsigned> mate = pairGroups(graph, isolated_), rest, nodes;
+  Scratch<unsigned> pairAll(const GroupGraph& graph, const Scratch<unsigned>& component) const {
+    Scratch<unsigned> mate = pairGroups(graph, isolated_), rest, nodes;
     for (unsigned g = 0; g < size(); ++g)
       if (mate[g] == kNone && graph.begin(g) != graph.end(g)) {
         rest.push_back(g);
         nodes.push_back(groups_[g]);
       }
-    std::vector<unsigned> order = mortonOrder(boxes(nodes));
+    if (rest.empty()) return mate;
+    Scratch<unsigned> order = mortonOrder(boxes(nodes));
     for (unsigned& place : order) place = rest[place];
     std::stable_sort(order.begin(), order.end(),
                      [&](unsigned a, unsigned b) { return component[a] < component[b]; });
@@ -102,8 +104,9 @@ class Levels {
 
   /// Makes the pairs the groups of the next level, after those that stayed alone. Returns the new
   /// number of every group.
-  std::vector<unsigned> merge(const std::vector<unsigned>& mate) {
-    std::vector<unsigned> number(size()), next;
+  Scratch<unsigned> merge(const Scratch<unsigned>& mate) {
+    Scratch<unsigned> number(size()), next;
+    next.reserve(size());
     isolated_.clear();
     for (unsigned g = 0; g < size(); ++g)
       if (mate[g] == kNone) {
@@ -120,21 +123,23 @@ class Levels {
     return number;
   }
 
+  /// What pairing two neighbours comes to.
+  void mergeLastTwo() { groups_.assign(1, join(groups_[0], groups_[1])); }
+
   unsigned join(unsigned left, unsigned right) {
     tree_.children.push_back({left, right});
     boxes_.push_back(boxes_[left].merged(boxes_[right]));
     return static_cast<unsigned>(boxes_.size()) - 1;
   }
 
-  std::vector<unsigned> renumbered(const std::vector<unsigned>& of_old,
-                                   const std::vector<unsigned>& number) const {
-    std::vector<unsigned> of_new(size());
+  Scratch<unsigned> renumbered(const Scratch<unsigned>& of_old,
+                               const Scratch<unsigned>& number) const {
+    Scratch<unsigned> of_new(size());
     for (std::size_t g = 0; g < of_old.size(); ++g) of_new[number[g]] = of_old[g];
     return of_new;
   }
 
-  std::vector<Link> contracted(std::vector<Link>& links,
-                               const std::vector<unsigned>& number) const {
+  Scratch<Link> contracted(Scratch<Link>& links, const Scratch<unsigned>& number) const {
     for (Link& link : links) {
       const auto ends = std::minmax(number[link.first], number[link.second]);
       link.first = ends.first;
@@ -144,8 +149,9 @@ class Levels {
   }
 
   void sortAlongCurve() {
-    const std::vector<unsigned> order = mortonOrder(boxes(groups_));
-    std::vector<unsigned> sorted, isolated;
+    const Scratch<unsigned> order = mortonOrder(boxes(groups_));
+    Scratch<unsigned> sorted, isolated;
+    sorted.reserve(size());
     for (unsigned g : order) {
       if (std::binary_search(isolated_.begin(), isolated_.end(), g))
         isolated.push_back(static_cast<unsigned>(sorted.size()));
@@ -156,9 +162,9 @@ class Levels {
   }
 
   BinaryTree tree_;
-  std::vector<unsigned> groups_;    // by group of the level: its node of the tree
-  std::vector<unsigned> isolated_;  // groups that stayed alone on the level before, ascending
-  std::vector<Box> boxes_;          // by node
+  Scratch<unsigned> groups_;    // by group of the level: its node of the tree
+  Scratch<unsigned> isolated_;  // groups that stayed alone on the level before, ascending
+  Scratch<AlignedBox> boxes_;   // by node
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
+#include "hierarchy/scratch.h"
 #include "volume/mesh_view.h"
 
 namespace adaptive_bvh {
@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 /// children `children[i]`, which have smaller numbers. The last node is the root.
 struct BinaryTree {
   unsigned leaves = 0;
-  std::vector<std::array<unsigned, 2>> children;
+  Scratch<std::array<unsigned, 2>> children;
 };
 
 /// Builds the tree level by level from the connectivity of the mesh (thesis appendix).

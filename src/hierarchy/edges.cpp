@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <cstring>
 
 namespace adaptive_bvh {
 namespace {
@@ -26,33 +26,40 @@ double rounded(double length) {
 template <typename S>
 class EdgeLinks {
  public:
-  EdgeLinks(const MeshView<S>& mesh, unsigned vertices) : mesh_(mesh), vertices_(vertices) {}
+  EdgeLinks(const MeshView<S>& mesh, unsigned vertices, std::size_t sides)
+      : mesh_(mesh), vertices_(vertices) {
+    links_.reserve(sides / 2);
+  }
 
   /// Links the triangles of equal sides. Returns the sides that have no equal.
-  std::vector<Side> link(const std::vector<Side>& sides) {
-    const Buckets by_from(vertices_, sides.size(), [&](std::size_t i) { return sides[i].from; });
-    std::vector<Side> alone, bucket;
+  Scratch<Side> link(const Scratch<Side>& sides) {
+    Buckets<Side> by_from(vertices_, sides, [](const Side& side) { return side.from; });
+    Scratch<Side> alone;
+    alone.reserve(sides.size());
     for (unsigned v = 0; v < vertices_; ++v) {
-      bucket.clear();
-      for (unsigned i = by_from.start[v]; i < by_from.start[v + 1]; ++i)
-        bucket.push_back(sides[by_from.items[i]]);
-      std::sort(bucket.begin(), bucket.end(), [](const Side& a, const Side& b) {
-        return a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
-      });
-      for (std::size_t i = 0, end; i < bucket.size(); i = end) {
-        for (end = i + 1; end < bucket.size() && bucket[end].to == bucket[i].to;) ++end;
-        if (end == i + 1)
-          alone.push_back(bucket[i]);
+      Side *begin = by_from.begin(v), *const end = by_from.end(v);
+      sortBucket(begin, end);
+      for (Side* next; begin != end; begin = next) {
+        for (next = begin + 1; next != end && next->to == begin->to;) ++next;
+        if (next == begin + 1)
+          alone.push_back(*begin);
         else
-          linkAll(&bucket[i], end - i);
+          linkAll(begin, static_cast<std::size_t>(next - begin));
       }
     }
     return alone;
   }
 
-  std::vector<Link> take() { return std::move(links_); }
+  Scratch<Link> take() { return std::move(links_); }
 
  private:
+  static void sortBucket(Side* begin, Side* end) {
+    if (end - begin < 2) return;
+    std::sort(begin, end, [](const Side& a, const Side& b) {
+      return a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
+    });
+  }
+
   void linkAll(const Side* sides, std::size_t count) {
     const double length = rounded(
         static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
@@ -65,7 +72,7 @@ class EdgeLinks {
 
   const MeshView<S>& mesh_;
   unsigned vertices_;
-  std::vector<Link> links_;
+  Scratch<Link> links_;
 };
 
 Side side(unsigned a, unsigned b, unsigned triangle) {
@@ -103,50 +110,58 @@ class PositionNames {
   static std::size_t hash(const fcl::Vector3<S>& p) {
     std::uint64_t h = 0;
     for (int k = 0; k < 3; ++k) {
-      h = (h ^ std::hash<S>()(p[k])) * 0x9E3779B97F4A7C15u;
+      const S x = p[k] + S(0);  // -0, which equals 0, becomes 0
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &x, sizeof(x));
+      h = (h ^ bits) * 0x9E3779B97F4A7C15u;
       h ^= h >> 32;
     }
     return static_cast<std::size_t>(h);
   }
 
   const MeshView<S>& mesh_;
-  std::vector<unsigned> names_;  // by vertex
-  std::vector<unsigned> slots_;
+  Scratch<unsigned> names_;  // by vertex
+  Scratch<unsigned> slots_;
 };
 
-/// Renames the ends of sides by their positions and drops sides that have become points.
+/// Renames the ends of sides by their positions and drops sides that have become points. False
+/// when all names stay.
 template <typename S>
-void mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, std::vector<Side>& sides) {
+bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
   PositionNames<S> name(mesh, vertices);
   std::size_t kept = 0;
+  bool any = false;
   for (const Side& s : sides) {
     const Side renamed = side(name.of(s.from), name.of(s.to), s.triangle);
+    any |= renamed.from != s.from || renamed.to != s.to;
     if (renamed.from != renamed.to) sides[kept++] = renamed;
   }
   sides.resize(kept);
+  return any;
 }
 
 }  // namespace
 
 template <typename S>
-std::vector<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
-  std::vector<Side> sides;
+Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
+  Scratch<Side> sides;
   sides.reserve(3 * static_cast<std::size_t>(count));
   unsigned vertices = 0;
-  for (unsigned t = 0; t < count; ++t)
-    for (int k = 0; k < 3; ++k) {
-      const unsigned a = mesh.vertex(t, k), b = mesh.vertex(t, (k + 1) % 3);
+  for (unsigned t = 0; t < count; ++t) {
+    const Corners corners = mesh.corners(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const unsigned a = corners[k], b = corners[(k + 1) % 3];
       vertices = std::max(vertices, a + 1);
       if (a != b) sides.push_back(side(a, b, t));
     }
-  EdgeLinks<S> links(mesh, vertices);
-  std::vector<Side> border = links.link(sides);
-  mergeEqualPositions(mesh, vertices, border);
-  links.link(border);
+  }
+  EdgeLinks<S> links(mesh, vertices, sides.size());
+  Scratch<Side> border = links.link(sides);
+  if (mergeEqualPositions(mesh, vertices, border)) links.link(border);
   return combined(count, links.take());
 }
 
-template std::vector<Link> sharedEdges(const MeshView<float>&, unsigned);
-template std::vector<Link> sharedEdges(const MeshView<double>&, unsigned);
+template Scratch<Link> sharedEdges(const MeshView<float>&, unsigned);
+template Scratch<Link> sharedEdges(const MeshView<double>&, unsigned);
 
 }  // namespace adaptive_bvh

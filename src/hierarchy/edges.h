@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "hierarchy/group_graph.h"
 #include "volume/mesh_view.h"
 
@@ -18,6 +16,6 @@ namespace adaptive_bvh {
 /// Linear in `count`. An edge of more than 32 triangles, which no surface has, would make the pairs
 /// quadratic; there each triangle is linked to the next 16 around it only.
 template <typename S>
-std::vector<Link> sharedEdges(const MeshView<S>& mesh, unsigned count);
+Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count);
 
 }  // namespace adaptive_bvh

@@ -1,19 +1,18 @@
 #include "hierarchy/group_graph.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace adaptive_bvh {
 
-std::vector<Link> combined(unsigned groups, const std::vector<Link>& links) {
-  const Buckets by_first(groups, links.size(), [&](std::size_t i) { return links[i].first; });
-  std::vector<Link> result;
+Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
+  Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
+  Scratch<Link> result;
   result.reserve(links.size());
-  std::vector<std::size_t> place(groups);  // of the link to a group, if at or past this bucket's
+  Scratch<std::size_t> place(groups);  // of the link to a group, if at or past this bucket's
   for (unsigned g = 0; g < groups; ++g) {
     const std::size_t bucket = result.size();
-    for (unsigned i = by_first.start[g]; i < by_first.start[g + 1]; ++i) {
-      const Link& link = links[by_first.items[i]];
+    for (const Link* i = by_first.begin(g); i != by_first.end(g); ++i) {
+      const Link& link = *i;
       if (link.second == g) continue;
       std::size_t& at = place[link.second];
       if (at >= bucket && at < result.size() && result[at].second == link.second) {
@@ -27,18 +26,18 @@ std::vector<Link> combined(unsigned groups, const std::vector<Link>& links) {
   return result;
 }
 
-GroupGraph::GroupGraph(unsigned groups, const std::vector<Link>& links)
-    : neighbours_(2 * links.size() + 1) {
-  // Link i has the ends 2 i and 2 i + 1.
-  Buckets ends(groups, 2 * links.size(), [&](std::size_t end) {
-    return end % 2 == 0 ? links[end / 2].first : links[end / 2].second;
-  });
-  for (std::size_t i = 0; i < ends.items.size(); ++i) {
-    const unsigned end = ends.items[i];
-    const Link& link = links[end / 2];
-    neighbours_[i] = {end % 2 == 0 ? link.second : link.first, link.weight};
+GroupGraph::GroupGraph(unsigned groups, const Scratch<Link>& links)
+    : start_(groups + 1, 0), neighbours_(2 * links.size() + 1) {
+  for (const Link& link : links) {
+    ++start_[link.first];
+    ++start_[link.second];
   }
-  start_ = std::move(ends.start);
+  unsigned sum = 0;
+  for (unsigned& start : start_) start = sum += start;  // where the group's neighbours end
+  for (const Link& link : links) {
+    neighbours_[--start_[link.first]] = {link.second, link.weight};
+    neighbours_[--start_[link.second]] = {link.first, link.weight};
+  }
   for (unsigned g = 0; g < groups; ++g)
     std::sort(neighbours_.begin() + start_[g], neighbours_.begin() + start_[g + 1],
               [](const Neighbour& a, const Neighbour& b) {

@@ -1,6 +1,8 @@
 #pragma once
 
-#include <vector>
+#include <cstddef>
+
+#include "hierarchy/scratch.h"
 
 namespace adaptive_bvh {
 
@@ -12,7 +14,7 @@ struct Link {
 
 /// Links between the same two groups made one, their weights summed; links of a group with itself
 /// dropped. Linear in the number of links. One sum a pair, so a weight reads alike from both sides.
-std::vector<Link> combined(unsigned groups, const std::vector<Link>& links);
+Scratch<Link> combined(unsigned groups, const Scratch<Link>& links);
 
 /// Who neighbours whom on one level: links as adjacency lists, best neighbour first. Equal weights
 /// are ordered by number, so that everything built on them is deterministic.
@@ -24,29 +26,35 @@ class GroupGraph {
   };
 
   /// `links`: combined.
-  GroupGraph(unsigned groups, const std::vector<Link>& links);
+  GroupGraph(unsigned groups, const Scratch<Link>& links);
 
   unsigned size() const { return static_cast<unsigned>(start_.size()) - 1; }
   const Neighbour* begin(unsigned group) const { return &neighbours_[start_[group]]; }
   const Neighbour* end(unsigned group) const { return &neighbours_[start_[group + 1]]; }
 
  private:
-  std::vector<unsigned> start_;
-  std::vector<Neighbour> neighbours_;  // one more than there are, so that `end` may point at it
+  Scratch<unsigned> start_;
+  Scratch<Neighbour> neighbours_;  // one more than there are, so that `end` may point at it
 };
 
-/// Places in which items 0, 1, ... with the given keys (< keys) stand sorted, stably: `start[k]` is
-/// the first place of key k, `items` lists them.
+/// Items sorted, stably, by a key below `keys`: those of key k begin at start[k].
+template <typename Item>
 struct Buckets {
   template <typename KeyOf>
-  Buckets(unsigned keys, std::size_t count, KeyOf&& key_of) : start(keys + 1, 0), items(count) {
-    for (std::size_t i = 0; i < count; ++i) ++start[key_of(i) + 1];
-    for (unsigned k = 0; k < keys; ++k) start[k + 1] += start[k];
-    std::vector<unsigned> place(start.begin(), start.end() - 1);
-    for (std::size_t i = 0; i < count; ++i) items[place[key_of(i)]++] = static_cast<unsigned>(i);
+  Buckets(unsigned keys, const Scratch<Item>& unsorted, KeyOf&& key_of)
+      : start(keys + 1, 0), items(unsorted.size()) {
+    for (const Item& item : unsorted) ++start[key_of(item)];
+    unsigned sum = 0;
+    for (unsigned& end : start) end = sum += end;
+    for (std::size_t i = unsorted.size(); i-- > 0;)
+      items[--start[key_of(unsorted[i])]] = unsorted[i];
   }
 
-  std::vector<unsigned> start, items;
+  Item* begin(unsigned key) { return items.data() + start[key]; }
+  Item* end(unsigned key) { return items.data() + start[key + 1]; }
+
+  Scratch<unsigned> start;
+  Scratch<Item> items;
 };
 
 }  // namespace adaptive_bvh

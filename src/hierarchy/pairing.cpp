@@ -5,7 +5,7 @@
 namespace adaptive_bvh {
 namespace {
 
-using Mates = std::vector<unsigned>;
+using Mates = Scratch<unsigned>;
 
 void pairUp(Mates& mate, unsigned a, unsigned b) {
   mate[a] = b;
@@ -18,6 +18,7 @@ class Walk {
  public:
   Walk(const GroupGraph& graph, Mates& mate) : graph_(graph), mate_(mate), next_(graph.size()) {
     for (unsigned g = 0; g < graph.size(); ++g) next_[g] = graph.begin(g);
+    path_.reserve(16);
   }
 
   /// Pairs `start` if it has a free neighbour, and on the way all that the walk comes by.
@@ -53,8 +54,8 @@ class Walk {
 
   const GroupGraph& graph_;
   Mates& mate_;
-  std::vector<const GroupGraph::Neighbour*> next_;
-  std::vector<unsigned> path_;
+  Scratch<const GroupGraph::Neighbour*> next_;
+  Scratch<unsigned> path_;
 };
 
 // ---- the search ---------------------------------------------------------------------------------
@@ -69,7 +70,7 @@ class Search {
       : graph_(graph), mate_(mate), root_(graph.size()), from_(graph.size()) {}
 
   /// Takes those that found a mate off `isolated`. True when there were any.
-  bool round(std::vector<unsigned>& isolated) {
+  bool round(Scratch<unsigned>& isolated) {
     root_.assign(graph_.size(), kNone);
     done_.assign(graph_.size(), false);
     queue_ = isolated;
@@ -77,7 +78,7 @@ class Search {
     searching_ = isolated.size();
     for (std::size_t head = 0; head < queue_.size() && searching_ > 1; ++head) expand(queue_[head]);
 
-    std::vector<unsigned> left;
+    Scratch<unsigned> left;
     for (unsigned g : isolated)
       if (mate_[g] == kNone) left.push_back(g);
     const bool progress = left.size() < isolated.size();
@@ -126,10 +127,10 @@ class Search {
 
   const GroupGraph& graph_;
   Mates& mate_;
-  std::vector<unsigned> root_;  // the isolated group whose tree a group is in
-  std::vector<unsigned> from_;  // of an inner group: the outer one it was reached by
-  std::vector<bool> done_;      // by root
-  std::vector<unsigned> queue_;
+  Scratch<unsigned> root_;  // the isolated group whose tree a group is in
+  Scratch<unsigned> from_;  // of an inner group: the outer one it was reached by
+  Scratch<bool> done_;      // by root
+  Scratch<unsigned> queue_;
   std::size_t searching_ = 0;
 };
 
@@ -141,15 +142,17 @@ int roundLimit(unsigned groups) {
 
 }  // namespace
 
-std::vector<unsigned> pairGroups(const GroupGraph& graph, const std::vector<unsigned>& favoured) {
+Scratch<unsigned> pairGroups(const GroupGraph& graph, const Scratch<unsigned>& favoured) {
   Mates mate(graph.size(), kNone);
   Walk walk(graph, mate);
   for (unsigned g : favoured) walk.takeBest(g);
   for (unsigned g = 0; g < graph.size(); ++g) walk.from(g);
 
-  std::vector<unsigned> isolated;
+  Scratch<unsigned> isolated;
+  isolated.reserve(16);
   for (unsigned g = 0; g < graph.size(); ++g)
     if (mate[g] == kNone && graph.begin(g) != graph.end(g)) isolated.push_back(g);
+  if (isolated.size() <= 1) return mate;
   Search search(graph, mate);
   for (int round = roundLimit(graph.size()); round > 0 && isolated.size() > 1; --round)
     if (!search.round(isolated)) break;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "hierarchy/group_graph.h"
 
 namespace adaptive_bvh {
@@ -20,6 +18,6 @@ constexpr unsigned kNone = ~0u;
 ///
 /// A group that has a mate after 1. has one after 2. No recursion. The walk is linear but for the
 /// sorting of neighbours; the search is linear a round, with at most 2 log2(n) + 8 rounds.
-std::vector<unsigned> pairGroups(const GroupGraph& graph, const std::vector<unsigned>& favoured);
+Scratch<unsigned> pairGroups(const GroupGraph& graph, const Scratch<unsigned>& favoured);
 
 }  // namespace adaptive_bvh

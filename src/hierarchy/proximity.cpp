@@ -21,13 +21,13 @@ std::uint64_t spread(std::uint64_t x) {
 
 }  // namespace
 
-std::vector<unsigned> mortonOrder(const std::vector<Box>& boxes) {
-  Box all;
-  for (const Box& box : boxes) all.extend(box.center());
+Scratch<unsigned> mortonOrder(const Scratch<AlignedBox>& boxes) {
+  AlignedBox all;
+  for (const AlignedBox& box : boxes) all.extend(box.center());
   const double extent = boxes.empty() ? 0 : all.sizes().maxCoeff();
   const double scale = extent > 1e-290 ? 0x1fffff / extent : 0;
 
-  std::vector<std::pair<std::uint64_t, unsigned>> keyed;
+  Scratch<std::pair<std::uint64_t, unsigned>> keyed;
   keyed.reserve(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const Eigen::Vector3d cell = (boxes[i].center() - all.min()) * scale;
@@ -36,19 +36,19 @@ std::vector<unsigned> mortonOrder(const std::vector<Box>& boxes) {
     keyed.emplace_back(code, static_cast<unsigned>(i));
   }
   std::sort(keyed.begin(), keyed.end());
-  std::vector<unsigned> order;
+  Scratch<unsigned> order;
   order.reserve(keyed.size());
   for (const auto& entry : keyed) order.push_back(entry.second);
   return order;
 }
 
-std::vector<Link> proximityLinks(const std::vector<Box>& boxes_in_order) {
+Scratch<Link> proximityLinks(const Scratch<AlignedBox>& boxes_in_order) {
   constexpr std::size_t kWindow = 4;
-  std::vector<Link> links;
+  Scratch<Link> links;
   links.reserve(kWindow * boxes_in_order.size());
   for (std::size_t i = 0; i < boxes_in_order.size(); ++i)
     for (std::size_t j = i + 1; j < std::min(boxes_in_order.size(), i + 1 + kWindow); ++j) {
-      const Box around = boxes_in_order[i].merged(boxes_in_order[j]);
+      const AlignedBox around = boxes_in_order[i].merged(boxes_in_order[j]);
       links.push_back(
           {static_cast<unsigned>(i), static_cast<unsigned>(j), -around.diagonal().squaredNorm()});
     }

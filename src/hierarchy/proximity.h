@@ -2,22 +2,20 @@
 
 #include <Eigen/Geometry>
 
-#include <vector>
-
 #include "hierarchy/group_graph.h"
 
 namespace adaptive_bvh {
 
-using Box = Eigen::AlignedBox3d;
+using AlignedBox = Eigen::AlignedBox3d;
 
 /// The numbers 0, 1, ... of the boxes along a Morton curve through their centres.
-std::vector<unsigned> mortonOrder(const std::vector<Box>& boxes);
+Scratch<unsigned> mortonOrder(const Scratch<AlignedBox>& boxes);
 
 /// Links each of the boxes, which must be given in Morton order, to the next four; the smaller the
 /// box around both, the greater the weight. After Meister and Bittner, "Parallel locally-ordered
 /// clustering for bounding volume hierarchy construction" (2018), who search such a window. A
 /// window of 16 makes volumes 4 % smaller (the area of all, on triangle soup), and building takes
 /// half as long again.
-std::vector<Link> proximityLinks(const std::vector<Box>& boxes_in_order);
+Scratch<Link> proximityLinks(const Scratch<AlignedBox>& boxes_in_order);
 
 }  // namespace adaptive_bvh

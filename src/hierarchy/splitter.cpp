@@ -19,14 +19,18 @@ struct Dictation {
   /// By node in preorder: the rank at which its right side begins; kLeaf for a leaf.
   std::vector<unsigned> right_begin;
 
-  explicit Dictation(const BinaryTree& tree) : rank(tree.leaves) {
+  void assign(const BinaryTree& tree) {
     const auto nodes = tree.leaves + tree.children.size();
-    std::vector<unsigned> size(nodes, 1);
+    Scratch<unsigned> size(nodes, 1);
     for (std::size_t i = 0; i < tree.children.size(); ++i)
       size[tree.leaves + i] = size[tree.children[i][0]] + size[tree.children[i][1]];
 
+    rank.resize(tree.leaves);
+    right_begin.clear();
     right_begin.reserve(nodes);
-    std::vector<unsigned> open(1, static_cast<unsigned>(nodes) - 1);
+    Scratch<unsigned> open;
+    open.reserve(32);
+    open.push_back(static_cast<unsigned>(nodes) - 1);
     for (unsigned leaves = 0; !open.empty();) {
       const unsigned node = open.back();
       open.pop_back();
@@ -41,6 +45,13 @@ struct Dictation {
       open.push_back(left);
     }
   }
+
+  /// Keeps the memory of a small one for the next build.
+  void clear() {
+    constexpr std::size_t kSmall = 1024;
+    if (right_begin.capacity() > kSmall) *this = Dictation();
+    right_begin.clear();
+  }
 };
 
 template <typename BV>
@@ -50,18 +61,19 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
 
   void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
     Build& build = current();
-    build = Build();
+    build.clear();
     build.mesh.vertices = vertices;
     build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
   }
 
-  /// FCL says how many primitives there are with the first node, the root.
+  /// FCL says how many primitives there are with the first node, the root. A leaf needs no rule.
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
-    if (!build.dictation)
-      build.dictation =
-          std::make_unique<Dictation>(buildBottomUp(build.mesh, static_cast<unsigned>(count)));
-    build.right_begin = build.dictation->right_begin[build.nodes++];
+    if (build.nodes == 0 && count > 1)
+      build.dictation.assign(buildBottomUp(build.mesh, static_cast<unsigned>(count)));
+    const std::size_t node = build.nodes++;
+    if (count == 1) return;
+    build.right_begin = build.dictation.right_begin[node];
     build.next = primitives;
   }
 
@@ -69,18 +81,23 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
   /// lies before the one it asks for.
   bool apply(const fcl::Vector3<S>&) const override {
     Build& build = current();
-    return build.dictation->rank[*build.next++] >= build.right_begin;
+    return build.dictation.rank[*build.next++] >= build.right_begin;
   }
 
-  void clear() override { current() = Build(); }
+  void clear() override { current().clear(); }
 
  private:
   struct Build {
     MeshView<S> mesh;
-    std::unique_ptr<Dictation> dictation;
+    Dictation dictation;
     std::size_t nodes = 0;           // visited
     unsigned right_begin = 0;        // of the node at hand
     const unsigned* next = nullptr;  // primitive
+
+    void clear() {
+      dictation.clear();
+      nodes = 0;
+    }
   };
 
   static Build& current() {

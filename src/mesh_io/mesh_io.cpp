@@ -1,15 +1,19 @@
 #include "adaptive_bvh/mesh_io.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <unordered_map>
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
 
+#include "mesh_io/node_graph.h"
 #include "mesh_io/objection.h"
 
 namespace adaptive_bvh {
@@ -21,6 +25,21 @@ using Mesh = TriangleMesh<double>;
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {
   throw MeshLoadError("cannot load mesh '" + path + "': " + reason);
 }
+
+/// A pipe or a device can block forever, or never end. A link to a file is one.
+bool isRegularFile(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error);
+}
+
+/// Also for the files that a mesh names: buffers, materials.
+class RegularFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override { return isRegularFile(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return isRegularFile(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+};
 
 Matrix4d toDouble(const aiMatrix4x4& m) {
   Matrix4d result;
@@ -64,20 +83,47 @@ void checkFaces(const aiScene& scene, const std::string& path) {
   }
 }
 
-/// Walks the scene with an explicit stack: a hostile file may nest as deep as it likes.
-Mesh flatten(const aiScene& scene) {
+/// What the nodes make of the meshes, in vertices and triangles.
+class PlacedElements {
+ public:
+  explicit PlacedElements(const aiScene& scene) {
+    std::size_t own = 0;
+    for (unsigned i = 0; i < scene.mNumMeshes; ++i) own += elementsOf(*scene.mMeshes[i]);
+    most_ = std::max(kMostElements, kMostElementsPerElement * own);
+  }
+
+  /// False when it is too much.
+  bool add(const aiMesh& mesh) { return (sum_ += elementsOf(mesh)) <= most_; }
+  std::size_t most() const { return most_; }
+
+ private:
+  static std::size_t elementsOf(const aiMesh& mesh) {
+    return std::size_t{mesh.mNumVertices} + mesh.mNumFaces;
+  }
+
+  std::size_t sum_ = 0, most_;
+};
+
+/// Walks the scene with an explicit stack: other formats may nest as deep as assimp can read.
+Mesh flatten(const aiScene& scene, const std::string& path) {
   struct Item {
     const aiNode* node;
     Matrix4d parent;
   };
   Mesh mesh;
+  PlacedElements placed(scene);
   std::vector<Item> stack = {{scene.mRootNode, Matrix4d::Identity()}};
   while (!stack.empty()) {
     const Item item = stack.back();
     stack.pop_back();
     const Matrix4d transform = item.parent * toDouble(item.node->mTransformation);
-    for (unsigned i = 0; i < item.node->mNumMeshes; ++i)
-      append(*scene.mMeshes[item.node->mMeshes[i]], transform, mesh);
+    for (unsigned i = 0; i < item.node->mNumMeshes; ++i) {
+      const aiMesh& source = *scene.mMeshes[item.node->mMeshes[i]];
+      if (!placed.add(source))
+        fail(path, "its nodes place meshes so often that more than " +
+                       std::to_string(placed.most()) + " vertices and triangles come of them");
+      append(source, transform, mesh);
+    }
     for (unsigned i = item.node->mNumChildren; i-- > 0;)  // the first child is next
       stack.push_back({item.node->mChildren[i], transform});
   }
@@ -112,10 +158,14 @@ void weldEqualPositions(Mesh& mesh) {
 
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !isRegularFile(path))
+    fail(path, "it is no regular file");
   if (!std::ifstream(path).good()) fail(path, "the file does not exist or cannot be read");
   const std::string objection = objectionTo(path);
   if (!objection.empty()) fail(path, objection);
   Assimp::Importer importer;
+  importer.SetIOHandler(new RegularFiles);  // the importer's from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, 0);
   if (!scene) fail(path, importer.GetErrorString());
@@ -124,7 +174,7 @@ TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options
   if (!scene) fail(path, importer.GetErrorString());
   if (!scene->mRootNode) fail(path, "the scene is empty");
 
-  Mesh mesh = flatten(*scene);
+  Mesh mesh = flatten(*scene, path);
   if (mesh.triangles.empty()) fail(path, "it holds no triangles");
   if (options.weld) weldEqualPositions(mesh);
 

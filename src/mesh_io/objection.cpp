@@ -1,6 +1,7 @@
 #include "mesh_io/objection.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
@@ -8,6 +9,9 @@
 #include <map>
 #include <sstream>
 #include <vector>
+
+#include "mesh_io/gltf_format.h"
+#include "mesh_io/xml_format.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -301,7 +305,20 @@ std::string checkGlb(const std::string& bytes) {
              std::to_string(bytes.size() - at);
     at += length;
   }
-  return "";
+  if (bytes.size() < kHeader + kChunkHeader) return "its header does not end";
+  return findGltfError(bytes.substr(kHeader + kChunkHeader, wordAt(bytes, kHeader)));
+}
+
+std::string checkXml(const std::string& text) {
+  const std::string objection = findXmlError(text);
+  return objection.empty() && text.find("<COLLADA") != text.npos ? checkCollada(text) : objection;
+}
+
+/// In lower case, without the dot.
+std::string extensionOf(const std::string& path) {
+  std::string extension = path.substr(path.find_last_of('.') + 1);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
 }
 
 }  // namespace
@@ -312,14 +329,18 @@ std::string objectionTo(const std::string& path) {
   file.read(&text[0], static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
 
+  const std::string extension = extensionOf(path);
   const std::string keyword = text.substr(0, text.find_first_of(" \t\r\n"));
-  const auto check = text.compare(0, 4, "glTF") == 0        ? checkGlb
-                     : keyword == "ply" || keyword == "PLY" ? checkPly
-                     : keyword.size() >= 3 && keyword.compare(keyword.size() - 3, 3, "OFF") == 0
-                         ? checkOff
-                     : keyword == "solid"                 ? checkStl
-                     : text.find("<COLLADA") != text.npos ? checkCollada
-                                                          : nullptr;
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  const auto check =
+      text.compare(0, 4, "glTF") == 0                                             ? checkGlb
+      : extension == "gltf"                                                       ? findGltfError
+      : extension == "dae"                                                        ? checkXml
+      : keyword == "ply" || keyword == "PLY"                                      ? checkPly
+      : keyword.size() >= 3 && keyword.compare(keyword.size() - 3, 3, "OFF") == 0 ? checkOff
+      : keyword == "solid"                                                        ? checkStl
+      : (first != text.npos && text[first] == '<') || text.find("<COLLADA") != text.npos ? checkXml
+                                                                                         : nullptr;
   if (!check) return "";
   text.append(std::istreambuf_iterator<char>(file), {});
   return check(text);

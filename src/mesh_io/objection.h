@@ -10,7 +10,10 @@ namespace adaptive_bvh {
 /// - PLY: header and body are walked through; every element must be there.
 /// - STL, as text: facets of three vertices, all numbers; assimp would leak what it has read.
 /// - OFF: no count may exceed the number of bytes.
-/// - Collada: arrays must have what accessors read of them, and lists of indices be numbers.
+/// - XML: its elements must not be nested too deep (xml_format.h).
+/// - Collada: arrays must have what accessors read of them, and lists of indices be numbers; nodes
+///   must not instance each other without end.
+/// - glTF: nodes must not name each other without end (gltf_format.h).
 /// - GLB: no chunk may be longer than the file.
 std::string objectionTo(const std::string& path);
 

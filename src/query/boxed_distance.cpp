@@ -1,6 +1,10 @@
 #include "query/boxed_distance.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "query/nearest_points.h"
 
 namespace adaptive_bvh {
 
@@ -54,7 +58,7 @@ void BoxedDistance<S>::seed(int triangle1, int triangle2) {
   fcl::Vector3<S> on1, on2;
   const S d = triangles_.distance(viewOf(*first_.model).corners(unsigned(triangle1)),
                                   viewOf(*second_.model).corners(unsigned(triangle2)), on1, on2);
-  ++leaf_tests;
+  ++work_.leaf_tests;
   if (d < result_.min_distance) improve(d, triangle1, triangle2, on1, on2);
 }
 
@@ -68,7 +72,7 @@ void BoxedDistance<S>::testLeaves(int leaf1, int leaf2) {
   if (separation < limit_) {
     fcl::Vector3<S> on1, on2;
     const S d = triangles_.distance(corners1, corners2, on1, on2);
-    ++leaf_tests;
+    ++work_.leaf_tests;
     if (d < result_.min_distance)
       improve(d, first_.model->getBV(leaf1).primitiveId(),
               second_.model->getBV(leaf2).primitiveId(), on1, on2);
@@ -79,30 +83,31 @@ void BoxedDistance<S>::testLeaves(int leaf1, int leaf2) {
 template <typename S>
 void BoxedDistance<S>::visit(int node1, int node2) {
   const CenteredBox a(boxes1_[node1]), b(boxes2_[node2]);
-  ++box_tests;
+  ++work_.box_tests;
   settle(node1, node2, relation_.gapFromFirst(a, b, relation_.toFirst()(b), limit2_));
 }
 
 /// Boxes that stand askew prune late. Where they come near it, FCL's volumes are asked as well.
-/// When those fail for nothing but their inflation, that is evidence for the next update's fitness
-/// test.
+/// When those fail for nothing but their inflation, that is evidence for test D.
 template <typename S>
 void BoxedDistance<S>::settle(int node1, int node2, float gap) {
   if (gap >= limit2_) return stop(node1, node2, relation_.distanceFor(gap));
+  S separation = std::numeric_limits<S>::quiet_NaN();  // not asked for
   const fcl::BVNode<fcl::RSS<S>>&a = first_.model->getBV(node1), &b = second_.model->getBV(node2);
   if (gap >= kNear * limit2_ && a.num_primitives + b.num_primitives > kFew) {
-    ++volume_tests;
-    const S separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
+    ++work_.separation_tests;
+    separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
     if (separation >= limit_) return stop(node1, node2, double(separation));
-    const S inflation1 = S(boxes1_.growthOf(node1).inflation) * S(unit1_);
-    const S inflation2 = S(boxes2_.growthOf(node2).inflation) * S(unit2_);
-    if (separation + inflation1 + inflation2 >= limit_) recorder_.addVisit(node1, node2);
+    const S inflation1 = S(boxes1_.inflationOf(node1)) * S(unit1_);
+    const S inflation2 = S(boxes2_.inflationOf(node2)) * S(unit2_);
+    if (separation + inflation1 + inflation2 >= limit_) recorder_.addObstruction(node1, node2);
   }
-  descend(node1, node2);
+  descend(node1, node2, separation);
 }
 
 template <typename S>
-void BoxedDistance<S>::descend(int node1, int node2) {
+void BoxedDistance<S>::descend(int node1, int node2, S separation) {
+  recorder_.addVisit(node1, node2);
   const bool leaf1 = boxes1_[node1].isLeaf(), leaf2 = boxes2_[node2].isLeaf();
   if (leaf1 && leaf2) return testLeaves(node1, node2);
   const auto size = [](const NodeBox& bounds) {
@@ -110,31 +115,42 @@ void BoxedDistance<S>::descend(int node1, int node2) {
     return lanes::sum(box.high - box.low);
   };
   if (leaf2 || (!leaf1 && size(boxes1_[node1]) >= relation_.ratio() * size(boxes2_[node2])))
-    splitFirst(node1, node2);
+    splitFirst(node1, node2, separation);
   else
-    splitSecond(node1, node2);
+    splitSecond(node1, node2, separation);
 }
 
 template <typename S>
-void BoxedDistance<S>::splitFirst(int node1, int node2) {
+void BoxedDistance<S>::splitFirst(int node1, int node2, S separation) {
   const int left = boxes1_[node1].left();
   const CenteredBox b(boxes2_[node2]), b_in_first = relation_.toFirst()(b);
   float gaps[2];
   for (int k = 0; k < 2; ++k)
     gaps[k] = relation_.gapFromFirst(CenteredBox(boxes1_[left + k]), b, b_in_first, limit2_);
-  box_tests += 2;
+  work_.box_tests += 2;
+  recordChildGap(recorder_.side[0], node1, separation, gaps);
   goOn({{left, node2}, {left + 1, node2}}, gaps);
 }
 
 template <typename S>
-void BoxedDistance<S>::splitSecond(int node1, int node2) {
+void BoxedDistance<S>::splitSecond(int node1, int node2, S separation) {
   const int left = boxes2_[node2].left();
   const CenteredBox a(boxes1_[node1]), a_in_second = relation_.toSecond()(a);
   float gaps[2];
   for (int k = 0; k < 2; ++k)
     gaps[k] = relation_.gapFromSecond(a, CenteredBox(boxes2_[left + k]), a_in_second, limit2_);
-  box_tests += 2;
+  work_.box_tests += 2;
+  recordChildGap(recorder_.side[1], node2, separation, gaps);
   goOn({{node1, left}, {node1, left + 1}}, gaps);
+}
+
+/// For test C, where the volume of the node that is split was asked and told `separation`: its
+/// children lie as far off as their boxes, which hold no inflation.
+template <typename S>
+void BoxedDistance<S>::recordChildGap(Evidence* side, int node, S separation,
+                                      const float (&gaps)[2]) const {
+  if (std::isnan(separation)) return;
+  side->addChildGap(node, relation_.distanceFor(std::min(gaps[0], gaps[1])) - double(separation));
 }
 
 template <typename S>
@@ -149,9 +165,10 @@ void BoxedDistance<S>::goOn(const int (&pairs)[2][2], const float (&gaps)[2]) {
 /// FCL's traversal leaves the nearest points in the frame of the first object until the end.
 template <typename S>
 void BoxedDistance<S>::finish() {
-  recorder_.addQuery(box_tests + volume_tests, leaf_tests);
-  if (!improved_ || !request_.enable_nearest_points) return;
+  recorder_.addQuery(work_);
+  if (!improved_) return;
   for (auto& point : result_.nearest_points) point = first_.tf * point;
+  settleNearestPoints(*first_.model, first_.tf, *second_.model, second_.tf, request_, result_);
 }
 
 template class BoxedDistance<float>;

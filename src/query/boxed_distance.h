@@ -23,17 +23,20 @@ struct BoxedMesh {
 
 /// A pair of nodes where a search stopped: a lower bound of their distance, and all that could have
 /// moved their triangles until then, which the models' boxes and the transforms have summed up
-/// (NodeGrowth::travel, RigidTravel). So the bound less what was added to that since bounds the
-/// distance in a later frame.
+/// (Boxes::travelOf, RigidMotion). So the bound less what was added to those since bounds the
+/// distance in a later frame. Three sums, for in one the small steps of one would be lost beside
+/// another's size.
 struct FrontPair {
   int node1, node2;
-  double bound, travel;
+  float travel1, travel2;  ///< in body units
+  double rigid;
+  double bound;
 };
 
 /// Where a search leaves its front. Nowhere, by default.
 struct FrontSink {
   std::vector<FrontPair>* pairs = nullptr;
-  double rigid_travel = 0;
+  double rigid = 0;  ///< RigidMotion::sum
 };
 
 /// The exact distance of two meshes: a branch and bound over pairs of nodes like FCL's, but on the
@@ -55,13 +58,18 @@ class BoxedDistance {
 
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void seed(int triangle1, int triangle2);
-  /// Whether all that was below the pair is surely not nearer than the limit. Where nothing moved
-  /// nothing is rounded either: between parallel faces many bounds equal the limit.
+  /// Whether all that was below the pair is surely not nearer than the limit. The sums are rounded
+  /// up, so whatever moved shows in a difference; each is rounded once, relative to itself, and a
+  /// few epsilon cover that and the sums here. Where nothing moved nothing is rounded either:
+  /// between parallel faces many bounds equal the limit.
   bool isSettled(const FrontPair& pair) const {
-    constexpr double kRounding = 1e-14;  // of the sums and differences here
-    const double travel = travelOf(pair.node1, pair.node2), since = travel - pair.travel;
-    const double lost = since > 0 ? since + kRounding * (pair.bound + travel) : 0;
-    return pair.bound - lost >= static_cast<double>(limit_);
+    const double lost = (double(boxes1_.travelOf(pair.node1)) - double(pair.travel1)) * unit1_ +
+                        (double(boxes2_.travelOf(pair.node2)) - double(pair.travel2)) * unit2_ +
+                        (front_.rigid - pair.rigid);
+    const auto limit = static_cast<double>(limit_);
+    if (lost == 0) return pair.bound >= limit;
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
   }
   /// Tests two nodes, and descends where that does not settle it.
   void visit(int node1, int node2);
@@ -69,12 +77,11 @@ class BoxedDistance {
   bool improved() const { return improved_; }
   /// Of the search so far, in tests of boxes.
   double cost() const {
-    return double(box_tests) + 3 * double(volume_tests) + 5 * double(leaf_tests);
+    return double(work_.box_tests) + 3 * double(work_.separation_tests) +
+           5 * double(work_.leaf_tests);
   }
   /// To be called after the search. Counts it as a recorded query of both models.
   void finish();
-
-  long box_tests = 0, volume_tests = 0, leaf_tests = 0;
 
  private:
   /// Volumes are asked where the squared gap of the boxes is at least this share of what would do,
@@ -82,9 +89,11 @@ class BoxedDistance {
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
 
-  void descend(int node1, int node2);
-  void splitFirst(int node1, int node2);
-  void splitSecond(int node1, int node2);
+  /// `separation` of the volumes; NaN where it was not asked for.
+  void descend(int node1, int node2, S separation);
+  void splitFirst(int node1, int node2, S separation);
+  void splitSecond(int node1, int node2, S separation);
+  void recordChildGap(Evidence* side, int node, S separation, const float (&gaps)[2]) const;
   void settle(int node1, int node2, float gap);
   void goOn(const int (&pairs)[2][2], const float (&gaps)[2]);
   void testLeaves(int leaf1, int leaf2);
@@ -92,12 +101,9 @@ class BoxedDistance {
                const fcl::Vector3<S>& on2);
   void setLimit();
   void stop(int node1, int node2, double bound) {
-    if (front_.pairs) front_.pairs->push_back({node1, node2, bound, travelOf(node1, node2)});
-  }
-
-  double travelOf(int node1, int node2) const {
-    return static_cast<double>(boxes1_.growthOf(node1).travel) * unit1_ +
-           static_cast<double>(boxes2_.growthOf(node2).travel) * unit2_ + front_.rigid_travel;
+    if (front_.pairs)
+      front_.pairs->push_back(
+          {node1, node2, boxes1_.travelOf(node1), boxes2_.travelOf(node2), front_.rigid, bound});
   }
 
   const BoxedMesh<S> first_, second_;
@@ -114,6 +120,7 @@ class BoxedDistance {
   S limit_;           ///< distances from here on do not matter
   float limit2_ = 0;  ///< as a squared gap of boxes: see BoxRelation
   bool improved_ = false;
+  QueryWork work_;
 };
 
 }  // namespace adaptive_bvh

@@ -5,7 +5,7 @@
 #include "adaptive_bvh/query.h"
 #include "model_state.h"
 #include "query/boxed_distance.h"
-#include "query/rigid_travel.h"
+#include "query/rigid_motion.h"
 
 namespace adaptive_bvh {
 
@@ -24,7 +24,7 @@ struct CoherentDistance<BV>::State {
   }
 
   const AdaptiveBVHModel<BV>&first, &second;
-  RigidTravel<S> rigid;
+  RigidMotion<S> rigid;
   std::uint64_t generations[2] = {0, 0};
   std::vector<FrontPair> front, next;
   /// Of a look at a pair of the front, in tests of boxes.
@@ -57,10 +57,10 @@ bool CoherentDistance<BV>::State::search(const fcl::Transform3<S>& tf1,
                                          fcl::DistanceResult<S>& result) {
   if (request.isSatisfied(result)) return true;
   const std::uint64_t now[2] = {tree(first).generation, tree(second).generation};
-  if (now[0] != generations[0] || now[1] != generations[1]) front.clear();
+  const bool same_trees = now[0] == generations[0] && now[1] == generations[1];
   generations[0] = now[0];
   generations[1] = now[1];
-  rigid.moveTo(tf1, second, tf2);
+  if (!rigid.moveTo(tf1, first, tf2, second) || !same_trees) front.clear();
 
   BoxedDistance<S> search({&first, &tree(first), tf1}, {&second, &tree(second), tf2}, request,
                           result, {pause_left > 0 ? nullptr : &next, rigid.sum()});

@@ -1,8 +1,10 @@
 #include "query/mesh_mesh.h"
 
-#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
+
+#include "query/mesh_collision_node.h"
+#include "query/nearest_points.h"
 
 namespace adaptive_bvh {
 
@@ -28,9 +30,16 @@ S meshMeshDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::Transform
                    const Recorder& recorder) {
   if (request.isSatisfied(result)) return result.min_distance;
   using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
+  // A result of its own: FCL moves the points to the world at the end, also those that an older
+  // query of the same pair left there.
+  fcl::DistanceResult<S> found(result.min_distance);
   RecordingDistanceNode<Node, S> node(recorder);
-  fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);
+  fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, found);
   fcl::detail::distance(&node);
+  if (found.o1) {
+    settleNearestPoints(mesh1, tf1, mesh2, tf2, request, found);
+    result.update(found);
+  }
   return result.min_distance;
 }
 
@@ -40,9 +49,9 @@ std::size_t meshMeshCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh1, const fcl::
                             const fcl::CollisionRequest<S>& request,
                             fcl::CollisionResult<S>& result, const Recorder& recorder) {
   if (request.isSatisfied(result)) return result.numContacts();
-  using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
-  RecordingCollisionNode<Node, S> node(recorder);
-  fcl::detail::initialize(static_cast<Node&>(node), mesh1, tf1, mesh2, tf2, request, result);
+  RecordingCollisionNode<MeshCollisionNode<S>, S> node(recorder);
+  using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+  fcl::detail::initialize(static_cast<Base&>(node), mesh1, tf1, mesh2, tf2, request, result);
   fcl::detail::collide(&node);
   return result.numContacts();
 }

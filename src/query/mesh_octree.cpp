@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 #include <fcl/config.h>
 #if FCL_HAVE_OCTOMAP
@@ -10,8 +11,9 @@
 #endif
 #include <fcl/geometry/shape/utility.h>
 
+#include "query/cell_separation.h"
 #include "query/gjk_solver.h"
-#include "volume/rounding.h"
+#include "query/shape_triangle.h"
 
 namespace adaptive_bvh {
 
@@ -22,102 +24,211 @@ namespace {
 /// A cell of an octree and where it is, in the octree's coordinates.
 template <typename S>
 struct Cell {
+  Cell() = default;
+  Cell(const typename fcl::OcTree<S>::OcTreeNode* cell, const fcl::AABB<S>& where)
+      : node(cell), box(where), extent(where) {}
+
   const typename fcl::OcTree<S>::OcTreeNode* node;
   fcl::AABB<S> box;
+  CellExtent<S> extent;
 };
 
-/// Walks pairs of an occupied cell and a node of the mesh that may be nearer than a limit.
+/// What both queries need of a mesh and an octree.
 template <typename S>
-class MeshOctreeWalk {
+class MeshOctreePair {
  public:
-  using Point = fcl::Vector3<S>;
+  using Node = typename fcl::OcTree<S>::OcTreeNode;
 
-  MeshOctreeWalk(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& mesh_tf,
-                 const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf,
+  MeshOctreePair(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& mesh_tf,
+                 const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf, S tolerance,
                  const Recorder& recorder)
       : mesh_(mesh),
-        mesh_tf_(mesh_tf),
         octree_(octree),
         octree_tf_(octree_tf),
-        to_octree_(octree_tf.inverse(Eigen::Isometry) * mesh_tf),
+        into_octree_(mesh_tf, octree_tf, tolerance),
         recorder_(recorder) {}
-  ~MeshOctreeWalk() { recorder_.addQuery(bv_tests_, leaf_tests_); }
+  ~MeshOctreePair() { recorder_.addQuery(work_); }
 
-  /// Calls test(cell's box, its pose, cell, triangle) for every leaf of both whose bound is less
-  /// than limit(), the nearer ones first; until it returns true.
-  template <typename Limit, typename Test>
-  void run(Limit&& limit, Test&& test) {
-    if (octree_.getRoot() && octree_.isNodeOccupied(octree_.getRoot()))
-      visit({octree_.getRoot(), octree_.getRootBV()}, 0, limit, test);
+  /// The octree's root, if there is an occupied one, is handed to start(cell).
+  template <typename Start>
+  void run(Start&& start) const {
+    if (const Node* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
+      start(Cell<S>(root, octree_.getRootBV()));
   }
 
- private:
-  /// A lower bound of the distance of a cell and a volume, below 0 when they overlap: of the cell
-  /// and the box around the volume, both along the octree's axes. Sums of a few products no larger
-  /// than `size`: 32 epsilon of that covers their rounding.
-  S separation(const fcl::AABB<S>& cell, int node) {
-    ++bv_tests_;
-    const fcl::RSS<S>& bv = mesh_.getBV(node).bv;
-    const Point a = bv.axis.col(0) * (bv.l[0] / 2), b = bv.axis.col(1) * (bv.l[1] / 2);
-    const Point middle = to_octree_ * (bv.To + a + b);
-    const Point half = (to_octree_.linear() * a).cwiseAbs() + (to_octree_.linear() * b).cwiseAbs() +
-                       Point::Constant(bv.r);
-    const Point gap = ((middle - half) - cell.max_).cwiseMax(cell.min_ - (middle + half));
-    const S size = to_octree_.translation().template lpNorm<1>() + bv.To.template lpNorm<1>() +
-                   bv.l[0] + bv.l[1] + bv.r + cell.min_.template lpNorm<1>() +
-                   cell.max_.template lpNorm<1>();
-    const S overlap = gap.maxCoeff();
-    return (overlap < 0 ? overlap : gap.cwiseMax(S(0)).norm()) - 32 * rounding::epsilon<S>() * size;
+  bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
+  const fcl::BVNode<fcl::RSS<S>>& node(int b) const { return mesh_.getBV(b); }
+
+  /// Of a cell and an inner node: whether the cell's children come next. As FCL chooses.
+  bool goesDownTheOctree(const Cell<S>& cell, int b) const {
+    return !isLeaf(cell) && cell.box.size() > node(b).bv.size();
   }
 
-  template <typename Limit, typename Test>
-  bool visit(const Cell<S>& cell, int b, Limit&& limit, Test&& test) {
-    recorder_.addVisit(b, 0);
-    const fcl::BVNode<fcl::RSS<S>>& node = mesh_.getBV(b);
-    const bool cell_is_leaf = !octree_.nodeHasChildren(cell.node);
-    if (cell_is_leaf && node.isLeaf()) {
-      ++leaf_tests_;
-      fcl::Box<S> box;
-      fcl::Transform3<S> box_tf;
-      fcl::constructBox(cell.box, octree_tf_, box, box_tf);
-      return test(box, box_tf, cell.node, node.primitiveId());
-    }
-    struct Next {
-      S separation;
-      Cell<S> cell;
-      int node;
-    };
-    std::array<Next, 8> next;
-    std::size_t count = 0;
-    if (node.isLeaf() || (!cell_is_leaf && cell.box.size() > node.bv.size())) {
-      for (unsigned i = 0; i < 8; ++i) {
-        if (!octree_.nodeChildExists(cell.node, i)) continue;
-        Cell<S> child{octree_.getNodeChild(cell.node, i), fcl::AABB<S>()};
-        if (!octree_.isNodeOccupied(child.node)) continue;
-        fcl::computeChildBV(cell.box, i, child.box);
-        next[count++] = {separation(child.box, b), child, b};
-      }
-    } else {
-      for (int child : {node.leftChild(), node.rightChild()})
-        next[count++] = {separation(cell.box, child), cell, child};
-    }
-    for (Next *first = next.data(), *end = first + count; first != end; ++first) {
-      std::swap(*first, *std::min_element(first, end, [](const Next& x, const Next& y) {
-        return x.separation < y.separation;
-      }));
-      if (!(first->separation < limit())) break;
-      if (visit(first->cell, first->node, limit, test)) return true;
+  /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
+  /// whether it did.
+  template <typename Visit>
+  bool forEachChild(const Cell<S>& cell, Visit&& visit) const {
+    for (unsigned i = 0; i < 8; ++i) {
+      if (!octree_.nodeChildExists(cell.node, i)) continue;
+      const Node* child = octree_.getNodeChild(cell.node, i);
+      if (!octree_.isNodeOccupied(child)) continue;
+      fcl::AABB<S> box;
+      fcl::computeChildBV(cell.box, i, box);
+      if (visit(Cell<S>(child, box))) return true;
     }
     return false;
   }
 
+  VolumeInOctree<S> volume(int b) const { return {node(b).bv, into_octree_}; }
+
+  /// The triangle of a leaf, as Bound.
+  template <typename Bound>
+  Bound triangle(int b) const {
+    const fcl::Triangle& corners = mesh_.tri_indices[node(b).primitiveId()];
+    return {mesh_.vertices[corners[0]], mesh_.vertices[corners[1]], mesh_.vertices[corners[2]],
+            into_octree_};
+  }
+
+  void addVisit(int b) const { recorder_.addObstruction(b, 0); }
+  void addTest() { ++work_.bv_tests; }
+
+  /// Hands a cell to ask(cell's box, its pose).
+  template <typename Ask>
+  auto askSolver(const Cell<S>& cell, Ask&& ask) {
+    ++work_.leaf_tests;
+    fcl::Box<S> box;
+    fcl::Transform3<S> box_tf;
+    fcl::constructBox(cell.box, octree_tf_, box, box_tf);
+    return ask(box, box_tf);
+  }
+
+  std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
+
+ private:
   const fcl::BVHModel<fcl::RSS<S>>& mesh_;
-  const fcl::Transform3<S>& mesh_tf_;
   const fcl::OcTree<S>& octree_;
   const fcl::Transform3<S>& octree_tf_;
-  const fcl::Transform3<S> to_octree_;
+  const IntoOctree<S> into_octree_;
   Recorder recorder_;
-  long bv_tests_ = 0, leaf_tests_ = 0;
+  QueryWork work_;
+};
+
+/// Hands the pairs of an occupied cell and a triangle that are not surely apart to
+/// test(cell, triangle), in FCL's order, so that FCL's contacts come first to a request for few;
+/// until it returns true.
+template <typename S, typename Test>
+class OverlapSearch {
+ public:
+  OverlapSearch(MeshOctreePair<S>& pair, Test& test) : pair_(pair), test_(test) {}
+
+  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+
+ private:
+  bool visitNode(const Cell<S>& cell, int b) {
+    if (pair_.node(b).isLeaf())
+      return visitBound(cell, b, pair_.template triangle<TriangleOverlap<S>>(b));
+    return visitBound(cell, b, pair_.volume(b));
+  }
+
+  template <typename Bound>
+  bool visitBound(const Cell<S>& cell, int b, Bound bound) {
+    if (isApart(cell, bound)) return false;
+    pair_.addVisit(b);
+    return descend(cell, b, bound);
+  }
+
+  bool descend(const Cell<S>& cell, int b, TriangleOverlap<S>& triangle) {
+    if (pair_.isLeaf(cell)) return test_(cell, pair_.node(b).primitiveId());
+    return descendOctree(cell, b, triangle);
+  }
+
+  bool descend(const Cell<S>& cell, int b, VolumeInOctree<S>& volume) {
+    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
+    return visitNode(cell, pair_.node(b).leftChild()) ||
+           visitNode(cell, pair_.node(b).rightChild());
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell<S>& cell, int b, Bound& bound) {
+    return pair_.forEachChild(cell, [&](const Cell<S>& child) {
+      return !isApart(child, bound) && descend(child, b, bound);
+    });
+  }
+
+  template <typename Bound>
+  bool isApart(const Cell<S>& cell, Bound& bound) {
+    pair_.addTest();
+    return bound.isApart(cell.extent);
+  }
+
+  MeshOctreePair<S>& pair_;
+  Test& test_;
+};
+
+/// Hands the pairs of an occupied cell and a triangle that may be nearer than limit() to
+/// test(cell, triangle), the nearer ones first; until it returns true.
+template <typename S, typename Limit, typename Test>
+class NearestSearch {
+ public:
+  NearestSearch(MeshOctreePair<S>& pair, Limit& limit, Test& test)
+      : pair_(pair), limit_(limit), test_(test) {}
+
+  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+
+ private:
+  bool visitNode(const Cell<S>& cell, int b) {
+    pair_.addVisit(b);
+    if (pair_.node(b).isLeaf())
+      return descend(cell, b, pair_.template triangle<TriangleDistance<S>>(b));
+    return descend(cell, b, pair_.volume(b));
+  }
+
+  bool descend(const Cell<S>& cell, int b, const TriangleDistance<S>& triangle) {
+    if (!pair_.isLeaf(cell)) return descendOctree(cell, b, triangle);
+    if (!(triangle.distance(cell.extent) < limit_())) return false;
+    return test_(cell, pair_.node(b).primitiveId());
+  }
+
+  bool descend(const Cell<S>& cell, int b, const VolumeInOctree<S>& volume) {
+    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
+    int near = pair_.node(b).leftChild(), far = pair_.node(b).rightChild();
+    S to_near = distance(cell, near), to_far = distance(cell, far);
+    if (to_far < to_near) {
+      std::swap(near, far);
+      std::swap(to_near, to_far);
+    }
+    return (to_near < limit_() && visitNode(cell, near)) ||
+           (to_far < limit_() && visitNode(cell, far));
+  }
+
+  S distance(const Cell<S>& cell, int b) {
+    pair_.addTest();
+    return pair_.volume(b).distance(cell.extent);
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell<S>& cell, int b, const Bound& bound) {
+    std::array<std::pair<S, Cell<S>>, 8> children;
+    std::size_t count = 0;
+    pair_.forEachChild(cell, [&](const Cell<S>& child) {
+      pair_.addTest();
+      const S distance = bound.distance(child.extent);
+      if (distance < limit_()) children[count++] = {distance, child};
+      return false;
+    });
+    for (auto *next = children.data(), *end = next + count; next != end; ++next) {
+      std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
+                       return x.first < y.first;
+                     }));
+      if (!(next->first < limit_())) break;
+      if (descend(next->second, b, bound)) return true;
+    }
+    return false;
+  }
+
+  MeshOctreePair<S>& pair_;
+  Limit& limit_;
+  Test& test_;
 };
 
 }  // namespace
@@ -130,20 +241,24 @@ S meshOctreeDistance(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transfor
   if (request.isSatisfied(result)) return result.min_distance;
   const auto& octree = static_cast<const fcl::OcTree<S>&>(geometry);
   return withSolver(request, [&](const auto& solver) {
-    const auto test = [&](const fcl::Box<S>& box, const fcl::Transform3<S>& box_tf,
-                          const typename fcl::OcTree<S>::OcTreeNode* cell, int triangle) {
-      const fcl::Triangle& corners = mesh.tri_indices[triangle];
-      S distance;
-      fcl::Vector3<S> on_box, on_triangle;
-      solver.shapeTriangleDistance(box, box_tf, mesh.vertices[corners[0]],
-                                   mesh.vertices[corners[1]], mesh.vertices[corners[2]], mesh_tf,
-                                   &distance, &on_box, &on_triangle);
-      result.update(distance, &octree, &mesh, cell - octree.getRoot(), triangle, on_box,
-                    on_triangle);
+    MeshOctreePair<S> pair(mesh, mesh_tf, octree, octree_tf, 0, recorder);
+    const auto limit = [&] { return result.min_distance; };
+    const auto test = [&](const Cell<S>& cell, int triangle) {
+      const ShapeTriangleDistance<S> found = pair.askSolver(cell, [&](const auto&... box) {
+        return shapeTriangleDistance(solver, box..., mesh, mesh_tf, triangle);
+      });
+      result.update(found.distance, &octree, &mesh, pair.id(cell), triangle, found.on_shape,
+                    found.on_triangle);
       return request.isSatisfied(result);
     };
-    MeshOctreeWalk<S>(mesh, mesh_tf, octree, octree_tf, recorder)
-        .run([&] { return result.min_distance; }, test);
+    // Bodies that touch need no search for the nearest pair: any that touches ends it.
+    const auto once = [&](const Cell<S>& cell, int triangle) {
+      test(cell, triangle);
+      return true;
+    };
+    pair.run(OverlapSearch<S, decltype(once)>(pair, once));
+    if (!request.isSatisfied(result))
+      pair.run(NearestSearch<S, decltype(limit), decltype(test)>(pair, limit, test));
     return result.min_distance;
   });
 }
@@ -158,28 +273,28 @@ std::size_t meshOctreeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh,
   if (request.isSatisfied(result) || !mesh.isOccupied()) return result.numContacts();
   const auto& octree = static_cast<const fcl::OcTree<S>&>(geometry);
   return withSolver(request, [&](const auto& solver) {
-    const auto test = [&](const fcl::Box<S>& box, const fcl::Transform3<S>& box_tf,
-                          const typename fcl::OcTree<S>::OcTreeNode* cell, int triangle) {
-      const fcl::Triangle& corners = mesh.tri_indices[triangle];
+    MeshOctreePair<S> pair(mesh, mesh_tf, octree, octree_tf, request.gjk_tolerance, recorder);
+    const auto test = [&](const Cell<S>& cell, int triangle) {
+      const fcl::Triangle& t = mesh.tri_indices[triangle];
       const auto intersects = [&](fcl::Vector3<S>* point, S* depth, fcl::Vector3<S>* normal) {
-        return solver.shapeTriangleIntersect(box, box_tf, mesh.vertices[corners[0]],
-                                             mesh.vertices[corners[1]], mesh.vertices[corners[2]],
-                                             mesh_tf, point, depth, normal);
+        return pair.askSolver(cell, [&](const auto&... box) {
+          return solver.shapeTriangleIntersect(box..., mesh.vertices[t[0]], mesh.vertices[t[1]],
+                                               mesh.vertices[t[2]], mesh_tf, point, depth, normal);
+        });
       };
-      const std::intptr_t id = cell - octree.getRoot();
       if (!request.enable_contact) {
         if (intersects(nullptr, nullptr, nullptr))
-          result.addContact(fcl::Contact<S>(&octree, &mesh, id, triangle));
+          result.addContact(fcl::Contact<S>(&octree, &mesh, pair.id(cell), triangle));
       } else {
         fcl::Vector3<S> point, normal;
         S depth;
         if (intersects(&point, &depth, &normal))
-          result.addContact(fcl::Contact<S>(&octree, &mesh, id, triangle, point, normal, depth));
+          result.addContact(
+              fcl::Contact<S>(&octree, &mesh, pair.id(cell), triangle, point, normal, depth));
       }
       return request.isSatisfied(result);
     };
-    // Volumes that just touch are not pruned: their separation is then less than 0.
-    MeshOctreeWalk<S>(mesh, mesh_tf, octree, octree_tf, recorder).run([] { return S(0); }, test);
+    pair.run(OverlapSearch<S, decltype(test)>(pair, test));
     return result.numContacts();
   });
 }

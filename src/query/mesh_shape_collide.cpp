@@ -6,10 +6,51 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include "query/gjk_solver.h"
+#include "query/shape_triangle.h"
 #include "query/shape_visitor.h"
 
 namespace adaptive_bvh {
 namespace {
+
+template <typename Shape, typename Solver>
+class ShapeCollisionNode : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver> {};
+
+/// To FCL every sphere touches every triangle without a normal, at the sphere's middle. Here the
+/// distance decides, and the contact is at the nearest point.
+template <typename S, typename Solver>
+class ShapeCollisionNode<fcl::Sphere<S>, Solver>
+    : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Sphere<S>, Solver> {
+  using Base = fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Sphere<S>, Solver>;
+
+ public:
+  using Base::leafTesting;
+  void leafTesting(int b1, int b2) const override {
+    const int triangle = this->model1->getBV(b1).primitiveId();
+    const TrianglePoints<S> points = triangleInWorld(*this->model1, triangle, this->tf1);
+    if (!isThin(points) || !this->model1->isOccupied() || !this->model2->isOccupied())
+      return Base::leafTesting(b1, b2);
+    const fcl::Vector3<S> center = this->tf2.translation(), nearest = nearestPoint(points, center);
+    const S distance = (center - nearest).norm();
+    if (distance > this->model2->radius) return;
+    if (this->result->numContacts() < this->request.num_max_contacts) {
+      const fcl::Vector3<S> normal =
+          distance > 0 ? ((center - nearest) / distance).eval() : contactOf(points, points).normal;
+      this->result->addContact(fcl::Contact<S>(  // the depth has FCL's sign
+          this->model1, this->model2, triangle, fcl::Contact<S>::NONE, nearest, normal,
+          distance - this->model2->radius));
+    }
+    if (this->request.enable_cost) addCost(points);
+  }
+
+ private:
+  void addCost(const TrianglePoints<S>& points) const {
+    fcl::AABB<S> sphere, common;
+    fcl::computeBV(*this->model2, this->tf2, sphere);
+    fcl::AABB<S>(points[0], points[1], points[2]).overlap(sphere, common);
+    this->result->addCostSource(fcl::CostSource<S>(common, this->cost_density),
+                                this->request.num_max_cost_sources);
+  }
+};
 
 /// FCL's approximate cost: the mesh's root volume as a box against the shape. (FCL centres that box
 /// on the rectangle's corner; kept, so that the field is FCL's.)
@@ -47,9 +88,9 @@ std::size_t meshShapeCollide(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::
 
   return visitShape(shape, [&](const auto& typed_shape) -> std::size_t {
     using Shape = std::decay_t<decltype(typed_shape)>;
-    using Node = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
-    RecordingCollisionNode<Node, S> node(recorder);
-    fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver,
+    using Base = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
+    RecordingCollisionNode<ShapeCollisionNode<Shape, Solver>, S> node(recorder);
+    fcl::detail::initialize(static_cast<Base&>(node), mesh, tf1, typed_shape, tf2, &solver,
                             mesh_request, result);
     fcl::detail::collide(&node);
     if (approximate_cost) addApproximateCost(mesh, tf1, typed_shape, tf2, solver, request, result);

@@ -7,10 +7,28 @@
 #include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
 
 #include "query/gjk_solver.h"
+#include "query/shape_triangle.h"
 #include "query/shape_visitor.h"
 
 namespace adaptive_bvh {
 namespace {
+
+/// FCL's traversal, with points in the world for every shape, and none of a shape that touches.
+template <typename Shape, typename Solver>
+class ShapeDistanceNode : public fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver> {
+ public:
+  void preprocess() override { test(0); }
+  void leafTesting(int b1, int) const override { test(this->model1->getBV(b1).primitiveId()); }
+
+ private:
+  void test(int triangle) const {
+    using S = typename Shape::S;
+    const ShapeTriangleDistance<S> found = shapeTriangleDistance(
+        *this->nsolver, *this->model2, this->tf2, *this->model1, this->tf1, triangle);
+    this->result->update(found.distance, this->model1, this->model2, triangle,
+                         fcl::DistanceResult<S>::NONE, found.on_triangle, found.on_shape);
+  }
+};
 
 /// What fcl::distance does for enable_signed_distance: the deepest contact of a collision query, as
 /// a negative distance. Where none has a positive depth FCL answers with the least positive number,
@@ -41,16 +59,15 @@ S run(const fcl::BVHModel<fcl::RSS<S>>& mesh, const fcl::Transform3<S>& tf1,
       const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, const Solver& solver,
       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
       const Recorder& recorder) {
-  if (!request.isSatisfied(result)) {
-    visitBoundedShape(shape, [&](const auto& typed_shape) {
-      using Shape = std::decay_t<decltype(typed_shape)>;
-      using Node = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
-      RecordingDistanceNode<Node, S> node(recorder);
-      fcl::detail::initialize(static_cast<Node&>(node), mesh, tf1, typed_shape, tf2, &solver,
-                              request, result);
-      fcl::detail::distance(&node);
-    });
-  }
+  if (request.isSatisfied(result)) return result.min_distance;
+  visitBoundedShape(shape, [&](const auto& typed_shape) {
+    using Shape = std::decay_t<decltype(typed_shape)>;
+    using Base = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
+    RecordingDistanceNode<ShapeDistanceNode<Shape, Solver>, S> node(recorder);
+    fcl::detail::initialize(static_cast<Base&>(node), mesh, tf1, typed_shape, tf2, &solver, request,
+                            result);
+    fcl::detail::distance(&node);
+  });
   const S found = result.min_distance;
   if (found < 0 && request.enable_signed_distance)
     replaceByPenetration(mesh, tf1, shape, tf2, solver, request, result, recorder);

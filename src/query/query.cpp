@@ -7,6 +7,8 @@
 #include "query/mesh_octree.h"
 #include "query/mesh_shape.h"
 #include "query/queried_mesh.h"
+#include "query/supported_pairs.h"
+#include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -18,7 +20,7 @@ using Mesh = fcl::BVHModel<fcl::RSS<S>>;
 template <typename S>
 struct Side {
   explicit Side(const fcl::CollisionGeometry<S>* geometry) {
-    const fcl::NODE_TYPE type = geometry->getNodeType();  // repairs a tree changed behind our back
+    type = geometry->getNodeType();  // repairs a tree changed behind our back
     is_shape = type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE;
     is_octree = type == fcl::GEOM_OCTREE;
     if (geometry->getObjectType() != fcl::OT_BVH) return;
@@ -35,6 +37,7 @@ struct Side {
 
   const AdaptiveBVHModel<fcl::RSS<S>>* adaptive = nullptr;
   const Mesh<S>* mesh = nullptr;
+  fcl::NODE_TYPE type;
   bool is_shape = false, is_octree = false;
 };
 
@@ -43,21 +46,19 @@ template <typename S, typename Query>
 bool dispatch(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
               const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2, Query&& query) {
   const Side<S> first(o1), second(o2);
+  query.require(first.type, second.type);
+  for (const Side<S>& side : {first, second})
+    if (side.mesh) withTriangles<S>(side.mesh);
   Recorder recorder;
   recorder.side[0] = first.evidence();
   recorder.side[1] = second.evidence();
-  if ((first.adaptive && second.mesh) || (first.mesh && second.adaptive)) {
-    withTriangles<S>(first.mesh);
-    withTriangles<S>(second.mesh);
+  if ((first.adaptive && second.mesh) || (first.mesh && second.adaptive))
     return query.meshMesh(first, tf1, second, tf2, recorder);
-  }
   const auto mesh_other = [&](const Side<S>& mesh, const fcl::Transform3<S>& mesh_tf,
                               const Side<S>& other, const fcl::CollisionGeometry<S>& geometry,
                               const fcl::Transform3<S>& tf) {
-    if (other.is_shape)
-      return query.meshShape(withTriangles<S>(mesh.mesh), mesh_tf, geometry, tf, recorder);
-    if (other.is_octree)
-      return query.meshOctree(withTriangles<S>(mesh.mesh), mesh_tf, geometry, tf, recorder);
+    if (other.is_shape) return query.meshShape(*mesh.mesh, mesh_tf, geometry, tf, recorder);
+    if (other.is_octree) return query.meshOctree(*mesh.mesh, mesh_tf, geometry, tf, recorder);
     return false;
   };
   if (first.adaptive) return mesh_other(first, tf1, second, *o2, tf2);
@@ -72,6 +73,9 @@ struct DistanceQuery {
   fcl::DistanceResult<S>& result;
   S& distance;
 
+  void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) const {
+    requireDistance(first, second);
+  }
   bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
                 const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
     if (first.hasBoxes() && second.hasBoxes() &&
@@ -103,6 +107,9 @@ struct CollisionQuery {
   fcl::CollisionResult<S>& result;
   std::size_t& contacts;
 
+  void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) const {
+    requireCollision(first, second);
+  }
   bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
                 const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
     contacts = meshMeshCollide(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
@@ -132,6 +139,7 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                       S& distance) {
+  if (!result.o1) unsetPoints(result);
   return dispatch(o1, tf1, o2, tf2, DistanceQuery<S>{request, result, distance});
 }
 
@@ -145,7 +153,24 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
   return dispatch(o1, tf1, o2, tf2, CollisionQuery<S>{request, result, contacts});
 }
 
+/// FCL's own answer: of objects that touch the points are whatever was in memory.
+template <typename S>
+void finishDistance(const fcl::DistanceRequest<S>& request, S before,
+                    fcl::DistanceResult<S>& result) {
+  if (result.min_distance < before && result.min_distance <= 0 && !request.enable_signed_distance)
+    unsetPoints(result);
+}
+
+template <typename S>
+void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
+                   fcl::CollisionResult<S>& result) {
+  if (!request.enable_contact) unsetFields(result, before);
+}
+
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template void finishDistance(const fcl::DistanceRequest<S>&, S, fcl::DistanceResult<S>&);    \
+  template void finishCollide(const fcl::CollisionRequest<S>&, std::size_t,                    \
+                              fcl::CollisionResult<S>&);                                       \
   template bool recordedDistance(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
                                  const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
                                  const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&, S&); \

@@ -8,13 +8,17 @@ namespace adaptive_bvh {
 struct Recorder {
   Evidence* side[2] = {nullptr, nullptr};
 
-  void addQuery(long bv_tests, long leaf_tests) const {
-    if (side[0]) side[0]->addQuery(bv_tests, leaf_tests);
-    if (side[1] && side[1] != side[0]) side[1]->addQuery(bv_tests, leaf_tests);
+  void addQuery(const QueryWork& work) const {
+    if (side[0]) side[0]->addQuery(work);
+    if (side[1] && side[1] != side[0]) side[1]->addQuery(work);
   }
   void addVisit(int b1, int b2) const {
     if (side[0]) side[0]->addVisit(b1);
     if (side[1]) side[1]->addVisit(b2);
+  }
+  void addObstruction(int b1, int b2) const {
+    if (side[0]) side[0]->addObstruction(b1);
+    if (side[1]) side[1]->addObstruction(b2);
   }
 };
 

@@ -15,11 +15,12 @@ namespace adaptive_bvh {
 ///   BVTesting(A1, B2)        D_a
 ///   BVTesting(C1, B2)        D_c
 /// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: no D, no evidence for C.
+/// Every visit counts for test D: the volumes are all that FCL asks.
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
   explicit RecordingDistanceNode(const Recorder& recorder) : recorder_(recorder) {}
-  ~RecordingDistanceNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
+  ~RecordingDistanceNode() override { recorder_.addQuery(work_); }
 
   bool canStop(S distance) const override {
     parent_distance_ = distance;  // of the pair entered next, if it is entered
@@ -27,7 +28,7 @@ class RecordingDistanceNode : public Node {
   }
 
   bool firstOverSecond(int b1, int b2) const override {
-    recorder_.addVisit(b1, b2);
+    recorder_.addObstruction(b1, b2);
     const bool first = Node::firstOverSecond(b1, b2);
     split_evidence_ = recorder_.side[first ? 0 : 1];
     split_node_ = first ? b1 : b2;
@@ -36,7 +37,7 @@ class RecordingDistanceNode : public Node {
   }
 
   S BVTesting(int b1, int b2) const override {
-    ++bv_tests_;
+    ++work_.bv_tests;
     const S distance = Node::BVTesting(b1, b2);
     if (first_child_distance_ == kNone)
       first_child_distance_ = distance;
@@ -47,8 +48,8 @@ class RecordingDistanceNode : public Node {
   }
 
   void leafTesting(int b1, int b2) const override {
-    ++leaf_tests_;
-    recorder_.addVisit(b1, b2);
+    ++work_.leaf_tests;
+    recorder_.addObstruction(b1, b2);
     Node::leafTesting(b1, b2);
   }
 
@@ -56,7 +57,7 @@ class RecordingDistanceNode : public Node {
   static constexpr S kNone = -1;  // no distance is negative
 
   Recorder recorder_;
-  mutable long bv_tests_ = 0, leaf_tests_ = 0;
+  mutable QueryWork work_;
   mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
   mutable S first_child_distance_ = kNone;
   mutable Evidence* split_evidence_ = nullptr;
@@ -68,25 +69,25 @@ template <typename Node, typename S>
 class RecordingCollisionNode : public Node {
  public:
   explicit RecordingCollisionNode(const Recorder& recorder) : recorder_(recorder) {}
-  ~RecordingCollisionNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
+  ~RecordingCollisionNode() override { recorder_.addQuery(work_); }
 
   using Node::BVTesting;
   bool BVTesting(int b1, int b2) const override {
-    ++bv_tests_;
+    ++work_.bv_tests;
     const bool disjoint = Node::BVTesting(b1, b2);
-    if (!disjoint) recorder_.addVisit(b1, b2);
+    if (!disjoint) recorder_.addObstruction(b1, b2);
     return disjoint;
   }
 
   using Node::leafTesting;
   void leafTesting(int b1, int b2) const override {
-    ++leaf_tests_;
+    ++work_.leaf_tests;
     Node::leafTesting(b1, b2);
   }
 
  private:
   Recorder recorder_;
-  mutable long bv_tests_ = 0, leaf_tests_ = 0;
+  mutable QueryWork work_;
 };
 
 }  // namespace adaptive_bvh

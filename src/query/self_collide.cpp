@@ -1,11 +1,12 @@
 #include "adaptive_bvh/self_collision.h"
 
-#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include "model_state.h"
+#include "query/mesh_collision_node.h"
 #include "query/queried_mesh.h"
 #include "query/recording_node.h"
+#include "query/unset_fields.h"
 #include "query/volume_separation.h"
 #include "volume/rss.h"
 
@@ -14,8 +15,10 @@ namespace {
 
 /// Volumes and triangles of one mesh against each other, all in its own frame.
 template <typename S>
-class SelfCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
+class SelfCollisionNode : public MeshCollisionNode<S> {
  public:
+  SelfCollisionNode() { this->contacts_per_pair = 1; }
+
   NeighbourFilter filter = NeighbourFilter::SharedVertex;
 
   /// FCL's own test takes the distance of their rectangles, which may be too large where these are
@@ -30,7 +33,7 @@ class SelfCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
   }
 
   void leafTesting(int b1, int b2) const override {
-    if (!areNeighbours(b1, b2)) fcl::detail::MeshCollisionTraversalNodeRSS<S>::leafTesting(b1, b2);
+    if (!areNeighbours(b1, b2)) MeshCollisionNode<S>::leafTesting(b1, b2);
   }
 
  protected:
@@ -46,13 +49,13 @@ class SelfCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
 };
 
 /// The same by the boxes, which also know the tree: FCL's nodes are not touched above the leaves.
-/// Their volumes are not asked for, so it does not matter here how tight they are: evidence is left
-/// for the triangles that were tested.
+/// Their volumes are not asked for, so it does not matter here how tight they are: visits are no
+/// evidence for test D.
 template <typename S>
 class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
  public:
   explicit BoxedSelfCollisionNode(const Recorder& recorder) : recorder_(recorder) {}
-  ~BoxedSelfCollisionNode() override { recorder_.addQuery(bv_tests_, leaf_tests_); }
+  ~BoxedSelfCollisionNode() override { recorder_.addQuery(work_); }
 
   void setBoxes(const Boxes<S>& boxes) {
     boxes_ = &boxes;
@@ -74,16 +77,17 @@ class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
   }
 
   bool BVTesting(int b1, int b2) const override {
-    ++bv_tests_;
+    ++work_.box_tests;
     const Box a = (*boxes_)[b1].box(), b = (*boxes_)[b2].box();
-    return lanes::largest(lanes::upper(a.low - b.high, b.low - a.high) - slack_) > 0;
+    const bool disjoint = lanes::largest(lanes::upper(a.low - b.high, b.low - a.high) - slack_) > 0;
+    if (!disjoint) recorder_.addVisit(b1, b2);
+    return disjoint;
   }
 
   void leafTesting(int b1, int b2) const override {
     if (this->areNeighbours(b1, b2)) return;
-    ++leaf_tests_;
-    recorder_.addVisit(b1, b2);
-    fcl::detail::MeshCollisionTraversalNodeRSS<S>::leafTesting(b1, b2);
+    ++work_.leaf_tests;
+    MeshCollisionNode<S>::leafTesting(b1, b2);
   }
 
  private:
@@ -95,7 +99,7 @@ class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
   Recorder recorder_;
   const Boxes<S>* boxes_ = nullptr;
   Lanes slack_;
-  mutable long bv_tests_ = 0, leaf_tests_ = 0;
+  mutable QueryWork work_;
 };
 
 template <typename Node, typename S, typename SetUp>
@@ -122,6 +126,7 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
   model.getNodeType();  // repairs a tree changed behind our back
   const fcl::BVHModel<BV>& mesh = withTriangles<S>(&model);
   if (request.num_max_contacts == 0 || request.isSatisfied(result)) return result.numContacts();
+  const std::size_t before = result.numContacts();
   const AdaptiveTree<BV>& tree = detail::ModelAccess<BV>::tree(model);
   Recorder recorder;
   recorder.side[0] = recorder.side[1] = &tree.evidence;
@@ -133,6 +138,7 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
   else
     run<RecordingCollisionNode<SelfCollisionNode<S>, S>>(mesh, tf, request, result, recorder,
                                                          [&](auto& node) { node.filter = filter; });
+  if (!request.enable_contact) unsetFields(result, before);
   return result.numContacts();
 }
 

@@ -24,7 +24,6 @@ struct AdaptiveTree {
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
       : propagation(other.propagation),
-        generation(other.generation),
         topology(other.topology),
         displacements(other.displacements),
         boxes(other.boxes),
@@ -33,8 +32,8 @@ struct AdaptiveTree {
         seal(other.seal) {}
 
   Propagation propagation = Propagation::Boxes;
-  /// Grows whenever travels (NodeGrowth) or the topology begin anew.
-  std::uint64_t generation = 1;
+  /// Another number, which no other tree has, whenever travels (Boxes) or the topology begin anew.
+  std::uint64_t generation = newGeneration();
   Topology topology;
   std::optional<Tracking<BV>> displacements;  ///< with Propagation::Displacements
   std::optional<Boxes<S>> boxes;              ///< with Propagation::Boxes
@@ -44,6 +43,8 @@ struct AdaptiveTree {
   Seal<BV> seal;
   std::mutex repairing;  ///< held by the one thread that repairs a broken seal
 
+  static std::uint64_t newGeneration();
+
   /// Begins anew at FCL's tree as it stands, with no evidence. Boxes get room, but no contents.
   void adopt(const fcl::BVHModel<BV>& model);
 
@@ -51,7 +52,7 @@ struct AdaptiveTree {
   S originalRadius(const fcl::BVHModel<BV>& model, int node) const {
     if (displacements) return displacements->original_radius[static_cast<std::size_t>(node)];
     return std::max(S(0), Volume<BV>::radius(model.getBV(node).bv) -
-                              S(boxes->growthOf(node).inflation) * boxes->frame.unit());
+                              S(boxes->inflationOf(node)) * boxes->frame.unit());
   }
 
   /// Lets sums over frames begin anew, before they lose digits.

@@ -17,6 +17,8 @@ namespace adaptive_bvh {
 template <typename S>
 class Attitude {
  public:
+  static constexpr std::size_t kSamples = 12;
+
   /// Begins anew, with the body as it stands in a frame with these `axes`.
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model, const Topology& topology, const fcl::Matrix3d& axes,
@@ -26,6 +28,7 @@ class Attitude {
     vertices_.clear();
     const std::size_t primitives = topology.corners.size();  // in leaf order: near ones together
     const std::size_t count = std::min<std::size_t>(kSamples, primitives);
+    vertices_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
       vertices_.push_back(topology.corners[i * primitives / count][0]);
     rest_ = positions(model);
@@ -55,10 +58,12 @@ class Attitude {
     return true;
   }
 
+  /// A few vertices, spread over the body.
+  const std::vector<unsigned>& samples() const { return vertices_; }
+
   std::size_t bytes() const { return vertices_.capacity() * sizeof(vertices_[0]); }
 
  private:
-  static constexpr std::size_t kSamples = 12;
   static constexpr int kEvery = 8;
   static constexpr double kFlat = 1e-4;
   static constexpr double kRigid = 0.999;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "tree/attitude.h"
@@ -16,42 +18,39 @@ class alignas(32) NodeBox {
  public:
   Box box() const { return {lanes::load(low_), lanes::load(high_)}; }
   ADAPTIVE_BVH_INLINE void setBox(const Box& box) {
-    const int kept = place_;  // is overwritten with the fourth lane
+    const float link = low_[3];
     lanes::store(box.low, low_);
     lanes::store(box.high, high_);
-    place_ = kept;
+    low_[3] = link;
   }
 
-  bool isLeaf() const { return place_ < kFirst; }
+  bool isLeaf() const { return link() < kFirst; }
   /// Of an inner node: the left child, which the right one follows.
-  int left() const { return place_ - kFirst; }
+  int left() const { return link() - kFirst; }
   /// Of a leaf: its place among the leaves.
-  int leaf() const { return kFirst - 1 - place_; }
+  int leaf() const { return kFirst - 1 - link(); }
 
-  void setLeft(int node) { place_ = kFirst + node; }
-  void setLeaf(int leaf) { place_ = kFirst - 1 - leaf; }
+  void setLeft(int node) { setLink(kFirst + node); }
+  void setLeaf(int leaf) { setLink(kFirst - 1 - leaf); }
 
  private:
-  /// The bits of 1.f. As the fourth lane of arithmetic, a place is then an ordinary number near 1;
+  /// The bits of 1.f. As the fourth lane of arithmetic, a link is then an ordinary number near 1;
   /// small integers would be denormal ones, with which processors are slow.
-  static constexpr int kFirst = 0x3f800000;
+  static constexpr std::int32_t kFirst = 0x3f800000;
 
-  float low_[3] = {0, 0, 0};
-  int place_ = kFirst;
+  std::int32_t link() const {
+    std::int32_t bits;
+    std::memcpy(&bits, low_ + 3, sizeof(bits));
+    return bits;
+  }
+  void setLink(std::int32_t bits) { std::memcpy(low_ + 3, &bits, sizeof(bits)); }
+
+  float low_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of a link
   float high_[4] = {0, 0, 0, 0};
 };
 
-/// Two lengths of a node, in body units.
-struct NodeGrowth {
-  /// Current radius of FCL's volume - its radius when last refitted.
-  float inflation = 0;
-  /// Bounds how far any point below the node has moved since the start, summed over the frames. It
-  /// only grows: between two frames, by at least the motion between them.
-  float travel = 0;
-};
-
-/// A vertex in the present frame: where it is, in body coordinates, and how it came there, in the
-/// model's axes and body units.
+/// A vertex in the present frame: where it is, in body coordinates, and how it came there beyond
+/// the common translation (Boxes::common), in the model's axes and body units.
 struct alignas(32) StagedVertex {
   float at[4];
   float motion[4];
@@ -60,7 +59,7 @@ struct alignas(32) StagedVertex {
 /// What a node hands to its parent in the sweep.
 struct Swept {
   Box box;     ///< of its triangles, in body coordinates
-  Box motion;  ///< of its vertices' displacements in this frame, in model axes and body units
+  Box motion;  ///< of its vertices' StagedVertex::motion
 };
 
 /// The companions of FCL's volumes: one tight box a node, renewed in every frame. Cheap to keep and
@@ -71,7 +70,8 @@ struct Boxes {
   Attitude<S> attitude;
   /// By node + 1, so that siblings share a cache line.
   std::vector<NodeBox> box;
-  std::vector<NodeGrowth> growth;    ///< likewise
+  /// Likewise, two lengths a node in body units: inflation, then travel.
+  std::vector<float> growth;
   std::vector<StagedVertex> staged;  ///< by vertex
   std::vector<Swept> pending;        ///< the stack of the sweep
 
@@ -80,17 +80,36 @@ struct Boxes {
   /// The vertices whose motions are not 0: all, or those listed.
   bool all_moving = true;
   std::vector<unsigned> moving;
+  /// A motion that most of the body shares in this frame, of whatever size. What is left of each
+  /// vertex's is small where the body hardly deforms, and so are the errors of single precision.
+  fcl::Vector3<S> common = fcl::Vector3<S>::Zero();
   /// Bounds |x| + |y| + |z| of FCL's volumes' corners, and their radii: what moving them rounds.
   S reach = 0;
   /// Where the next update goes on looking for decayed volumes (refit.h).
   int next_decayed = 0;
 
   const NodeBox& operator[](int node) const { return box[static_cast<std::size_t>(node) + 1]; }
-  NodeGrowth& growthOf(int node) { return growth[static_cast<std::size_t>(node) + 1]; }
-  const NodeGrowth& growthOf(int node) const { return growth[static_cast<std::size_t>(node) + 1]; }
+
+  /// Current radius of FCL's volume - its radius when last refitted.
+  float& inflationOf(int node) { return growth[2 * static_cast<std::size_t>(node) + 2]; }
+  float inflationOf(int node) const { return growth[2 * static_cast<std::size_t>(node) + 2]; }
+  /// Bounds how far any point below the node has moved since the start, summed over the frames. It
+  /// only grows: between two frames, by at least the motion between them.
+  float& travelOf(int node) { return growth[2 * static_cast<std::size_t>(node) + 3]; }
+  float travelOf(int node) const { return growth[2 * static_cast<std::size_t>(node) + 3]; }
 
   /// What moving a volume in a frame may round off, in the mesh's units.
   S rounding() const { return 4 * rounding::epsilon<S>() * reach + rounding::tiny<S>(); }
+
+  /// To be called before volumes are moved for displacements of at most `largest`. A volume whose
+  /// displacements have the middle c and half sides h moves by |c|_1 <= 3 largest - |h|_1 and grows
+  /// by |h|_2, by `rounding` and by single precision's share. Rounded up: steps too small to change
+  /// the sum must not be lost.
+  void extendReach(S largest) {
+    if (!(largest > 0)) return;
+    reach = (reach + 4 * largest + frame.unit() * S(1.f / (1ull << 56))) *
+            (1 + 8 * rounding::epsilon<S>());
+  }
 
   /// Whether single precision can tell a motion of at most `largest`. False for what is no number.
   bool canFollow(S largest) const { return largest * frame.scale() < S(kMost); }
@@ -116,7 +135,7 @@ struct Boxes {
   void adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
     const auto nodes = static_cast<std::size_t>(model.getNumBVs());
     box.assign(nodes + 1, NodeBox());
-    growth.assign(nodes + 1, NodeGrowth());
+    growth.assign(2 * nodes + 2, 0.f);
     staged.resize(static_cast<std::size_t>(model.num_vertices));
     pending.resize(topology.stackPlaces());
     for (std::size_t i = 0; i < nodes; ++i) {

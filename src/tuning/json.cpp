@@ -1,83 +1,10 @@
 #include "tuning/json.h"
 
-#include <initializer_list>
-#include <stdexcept>
-
 namespace adaptive_bvh {
-namespace {
-
-const char* nameOf(FitnessCriterion criterion) { return toString(criterion); }
-
-const char* nameOf(InflationReference reference) {
-  return reference == InflationReference::NodeSize ? "node size" : "original radius";
-}
-
-const char* nameOf(Propagation propagation) {
-  return propagation == Propagation::Boxes ? "boxes" : "displacements";
-}
-
-template <typename Value>
-Value named(const std::string& name, std::initializer_list<Value> values, const char* what) {
-  for (const Value value : values)
-    if (name == nameOf(value)) return value;
-  throw std::invalid_argument("'" + name + "' is no " + what);
-}
-
-FitnessCriterion criterionNamed(const std::string& name) {
-  return named(name,
-               {FitnessCriterion::A, FitnessCriterion::B, FitnessCriterion::AB,
-                FitnessCriterion::BC, FitnessCriterion::ABC, FitnessCriterion::AOrBC,
-                FitnessCriterion::ABOrBC, FitnessCriterion::RefitAll, FitnessCriterion::RefitNone},
-               "fitness criterion");
-}
-InflationReference referenceNamed(const std::string& name) {
-  return named(name, {InflationReference::NodeSize, InflationReference::OriginalRadius},
-               "inflation reference");
-}
-Propagation propagationNamed(const std::string& name) {
-  return named(name, {Propagation::Boxes, Propagation::Displacements}, "propagation");
-}
-
-}  // namespace
-
-nlohmann::json asJson(const RefitPolicy& policy) {
-  return {{"propagation", nameOf(policy.propagation)},
-          {"criterion", toString(policy.criterion)},
-          {"max_inflation", policy.max_inflation},
-          {"child_distance_ratio", policy.child_distance_ratio},
-          {"min_inflation", policy.min_inflation},
-          {"reference", nameOf(policy.reference)},
-          {"leaf_radius_may_shrink", policy.leaf_radius_may_shrink}};
-}
 
 nlohmann::json asJson(const TunedPolicy& tuned) {
   return {
       {"policy", asJson(tuned.policy)}, {"cost", tuned.cost}, {"evaluations", tuned.evaluations}};
-}
-
-RefitPolicy policyFrom(const nlohmann::json& json) {
-  RefitPolicy policy;
-  if (!json.is_object()) throw std::invalid_argument("not an object");
-  for (const auto& [key, value] : json.items()) {
-    if (key == "criterion")
-      policy.criterion = criterionNamed(value.get<std::string>());
-    else if (key == "max_inflation")
-      policy.max_inflation = value;
-    else if (key == "child_distance_ratio")
-      policy.child_distance_ratio = value;
-    else if (key == "min_inflation")
-      policy.min_inflation = value;
-    else if (key == "propagation")
-      policy.propagation = propagationNamed(value.get<std::string>());
-    else if (key == "reference")
-      policy.reference = referenceNamed(value.get<std::string>());
-    else if (key == "leaf_radius_may_shrink")
-      policy.leaf_radius_may_shrink = value;
-    else
-      throw std::invalid_argument("'" + key + "' is no member of a policy");
-  }
-  policy.check();
-  return policy;
 }
 
 TunedPolicy tunedFrom(const nlohmann::json& json) {
@@ -88,23 +15,11 @@ TunedPolicy tunedFrom(const nlohmann::json& json) {
   return tuned;
 }
 
-std::string toJson(const RefitPolicy& policy) { return asJson(policy).dump(2); }
-
 std::string toJson(const TuningResult& result) {
   nlohmann::json json = {{"best", asJson(result.best())}, {"finished", result.finished}};
   for (const TunedPolicy& tuned : result.by_criterion)
     json["by_criterion"].push_back(asJson(tuned));
   return json.dump(2);
-}
-
-RefitPolicy policyFromJson(const std::string& text) {
-  try {
-    const nlohmann::json json = nlohmann::json::parse(text);
-    return json.is_object() && json.contains("best") ? tunedFrom(json["best"]).policy
-                                                     : policyFrom(json);
-  } catch (const std::exception& error) {
-    throw std::invalid_argument(std::string("RefitPolicy from JSON: ") + error.what());
-  }
 }
 
 }  // namespace adaptive_bvh

@@ -1,16 +1,13 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "adaptive_bvh/tuning.h"
+#include "policy_json/json.h"
 
 namespace adaptive_bvh {
 
-nlohmann::json asJson(const RefitPolicy& policy);
 nlohmann::json asJson(const TunedPolicy& tuned);
 
 /// Throws std::invalid_argument or nlohmann::json::exception.
-RefitPolicy policyFrom(const nlohmann::json& json);
 TunedPolicy tunedFrom(const nlohmann::json& json);
 
 }  // namespace adaptive_bvh

@@ -23,7 +23,7 @@ class Parameters {
     base_.criterion = criterion;
     const bool a = criterion == FitnessCriterion::A || criterion == FitnessCriterion::AB ||
                    criterion == FitnessCriterion::ABC || criterion == FitnessCriterion::AOrBC ||
-                   criterion == FitnessCriterion::ABOrBC;
+                   criterion == FitnessCriterion::ABOrBC || criterion == FitnessCriterion::AD;
     const bool c = criterion == FitnessCriterion::BC || criterion == FitnessCriterion::ABC ||
                    criterion == FitnessCriterion::AOrBC || criterion == FitnessCriterion::ABOrBC;
     if (a) use(&RefitPolicy::max_inflation, options.max_inflation);
@@ -222,8 +222,8 @@ class Search {
          {options_.max_inflation, options_.child_distance_ratio, options_.min_inflation})
       json["ranges"].push_back({range.low, range.high});
     const WorkCosts& c = options_.costs;
-    json["costs"] = {c.bv_test,       c.leaf_test,      c.inflated,
-                     c.refitted_leaf, c.refitted_inner, c.refitted_primitive};
+    json["costs"] = {c.box_test,   c.separation_test, c.bv_test,        c.leaf_test,
+                     c.propagated, c.refitted_leaf,   c.refitted_inner, c.refitted_primitive};
     return json;
   }
 

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+
+#include <Eigen/QR>
 
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
@@ -7,12 +10,10 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
-#include "update/propagation.h"
 
 namespace adaptive_bvh {
 namespace {
 
-using V = Volume<fcl::RSSd>;
 using Point = fcl::Vector3d;
 
 /// Nanoseconds a call, the least of several rounds.
@@ -47,24 +48,147 @@ TriangleMesh<double> hills() {
   return mesh;
 }
 
+/// Two such sheets in many poses near each other, in the public API's own words.
+class CostMeasurement {
+ public:
+  explicit CostMeasurement(Propagation propagation) {
+    RefitPolicy policy;
+    policy.propagation = propagation;
+    policy.criterion = FitnessCriterion::RefitNone;
+    for (AdaptiveBVHModeld* model : {&first_, &second_}) {
+      model->setRefitPolicy(policy);
+      fillModel(hills(), *model);
+    }
+  }
+
+  WorkCosts run() {
+    WorkCosts costs;
+    costs.leaf_test = leafTest();
+    measureQueries(costs);
+    costs.propagated = propagated();
+    costs.refitted_leaf = fit(1, 8000);
+    const double two = fit(2, 8000), many = fit(512, 100);
+    costs.refitted_primitive = std::max(0., (many - two) / 510);
+    costs.refitted_inner = std::max(0., two - 2 * costs.refitted_primitive);
+    if (!std::isfinite(sink_)) costs.bv_test += 1e-9;
+    return costs;
+  }
+
+ private:
+  double leafTest() {
+    const fcl::Matrix3d R = Eigen::AngleAxisd(0.7, Point(1, 2, 3).normalized()).matrix();
+    const Point T(0.2, 0.1, 1.5);
+    return nanoseconds(20000, [&](int i) {
+      const auto corner = [&](int t, int k) -> const Point& {
+        return first_.vertices[first_.tri_indices[t % first_.num_tris][k]];
+      };
+      const int j = 7 * i + 3;
+      Point p, q;
+      sink_ += fcl::detail::TriangleDistance<double>::triDistance(
+          corner(i, 0), corner(i, 1), corner(i, 2), corner(j, 0), corner(j, 1), corner(j, 2), R, T,
+          p, q);
+    });
+  }
+
+  /// Nanoseconds of a query and what it counted. `lift` is the gap, `turn` an angle.
+  double query(const fcl::BVHModel<fcl::RSSd>& other, double turn, double lift, QueryWork& work) {
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.linear() = Eigen::AngleAxisd(turn, Point(1, 0.2, 3).normalized()).matrix();
+    tf.translation() = Point(0.3 * turn, 0.1, lift);
+    const QueryWork before = first_.recordedWork();
+    const auto ask = [&](int) {
+      fcl::DistanceResultd result;
+      sink_ += adaptive_bvh::distance<double>(&first_, fcl::Transform3d::Identity(), &other, tf,
+                                              fcl::DistanceRequestd(), result);
+    };
+    ask(0);
+    const double time = nanoseconds(1, ask);
+    const QueryWork after = first_.recordedWork();
+    const auto each = [&](long QueryWork::*count) {
+      return (after.*count - before.*count) / (after.queries - before.queries);
+    };
+    work.box_tests = each(&QueryWork::box_tests);
+    work.separation_tests = each(&QueryWork::separation_tests);
+    work.bv_tests = each(&QueryWork::bv_tests);
+    work.leaf_tests = each(&QueryWork::leaf_tests);
+    return time;
+  }
+
+  /// Against a plain model FCL's volumes answer, whatever the propagation; between adaptive ones
+  /// the boxes, where there are any. Their two costs are those that fit many queries best.
+  void measureQueries(WorkCosts& costs) {
+    const fcl::BVHModel<fcl::RSSd> plain(second_);
+    constexpr int kPoses = 40;
+    double bv_time = 0, bv_tests = 0;
+    Eigen::Matrix<double, kPoses, 2> counts;
+    Eigen::Matrix<double, kPoses, 1> times;
+    for (int i = 0; i < kPoses; ++i) {
+      const double turn = 0.08 * i, lift = 0.3 + 0.02 * (i % 10);
+      QueryWork work;
+      bv_time += query(plain, turn, lift, work) - costs.leaf_test * double(work.leaf_tests);
+      bv_tests += double(work.bv_tests);
+      times[i] = query(second_, turn, lift, work) - costs.leaf_test * double(work.leaf_tests);
+      counts.row(i) << double(work.box_tests), double(work.separation_tests);
+    }
+    costs.bv_test = bv_time / bv_tests;
+    if (counts.isZero(0)) return;  // no boxes: nothing counts what is not known
+    const Eigen::Vector2d fitted = counts.colPivHouseholderQr().solve(times);
+    const bool sound = fitted.minCoeff() > 0;  // else too noisy to tell them apart
+    costs.box_test = sound ? fitted[0] : times.sum() / counts.sum();
+    costs.separation_test = sound ? fitted[1] : costs.box_test;
+  }
+
+  /// All vertices move, to and fro, and not all alike.
+  double propagated() {
+    std::vector<Point> rest(first_.vertices, first_.vertices + first_.num_vertices), bent = rest;
+    for (Point& p : bent) p[2] += 1e-4 * std::sin(20 * p[0]);
+    double least = 1e300;
+    for (int i = 0; i < 40; ++i) {
+      const UpdateReport& report = first_.update(i % 2 == 0 ? bent : rest);
+      least = std::min(least, 1e9 * report.propagation_seconds / report.propagated());
+    }
+    return least;
+  }
+
+  /// A fit of so many triangles, by the fitter that the model gives to FCL.
+  double fit(int count, int calls) {
+    std::vector<unsigned> primitives(static_cast<std::size_t>(first_.num_tris));
+    for (std::size_t i = 0; i < primitives.size(); ++i) primitives[i] = unsigned(i);
+    first_.bv_fitter->set(first_.vertices, first_.tri_indices, fcl::BVH_MODEL_TRIANGLES);
+    const double time = nanoseconds(calls, [&](int i) {
+      const int start = i * count % (first_.num_tris - count);
+      sink_ += first_.bv_fitter->fit(&primitives[std::size_t(start)], count).r;
+    });
+    first_.bv_fitter->clear();
+    return time;
+  }
+
+  AdaptiveBVHModeld first_, second_;
+  double sink_ = 0;  // so that nothing is left out as unused
+};
+
 }  // namespace
 
 void SimulationWork::add(const UpdateReport& update) {
-  inflated += update.inflated;
+  propagated += update.propagated();
   refitted_leaves += update.refitted_leaves;
   refitted_inner += update.refitted_inner;
   refitted_primitives += update.refitted_primitives;
 }
 
 void SimulationWork::add(const QueryWork& queries) {
+  box_tests += queries.box_tests;
+  separation_tests += queries.separation_tests;
   bv_tests += queries.bv_tests;
   leaf_tests += queries.leaf_tests;
 }
 
 SimulationWork& SimulationWork::operator+=(const SimulationWork& other) {
+  box_tests += other.box_tests;
+  separation_tests += other.separation_tests;
   bv_tests += other.bv_tests;
   leaf_tests += other.leaf_tests;
-  inflated += other.inflated;
+  propagated += other.propagated;
   refitted_leaves += other.refitted_leaves;
   refitted_inner += other.refitted_inner;
   refitted_primitives += other.refitted_primitives;
@@ -73,66 +197,16 @@ SimulationWork& SimulationWork::operator+=(const SimulationWork& other) {
 }
 
 double WorkCosts::seconds(const SimulationWork& work) const {
-  return 1e-9 * (bv_test * double(work.bv_tests) + leaf_test * double(work.leaf_tests) +
-                 inflated * double(work.inflated) + refitted_leaf * double(work.refitted_leaves) +
-                 refitted_inner * double(work.refitted_inner) +
-                 refitted_primitive * double(work.refitted_primitives - work.refitted_leaves));
+  return 1e-9 *
+         (box_test * double(work.box_tests) + separation_test * double(work.separation_tests) +
+          bv_test * double(work.bv_tests) + leaf_test * double(work.leaf_tests) +
+          propagated * double(work.propagated) + refitted_leaf * double(work.refitted_leaves) +
+          refitted_inner * double(work.refitted_inner) +
+          refitted_primitive * double(work.refitted_primitives - work.refitted_leaves));
 }
 
-WorkCosts WorkCosts::measured() {
-  AdaptiveBVHModeld model;
-  fillModel(hills(), model);
-  const AdaptiveBVHModeld other(model);
-  Topology topology;
-  topology.adopt(model);
-  Tracking<fcl::RSSd> tracking;
-  tracking.adopt(model, topology);
-  const MeshView<double> mesh = viewOf<fcl::RSSd>(model);
-  const int nodes = model.getNumBVs(), triangles = model.num_tris;
-  const fcl::Matrix3d R = Eigen::AngleAxisd(0.7, Point(1, 2, 3).normalized()).matrix();
-  const Point T(0.2, 0.1, 1.5);
-  double sink = 0;  // so that nothing is left out as unused
-
-  WorkCosts costs;
-  costs.leaf_test = nanoseconds(20000, [&](int i) {
-    const auto corner = [&](int t, int k) -> const Point& {
-      return model.vertices[model.tri_indices[t % triangles][k]];
-    };
-    Point p, q;
-    sink += fcl::detail::TriangleDistance<double>::triDistance(
-        corner(i, 0), corner(i, 1), corner(i, 2), corner(7 * i + 3, 0), corner(7 * i + 3, 1),
-        corner(7 * i + 3, 2), R, T, p, q);
-  });
-  // A volume test with all that a traversal does around it, in poses near each other.
-  const auto query = [&](int i) {
-    fcl::Transform3d tf = fcl::Transform3d::Identity();
-    tf.linear() = Eigen::AngleAxisd(0.1 * i, Point(1, 0.2, 3).normalized()).matrix();
-    tf.translation() = Point(0.03 * i, 0.1, 0.5);
-    fcl::DistanceResultd result;
-    sink += adaptive_bvh::distance<double>(&model, fcl::Transform3d::Identity(), &other, tf,
-                                           fcl::DistanceRequestd(), result);
-  };
-  constexpr int kPoses = 40;
-  for (int i = 0; i < kPoses; ++i) query(i);
-  const QueryWork work = model.recordedWork();
-  costs.bv_test =
-      (kPoses * nanoseconds(kPoses, query) - costs.leaf_test * double(work.leaf_tests)) /
-      double(work.bv_tests);
-  tracking.latest.assign(tracking.latest.size(), 1e-9);  // every node changes
-  costs.inflated =
-      nanoseconds(20, [&](int) { sink += propagate<fcl::RSSd>(model, tracking, true); }) / nodes;
-  const auto fit = [&](int count, int calls) {
-    return nanoseconds(calls, [&](int i) {
-      const int first = i * count % (triangles - count);
-      sink += V::fit(mesh, &topology.corners[std::size_t(first)], count).r;
-    });
-  };
-  costs.refitted_leaf = fit(1, 8000);
-  const double two = fit(2, 8000), many = fit(512, 100);
-  costs.refitted_primitive = (many - two) / 510;
-  costs.refitted_inner = std::max(0., two - 2 * costs.refitted_primitive);
-  if (!std::isfinite(sink)) costs.bv_test += 1e-9;
-  return costs;
+WorkCosts WorkCosts::measured(Propagation propagation) {
+  return CostMeasurement(propagation).run();
 }
 
 }  // namespace adaptive_bvh

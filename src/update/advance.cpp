@@ -37,7 +37,7 @@ void openFrame(fcl::BVHModel<BV>& model, FrameKind kind) {
 template <typename BV>
 void forgetLongWays(const fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree) {
   constexpr float kLongWay = 64;  // in body units: some sixty times the body's size
-  if (tree.boxes && tree.boxes->growthOf(0).travel > kLongWay) tree.forgetTravel(model);
+  if (tree.boxes && tree.boxes->travelOf(0) > kLongWay) tree.forgetTravel(model);
 }
 
 /// Seals a root that the update changed. A root that was refitted keeps equal radii.
@@ -72,6 +72,11 @@ void layBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const BV& root) 
   tree.forgetTravel(model);
 }
 
+void enter(const Propagated& propagated, UpdateReport& report) {
+  report.moved = propagated.moved;
+  report.inflated = propagated.inflated;
+}
+
 /// One frame by the thesis's propagation. Returns the largest displacement; stops after measuring
 /// it when that cannot be followed. So do the other two ways of `advance`.
 template <typename BV>
@@ -95,13 +100,13 @@ typename BV::S byBoxes(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const R
                        const fcl::Vector3<typename BV::S>* positions, Stopwatch& watch,
                        UpdateReport& report) {
   Boxes<typename BV::S>& boxes = *tree.boxes;
-  beginStaging(model, boxes);
+  beginStaging(model, boxes, positions);
   const auto staged = stageRange(model, boxes, positions, 0, model.num_vertices);
   const auto largest = finishStaging(model, boxes, staged);
   model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
   report.displacement_seconds = watch.lap();
   if (!boxes.canFollow(largest)) return largest;
-  report.inflated = propagateByBoxes(model, tree.topology, boxes);
+  enter(propagateByBoxes(model, tree.topology, boxes), report);
   report.propagation_seconds = watch.lap();
   refitUnfit(model, tree, policy, report);
   report.refit_seconds = watch.lap();
@@ -159,7 +164,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
   report.largest_displacement = static_cast<double>(largest);
   report.displacement_seconds = watch.lap();
 
-  report.inflated = propagateByBoxes(model, tree.topology, tree.incidence, *tree.boxes);
+  enter(propagateByBoxes(model, tree.topology, tree.incidence, *tree.boxes), report);
   const bool followed = wasFollowed(tree, largest);
   if (followed) bounds.finish(tree.topology, *tree.boxes, tree.incidence.coversAllVertices());
   report.propagation_seconds = watch.lap();
@@ -169,7 +174,7 @@ UpdateReport advance(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Ref
     tree.seal.breakOpen();
     report.resynchronised = repairIfChanged(model, tree);
   }
-  tree.evidence.clearWork();
+  tree.evidence.clear();
   report.refit_seconds = watch.lap();
   return report;
 }

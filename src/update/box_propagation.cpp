@@ -20,9 +20,12 @@ class BoxRule {
         staged_(boxes.staged.data()),
         before_(model.prev_vertices ? boxes.before.data() : nullptr),
         box_(boxes.box.data() + 1),
-        growth_(boxes.growth.data() + 1),
+        growth_(boxes.growth.data() + 2),
+        common_(boxes.common),
+        common_length_(lengthOf(boxes)),
         unit_(boxes.frame.unit()),
-        rounding_(boxes.rounding()) {}
+        rounding_(boxes.rounding()),
+        least_inflation_(leastInflation(model, boxes)) {}
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return box_[node].isLeaf(); }
 
@@ -57,10 +60,9 @@ class BoxRule {
     prefetch(ahead);
     prefetch(ahead + 1);
     const Lanes lengths = grow(left, a.motion, b.motion);
-    if (lengths[0] + lengths[2] > 0) {  // else nothing moved: a spread is rounded up
+    if (lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
       move(left, a.motion, lengths[0]);
       move(left + 1, b.motion, lengths[2]);
-      changed_ += 2;
     }
     box_[left].setBox(a.box);
     box_[left + 1].setBox(b.box);
@@ -69,16 +71,29 @@ class BoxRule {
   /// As the right one of two siblings without a left one; the tables have room for that.
   ADAPTIVE_BVH_INLINE void applyRoot(const Swept& root) {
     const Lanes lengths = grow(-1, root.motion, root.motion);
-    if (lengths[2] > 0) {
-      move(0, root.motion, lengths[2]);
-      ++changed_;
-    }
+    if (lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
     box_[0].setBox(root.box);
   }
 
-  int changed() const { return changed_; }
+  Propagated result() const { return result_; }
 
  private:
+  /// In body units, rounded up.
+  static float lengthOf(const Boxes<S>& boxes) {
+    const S length = rounding::norm<S>(boxes.common);
+    return length > 0
+               ? float(length * boxes.frame.scale()) * (1 + 1.f / (1 << 20)) + BodyFrame<S>::kLeast
+               : 0.f;
+  }
+
+  /// What positions may be rounded to, in body units: a radius that grows by no more is not counted
+  /// as inflated.
+  static float leastInflation(const fcl::BVHModel<BV>& model, const Boxes<S>& boxes) {
+    const S farthest =
+        model.aabb_local.min_.cwiseAbs().sum() + model.aabb_local.max_.cwiseAbs().sum();
+    return float(4 * rounding::epsilon<S>() * (farthest + boxes.reach) * boxes.frame.scale());
+  }
+
   /// FCL's nodes are large: what the sweep needs of one lies on two cache lines.
   ADAPTIVE_BVH_INLINE void prefetch(int node) const {
     __builtin_prefetch(Volume<BV>::corner(nodes_[node].bv), 1);
@@ -86,7 +101,8 @@ class BoxRule {
   }
 
   /// Adds to the growths of two siblings. Returns half the diagonal of the first's motions and the
-  /// farthest of them, then the same of the second.
+  /// farthest of them, then the same of the second. Both are what is left beyond the common
+  /// translation, which `travel` gets in addition.
   ///
   /// Rounded up: let u = 2^-24. A staged motion is off by 2u of itself, hence by 2u of the
   /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
@@ -103,18 +119,21 @@ class BoxRule {
     const Lanes far{lengths[1], lengths[1], lengths[3], lengths[3]};
     lengths += far * Lanes{kStaged, 0, kStaged, 0} +
                (far > lanes::all(0) ? lanes::all(kFloor) : lanes::all(0));
-    float* const growth = &growth_[left].inflation;  // of both: inflation, travel, and again
-    lanes::store((lanes::load(growth) + lengths) * up, growth);
+    float* const growth = growth_ + 2 * left;  // of both: inflation, travel, and again
+    const Lanes common{0, common_length_, 0, common_length_};
+    lanes::store((lanes::load(growth) + lengths + common) * up, growth);
     return lengths;
   }
 
   /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
-  ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) const {
+  ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
     const Lanes middle = (motion.low + motion.high) * lanes::all(0.5f);
     BV& bv = nodes_[node].bv;
     S* const corner = Volume<BV>::corner(bv);
-    for (int k = 0; k < 3; ++k) corner[k] += S(middle[k]) * unit_;
+    for (int k = 0; k < 3; ++k) corner[k] += common_[k] + S(middle[k]) * unit_;
     Volume<BV>::radius(bv) += S(spread) * unit_ + rounding_;
+    ++result_.moved;
+    result_.inflated += lanes::largest(motion.high - motion.low) > least_inflation_;
   }
 
   fcl::BVNode<BV>* const nodes_;
@@ -122,9 +141,12 @@ class BoxRule {
   const StagedVertex* const staged_;
   const std::array<float, 4>* const before_;
   NodeBox* const box_;
-  NodeGrowth* const growth_;
+  float* const growth_;
+  const fcl::Vector3<S> common_;
+  const float common_length_;
   const S unit_, rounding_;
-  int changed_ = 0;
+  const float least_inflation_;
+  Propagated result_;
 };
 
 /// All pairs from the last to the first of a range.
@@ -201,11 +223,11 @@ class MarkedPart : public BoxRule<BV> {
 }  // namespace
 
 template <typename BV>
-int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
-                     Boxes<typename BV::S>& boxes) {
+Propagated propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
+                            Boxes<typename BV::S>& boxes) {
   Range<BV> rule(model, topology, boxes, 1, model.getNumBVs() - 2);
   sweep(boxes.pending.data(), rule);
-  return rule.changed();
+  return rule.result();
 }
 
 template <typename BV>
@@ -230,39 +252,39 @@ std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
 }
 
 template <typename BV>
-int propagateWithin(fcl::BVHModel<BV>& model, const Topology& topology,
-                    Boxes<typename BV::S>& boxes, Subtree& subtree, Swept* stack) {
+Propagated propagateWithin(fcl::BVHModel<BV>& model, const Topology& topology,
+                           Boxes<typename BV::S>& boxes, Subtree& subtree, Swept* stack) {
   Range<BV> rule(model, topology, boxes, subtree.first_pair, subtree.last_pair);
   sweepPairs(stack, rule);
   subtree.value = *--stack;
-  return rule.changed();
+  return rule.result();
 }
 
 template <typename BV>
-int propagateAbove(fcl::BVHModel<BV>& model, const Topology& topology, Boxes<typename BV::S>& boxes,
-                   const std::vector<Subtree>& subtrees) {
+Propagated propagateAbove(fcl::BVHModel<BV>& model, const Topology& topology,
+                          Boxes<typename BV::S>& boxes, const std::vector<Subtree>& subtrees) {
   Above<BV> rule(model, topology, boxes, subtrees);
   sweep(boxes.pending.data(), rule);
-  return rule.changed();
+  return rule.result();
 }
 
 template <typename BV>
-int propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology, const Incidence& incidence,
-                     Boxes<typename BV::S>& boxes) {
+Propagated propagateByBoxes(fcl::BVHModel<BV>& model, const Topology& topology,
+                            const Incidence& incidence, Boxes<typename BV::S>& boxes) {
   MarkedPart<BV> rule(model, topology, incidence, boxes);
   sweep(boxes.pending.data(), rule);
-  return rule.changed();
+  return rule.result();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&);         \
-  template int propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, const Incidence&,   \
-                                Boxes<S>&);                                                       \
-  template std::vector<Subtree> subtreesOf(const fcl::BVHModel<fcl::RSS<S>>&, int);               \
-  template int propagateWithin(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&, Subtree&, \
-                               Swept*);                                                           \
-  template int propagateAbove(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&,            \
-                              const std::vector<Subtree>&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
+  template Propagated propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&); \
+  template Propagated propagateByBoxes(fcl::BVHModel<fcl::RSS<S>>&, const Topology&,             \
+                                       const Incidence&, Boxes<S>&);                             \
+  template std::vector<Subtree> subtreesOf(const fcl::BVHModel<fcl::RSS<S>>&, int);              \
+  template Propagated propagateWithin(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&,   \
+                                      Subtree&, Swept*);                                         \
+  template Propagated propagateAbove(fcl::BVHModel<fcl::RSS<S>>&, const Topology&, Boxes<S>&,    \
+                                     const std::vector<Subtree>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

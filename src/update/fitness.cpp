@@ -21,6 +21,8 @@ bool testC(const NodeFitness& node, const RefitPolicy& policy) {
          node.child_gap > policy.child_distance_ratio * node.inflation();
 }
 
+bool testD(const NodeFitness& node) { return node.obstructing; }
+
 bool needsVisit(FitnessCriterion criterion) {
   switch (criterion) {
     case FitnessCriterion::A:
@@ -44,6 +46,7 @@ bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
     case FitnessCriterion::ABOrBC: return b() && (a() || c());  // (A and B) or (B and C)
     case FitnessCriterion::RefitAll: return true;
     case FitnessCriterion::RefitNone: return false;
+    case FitnessCriterion::AD: return testD(node) && a();
   }
   return true;
 }

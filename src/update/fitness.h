@@ -11,6 +11,8 @@ struct NodeFitness {
   double reference;        ///< the length an inflation is compared with (InflationReference)
   bool visited;            ///< a recording query went below the node since the last update
   double child_gap;        ///< largest min(alpha, beta) of those visits; -infinity when none
+  /// One asked the volume, whose inflation may have been in the way.
+  bool obstructing = false;
 
   double inflation() const { return current_radius - original_radius; }
 };
@@ -29,10 +31,13 @@ bool testB(const NodeFitness& node);
 /// Test C, child node distances (4.4.3). The factor is compared by >=, as in the thesis.
 bool testC(const NodeFitness& node, const RefitPolicy& policy);
 
+/// Test D, obstruction (FitnessCriterion).
+bool testD(const NodeFitness& node);
+
 /// True when the criterion calls no volume unfit that was not visited.
 bool needsVisit(FitnessCriterion criterion);
 
-/// The criterion of thesis 4.5: true when the volume is to be recomputed.
+/// The criterion (thesis 4.5): true when the volume is to be recomputed.
 bool isUnfit(const NodeFitness& node, const RefitPolicy& policy);
 
 }  // namespace adaptive_bvh

@@ -30,10 +30,11 @@ class ParallelUpdate {
         members_(static_cast<std::size_t>(threads)) {}
 
   S run(Stopwatch& watch, UpdateReport& report) {
-    beginStaging(model_, *tree_.boxes);
+    beginStaging(model_, *tree_.boxes, positions_);
     team_.run([&](int member) { work(member, watch, report); });
     for (const Member& member : members_) {
-      report.inflated += member.inflated;
+      report.moved += member.propagated.moved;
+      report.inflated += member.propagated.inflated;
       report.refitted_leaves += member.report.refitted_leaves;
       report.refitted_inner += member.report.refitted_inner;
       report.refitted_primitives += member.report.refitted_primitives;
@@ -48,7 +49,7 @@ class ParallelUpdate {
   struct alignas(64) Member {
     StagedRange<S> staged;
     S squared_radius = 0;
-    int inflated = 0;
+    Propagated propagated;
     UpdateReport report;
     S reach = 0;
   };
@@ -70,26 +71,26 @@ class ParallelUpdate {
     team_.meet();
     mine.squared_radius = squaredRadius(model_, first, last);
     const bool finite = std::isfinite(largest_);
-    if (finite) mine.inflated = sweepSubtrees(boxes);
+    if (finite) mine.propagated = sweepSubtrees(boxes);
     team_.meet();
     if (index == 0) {
       S squared = 0;
       for (const Member& member : members_) squared = std::max(squared, member.squared_radius);
       model_.aabb_radius = std::sqrt(squared);
-      if (finite) mine.inflated += propagateAbove(model_, tree_.topology, boxes, subtrees_);
+      if (finite) mine.propagated += propagateAbove(model_, tree_.topology, boxes, subtrees_);
       report.propagation_seconds = watch.lap();
     }
     team_.meet();
     if (finite) refitSome(mine);
   }
 
-  int sweepSubtrees(Boxes<S>& boxes) {
+  Propagated sweepSubtrees(Boxes<S>& boxes) {
     std::vector<Swept> stack(tree_.topology.stackPlaces());
-    int inflated = 0;
+    Propagated propagated;
     for (int task; (task = subtree_tasks_.next()) >= 0;)
-      inflated += propagateWithin(model_, tree_.topology, boxes,
-                                  subtrees_[static_cast<std::size_t>(task)], stack.data());
-    return inflated;
+      propagated += propagateWithin(model_, tree_.topology, boxes,
+                                    subtrees_[static_cast<std::size_t>(task)], stack.data());
+    return propagated;
   }
 
   void refitSome(Member& mine) {

@@ -72,15 +72,15 @@ template <typename BV>
 void replaceIfDecayed(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, int i) {
   Boxes<typename BV::S>& boxes = *tree.boxes;
   const Lanes sides = boxes[i].box().high - boxes[i].box().low;
-  NodeGrowth& growth = boxes.growthOf(i);
-  if (16 * growth.inflation * growth.inflation <= lanes::sum(sides * sides)) return;
+  float& inflation = boxes.inflationOf(i);
+  if (16 * inflation * inflation <= lanes::sum(sides * sides)) return;
   const BV around = volumeAround(boxes[i].box(), boxes);
   BV& bv = model.getBV(i).bv;
   if (Volume<BV>::radius(around) >= Volume<BV>::radius(bv)) return;  // too small for the boxes
   bv = around;
   tree.widenReach(Volume<BV>::reach(bv));
   // A rectangle that has grown until it held the box: test A sees how loose that is.
-  growth.inflation = static_cast<float>(Volume<BV>::radius(bv) * boxes.frame.scale());
+  inflation = static_cast<float>(Volume<BV>::radius(bv) * boxes.frame.scale());
 }
 
 /// Judges nodes one by one, and refits the unfit.
@@ -103,6 +103,7 @@ class Refitter {
     const fcl::BVNode<BV>& node = model_.getBV(i);
     NodeFitness fitness = fitnessOf(node, tree_.originalRadius(model_, i), policy_);
     fitness.visited = visited;
+    fitness.obstructing = !has_evidence_ || tree_.evidence.obstructing(i);
     if (has_evidence_) fitness.child_gap = static_cast<double>(tree_.evidence.childGap(i));
     if (!isUnfit(fitness, policy_)) return;
 
@@ -152,7 +153,6 @@ void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const Re
       refitter.judge(node);
       replaceIfDecayed(model, tree, node);
     }
-    tree.evidence.clear(node);
   };
   for (int left = model.getNumBVs(); (left = tree.incidence.markedBefore(left)) > 0;) {
     settle(left);

@@ -9,7 +9,7 @@ namespace adaptive_bvh {
 /// Recomputes the volumes that `policy` calls unfit from their triangles, thesis 4.3 and 4.5.
 /// A node is judged and refitted by itself: its children keep what they have. Afterwards its
 /// current radius is its original radius. Without evidence (no recording query since the last
-/// update) test B counts as true for every node and test C as false.
+/// update) tests B and D count as true for every node and test C as false.
 ///
 /// Adds what it did to `report`. Allocates nothing.
 template <typename BV>
@@ -22,8 +22,8 @@ template <typename BV>
 typename BV::S refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
                           const RefitPolicy& policy, int begin, int end, UpdateReport& report);
 
-/// The same for the marked nodes and the root alone; unmarks them, and forgets what was seen of
-/// them. Replaces those that have decayed.
+/// The same for the marked nodes and the root alone; unmarks them. Replaces those that have
+/// decayed.
 template <typename BV>
 void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
                       UpdateReport& report);

@@ -17,12 +17,28 @@ void forgetMotion(Boxes<S>& boxes) {
     for (unsigned v : boxes.moving) stop(boxes.staged[v]);
 }
 
-/// Volumes will move by no more than the largest displacement, and grow by no more.
 template <typename S>
 S letMove(Boxes<S>& boxes, const StagedRange<S>& range) {
   const S largest = range.largestDisplacement();
-  boxes.reach += 4 * largest;
+  boxes.extendReach(largest);
   return largest;
+}
+
+/// A few vertices' displacement where they agree to a sixteenth of it: the body is carried along.
+/// Else 0, for what a volume moves beyond it is bounded by both lengths. Any vector is sound. None
+/// where two frames are kept, for the frame before did not move.
+template <typename BV>
+fcl::Vector3<typename BV::S> commonMotion(const fcl::BVHModel<BV>& model,
+                                          const std::vector<unsigned>& samples,
+                                          const fcl::Vector3<typename BV::S>* positions) {
+  using Point = fcl::Vector3<typename BV::S>;
+  if (model.prev_vertices || samples.empty()) return Point::Zero();
+  const Point common = positions[samples[0]] - model.vertices[samples[0]];
+  const auto allowed = common.cwiseAbs().maxCoeff() / 16;
+  for (unsigned v : samples)
+    if (!((positions[v] - model.vertices[v] - common).cwiseAbs().maxCoeff() <= allowed))
+      return Point::Zero();  // so do positions that are no numbers
+  return common;
 }
 
 }  // namespace
@@ -36,13 +52,14 @@ StagedRange<typename BV::S> stageRange(fcl::BVHModel<BV>& model, Boxes<typename 
   // Measured from where the volumes last held the vertex: the frame before, also in swept mode.
   const Point* from = model.prev_vertices ? model.prev_vertices : model.vertices;
   const BodyFrame<S> frame = boxes.frame;
+  const Point common = boxes.common;
   StagedRange<S> range;
   for (int v = begin; v < end; ++v) {
     const Point to = positions[v], d = to - from[v];
     range.add(to, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     StagedVertex& staged = boxes.staged[static_cast<std::size_t>(v)];
     lanes::store(frame.place(to), staged.at);
-    lanes::store(frame.displacement(d), staged.motion);
+    lanes::store(frame.displacement(d - common), staged.motion);
     model.vertices[v] = to;
   }
   if (model.prev_vertices)
@@ -53,8 +70,10 @@ StagedRange<typename BV::S> stageRange(fcl::BVHModel<BV>& model, Boxes<typename 
 }
 
 template <typename BV>
-void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) {
+void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                  const fcl::Vector3<typename BV::S>* positions) {
   boxes.all_moving = true;
+  boxes.common = commonMotion(model, boxes.attitude.samples(), positions);
   // A body far from the origin of its boxes would lose digits in them.
   boxes.frame.moveOrigin(boxes.middle());
   fcl::Matrix3d axes = boxes.frame.axes();
@@ -76,6 +95,7 @@ typename BV::S stageVertices(fcl::BVHModel<BV>& model, Boxes<typename BV::S>& bo
                              std::size_t count) {
   using S = typename BV::S;
   forgetMotion(boxes);
+  boxes.common.setZero();
   boxes.moving.clear();
   StagedRange<S> range;
   for (std::size_t i = count; i-- > 0;) {
@@ -107,12 +127,14 @@ void stageInPlace(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes) 
     lanes::store(lanes::all(0), staged.motion);
   }
   boxes.all_moving = true;
+  boxes.common.setZero();
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
   template StagedRange<S> stageRange(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                     \
                                      const fcl::Vector3<S>*, int, int);                          \
-  template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&);                      \
+  template void beginStaging(const fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&,                       \
+                             const fcl::Vector3<S>*);                                            \
   template S finishStaging(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, const StagedRange<S>&);       \
   template S stageVertices(fcl::BVHModel<fcl::RSS<S>>&, Boxes<S>&, Incidence&,                   \
                            PartialBounds<fcl::RSS<S>>&, const unsigned*, const fcl::Vector3<S>*, \

@@ -44,7 +44,8 @@ struct StagedRange {
 
 /// To be called before the vertices of a new frame are staged.
 template <typename BV>
-void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes);
+void beginStaging(const fcl::BVHModel<BV>& model, Boxes<typename BV::S>& boxes,
+                  const fcl::Vector3<typename BV::S>* positions);
 
 /// Writes `positions` (one per vertex of the model) of the vertices in [begin, end) into the model,
 /// and where each is and how it came there into `boxes`.

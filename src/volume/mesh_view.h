@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstring>
 
 #include <fcl/common/types.h>
 #include <fcl/math/triangle.h>
@@ -28,7 +29,10 @@ struct MeshView {
 
   Corners corners(unsigned primitive) const {
     if (!triangles) return {primitive, primitive, primitive};
-    return {vertex(primitive, 0), vertex(primitive, 1), vertex(primitive, 2)};
+    std::size_t v[3];  // FCL's way to read them is a call into its library for each
+    static_assert(sizeof(v) == sizeof(fcl::Triangle), "a triangle is three indices");
+    std::memcpy(v, static_cast<const void*>(&triangles[primitive]), sizeof(v));
+    return {static_cast<unsigned>(v[0]), static_cast<unsigned>(v[1]), static_cast<unsigned>(v[2])};
   }
 
   /// Calls visit(position) for a vertex, in the frame before too where given.

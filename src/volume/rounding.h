@@ -33,11 +33,14 @@ constexpr S tiny() {
   return value;
 }
 
-/// Coordinates beyond this could overflow in the sums of squares of a fit; updates reject them.
-/// 2^-20 sqrt(2^max_exponent): 1.3e148 for double, 1.8e13 for float.
+/// Updates reject coordinates beyond this. FCL's tests of triangles multiply four lengths, which
+/// are differences of coordinates, cross products and sums of three: less than 2^9 times the fourth
+/// power of the largest coordinate of two bodies side by side. 2^-4 times the fourth root of
+/// 2^max_exponent leaves room for that: 2^252 for double, 2^28 for float. Fits, displacements and
+/// the sums of their squares need less.
 template <typename S>
 constexpr S largestCoordinate() {
-  constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::max_exponent / 2 - 20);
+  constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::max_exponent / 4 - 4);
   return value;
 }
 

@@ -1,13 +1,11 @@
 #include "volume/rss_fit.h"
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
+#include "volume/principal_axes.h"
 #include "volume/rss.h"
 #include "volume/swept_rectangle.h"
 
@@ -19,40 +17,33 @@ using Vector3 = fcl::Vector3<S>;
 template <typename S>
 using Matrix3 = fcl::Matrix3<S>;
 
-/// A right-handed orthonormal frame whose first axis lies along a and whose second lies in the
-/// plane of a and b. Any frame where a or b leaves the choice open.
+/// The least radius, error included, with which the volume holds points that are at most this far
+/// from its rectangle, squared.
 template <typename S>
-Matrix3<S> frameAlong(const Vector3<S>& a, const Vector3<S>& b) {
-  const S tiny = std::numeric_limits<S>::min();
-  Vector3<S> x = a;
-  const S a_length = a.norm();
-  if (a_length > tiny)
-    x /= a_length;
-  else
-    x = Vector3<S>::UnitX();
-
-  Vector3<S> y = b - x * x.dot(b);
-  // What is left of b must stand clear of its rounding error, or its direction is noise.
-  if (y.norm() > 16 * rounding::epsilon<S>() * b.norm() && y.norm() > tiny)
-    y.normalize();
-  else
-    y = x.unitOrthogonal();
-  y -= x * x.dot(y);  // once more: the first difference may have cancelled
-  y.normalize();
-
-  Matrix3<S> frame;
-  frame << x, y, x.cross(y);
-  return frame;
-}
-
-/// The least radius, error included, with which the volume holds all points in exact arithmetic.
-template <typename S, typename Points>
-S radiusFor(const fcl::RSS<S>& bv, const Points& points) {
-  S squared = 0;
-  for (const Vector3<S>& p : points)
-    squared = std::max(squared, vectorFromRectangle(bv, p).squaredNorm());
+S radiusFor(const fcl::RSS<S>& bv, S squared) {
   const S distance = std::sqrt(squared);
   return distance + Volume<fcl::RSS<S>>::containmentError(bv, distance);
+}
+
+/// The square of the largest `distanceToRectangle`: the same arithmetic, many points at once, so
+/// the same bound on its error holds.
+template <typename S>
+S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points) {
+  const Matrix3<S>& a = bv.axis;
+  const Vector3<S>& to = bv.To;
+  Pack<S> squared{};
+  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
+    Pack<S> v[3];
+    for (int k = 0; k < 3; ++k) v[k] = points.pack(k, i) - to[k];
+    Pack<S> along[2];
+    for (int j = 0; j < 2; ++j) {
+      const Pack<S> dot = a(0, j) * v[0] + a(1, j) * v[1] + a(2, j) * v[2];
+      along[j] = packs::lower(packs::upper(dot, Pack<S>{}), packs::all(bv.l[j]));
+    }
+    for (int k = 0; k < 3; ++k) v[k] = v[k] - a(k, 0) * along[0] - a(k, 1) * along[1];
+    squared = packs::upper(squared, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  return packs::largest(squared);
 }
 
 /// One triangle: the rectangle on its longest edge, twice its area, the least any rectangle can do.
@@ -71,7 +62,10 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
   bv.To = base;
   bv.l[0] = along.norm();
   bv.l[1] = std::max(S(0), bv.axis.col(1).dot(apex));
-  bv.r = radiusFor(bv, std::array<Vector3<S>, 3>{p0, p1, p2});
+  S squared = 0;
+  for (const Vector3<S>* p : corner)
+    squared = std::max(squared, vectorFromRectangle(bv, *p).squaredNorm());
+  bv.r = radiusFor(bv, squared);
   return bv;
 }
 
@@ -95,14 +89,15 @@ template <typename S>
 class Gathered {
  public:
   template <typename Primitive>
-  const std::vector<Vector3<S>>& from(const MeshView<S>& mesh, const Primitive* primitives,
-                                      int count) {
+  const PointArrays<S>& from(const MeshView<S>& mesh, const Primitive* primitives, int count) {
     points_.clear();
     ++fit_;
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
+      points_.makeRoomFor(6);  // three corners in two frames
       for (unsigned v : cornersOf(mesh, primitives[i]))
-        if (isNew(v))
-          mesh.forEachPositionOf(v, [this](const Vector3<S>& p) { points_.push_back(p); });
+        if (isNew(v)) mesh.forEachPositionOf(v, [this](const Vector3<S>& p) { points_.add(p); });
+    }
+    points_.fillUp();
     return points_;
   }
 
@@ -114,33 +109,10 @@ class Gathered {
     return true;
   }
 
-  std::vector<Vector3<S>> points_;
+  PointArrays<S> points_;
   std::vector<std::uint64_t> taken_in_;  // by vertex: the last fit that took it
   std::uint64_t fit_ = 0;
 };
-
-/// Principal axes, largest variance first. Moments are taken about one of the points, so that a
-/// far-off mesh loses no digits. Errors here cost tightness, never containment.
-template <typename S>
-Matrix3<S> principalAxes(const std::vector<Vector3<S>>& points) {
-  Vector3<S> sum = Vector3<S>::Zero();
-  Matrix3<S> products = Matrix3<S>::Zero();
-  for (const Vector3<S>& p : points) {
-    const Vector3<S> q = p - points.front();
-    sum += q;
-    products.noalias() += q * q.transpose();
-  }
-  const S n = static_cast<S>(points.size());
-  Matrix3<S> covariance = products / n - (sum / n) * (sum / n).transpose();
-  const S size = covariance.diagonal().maxCoeff();
-  if (size > std::numeric_limits<S>::min()) covariance /= size;  // squares of its numbers follow
-  Eigen::SelfAdjointEigenSolver<Matrix3<S>> eigen;
-  eigen.computeDirect(covariance);
-  // The closed form is quick and a little inexact. One step of power iteration mends what matters:
-  // of a flat set, the normal.
-  return frameAlong<S>(covariance * eigen.eigenvectors().col(2),
-                       covariance * eigen.eigenvectors().col(1));
-}
 
 /// A choice of sides and sphere, with what they need around some points.
 template <typename S>
@@ -151,54 +123,79 @@ struct Shape {
   S area = std::numeric_limits<S>::infinity();
 };
 
-/// Keeps the best of the shapes with a given side. A sphere of half the thickness is the least that
-/// will do, but not always the best: over a dome, a larger one lets the rectangle end far within
-/// the rim. Returns false for a set so flat that this cannot matter.
+/// Keeps the better one of a shape and that with another slab. Returns the rectangle of that one;
+/// without its corners where these cannot make it the better one, for they only add to the area.
 template <typename S>
-bool improve(Shape<S>& best, LocalPoints<S>& points, const Direction<S>& side) {
-  points.turn(side.x, side.y);
-  const Interval<S> z = extent<S>(points.z());
+Rectangle<S> attempt(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side,
+                     const Slab<S>& slab) {
+  Rectangle<S> rectangle = rectangleWithoutCorners(turned, slab);
+  if (!(rectangle.sweptArea(slab.radius) < best.area)) return rectangle;
+  growCorners(rectangle, turned, slab);
+  const S area = rectangle.sweptArea(slab.radius);
+  if (area < best.area) best = {side, slab, rectangle, area};
+  return rectangle;
+}
+
+/// Keeps the best of the shapes with a given side, along which the points are turned. A sphere of
+/// half the thickness is the least that will do, but not always the best: over a dome, a larger one
+/// lets the rectangle end far within the rim. Returns false for a set so flat that this cannot
+/// matter.
+template <typename S>
+bool improve(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side) {
+  const Interval<S> z = heights(turned);
   const S middle = (z.low + z.high) / 2, half = z.length() / 2;
-  const auto attempt = [&](const Slab<S>& slab) {
-    const Rectangle<S> rectangle = rectangleFor(points, slab);
-    const S area = rectangle.sweptArea(slab.radius);
-    if (area < best.area) best = {side, slab, rectangle, area};
-    return rectangle;
-  };
-  const Rectangle<S> least = attempt({middle, half});
+  const Rectangle<S> least = attempt(best, turned, side, {middle, half});
   const bool thick = half > S(0.1) * (least.x.length() + least.y.length());
   if (thick)
-    for (S shift : {-half / 2, half / 2}) attempt({middle + shift, S(1.5) * half});
-  points.turn(side.x, -side.y);
+    for (S shift : {-half / 2, half / 2})
+      attempt(best, turned, side, {middle + shift, S(1.5) * half});
   return thick;
+}
+
+/// Names the sides so that the first is the longer one: along it FCL's splitter cuts.
+template <typename S>
+void putLongerSideFirst(fcl::RSS<S>& bv) {
+  if (bv.l[0] >= bv.l[1]) return;
+  std::swap(bv.l[0], bv.l[1]);
+  bv.axis.col(0).swap(bv.axis.col(1));
+  bv.axis.col(2) *= -1;
 }
 
 /// The normal is the direction of least variance. Which sides and which sphere suit it best is
 /// judged on a few points, evenly picked; then all of them are enclosed.
 template <typename S>
-fcl::RSS<S> fitPositions(const std::vector<Vector3<S>>& points) {
+fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
   constexpr std::size_t kJudges = 64;
-  static thread_local LocalPoints<S> local;
+  static thread_local PointArrays<S> few, local;
   const Matrix3<S> axes = principalAxes(points);
-  local.assign(points, axes, (points.size() + kJudges - 1) / kJudges);
+  const std::size_t stride = (points.size() + kJudges - 1) / kJudges;
+  if (stride > 1) few.assign(points, stride);
+  local.assign(stride > 1 ? few : points, axes);
   Shape<S> shape;
-  if (improve(shape, local, bestDirection(local))) improve(shape, local, Direction<S>());
+  const Direction<S> side = bestDirection(local);
+  if (side.y != 0) local.turn(side.x, side.y);
+  if (improve(shape, local, side) && side.y != 0) {
+    local.turn(side.x, -side.y);
+    improve(shape, local, Direction<S>());
+  }
 
   fcl::RSS<S> bv;
   const auto& [x, y] = shape.side;
   bv.axis << axes.col(0) * x + axes.col(1) * y, axes.col(1) * x - axes.col(0) * y, axes.col(2);
   if (local.size() < points.size()) {
     local.assign(points, bv.axis);
-    const Interval<S> z = extent<S>(local.z());
+    const Interval<S> z = heights(local);
     Slab<S>& slab = shape.slab;
     slab.radius = std::max({slab.radius, z.high - slab.middle, slab.middle - z.low});
-    shape.rectangle = rectangleFor(local, slab);
+    shape.rectangle = rectangleWithoutCorners(local, slab);
+    growCorners(shape.rectangle, local, slab);
   }
   const auto& [along, across] = shape.rectangle;
-  bv.To = points.front() + bv.axis * Vector3<S>(along.low, across.low, shape.slab.middle);
+  bv.To = points[0] + bv.axis * Vector3<S>(along.low, across.low, shape.slab.middle);
   bv.l[0] = along.length();
   bv.l[1] = across.length();
-  bv.r = radiusFor(bv, points);
+  putLongerSideFirst(bv);
+  bv.r = radiusFor(bv, squaredDistanceToRectangle(bv, points));
   return bv;
 }
 

@@ -4,11 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <vector>
 
-#include <Eigen/Core>
-
-#include "volume/mesh_view.h"
+#include "volume/point_arrays.h"
 
 namespace adaptive_bvh {
 
@@ -34,46 +31,31 @@ struct Interval {
   void grow(S x, S by) { (x < low ? low -= by : high += by); }
 };
 
-/// Points in the frame of the rectangle: x and y along its sides, z along its normal. As arrays of
-/// numbers, so that their extents are found by vector instructions.
+/// The least and the largest of many numbers.
 template <typename S>
-class LocalPoints {
+class Extent {
  public:
-  using Numbers = Eigen::Map<const Eigen::Array<S, Eigen::Dynamic, 1>>;
-
-  void assign(const std::vector<fcl::Vector3<S>>& points, const fcl::Matrix3<S>& frame,
-              std::size_t stride = 1) {
-    const std::size_t count = (points.size() + stride - 1) / stride;
-    for (auto& numbers : numbers_) numbers.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const fcl::Vector3<S> q = frame.transpose() * (points[i * stride] - points.front());
-      for (int k = 0; k < 3; ++k) numbers_[k][i] = q[k];
-    }
+  ADAPTIVE_BVH_INLINE void add(const Pack<S>& low, const Pack<S>& high) {
+    low_ = packs::lower(low_, low);
+    high_ = packs::upper(high_, high);
   }
-
-  /// Turns the frame by an angle in its plane, given as a unit vector.
-  void turn(S cosine, S sine) {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S x = numbers_[0][i], y = numbers_[1][i];
-      numbers_[0][i] = cosine * x + sine * y;
-      numbers_[1][i] = cosine * y - sine * x;
-    }
-  }
-
-  std::size_t size() const { return numbers_[0].size(); }
-  Numbers x() const { return numbers(0); }
-  Numbers y() const { return numbers(1); }
-  Numbers z() const { return numbers(2); }
+  ADAPTIVE_BVH_INLINE void add(const Pack<S>& numbers) { add(numbers, numbers); }
+  Interval<S> interval() const { return {packs::smallest(low_), packs::largest(high_)}; }
 
  private:
-  Numbers numbers(int k) const { return {numbers_[k].data(), Eigen::Index(size())}; }
-
-  std::array<std::vector<S>, 3> numbers_;
+  Pack<S> low_ = packs::all(std::numeric_limits<S>::max());
+  Pack<S> high_ = packs::all(std::numeric_limits<S>::lowest());
 };
 
-template <typename S, typename Numbers>
-Interval<S> extent(const Numbers& numbers) {
-  return {numbers.minCoeff(), numbers.maxCoeff()};
+/// Points in the frame of the rectangle: x and y along its sides, z along its normal.
+template <typename S>
+using LocalPoints = PointArrays<S>;
+
+template <typename S>
+Interval<S> heights(const LocalPoints<S>& points) {
+  Extent<S> z;
+  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) z.add(points.pack(2, i));
+  return z.interval();
 }
 
 /// The plane of the rectangle, as the height z, and the radius of the sphere.
@@ -81,9 +63,9 @@ template <typename S>
 struct Slab {
   S middle, radius;
 
-  /// How far the sphere reaches sideways at a height, squared.
-  S squaredReach(S z) const {
-    return std::max(S(0), radius * radius - (z - middle) * (z - middle));
+  /// How far the sphere reaches sideways at some heights, squared.
+  ADAPTIVE_BVH_INLINE Pack<S> squaredReach(const Pack<S>& z) const {
+    return packs::upper(Pack<S>{}, radius * radius - (z - middle) * (z - middle));
   }
 };
 
@@ -97,36 +79,46 @@ struct Rectangle {
   }
 };
 
+/// Lets both sides grow by the least equal step that reaches a point beyond them: by dx and dy,
+/// with w^2 the squared reach of the sphere there. The step is the smaller root g of
+/// (dx - g)^2 + (dy - g)^2 = w^2.
+template <typename S>
+void growCorner(Rectangle<S>& rectangle, S x, S y, S w2) {
+  const S dx = rectangle.x.beyond(x), dy = rectangle.y.beyond(y);
+  if (dx <= 0 || dy <= 0 || dx * dx + dy * dy <= w2) return;
+  const S step = (dx + dy - std::sqrt(std::max(S(0), 2 * w2 - (dx - dy) * (dx - dy)))) / 2;
+  rectangle.x.grow(x, step);
+  rectangle.y.grow(y, step);
+}
+
 /// After Larsen et al. (1999), PQP: in the plane, a point at height z is reached over
 /// w = sqrt(r^2 - z^2), so the rectangle ends w short of it. Points beyond two sides at once may
-/// lie outside the round corner: there both sides grow by the least equal step that reaches the
-/// point.
+/// lie outside the round corner: `growCorners` lets both sides grow there.
 template <typename S>
-Rectangle<S> rectangleFor(const LocalPoints<S>& points, const Slab<S>& slab) {
-  Rectangle<S> rectangle;
-  Interval<S>&x = rectangle.x, &y = rectangle.y;
-  const auto xs = points.x(), ys = points.y(), zs = points.z();
-  for (Eigen::Index i = 0; i < xs.size(); ++i) {
-    if (x.beyond(xs[i]) <= 0 && y.beyond(ys[i]) <= 0) continue;  // as w >= 0, no end moves
-    const S w = std::sqrt(slab.squaredReach(zs[i]));
-    x.add(xs[i] + w, xs[i] - w);
-    y.add(ys[i] + w, ys[i] - w);
+Rectangle<S> rectangleWithoutCorners(const LocalPoints<S>& points, const Slab<S>& slab) {
+  Extent<S> x, y;
+  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
+    const Pack<S> w = packs::squareRoot(slab.squaredReach(points.pack(2, i)));
+    x.add(points.pack(0, i) + w, points.pack(0, i) - w);
+    y.add(points.pack(1, i) + w, points.pack(1, i) - w);
   }
-  x.close();
-  y.close();
-
-  for (Eigen::Index i = 0; i < xs.size(); ++i) {
-    const S dx = x.beyond(xs[i]);
-    const S dy = y.beyond(ys[i]);
-    if (dx <= 0 || dy <= 0) continue;
-    const S w2 = slab.squaredReach(zs[i]);
-    if (dx * dx + dy * dy <= w2) continue;
-    // The smaller root g of (dx - g)^2 + (dy - g)^2 = w^2.
-    const S step = (dx + dy - std::sqrt(std::max(S(0), 2 * w2 - (dx - dy) * (dx - dy)))) / 2;
-    x.grow(xs[i], step);
-    y.grow(ys[i], step);
-  }
+  Rectangle<S> rectangle{x.interval(), y.interval()};
+  rectangle.x.close();
+  rectangle.y.close();
   return rectangle;
+}
+
+template <typename S>
+void growCorners(Rectangle<S>& rectangle, const LocalPoints<S>& points, const Slab<S>& slab) {
+  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
+    const Pack<S> px = points.pack(0, i), py = points.pack(1, i);
+    const Pack<S> dx = packs::upper<Pack<S>>(rectangle.x.low - px, px - rectangle.x.high);
+    const Pack<S> dy = packs::upper<Pack<S>>(rectangle.y.low - py, py - rectangle.y.high);
+    const Pack<S> w2 = slab.squaredReach(points.pack(2, i));
+    if (packs::any((dx > 0) & (dy > 0) & (dx * dx + dy * dy > w2)))
+      for (std::size_t k = 0; k < packs::kSize<S>; ++k)
+        growCorner<S>(rectangle, px[k], py[k], w2[k]);
+  }
 }
 
 /// A direction in the plane of the rectangle, of length 1.
@@ -141,8 +133,13 @@ struct Direction {
 
   /// The area of the rectangle with this direction around the points, in the plane.
   S boundingArea(const LocalPoints<S>& points) const {
-    return extent<S>(x * points.x() + y * points.y()).length() *
-           extent<S>(x * points.y() - y * points.x()).length();
+    Extent<S> along, across;
+    for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
+      const Pack<S> px = points.pack(0, i), py = points.pack(1, i);
+      along.add(x * px + y * py);
+      across.add(x * py - y * px);
+    }
+    return along.interval().length() * across.interval().length();
   }
 };
 
@@ -170,11 +167,11 @@ template <typename S>
 Direction<S> bestDirection(const LocalPoints<S>& points) {
   LeastRectangle<S> least(points);
   if (points.size() <= 4) {
-    for (Eigen::Index i = 0; i < points.x().size(); ++i)
-      for (Eigen::Index j = 0; j < i; ++j) {
-        const S dx = points.x()[i] - points.x()[j], dy = points.y()[i] - points.y()[j];
-        const S length = std::sqrt(dx * dx + dy * dy);
-        if (length > std::numeric_limits<S>::min()) least.attempt({dx / length, dy / length});
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const fcl::Vector3<S> d = points[i] - points[j];
+        const S length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+        if (length > std::numeric_limits<S>::min()) least.attempt({d[0] / length, d[1] / length});
       }
     return least.direction;
   }

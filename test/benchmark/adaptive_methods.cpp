@@ -46,8 +46,10 @@ class AdaptivePair : public Method {
   Work work(const Frame& frame) override {
     Work work;
     if (query_ != Query::DropIn) {
-      work.bv_tests = first_.recordedWork().bv_tests;
-      work.leaf_tests = first_.recordedWork().leaf_tests;
+      const adaptive_bvh::QueryWork recorded = first_.recordedWork();
+      work.box_tests = recorded.box_tests;
+      work.bv_tests = recorded.separation_tests + recorded.bv_tests;
+      work.leaf_tests = recorded.leaf_tests;
     } else {
       fcl::DistanceResultd result;
       work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(first_, second_,

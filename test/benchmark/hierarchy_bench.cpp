@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <memory>
 
+#include <fcl/geometry/geometric_shape_to_BVH_model.h>
 #include <CLI/CLI.hpp>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
@@ -59,6 +61,14 @@ Mesh cutApart(const Mesh& mesh) {
   return apart;
 }
 
+/// The same with gaps between most triangles.
+Mesh soupOf(const Mesh& mesh) {
+  Mesh soup = cutApart(mesh);
+  for (std::size_t v = 0; v < soup.vertices.size(); ++v)
+    soup.vertices[v] *= 1 + 1e-3 * double(v / 3 % 7);
+  return soup;
+}
+
 void printBuild(const char* name, const Mesh& mesh, int repeats) {
   std::vector<double> fcl, ours[2];
   for (int repeat = 0; repeat < repeats; ++repeat) {
@@ -84,10 +94,106 @@ void printBuilds(int repeats) {
   std::printf("| --- | ---: | ---: | ---: | ---: | ---: |\n");
   for (int n : {1000, 10000, 100000, 500000}) printBuild("hills", hills(n), repeats);
   printBuild("hills, cut apart", cutApart(hills(100000)), repeats);
-  Mesh soup = cutApart(hills(100000));
-  for (std::size_t v = 0; v < soup.vertices.size(); ++v)
-    soup.vertices[v] *= 1 + 1e-3 * double(v / 3 % 7);
-  printBuild("hills, triangle soup", soup, repeats);
+  printBuild("hills, triangle soup", soupOf(hills(100000)), repeats);
+}
+
+// ---- building small models ----------------------------------------------------------------------
+
+/// As FCL makes it, 12 triangles.
+Mesh box() {
+  Plain model;
+  fcl::generateBVHModel(model, fcl::Boxd(1, 1.3, 0.7), fcl::Transform3d::Identity());
+  Mesh mesh;
+  mesh.vertices.assign(model.vertices, model.vertices + model.num_vertices);
+  mesh.triangles.assign(model.tri_indices, model.tri_indices + model.num_tris);
+  return mesh;
+}
+
+/// The first triangles of a sheet with hills.
+Mesh strip(int triangles) {
+  Mesh mesh = hills(std::max(2, triangles + triangles / 4));
+  if (mesh.triangles.size() > std::size_t(triangles)) mesh.triangles.resize(std::size_t(triangles));
+  std::size_t vertices = 0;
+  for (const fcl::Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) vertices = std::max(vertices, t[k] + 1);
+  mesh.vertices.resize(vertices);
+  return mesh;
+}
+
+template <typename S>
+adaptive_bvh::TriangleMesh<S> inScalar(const Mesh& mesh) {
+  adaptive_bvh::TriangleMesh<S> cast;
+  for (const scenarios::Point& p : mesh.vertices) cast.vertices.push_back(p.cast<S>());
+  cast.triangles = mesh.triangles;
+  return cast;
+}
+
+/// Microseconds of one build, of `count` models, each used once.
+template <typename Model, typename S, typename... Arguments>
+double buildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Arguments... arguments) {
+  std::vector<std::unique_ptr<Model>> models;
+  for (int i = 0; i < count; ++i) models.push_back(std::make_unique<Model>(arguments...));
+  return 1e3 / count * milliseconds([&] {
+           for (auto& model : models) fillModel(mesh, *model);
+         });
+}
+
+/// Microseconds of one new tree for a model that has one: endReplaceModel(false).
+template <typename Model, typename S, typename... Arguments>
+double rebuildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Arguments... arguments) {
+  Model model(arguments...);
+  fillModel(mesh, model);
+  return 1e3 / count * milliseconds([&] {
+           for (int i = 0; i < count; ++i) {
+             model.beginReplaceModel();
+             model.replaceSubModel(mesh.vertices);
+             model.endReplaceModel(false);
+           }
+         });
+}
+
+template <typename S>
+void printSmallBuild(const char* name, const Mesh& mesh_in_double, int repeats) {
+  using Ours = adaptive_bvh::AdaptiveBVHModel<fcl::RSS<S>>;
+  using Fcls = fcl::BVHModel<fcl::RSS<S>>;
+  const auto mesh = inScalar<S>(mesh_in_double);
+  const int count = std::max(1, 500 / int(mesh.triangles.size()));
+  std::vector<double> fcl[2], ours[2][2];  // [build or rebuild], [strategy]
+  for (int repeat = 0; repeat < 10 * repeats; ++repeat) {
+    fcl[0].push_back(buildTime<Fcls>(mesh, count));
+    fcl[1].push_back(rebuildTime<Fcls>(mesh, count));
+    for (int k = 0; k < 2; ++k) {
+      ours[0][k].push_back(buildTime<Ours>(mesh, count, kStrategies[k]));
+      ours[1][k].push_back(rebuildTime<Ours>(mesh, count, kStrategies[k]));
+    }
+  }
+  std::printf("| %-9s | %-6s | %5zu |", name, sizeof(S) == 4 ? "float" : "double",
+              mesh.triangles.size());
+  for (int kind = 0; kind < 2; ++kind) {
+    std::printf(" %7.1f |", median(fcl[kind]));
+    for (const std::vector<double>& times : ours[kind])
+      std::printf(" %7.1f (%.2f) |", median(times), median(times) / median(fcl[kind]));
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void printSmallBuilds(int repeats) {
+  std::printf("\nSmall models, us, in brackets against FCL; medians of %d, interleaved\n\n",
+              10 * repeats);
+  std::printf("| mesh | scalar | triangles | build: FCL | top-down | bottom-up |");
+  std::printf(" rebuild: FCL | top-down | bottom-up |\n");
+  std::printf("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+  const auto print = [repeats](const char* name, const Mesh& mesh) {
+    printSmallBuild<double>(name, mesh, repeats);
+    printSmallBuild<float>(name, mesh, repeats);
+  };
+  print("box", box());
+  print("box, soup", soupOf(box()));
+  for (int triangles : {1, 2, 4, 12, 32, 128, 512, 2048}) {
+    print("connected", strip(triangles));
+    print("soup", soupOf(strip(triangles)));
+  }
 }
 
 // ---- the scenarios ------------------------------------------------------------------------------
@@ -126,8 +232,9 @@ struct Pair {
       adaptive_bvh::distance<double>(&first, identity, &second, identity, fcl::DistanceRequestd(),
                                      result);
     });
-    cost.bv_tests = first.recordedWork().bv_tests;
-    cost.leaf_tests = first.recordedWork().leaf_tests;
+    const adaptive_bvh::QueryWork work = first.recordedWork();
+    cost.bv_tests = work.box_tests + work.separation_tests + work.bv_tests;
+    cost.leaf_tests = work.leaf_tests;
     distance = result.min_distance;
     return cost;
   }
@@ -199,13 +306,17 @@ void printScenarios(int resolution, FitnessCriterion criterion, int repeats) {
 int main(int argc, char** argv) {
   int repeats = 3;
   std::vector<int> resolutions = {1, 4};
-  bool no_builds = false;
+  bool no_builds = false, no_scenarios = false, small_only = false;
   CLI::App app("Top-down against bottom-up trees: building, and the five scenarios of the thesis.");
   app.add_option("--repeats", repeats, "Medians of so many runs")->check(CLI::Range(1, 99));
   app.add_option("--resolution", resolutions, "Triangles times this squared; may be repeated");
   app.add_flag("--no-builds", no_builds, "Leave out the times of building");
+  app.add_flag("--no-scenarios", no_scenarios, "Leave out the scenarios");
+  app.add_flag("--small-builds", small_only, "The times of building small models only");
   CLI11_PARSE(app, argc, argv);
-  if (!no_builds) printBuilds(repeats);
+  if (!no_builds && !small_only) printBuilds(repeats);
+  if (!no_builds) printSmallBuilds(repeats);
+  if (no_scenarios || small_only) return 0;
   for (int resolution : resolutions)
     for (FitnessCriterion criterion : {RefitPolicy().criterion, FitnessCriterion::RefitAll})
       printScenarios(resolution, criterion, repeats);

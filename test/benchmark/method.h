@@ -14,8 +14,9 @@ using Positions = std::vector<Point>;
 
 /// What one frame took, counted.
 struct Work {
-  long bv_tests = 0, leaf_tests = 0, refitted = 0;
+  long box_tests = 0, bv_tests = 0, leaf_tests = 0, refitted = 0;
   void operator+=(const Work& other) {
+    box_tests += other.box_tests;
     bv_tests += other.bv_tests;
     leaf_tests += other.leaf_tests;
     refitted += other.refitted;

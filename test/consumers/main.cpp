@@ -6,6 +6,9 @@
 #ifdef WITH_MESH_IO
 #include <adaptive_bvh/mesh_io.h>
 #endif
+#ifdef WITH_POLICY_JSON
+#include <adaptive_bvh/policy_json.h>
+#endif
 #ifdef WITH_TUNING
 #include <adaptive_bvh/tuning.h>
 #endif
@@ -34,7 +37,7 @@ int main() {
     std::printf("%s\n", error.what());
   }
 #endif
-#ifdef WITH_TUNING
+#if defined(WITH_POLICY_JSON) || defined(WITH_TUNING)
   model.setRefitPolicy(adaptive_bvh::policyFromJson(adaptive_bvh::toJson(model.refitPolicy())));
 #endif
   return result.min_distance == 0.25 && model.validate() ? 0 : 1;

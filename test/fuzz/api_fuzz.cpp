@@ -13,6 +13,9 @@
 #include <memory>
 #include <string>
 
+#include <fcl/geometry/octree/octree.h>
+#include <fcl/geometry/shape/sphere.h>
+
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
@@ -58,8 +61,8 @@ class Bytes {
     const int b = byte();
     if (b < 240) return (b - 120) / 8.;
     constexpr double inf = std::numeric_limits<double>::infinity();
-    const double odd[] = {inf,    -inf,  std::nan(""), 1e149, -1e200, 1e147, -1e147, 1e-300,
-                          5e-324, -1e-9, 0.,           -0.,   1e6,    1e9,   0.125,  1e20};
+    const double odd[] = {inf,    -inf,  std::nan(""), 1e77, -1e200, 7e75, -7e75, 1e-300,
+                          5e-324, -1e-9, 0.,           -0.,  1e6,    1e9,  0.125, 1e20};
     return odd[b - 240];
   }
   Point point() {
@@ -80,7 +83,7 @@ class Bytes {
 bool isUsable(const Points& points) {
   for (const Point& p : points)
     for (double x : p)
-      if (!(std::abs(x) <= 1e148)) return false;
+      if (!(std::abs(x) <= std::ldexp(1., 252))) return false;
   return true;
 }
 
@@ -108,7 +111,8 @@ class Subject {
   void step(Bytes& in) {
     const Points before = frame();
     const int state = model_->build_state;
-    const int call = in.below(24);
+    const int byte = in.byte();  // the last sixteen values stand for calls that came later
+    const int call = byte < 240 ? byte % 24 : byte - 240 + 24;
     if (std::getenv("FUZZ_TRACE"))
       std::fprintf(stderr, "%p: call %d in state %d, %d vertices, %d triangles\n",
                    static_cast<void*>(this), call, state, model_->num_vertices, model_->num_tris);
@@ -136,7 +140,18 @@ class Subject {
       case 20: copy(in); break;
       case 21: changeThroughTheBase(in); break;
       case 22: query(in); break;
-      default: settings(in); break;
+      case 23: settings(in); break;
+      case 24:
+      case 25: updateFromOwnArrays(in, before); break;
+      case 26: move(); break;
+      case 27:
+      case 28: excursion(in); break;
+      case 29: contacts(in); break;
+      case 30: sphere(in); break;
+      case 31: octree(in); break;
+      case 32: translate(in, before); break;
+      case 33: otherVolumes(); break;
+      default: criterion(in); break;
     }
     check(state, before);
   }
@@ -270,6 +285,215 @@ class Subject {
     updateTo(expected, sound, before, [&] { model_->update(indices, points); });
   }
 
+  /// Positions in the arrays that the update writes count as they were.
+  void updateFromOwnArrays(Bytes& in, const Points& before) {
+    const std::size_t n = before.size();
+    if (isBuilding() || n == 0) return;
+    if (model_->prev_vertices && in.oneIn(2)) {
+      const Points last(model_->prev_vertices, model_->prev_vertices + n);
+      updateTo(last, true, before, [&] { model_->update(model_->prev_vertices, n); });
+      return;
+    }
+    if (in.oneIn(4)) {
+      updateTo(before, false, before, [&] { model_->update(model_->vertices, n); });
+      return;
+    }
+    const Point* const own =
+        model_->prev_vertices && in.oneIn(2) ? model_->prev_vertices : model_->vertices;
+    const std::size_t first = std::size_t(in.byte()) % n,
+                      count = std::size_t(in.byte()) % (n - first);
+    const Points values(own + first, own + first + count);
+    std::vector<unsigned> indices;
+    Points expected = before;
+    for (std::size_t i = 0; i < count; ++i) {
+      indices.push_back(unsigned(std::size_t(in.byte()) % n));
+      expected[indices.back()] = values[i];
+    }
+    updateTo(expected, true, before, [&] { model_->update(indices.data(), own + first, count); });
+  }
+
+  /// There and back, by constructor and assignment.
+  void move() {
+    const Points before = frame();
+    const Point* const vertices = model_->vertices;
+    const int state = model_->build_state;
+    AdaptiveBVHModeld other(std::move(*model_));
+    REQUIRE(model_->vertices == nullptr && model_->getNumBVs() == 0);
+    REQUIRE(model_->build_state == fcl::BVH_BUILD_STATE_EMPTY);
+    REQUIRE(other.vertices == vertices && other.build_state == state);
+    *model_ = std::move(other);
+    REQUIRE(other.vertices == nullptr);
+    REQUIRE(model_->vertices == vertices && same(frame(), before));
+  }
+
+  /// A coherent pair is asked far away once, and then near, step by step.
+  void excursion(Bytes& in) {
+    const double ways[] = {1e3, 1e9, 1e12, 1e13, 1e17, 1e20, 1e200, 1e300};
+    fcl::Transform3d tf = pose(in);
+    const double way = ways[in.below(8)], step = in.oneIn(2) ? 1e-5 : 1e-2;
+    if (!isQueryable() || !isPlainFrame()) return;
+    adaptive_bvh::CoherentDistanced& pair = coherent();
+    const auto ask = [&](const fcl::Transform3d& at) {
+      fcl::DistanceResultd result;
+      return pair.distance(fcl::Transform3d::Identity(), at, fcl::DistanceRequestd(), result);
+    };
+    ask(tf);
+    fcl::Transform3d far = tf;
+    far.translation()[0] = way;
+    ask(far);
+    for (int i = 0; i < 12; ++i) {
+      tf.translation()[i % 3] += step;
+      const double expected =
+          BruteForce<double>(*model_, fcl::Transform3d::Identity(), obstacle(), tf).distance();
+      REQUIRE(std::abs(ask(tf) - expected) < 1e-9);
+    }
+  }
+
+  /// Contacts have every field, are listed once by selfCollide, and do not depend on being asked
+  /// for.
+  void contacts(Bytes& in) {
+    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
+    if (!isQueryable() || !isPlainFrame()) return;
+    const auto pairs = [](const fcl::CollisionResultd& result) {
+      std::set<std::pair<int, int>> pairs;
+      for (std::size_t c = 0; c < result.numContacts(); ++c)
+        pairs.emplace(int(result.getContact(c).b1), int(result.getContact(c).b2));
+      return pairs;
+    };
+    fcl::CollisionResultd plain, full, own, own_full;
+    const fcl::CollisionRequestd all(100000), with_contact(100000, true);
+    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, all, plain);
+    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, with_contact, full);
+    REQUIRE(pairs(plain) == pairs(full));
+    selfCollide(*model_, all, own, adaptive_bvh::NeighbourFilter::None);
+    selfCollide(*model_, with_contact, own_full, adaptive_bvh::NeighbourFilter::None);
+    REQUIRE(pairs(own) == pairs(own_full));
+    REQUIRE(pairs(own_full).size() == own_full.numContacts());
+    for (const fcl::CollisionResultd* result : {&full, &own_full})
+      for (std::size_t c = 0; c < result->numContacts(); ++c) {
+        const fcl::Contactd& contact = result->getContact(c);
+        REQUIRE(contact.pos.allFinite() && contact.normal.allFinite());
+        REQUIRE(std::isfinite(contact.penetration_depth));
+      }
+  }
+
+  /// The distance of a sphere, and its points in the world, in either order.
+  void sphere(Bytes& in) {
+    const fcl::Transform3d tf = pose(in);
+    const fcl::Sphered ball(0.125 * (1 + in.below(8)));
+    const bool ball_first = in.oneIn(2);
+    if (!isQueryable() || !isPlainFrame()) return;
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    fcl::DistanceResultd result;
+    if (ball_first)
+      adaptive_bvh::distance(&ball, tf, model_.get(), still, fcl::DistanceRequestd(true), result);
+    else
+      adaptive_bvh::distance(model_.get(), still, &ball, tf, fcl::DistanceRequestd(true), result);
+    const Point c = tf.translation();
+    double expected = std::numeric_limits<double>::max();
+    for (int t = 0; t < model_->num_tris; ++t) {
+      const auto corner = [&](int k) { return model_->vertices[model_->tri_indices[t][k]]; };
+      Point p, q;
+      expected = std::min(expected, fcl::detail::TriangleDistance<double>::triDistance(
+                                        c, c, c, corner(0), corner(1), corner(2), p, q));
+    }
+    expected -= ball.radius;
+    if (expected <= 1e-9) return;  // touching: no distance
+    REQUIRE(std::abs(result.min_distance - expected) < 1e-9);
+    const auto& points = result.nearest_points;
+    REQUIRE(std::abs((points[0] - points[1]).norm() - expected) < 1e-9);
+  }
+
+  /// Against FCL's own traversal over the same model.
+  void octree(Bytes& in) {
+    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
+    const double cell = in.oneIn(2) ? 0.25 : 2;
+    if (!isQueryable() || !isPlainFrame()) return;
+    const auto tree = std::make_shared<octomap::OcTree>(cell);
+    for (int i = 0; i < 12; ++i)
+      tree->updateNode(octomap::point3d(float(cell * (i % 3)), float(cell * (i % 4)), 0.1f), true);
+    const fcl::OcTreed cells(tree);
+    fcl::DistanceResultd ours;
+    adaptive_bvh::distance(model_.get(), still, &cells, tf, fcl::DistanceRequestd(true), ours);
+    fcl::CollisionResultd contacts;
+    adaptive_bvh::collide(model_.get(), still, &cells, tf, fcl::CollisionRequestd(100000),
+                          contacts);
+    if (contacts.numContacts() > 0)
+      REQUIRE(ours.min_distance < 1e-5);
+    else
+      REQUIRE(ours.min_distance > -1e-9 || ours.min_distance == -1);
+  }
+
+  /// A body that is carried along moves its volumes and inflates none.
+  void translate(Bytes& in, const Points& before) {
+    const Point by(in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5);
+    if (isBuilding() || !isPlainFrame()) return;
+    const bool swept = model_->prev_vertices != nullptr;
+    Points next = before;
+    for (Point& p : next) p += by;
+    updateTo(next, true, before, [&] { model_->update(next); });
+    const adaptive_bvh::UpdateReport& report = model_->lastUpdate();
+    if (model_->refitPolicy().propagation != adaptive_bvh::Propagation::Boxes || swept ||
+        report.resynchronised || before.empty())
+      return;
+    REQUIRE(report.inflated == 0);
+    REQUIRE(report.moved == (by.isZero(0) ? 0 : report.nodes));
+  }
+
+  /// A pair that FCL cannot compute is refused, not answered.
+  void otherVolumes() {
+    static const auto* const other = [] {
+      auto* built = new fcl::BVHModel<fcl::OBBRSSd>;
+      fillModel(tube<double>(3, 2), *built);
+      return built;
+    }();
+    if (!isQueryable()) return;
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    for (int order = 0; order < 2; ++order) {
+      const fcl::CollisionGeometryd *a = model_.get(), *b = other;
+      if (order == 1) std::swap(a, b);
+      fcl::DistanceResultd distance;
+      fcl::CollisionResultd contacts;
+      int refused = 0;
+      try {
+        adaptive_bvh::distance(a, still, b, still, fcl::DistanceRequestd(), distance);
+      } catch (const std::invalid_argument&) {
+        ++refused;
+      }
+      try {
+        adaptive_bvh::collide(a, still, b, still, fcl::CollisionRequestd(), contacts);
+      } catch (const std::invalid_argument&) {
+        ++refused;
+      }
+      REQUIRE(refused == 2);
+    }
+  }
+
+  /// Each criterion, on either propagation.
+  void criterion(Bytes& in) {
+    RefitPolicy policy;
+    policy.criterion = static_cast<FitnessCriterion>(in.below(10));
+    policy.min_inflation = policy.child_distance_ratio = 0.01 * in.below(20);
+    policy.max_inflation = 0.01 * in.below(20);
+    if (in.oneIn(3)) policy.propagation = adaptive_bvh::Propagation::Displacements;
+    model_->setRefitPolicy(policy);
+  }
+
+  adaptive_bvh::CoherentDistanced& coherent() {
+    if (!coherent_ || coherent_of_ != model_.get()) {
+      coherent_ = std::make_unique<adaptive_bvh::CoherentDistanced>(*model_, obstacle());
+      coherent_of_ = model_.get();
+    }
+    return *coherent_;
+  }
+
+  bool isPlainFrame() const {
+    for (const Point& p : frame())
+      for (double x : p)
+        if (!isPlain(x)) return false;
+    return true;
+  }
+
   void setPolicy(Bytes& in) {
     RefitPolicy policy = in.oneIn(3)
                              ? RefitPolicy::thesis(static_cast<FitnessCriterion>(in.below(9)))
@@ -358,23 +582,17 @@ class Subject {
       }
       return;
     }
-    for (const Point& p : frame())
-      for (double x : p)
-        if (!isPlain(x)) {  // no crash; what FCL's triangle tests are worth then is open
-          adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
-                                         fcl::DistanceRequestd(), distance);
-          selfCollide(*model_, all, contacts);
-          return;
-        }
+    if (!isPlainFrame()) {  // no crash; what FCL's triangle tests are worth then is open
+      adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
+                                     distance);
+      selfCollide(*model_, all, contacts);
+      return;
+    }
     const BruteForce<double> brute_force(*model_, still, obstacle(), tf);
     const double expected = brute_force.distance();
     switch (in.below(4)) {
       case 0: {
-        if (!coherent_ || coherent_of_ != model_.get()) {
-          coherent_ = std::make_unique<adaptive_bvh::CoherentDistanced>(*model_, obstacle());
-          coherent_of_ = model_.get();
-        }
-        coherent_->distance(still, tf, fcl::DistanceRequestd(), distance);
+        coherent().distance(still, tf, fcl::DistanceRequestd(), distance);
         REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
         break;
       }

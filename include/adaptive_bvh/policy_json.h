@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "adaptive_bvh/refit_policy.h"
+
+namespace adaptive_bvh {
+
+/// Component `policy_json`: refit policies as JSON text. Needs nlohmann-json to build, and nothing
+/// to use.
+
+/// An object with every member of the policy.
+std::string toJson(const RefitPolicy& policy);
+
+/// Members that are missing keep their defaults. The text of a TuningResult (tuning.h) gives its
+/// best policy. Throws std::invalid_argument, saying what is wrong, on anything but a valid policy.
+RefitPolicy policyFromJson(const std::string& text);
+
+}  // namespace adaptive_bvh

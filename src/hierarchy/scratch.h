@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <new>
+#include <vector>
+
+namespace adaptive_bvh {
+
+/// Memory for what one build needs and drops again: 64 KiB that each thread keeps, handed out like
+/// a stack. The build of a small model then costs no calls of the heap; what does not fit comes
+/// from there.
+class ScratchStack {
+ public:
+  static ScratchStack& ofThisThread() {
+    static thread_local ScratchStack stack;
+    return stack;
+  }
+
+  void* allocate(std::size_t bytes) {
+    bytes = rounded(bytes);
+    if (bytes > kBytes - top_) return ::operator new(bytes);
+    if (!memory_) memory_.reset(new unsigned char[kBytes]);
+    unsigned char* const block = memory_.get() + top_;
+    top_ += bytes;
+    ++blocks_;
+    return block;
+  }
+
+  /// The room of a block that is not the last comes back with the last of all.
+  void release(void* block, std::size_t bytes) {
+    unsigned char* const at = static_cast<unsigned char*>(block);
+    if (!holds(at)) return ::operator delete(block);
+    const auto begin = static_cast<std::size_t>(at - memory_.get());
+    if (begin + rounded(bytes) == top_) top_ = begin;
+    if (--blocks_ == 0) top_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t kBytes = 1 << 16;
+
+  static std::size_t rounded(std::size_t bytes) {
+    constexpr std::size_t kAlign = alignof(std::max_align_t);
+    return (bytes + kAlign - 1) / kAlign * kAlign;
+  }
+  bool holds(const unsigned char* at) const {
+    const std::less<const unsigned char*> before;
+    return memory_ && !before(at, memory_.get()) && before(at, memory_.get() + kBytes);
+  }
+
+  std::unique_ptr<unsigned char[]> memory_;
+  std::size_t top_ = 0, blocks_ = 0;
+};
+
+/// Takes its memory from the thread's ScratchStack. What it makes must be dropped by the same
+/// thread.
+template <typename T>
+struct ScratchAllocator {
+  using value_type = T;
+
+  ScratchAllocator() = default;
+  template <typename U>
+  ScratchAllocator(const ScratchAllocator<U>&) {}
+
+  T* allocate(std::size_t count) {
+    static_assert(alignof(T) <= alignof(std::max_align_t), "blocks are aligned no further");
+    return static_cast<T*>(ScratchStack::ofThisThread().allocate(count * sizeof(T)));
+  }
+  void deallocate(T* block, std::size_t count) {
+    ScratchStack::ofThisThread().release(block, count * sizeof(T));
+  }
+
+  friend bool operator==(const ScratchAllocator&, const ScratchAllocator&) { return true; }
+  friend bool operator!=(const ScratchAllocator&, const ScratchAllocator&) { return false; }
+};
+
+/// A vector for the length of a build.
+template <typename T>
+using Scratch = std::vector<T, ScratchAllocator<T>>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,154 @@
+// The fitness criteria mean what refit_policy.h says on every path: by FCL's volumes, and by the
+// boxes beside them.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "support/brute_force.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::Propagation;
+using adaptive_bvh::QueryWork;
+using adaptive_bvh::RefitPolicy;
+using Model = adaptive_bvh::AdaptiveBVHModeld;
+
+const fcl::Transform3d kOrigin = fcl::Transform3d::Identity();
+
+fcl::Transform3d above() {
+  fcl::Transform3d tf = kOrigin;
+  tf.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+  tf.translation() = Eigen::Vector3d(-0.4, 0.4, 0.6);
+  return tf;
+}
+
+class Criteria : public testing::TestWithParam<Propagation> {
+ protected:
+  Criteria() : sheet_(plate<double>(14, 14)), hose_(tube<double>(8, 20)) {}
+
+  RefitPolicy policy(FitnessCriterion criterion) const {
+    RefitPolicy policy;
+    policy.propagation = GetParam();
+    policy.criterion = criterion;
+    policy.max_inflation = 0.3;
+    policy.child_distance_ratio = 0.3;
+    policy.min_inflation = 0.05;
+    return policy;
+  }
+
+  /// Nodes refitted in 40 frames of an update and a query each.
+  int refitsWith(FitnessCriterion criterion) const {
+    Model first(policy(criterion)), second(policy(criterion));
+    fillModel(sheet_, first);
+    fillModel(hose_, second);
+    Deformation<double> bend(sheet_, Deformation<double>::Kind::Smooth, 1),
+        swing(hose_, Deformation<double>::Kind::Smooth, 2);
+    int refits = 0;
+    for (int frame = 0; frame < 40; ++frame) {
+      first.update(bend.next());
+      second.update(swing.next());
+      if (frame > 0) refits += first.lastUpdate().refitted() + second.lastUpdate().refitted();
+      fcl::DistanceResultd result;
+      adaptive_bvh::distance(&first, kOrigin, &second, above(), fcl::DistanceRequestd(), result);
+      if (frame % 13 == 0) {
+        EXPECT_NEAR(BruteForce<double>(first, kOrigin, second, above()).distance(),
+                    result.min_distance, 1e-12);
+      }
+    }
+    return refits;
+  }
+
+  TriangleMesh<double> sheet_, hose_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Paths, Criteria,
+                         testing::Values(Propagation::Boxes, Propagation::Displacements),
+                         [](const auto& info) {
+                           return info.param == Propagation::Boxes ? "Boxes" : "Displacements";
+                         });
+
+TEST_P(Criteria, EveryTestMatters) {
+  const int a = refitsWith(FitnessCriterion::A), b = refitsWith(FitnessCriterion::B),
+            ab = refitsWith(FitnessCriterion::AB), bc = refitsWith(FitnessCriterion::BC),
+            abc = refitsWith(FitnessCriterion::ABC), a_or_bc = refitsWith(FitnessCriterion::AOrBC),
+            ab_or_bc = refitsWith(FitnessCriterion::ABOrBC), ad = refitsWith(FitnessCriterion::AD);
+  EXPECT_GT(bc, 0);
+  EXPECT_GT(abc, 0);
+  EXPECT_LT(bc, b);
+  EXPECT_LT(ab, a);
+  EXPECT_NE(ab, ab_or_bc);
+  EXPECT_NE(a, a_or_bc);
+  EXPECT_GT(ad, 0);
+  EXPECT_EQ(GetParam() == Propagation::Displacements, ad == ab) << "FCL asks every volume";
+}
+
+/// A node that a query went below counts as visited, and its parents with it: a search from the
+/// roots gets nowhere else. The next update refits these and no others.
+TEST_P(Criteria, BIsEveryNodeThatAQueryWentBelow) {
+  Model first(policy(FitnessCriterion::B)), second(policy(FitnessCriterion::B));
+  fillModel(sheet_, first);
+  fillModel(hose_, second);
+  Deformation<double> bend(sheet_, Deformation<double>::Kind::Smooth, 3);
+  first.update(bend.next());
+  for (const Model* model : {&first, &second})
+    for (int i = 0; i < model->getNumBVs(); ++i) ASSERT_FALSE(model->traversed(i));
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance(&first, kOrigin, &second, above(), fcl::DistanceRequestd(), result);
+  for (const Model* model : {&first, &second}) {
+    EXPECT_TRUE(model->traversed(0));
+    for (int i = 0; i < model->getNumBVs(); ++i) {
+      const auto& node = model->getBV(i);
+      if (node.isLeaf()) continue;
+      if (!model->traversed(i)) {
+        ASSERT_FALSE(model->traversed(node.leftChild())) << i;
+        ASSERT_FALSE(model->traversed(node.rightChild())) << i;
+      }
+    }
+  }
+  std::set<int> visited;
+  for (int i = 0; i < first.getNumBVs(); ++i)
+    if (first.traversed(i)) visited.insert(i);
+  EXPECT_GT(visited.size(), 5u);
+  EXPECT_LT(visited.size(), std::size_t(first.getNumBVs()) / 2);
+  first.update(bend.next());
+  EXPECT_EQ(int(visited.size()), first.lastUpdate().refitted());
+}
+
+/// Each kind of test is counted by itself.
+TEST_P(Criteria, CountsAreKeptApart) {
+  Model first(policy(FitnessCriterion::AD)), second(policy(FitnessCriterion::AD));
+  fillModel(sheet_, first);
+  fillModel(hose_, second);
+  const fcl::BVHModel<fcl::RSSd> plain(second);
+  const bool boxes = GetParam() == Propagation::Boxes;
+  const auto ask = [&](const fcl::BVHModel<fcl::RSSd>& other) -> QueryWork {
+    const QueryWork before = first.recordedWork();
+    fcl::DistanceResultd result;
+    adaptive_bvh::distance<double>(&first, kOrigin, &other, above(), fcl::DistanceRequestd(),
+                                   result);
+    QueryWork work = first.recordedWork();
+    work.box_tests -= before.box_tests;
+    work.separation_tests -= before.separation_tests;
+    work.bv_tests -= before.bv_tests;
+    work.leaf_tests -= before.leaf_tests;
+    return work;
+  };
+  const QueryWork by_boxes = ask(second), by_volumes = ask(plain);
+  EXPECT_EQ(boxes, by_boxes.box_tests > 0);
+  EXPECT_EQ(boxes, by_boxes.separation_tests > 0);
+  EXPECT_LT(by_boxes.separation_tests, by_boxes.box_tests + 1);
+  EXPECT_EQ(boxes, by_boxes.bv_tests == 0);
+  EXPECT_EQ(0, by_volumes.box_tests + by_volumes.separation_tests);
+  EXPECT_GT(by_volumes.bv_tests, 0);
+  EXPECT_GT(by_boxes.leaf_tests, 0);
+  EXPECT_GT(by_volumes.leaf_tests, 0);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test

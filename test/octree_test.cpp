@@ -1,0 +1,396 @@
+// A mesh against an octree, from cells far smaller than triangles to cells far larger: judged by
+// FCL's solver on every cell and every triangle, and by FCL's own traversal.
+#include <gtest/gtest.h>
+
+#include <fcl/geometry/octree/octree.h>
+#include <fcl/geometry/shape/utility.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+#include <octomap/octomap.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "query/cell_separation.h"
+#include "support/fcl_float.h"
+#include "support/meshes.h"
+#include "volume/rss.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+template <typename S>
+using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSS<S>>;
+template <typename S>
+using Octree = std::shared_ptr<fcl::OcTree<S>>;
+
+/// A wavy sheet of columns^2 cells and some strewn ones, every seventh free.
+template <typename S>
+Octree<S> sheet(double cell, int columns) {
+  auto tree = std::make_shared<octomap::OcTree>(cell);
+  for (int i = 0; i < columns; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const double x = (i - columns / 2 + 0.5) * cell, y = (j - columns / 2 + 0.5) * cell,
+                   z = 3 * cell * std::sin(0.7 * i) * std::cos(0.5 * j);
+      const bool occupied = (i + 3 * j) % 7 != 0;
+      tree->updateNode(octomap::point3d(float(x), float(y), float(z)), occupied);
+    }
+  tree->updateInnerOccupancy();
+  return std::make_shared<fcl::OcTree<S>>(tree);
+}
+
+/// The surface of a sphere of radius 1.
+template <typename S>
+Octree<S> shell(double cell) {
+  auto tree = std::make_shared<octomap::OcTree>(cell);
+  const int steps = int(4 / cell);
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; j < 2 * steps; ++j) {
+      const double polar = M_PI * i / steps, angle = M_PI * j / steps;
+      tree->updateNode(
+          octomap::point3d(float(std::sin(polar) * std::cos(angle)),
+                           float(std::sin(polar) * std::sin(angle)), float(std::cos(polar))),
+          true, true);
+    }
+  tree->updateInnerOccupancy();
+  return std::make_shared<fcl::OcTree<S>>(tree);
+}
+
+/// Triangles of all kinds: a dome, a large one, slivers, needles and points.
+template <typename S>
+TriangleMesh<S> mixture() {
+  TriangleMesh<S> mesh = dome<S>(6, 3);
+  const auto add = [&](const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& c) {
+    const std::size_t v = mesh.vertices.size();
+    mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
+    mesh.triangles.emplace_back(v, v + 1, v + 2);
+  };
+  const Vector3<S> p(S(-0.4), S(0.1), S(0.2)), q(S(0.5), S(-0.3), S(0.1));
+  add({-1, -1, S(0.2)}, {1, S(-0.9), 0}, {0, 1, S(-0.2)});
+  add(p, q, (p + q) / 2);                                         // collinear
+  add(p, q, p + (q - p) / 3 + Vector3<S>(0, 0, S(1e-6)));         // nearly so
+  add(q, p, p);                                                   // an edge
+  add(p, p, p);                                                   // a point
+  add({0, 0, 0}, {1, 0, 0}, {S(0.3), 0, 0});                      // collinear, along an axis
+  add({0, 0, S(0.01)}, {0, S(0.7), S(0.01)}, {0, 0, S(0.0101)});  // a needle
+  return mesh;
+}
+
+template <typename S>
+using CellBox = std::pair<const octomap::OcTreeNode*, fcl::AABB<S>>;
+
+template <typename S>
+void addCells(const fcl::OcTree<S>& octree, const octomap::OcTreeNode* node,
+              const fcl::AABB<S>& box, std::vector<CellBox<S>>& cells) {
+  if (!octree.nodeHasChildren(node)) {
+    if (octree.isNodeOccupied(node)) cells.emplace_back(node, box);
+    return;
+  }
+  for (unsigned i = 0; i < 8; ++i)
+    if (octree.nodeChildExists(node, i)) {
+      fcl::AABB<S> child;
+      fcl::computeChildBV(box, i, child);
+      addCells(octree, octree.getNodeChild(node, i), child, cells);
+    }
+}
+
+using Pairs = std::set<std::pair<long, long>>;
+
+/// Every occupied cell with every triangle.
+template <typename S>
+class BruteForceOctree {
+ public:
+  BruteForceOctree(const Model<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+                   const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf) {
+    std::vector<CellBox<S>> cells;
+    addCells(octree, octree.getRoot(), octree.getRootBV(), cells);
+    for (const CellBox<S>& cell : cells) {
+      fcl::Box<S> box;
+      fcl::Transform3<S> tf;
+      fcl::constructBox(cell.second, octree_tf, box, tf);
+      for (int t = 0; t < mesh.num_tris; ++t) {
+        const fcl::Triangle& corners = mesh.tri_indices[t];
+        const Vector3<S>&a = mesh.vertices[corners[0]], &b = mesh.vertices[corners[1]],
+              &c = mesh.vertices[corners[2]];
+        S d;
+        solver_.shapeTriangleDistance(box, tf, a, b, c, mesh_tf, &d, nullptr, nullptr);
+        distance = std::min(distance, d);
+        if (solver_.shapeTriangleIntersect(box, tf, a, b, c, mesh_tf, nullptr, nullptr, nullptr))
+          contacts.emplace(cell.first - octree.getRoot(), t);
+      }
+    }
+  }
+
+  S distance = std::numeric_limits<S>::max();
+  Pairs contacts;
+
+ private:
+  fcl::detail::GJKSolver_libccd<S> solver_;
+};
+
+/// Cell and triangle of every contact; in the result the octree is first.
+template <typename S>
+std::vector<std::pair<long, long>> contactsIn(const fcl::CollisionResult<S>& result) {
+  std::vector<std::pair<long, long>> contacts;
+  for (std::size_t i = 0; i < result.numContacts(); ++i)
+    contacts.emplace_back(result.getContact(i).b1, result.getContact(i).b2);
+  return contacts;
+}
+
+template <typename S>
+class OctreeTest : public testing::Test {
+ protected:
+  using Transform = fcl::Transform3<S>;
+
+  OctreeTest() { fillModel(mixture<S>(), model_); }
+
+  fcl::CollisionResult<S> ask(bool fcl, bool octree_first, const fcl::OcTree<S>& octree,
+                              const fcl::CollisionRequest<S>& request) {
+    const fcl::CollisionGeometry<S>*o1 = &model_, *o2 = &octree;
+    Transform tf1 = mesh_tf_, tf2 = octree_tf_;
+    if (octree_first) {
+      std::swap(o1, o2);
+      std::swap(tf1, tf2);
+    }
+    fcl::CollisionResult<S> result;
+    if (fcl)
+      fcl::collide<S>(o1, tf1, o2, tf2, request, result);
+    else
+      adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, result);
+    return result;
+  }
+
+  S distance(bool octree_first, const fcl::OcTree<S>& octree) {
+    fcl::DistanceResult<S> result;
+    const fcl::DistanceRequest<S> request;
+    return octree_first
+               ? adaptive_bvh::distance<S>(&octree, octree_tf_, &model_, mesh_tf_, request, result)
+               : adaptive_bvh::distance<S>(&model_, mesh_tf_, &octree, octree_tf_, request, result);
+  }
+
+  Model<S> model_;
+  Transform mesh_tf_ = Transform::Identity(), octree_tf_ = Transform::Identity();
+  std::mt19937 random_{5};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(OctreeTest, Scalars);
+
+TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
+  using S = TypeParam;
+  int apart = 0, touching = 0;
+  for (double cell : {0.02, 0.1, 0.5, 2.}) {
+    const Octree<S> octree = sheet<S>(cell, cell < 1 ? 12 : 4);
+    const S reach = S(std::max(0.6, 4 * cell));
+    for (int i = 0; i < 12; ++i) {
+      this->mesh_tf_ = randomPose<S>(this->random_, reach);
+      this->octree_tf_ = randomPose<S>(this->random_, S(0.3));
+      const BruteForceOctree<S> expected(this->model_, this->mesh_tf_, *octree, this->octree_tf_);
+      ++(expected.contacts.empty() ? apart : touching);
+      for (bool octree_first : {false, true}) {
+        for (bool with_points : {false, true}) {
+          const fcl::CollisionRequest<S> all(100000, with_points);
+          const auto found = contactsIn(this->ask(false, octree_first, *octree, all));
+          EXPECT_EQ(expected.contacts, Pairs(found.begin(), found.end()));
+          EXPECT_EQ(found, contactsIn(this->ask(true, octree_first, *octree, all)));
+        }
+        const S tolerance = 2e-6 + 16 * std::numeric_limits<S>::epsilon() * reach;
+        EXPECT_NEAR(std::max(S(0), expected.distance),
+                    std::max(S(0), this->distance(octree_first, *octree)), tolerance);
+      }
+    }
+  }
+  EXPECT_GT(apart, 10);
+  EXPECT_GT(touching, 10);
+}
+
+TYPED_TEST(OctreeTest, ARequestForFewContactsGetsThoseThatFclNames) {
+  using S = TypeParam;
+  const Octree<S> octree = sheet<S>(0.05, 16);
+  std::size_t found = 0;
+  for (int i = 0; i < 20; ++i) {
+    this->mesh_tf_ = randomPose<S>(this->random_, S(0.3));
+    for (std::size_t most : {1, 4}) {
+      const fcl::CollisionRequest<S> few(most, true);
+      const auto expected = this->ask(true, false, *octree, few),
+                 result = this->ask(false, false, *octree, few);
+      EXPECT_EQ(contactsIn(expected), contactsIn(result));
+      for (std::size_t k = 0; k < result.numContacts(); ++k) {
+        EXPECT_EQ(expected.getContact(k).pos, result.getContact(k).pos);
+        EXPECT_EQ(expected.getContact(k).penetration_depth, result.getContact(k).penetration_depth);
+      }
+      found += result.numContacts();
+    }
+  }
+  EXPECT_GT(found, 20u);
+}
+
+/// Two triangles and tens of thousands of cells: the solver sees the cells that touch, no others.
+TEST(OctreeWork, TheSolverIsAskedAboutFewMoreThanTheContacts) {
+  const Octree<double> octree = shell<double>(0.02);
+  TriangleMesh<double> square = plate<double>(1, 1, 2.2, 2.2);
+  for (Vector3<double>& p : square.vertices) p -= Vector3<double>(1.1, 1.1, 0);
+  Model<double> model;
+  fillModel(square, model);
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
+  fcl::Transform3d pose = still;
+  pose.linear() = fcl::AngleAxisd(0.4, fcl::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+
+  fcl::CollisionResultd contacts;
+  adaptive_bvh::collide<double>(&model, pose, octree.get(), still, fcl::CollisionRequestd(100000),
+                                contacts);
+  EXPECT_GT(contacts.numContacts(), 300u);
+  EXPECT_LE(model.recordedWork().leaf_tests, long(contacts.numContacts() * 5 / 4));
+
+  long before = model.recordedWork().leaf_tests;
+  fcl::DistanceResultd none, nearest;
+  adaptive_bvh::distance<double>(&model, pose, octree.get(), still, fcl::DistanceRequestd(), none);
+  EXPECT_LE(none.min_distance, 0);
+  EXPECT_EQ(1, model.recordedWork().leaf_tests - before);
+
+  pose.translation() << 0.1, 0.2, 2.5;
+  before = model.recordedWork().leaf_tests;
+  adaptive_bvh::distance<double>(&model, pose, octree.get(), still, fcl::DistanceRequestd(),
+                                 nearest);
+  EXPECT_GT(nearest.min_distance, 0);
+  EXPECT_LE(model.recordedWork().leaf_tests - before, 200);
+}
+
+/// A mesh and an octree, both far from the world's origin, and where points of the one lie in the
+/// other's coordinates, in more digits than S.
+template <typename S>
+struct Placement {
+  using Wide = Eigen::Matrix<long double, 3, 1>;
+
+  Placement(std::mt19937& random, S far) {
+    octree_tf = randomPose<S>(random, far);
+    mesh_tf = randomPose<S>(random, S(2));
+    mesh_tf.translation() += octree_tf.translation();
+  }
+
+  Wide inOctree(const Wide& p) const {
+    const Wide world = mesh_tf.linear().template cast<long double>() * p +
+                       (mesh_tf.translation().template cast<long double>() -
+                        octree_tf.translation().template cast<long double>());
+    return octree_tf.linear().template cast<long double>().transpose() * world;
+  }
+
+  /// A direction of the octree's coordinates in the mesh's.
+  Wide toMesh(const Wide& v) const {
+    return mesh_tf.linear().template cast<long double>().transpose() *
+           (octree_tf.linear().template cast<long double>() * v);
+  }
+
+  fcl::Transform3<S> mesh_tf, octree_tf;
+};
+
+template <typename S>
+class CellSeparation : public testing::Test {
+ protected:
+  using Wide = typename Placement<S>::Wide;
+
+  S uniform(S low, S high) { return std::uniform_real_distribution<S>(low, high)(random_); }
+  Vector3<S> point() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
+
+  /// A cell that just reaches to a point, from a side, an edge or a corner, or some way off.
+  fcl::AABB<S> cellAt(const Wide& p) {
+    const S side = std::pow(S(10), uniform(-2, 1));
+    const S off = uniform(0, 1) < S(0.5) ? 0 : uniform(0, 1);
+    fcl::AABB<S> cell;
+    for (int k = 0; k < 3; ++k) {
+      const int choice = std::uniform_int_distribution<int>(0, 2)(random_);
+      const S from = choice == 0 ? -side - off : choice == 1 ? off : -uniform(0, side);
+      cell.min_[k] = S(p[k]) + from;
+      cell.max_[k] = cell.min_[k] + side;
+    }
+    return cell;
+  }
+
+  static long double distance(const Wide& p, const fcl::AABB<S>& cell) {
+    const Wide low = cell.min_.template cast<long double>(),
+               high = cell.max_.template cast<long double>();
+    return (low - p).cwiseMax(p - high).cwiseMax(Wide::Zero()).norm();
+  }
+
+  /// `isApart` and `bound` of a body that holds p.
+  void judge(const Wide& p, const fcl::AABB<S>& cell, bool is_apart, S bound) {
+    const long double d = distance(p, cell);
+    if (d == 0) {
+      EXPECT_FALSE(is_apart);
+      ++touching_;
+    }
+    apart_ += is_apart;
+    EXPECT_LE(bound, d);
+    tight_ += bound > 0 && bound > S(0.5) * S(d);
+  }
+
+  std::mt19937 random_{17};
+  int touching_ = 0, apart_ = 0, tight_ = 0;
+};
+
+TYPED_TEST_SUITE(CellSeparation, Scalars);
+
+TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
+  using S = TypeParam;
+  using Wide = typename Placement<S>::Wide;
+  for (int i = 0; i < 20000; ++i) {
+    const Placement<S> placement(this->random_, i % 2 ? S(1000) : S(1));
+    Vector3<S> a = this->point(), b = this->point(), c = this->point();
+    if (i % 5 == 1) c = (a + b) / 2;
+    if (i % 5 == 2) c = a + S(1e-5) * c;
+    if (i % 5 == 3) b = c = a;
+    const long double u = this->uniform(0, 1), v = this->uniform(0, 1 - S(u));
+    const Wide p =
+        placement.inOctree((1 - u - v) * a.template cast<long double>() +
+                           u * b.template cast<long double>() + v * c.template cast<long double>());
+    const fcl::AABB<S> cell = this->cellAt(p);
+    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf, 0);
+    const adaptive_bvh::CellExtent<S> extent(cell);
+    this->judge(p, cell, adaptive_bvh::TriangleOverlap<S>(a, b, c, into).isApart(extent),
+                adaptive_bvh::TriangleDistance<S>(a, b, c, into).distance(extent));
+  }
+  EXPECT_GT(this->touching_, 2000);
+  EXPECT_GT(this->apart_, 2000);
+  EXPECT_GT(this->tight_, 2000);
+}
+
+TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
+  using S = TypeParam;
+  using Wide = typename Placement<S>::Wide;
+  for (int i = 0; i < 20000; ++i) {
+    const Placement<S> placement(this->random_, i % 2 ? S(1000) : S(1));
+    fcl::RSS<S> bv;
+    bv.axis = randomPose<S>(this->random_, 1).linear();
+    bv.To = this->point();
+    for (S& side : bv.l) side = this->uniform(0, 1);
+    bv.r = this->uniform(0, S(0.2));
+    // Half of the points: the farthest of the volume along one of the octree's axes, and a cell
+    // that begins there.
+    const int axis = i % 4 < 2 ? i % 3 : -1;
+    Wide x = this->uniform(0, 1) * Wide::UnitX() + this->uniform(0, 1) * Wide::UnitY(),
+         ball = this->point().template cast<long double>() / 2;
+    if (axis >= 0) {
+      ball = placement.toMesh(Wide::Unit(axis));
+      for (int k = 0; k < 2; ++k)
+        x[k] = bv.axis.col(k).template cast<long double>().dot(ball) > 0 ? 1 : 0;
+    }
+    Wide p = bv.To.template cast<long double>() + ball * (long double)(bv.r);
+    for (int k = 0; k < 2; ++k)
+      p += bv.axis.col(k).template cast<long double>() * x[k] * (long double)(bv.l[k]);
+    p = placement.inOctree(p);
+    fcl::AABB<S> cell = this->cellAt(p);
+    if (axis >= 0) {
+      const S side = cell.max_[axis] - cell.min_[axis];
+      cell.min_[axis] = S(p[axis]);
+      cell.max_[axis] = cell.min_[axis] + side;
+    }
+    const adaptive_bvh::VolumeInOctree<S> volume(
+        bv, adaptive_bvh::IntoOctree<S>(placement.mesh_tf, placement.octree_tf, 0));
+    const adaptive_bvh::CellExtent<S> extent(cell);
+    this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
+  }
+  EXPECT_GT(this->touching_, 2000);
+  EXPECT_GT(this->apart_, 1000);
+  EXPECT_GT(this->tight_, 500);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
