@@ -1,14 +1,12 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 
-#include <cmath>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
 #include "hierarchy/splitter.h"
 #include "model_state.h"
+#include "position_errors.h"
 #include "tree/check.h"
-#include "update/advance.h"
 #include "update/local_bounds.h"
 #include "volume/fcl_fitter.h"
 
@@ -25,6 +23,8 @@ bool isBuilt(const fcl::BVHModel<BV>& model) {
   return model.build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
          model.build_state == fcl::BVH_BUILD_STATE_UPDATED;
 }
+
+StepKind kindOf(bool two_frames) { return two_frames ? StepKind::TwoFrames : StepKind::Replace; }
 
 /// Every triangle names vertices that are there, and every vertex is where a volume can be fitted.
 template <typename BV>
@@ -134,100 +134,131 @@ int AdaptiveBVHModel<BV>::endModel() {
   return code;
 }
 
-/// Tracking starts at the tree FCL just built. Its volumes are sound when our fitter made them.
+/// Begins at the tree FCL just built. Its volumes are sound when our fitter made them.
 template <typename BV>
 void AdaptiveBVHModel<BV>::takeOverBuild() {
   State& state = *state_;
-  state.tree.seal.breakOpen();
+  state.tree.detector.invalidate();
+  const UpdateTarget<BV> target{*this, state.tree};
   if (this->bv_fitter == sharedFitter<BV>())
-    adoptBuild<BV>(*this, state.tree);
+    adoptBuild(target, state.update);
   else
-    repairIfChanged<BV>(*this, state.tree);
+    repairIfChanged(target, state.update);
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
   state.report.resynchronised = true;
 }
 
-// ---- a new frame --------------------------------------------------------------------------------
+// ---- new positions by FCL's calls ---------------------------------------------------------------
+
+template <typename BV>
+int AdaptiveBVHModel<BV>::addPositions(bool two_frames, const Point* positions, std::size_t count) {
+  return state_->buffer.add(kindOf(two_frames), this->build_state, this->num_vertices, positions,
+                            count);
+}
+
+/// Ends a step of FCL's calls. Without `refit` FCL builds a new tree.
+template <typename BV>
+int AdaptiveBVHModel<BV>::endPositions(bool two_frames, bool refit) {
+  State& state = *state_;
+  const StepKind kind = kindOf(two_frames);
+  const int code = state.buffer.end(kind, this->build_state, this->num_vertices);
+  if (code != fcl::BVH_OK) return code;
+  const std::vector<Point>& positions = state.buffer.positions();
+  if (refit) {
+    takeStep<BV>({*this, state.tree}, state.update, state.policy,
+                 {kind, positions.data(), positions.size()}, state.report);
+    return code;
+  }
+  if (two_frames) {
+    Base::beginUpdateModel();
+    Base::updateSubModel(positions);
+    Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
+  } else {
+    Base::beginReplaceModel();
+    Base::replaceSubModel(positions);
+    Base::endReplaceModel(false, false);
+  }
+  takeOverBuild();
+  return code;
+}
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginReplaceModel() {
-  return state_->frame.begin(FrameKind::Replace, this->build_state, this->num_vertices);
+  return state_->buffer.begin(StepKind::Replace, this->build_state, this->num_vertices);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceVertex(const Point& p) {
-  return state_->stage(*this, FrameKind::Replace, &p, 1);
+  return addPositions(false, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return state_->stage(*this, FrameKind::Replace, corners, 3);
+  return addPositions(false, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::replaceSubModel(const std::vector<Point>& ps) {
-  return state_->stage(*this, FrameKind::Replace, ps.data(), ps.size());
+  return addPositions(false, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endReplaceModel(bool refit, bool) {
-  const int code = state_->endFrame(*this, FrameKind::Replace, refit);
-  if (code != fcl::BVH_OK || refit) return code;
-  Base::beginReplaceModel();
-  Base::replaceSubModel(state_->frame.positions());
-  Base::endReplaceModel(false, false);
-  takeOverBuild();
-  return code;
+  return endPositions(false, refit);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginUpdateModel() {
-  return state_->frame.begin(FrameKind::Update, this->build_state, this->num_vertices);
+  return state_->buffer.begin(StepKind::TwoFrames, this->build_state, this->num_vertices);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateVertex(const Point& p) {
-  return state_->stage(*this, FrameKind::Update, &p, 1);
+  return addPositions(true, &p, 1);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateTriangle(const Point& p1, const Point& p2, const Point& p3) {
   const Point corners[3] = {p1, p2, p3};
-  return state_->stage(*this, FrameKind::Update, corners, 3);
+  return addPositions(true, corners, 3);
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::updateSubModel(const std::vector<Point>& ps) {
-  return state_->stage(*this, FrameKind::Update, ps.data(), ps.size());
+  return addPositions(true, ps.data(), ps.size());
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::endUpdateModel(bool refit, bool) {
-  const int code = state_->endFrame(*this, FrameKind::Update, refit);
-  if (code != fcl::BVH_OK || refit) return code;
-  Base::beginUpdateModel();
-  Base::updateSubModel(state_->frame.positions());
-  Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
-  takeOverBuild();
-  return code;
+  return endPositions(true, refit);
+}
+
+// ---- new positions in one call ------------------------------------------------------------------
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size_t count,
+                                               const unsigned* indices) {
+  State& state = *state_;
+  UpdateReport report;
+  if (!takeStep<BV>({*this, state.tree}, state.update, state.policy,
+                    {StepKind::Replace, positions, count, indices}, report))
+    refuseCoordinate<S>(positions, indices);
+  state.report = report;
+  return state.report;
 }
 
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::size_t count) {
-  const auto expected = static_cast<std::size_t>(this->num_vertices);
   requireBuilt();
-  if (count != expected)
-    throw std::invalid_argument("AdaptiveBVHModel::update: " + std::to_string(count) +
-                                " positions given for " + std::to_string(expected) + " vertices");
+  if (count != static_cast<std::size_t>(this->num_vertices))
+    refuseUpdate(std::to_string(count) + " positions given for " +
+                 std::to_string(this->num_vertices) + " vertices");
   if (positions == this->vertices)
-    throw std::invalid_argument(
-        "AdaptiveBVHModel::update: the positions are the model's own vertices; keep the new frame "
-        "in an array of its own");
-  requireUsable(positions, count, nullptr);
-  std::vector<Point> aside;
-  return state_->take(*this, FrameKind::Replace, outsideOwnArrays(positions, count, aside));
+    refuseUpdate(
+        "the positions are the model's own vertices; keep the new ones in an array of their own");
+  return take(positions, count, nullptr);
 }
 
 template <typename BV>
@@ -244,13 +275,7 @@ const UpdateReport& AdaptiveBVHModel<BV>::updateColumns(const Columns& positions
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
-  const std::string shape = std::to_string(rows) + " x " + std::to_string(columns);
-  throw std::invalid_argument(
-      "AdaptiveBVHModel::update: the positions are a " + shape + " matrix; " +
-      (rows == 3
-           ? "whether its rows or its columns are the vertices only its type can tell: pass "
-             "an Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
-           : "3 x N or N x 3 is needed, for " + std::to_string(this->num_vertices) + " vertices"));
+  refuseMatrix(rows, columns, this->num_vertices);
 }
 
 template <typename BV>
@@ -259,71 +284,36 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const 
   requireBuilt();
   for (std::size_t i = 0; i < count; ++i)
     if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
-      throw std::invalid_argument("AdaptiveBVHModel::update: index " + std::to_string(indices[i]) +
-                                  " given for " + std::to_string(this->num_vertices) + " vertices");
-  requireUsable(positions, count, indices);
-  if (state_->tree.boxes && !this->prev_vertices) {
-    std::vector<Point> aside;
-    state_->report = advance<BV>(*this, state_->tree, state_->policy, indices,
-                                 outsideOwnArrays(positions, count, aside), count);
-    return state_->report;
-  }
-  std::vector<Point> all(this->vertices, this->vertices + this->num_vertices);
-  for (std::size_t i = 0; i < count; ++i) all[indices[i]] = positions[i];
-  return update(all);
+      refuseUpdate("index " + std::to_string(indices[i]) + " given for " +
+                   std::to_string(this->num_vertices) + " vertices");
+  return take(positions, count, indices);
 }
 
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<unsigned>& indices,
                                                  const std::vector<Point>& positions) {
   if (indices.size() != positions.size())
-    throw std::invalid_argument("AdaptiveBVHModel::update: " + std::to_string(positions.size()) +
-                                " positions given for " + std::to_string(indices.size()) +
-                                " indices");
+    refuseUpdate(std::to_string(positions.size()) + " positions given for " +
+                 std::to_string(indices.size()) + " indices");
   return update(indices.data(), positions.data(), indices.size());
 }
 
-/// A frame that was begun is abandoned.
+/// A step that was begun by FCL's calls is abandoned.
 template <typename BV>
 void AdaptiveBVHModel<BV>::requireBuilt() {
-  state_->frame.abandon(this->build_state);
+  state_->buffer.abandon(this->build_state);
   if (!isBuilt(*this))
     throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
 }
 
-/// positions[i] is vertex indices[i]'s, or vertex i's without indices.
-template <typename BV>
-void AdaptiveBVHModel<BV>::requireUsable(const Point* positions, std::size_t count,
-                                         const unsigned* indices) const {
-  if (usablePositions<S>(positions, count)) return;
-  std::size_t i = 0;
-  while (usablePositions<S>(positions + i, 1)) ++i;
-  const Point& p = positions[i];
-  int k = 0;
-  while (std::abs(p[k]) <= rounding::largestCoordinate<S>()) ++k;
-  throw std::invalid_argument("AdaptiveBVHModel::update: coordinate " + std::string(1, "xyz"[k]) +
-                              " of vertex " + std::to_string(indices ? indices[i] : i) + " is " +
-                              std::to_string(p[k]) + (std::isfinite(p[k]) ? ", too large" : "") +
-                              "; the model stays on its last frame");
-}
-
-/// The positions; copied `aside` where some lie in the arrays that the update writes or frees.
-template <typename BV>
-auto AdaptiveBVHModel<BV>::outsideOwnArrays(const Point* positions, std::size_t count,
-                                            std::vector<Point>& aside) const -> const Point* {
-  const std::less<const Point*> before;
-  for (const Point* own : {this->vertices, this->prev_vertices})
-    if (own && before(positions, own + this->num_vertices) && before(own, positions + count))
-      aside.assign(positions, positions + count);
-  return aside.empty() ? positions : aside.data();
-}
-
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
-/// Logically const: the model answers as it should have all along.
+/// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. It is
+/// repaired by the first call that reads it, which is const for FCL: the model then answers as it
+/// should have all along. Any number of threads may come here at once.
 template <typename BV>
 void AdaptiveBVHModel<BV>::resynchronise() const {
-  repairIfChanged<BV>(const_cast<AdaptiveBVHModel&>(*this), state_->tree);
+  repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
 }
 
 template <typename BV>
@@ -354,9 +344,9 @@ template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
   state_->policy = policy;
-  if (state_->tree.propagation == policy.propagation) return;
-  state_->tree.propagation = policy.propagation;
-  state_->tree.seal.breakOpen();  // what the other propagation keeps was not kept
+  if (state_->update.propagation() == policy.propagation) return;
+  state_->update.setPropagation(policy.propagation);
+  state_->tree.detector.invalidate();  // what the other propagation keeps was not kept
   resynchronise();
 }
 
@@ -365,43 +355,45 @@ void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
   if (threads < 1)
     throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
                                 " threads; at least 1 is needed");
-  state_->threads = threads;
+  state_->update.threads = threads;
 }
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::originalRadius(int node) const -> S {
   resynchronise();
-  return state_->tree.originalRadius(*this, node);
+  const UpdateTarget<BV> target{const_cast<AdaptiveBVHModel&>(*this), state_->tree};
+  return std::visit([&](const auto& method) { return method.originalRadius(target, node); },
+                    state_->update.method);
 }
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const -> S {
   resynchronise();
-  const auto& tracking = state_->tree.displacements;
-  return tracking ? tracking->latest[static_cast<std::size_t>(triangle)] : 0;
+  const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
+  return method ? method->latestDisplacement(triangle) : 0;
 }
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const -> S {
   resynchronise();
-  const auto& tracking = state_->tree.displacements;
-  return tracking ? tracking->overall[static_cast<std::size_t>(triangle)] : 0;
+  const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
+  return method ? method->overallDisplacement(triangle) : 0;
 }
 
 template <typename BV>
 QueryWork AdaptiveBVHModel<BV>::recordedWork() const {
-  return state_->tree.evidence.work();
+  return state_->tree.statistics.work();
 }
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::traversed(int node) const {
   resynchronise();
-  return state_->tree.evidence.visited(node);
+  return state_->tree.statistics.visited(node);
 }
 
 template <typename BV>
 std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
-  return sizeof(State) + state_->tree.bytes() + state_->frame.bytes();
+  return sizeof(State) + state_->tree.bytes() + state_->update.bytes() + state_->buffer.bytes();
 }
 
 template <typename BV>

@@ -1,6 +1,6 @@
-// Propagation::Boxes by hand: a part that moves as a whole does not grow, one that is strained
-// grows by its own strain, and the numbers kept beside the tree say so.
-#include "update/box_propagation.h"
+// Propagation::TranslationCompensated by hand: a part that moves as a whole does not grow, one that
+// is strained grows by its own strain, and the numbers kept beside the tree say so.
+#include "update/translation_propagation.h"
 
 #include <gtest/gtest.h>
 
@@ -36,9 +36,11 @@ class BoxPropagation : public testing::Test {
     EXPECT_TRUE(model_.validate(&reason)) << reason;
   }
 
-  const adaptive_bvh::Boxes<S>& boxes() const {
-    return *adaptive_bvh::detail::ModelAccess<BV>::tree(model_).boxes;
+  const adaptive_bvh::AdaptiveTree<BV>& tree() const {
+    return adaptive_bvh::detail::ModelAccess<BV>::tree(model_);
   }
+  const adaptive_bvh::BoxTree<S>& boxes() const { return *tree().boxes; }
+  const adaptive_bvh::MotionBounds<S>& motion() const { return tree().motion; }
 
   /// The motion of single precision, rounded up by one part in 2^20 and a little more.
   static constexpr S kRounding = S(1e-5);
@@ -119,7 +121,7 @@ TYPED_TEST(BoxPropagation, BoxesAreTight) {
     const auto& boxes = this->boxes();
     const Eigen::Matrix3d R = boxes.frame.axes();
     const double scale = double(boxes.frame.scale());
-    const double error = adaptive_bvh::BodyFrame<S>::kError * boxes[0].box().reach();
+    const double error = adaptive_bvh::BodyFrame<S>::kError * boxes.root().largestCoordinate();
     std::vector<Eigen::AlignedBox3d> exact(std::size_t(this->model_.getNumBVs()));
     for (int i = this->model_.getNumBVs() - 1; i >= 0; --i) {
       const auto& node = this->model_.getBV(i);
@@ -134,14 +136,14 @@ TYPED_TEST(BoxPropagation, BoxesAreTight) {
         box.extend(exact[std::size_t(node.leftChild())]);
         box.extend(exact[std::size_t(node.rightChild())]);
       }
-      const adaptive_bvh::Box kept = boxes[i].box();
+      const adaptive_bvh::Box kept = boxes.nodes().box(i);
       for (int k = 0; k < 3; ++k) {
         ASSERT_NEAR(box.min()[k], kept.low[k], error) << i;
         ASSERT_NEAR(box.max()[k], kept.high[k], error) << i;
       }
-      ASSERT_EQ(node.isLeaf(), boxes[i].isLeaf());
+      ASSERT_EQ(node.isLeaf(), boxes.nodes().isLeaf(i));
       ASSERT_EQ(node.isLeaf() ? node.first_primitive : node.leftChild(),
-                node.isLeaf() ? boxes[i].leaf() : boxes[i].left());
+                node.isLeaf() ? boxes.nodes().leafIndex(i) : boxes.nodes().left(i));
     }
   }
 }
@@ -151,7 +153,7 @@ TYPED_TEST(BoxPropagation, BoxesAreTight) {
 TYPED_TEST(BoxPropagation, BoxesTurnWithTheBody) {
   using S = TypeParam;
   const auto thickness = [this] {
-    const adaptive_bvh::Box box = this->boxes()[0].box();
+    const adaptive_bvh::Box box = this->boxes().root();
     const auto sides = box.high - box.low;
     return std::min({sides[0], sides[1], sides[2]});
   };
@@ -180,21 +182,19 @@ TYPED_TEST(BoxPropagation, BoxesTurnWithTheBody) {
 TYPED_TEST(BoxPropagation, ForgottenVolumesDoNotOutgrowTheirBoxes) {
   using S = TypeParam;
   this->model_.setRefitPolicy(RefitPolicy());
-  const adaptive_bvh::Evidence& evidence =
-      adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(this->model_).evidence;
   Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 2);
   S largest = 0;
   for (int frame = 0; frame < 400; ++frame) {
     this->positions_ = bend.next();
     // A query that saw nothing: no node counts as visited.
-    const_cast<adaptive_bvh::Evidence&>(evidence).addQuery(adaptive_bvh::QueryWork());
+    this->tree().statistics.recordQuery(adaptive_bvh::QueryWork());
     this->update();
     ASSERT_EQ(0, this->model_.lastUpdate().refitted());
     for (int i = 0; i < this->model_.getNumBVs(); ++i) {
-      const adaptive_bvh::Box box = this->boxes()[i].box();
+      const adaptive_bvh::Box box = this->boxes().nodes().box(i);
       const auto sides =
-          (box.high - box.low) * adaptive_bvh::lanes::all(float(this->boxes().frame.unit()));
-      const S diagonal = std::sqrt(S(adaptive_bvh::lanes::sum(sides * sides)));
+          (box.high - box.low) * adaptive_bvh::float4::all(float(this->boxes().frame.unit()));
+      const S diagonal = std::sqrt(S(adaptive_bvh::float4::sum(sides * sides)));
       const S sixteen_frames = S(16 * 0.1);
       ASSERT_LE(this->model_.getBV(i).bv.r, diagonal + sixteen_frames) << i;
       largest = std::max(largest, this->model_.getBV(i).bv.r);
@@ -213,8 +213,8 @@ TYPED_TEST(BoxPropagation, ForgottenVolumesDoNotOutgrowTheirBoxes) {
   EXPECT_GT(grown, 10 * largest);
 }
 
-/// Travel never falls short of the way that any vertex below went.
-TYPED_TEST(BoxPropagation, TravelBoundsTheWay) {
+/// The accumulated motion never falls short of the way that any vertex below went.
+TYPED_TEST(BoxPropagation, AccumulatedMotionBoundsTheWay) {
   using S = TypeParam;
   Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 9);
   std::vector<double> way(this->positions_.size(), 0);
@@ -231,45 +231,46 @@ TYPED_TEST(BoxPropagation, TravelBoundsTheWay) {
     if (!node.isLeaf()) continue;
     for (int k = 0; k < 3; ++k) {
       const auto v = this->model_.tri_indices[node.primitiveId()][k];
-      EXPECT_GE(double(boxes.travelOf(i)) / double(boxes.frame.scale()), way[v] * (1 - 1e-6));
+      EXPECT_GE(double(this->motion().accumulatedMotion(i)) / double(boxes.frame.scale()),
+                way[v] * (1 - 1e-6));
     }
   }
-  EXPECT_LT(boxes.travelOf(0), 100 * boxes[0].box().reach());
+  EXPECT_LT(this->motion().accumulatedMotion(0), 100 * boxes.root().largestCoordinate());
 }
 
-/// Of steps of all sizes none is lost: in travel, and in the bound on what moving rounds.
-TYPED_TEST(BoxPropagation, SumsOverFramesLoseNothing) {
+/// Of steps of all sizes none is lost: in the accumulated motion, and in the bound on what moving
+/// rounds.
+TYPED_TEST(BoxPropagation, SumsOverStepsLoseNothing) {
   using S = TypeParam;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-9, -1);
   long double way = 0;
-  float travel = this->boxes().travelOf(0);
-  for (int frame = 0; frame < 3000; ++frame) {
+  float before = this->motion().accumulatedMotion(0);
+  for (int step = 0; step < 3000; ++step) {
     const std::vector<Vector3<S>> last = this->positions_;
-    const S step = S(std::pow(10, exponent(random)));
-    this->positions_[7][frame % 3] += frame % 2 ? step : -step;  // one vertex, the others stay
+    const S by = S(std::pow(10, exponent(random)));
+    this->positions_[7][step % 3] += step % 2 ? by : -by;  // one vertex, the others stay
     const long double moved = (this->positions_[7] - last[7]).template cast<long double>().norm();
     this->model_.update(this->positions_);
-    const auto& boxes = this->boxes();
-    if (boxes.travelOf(0) < travel) way = 0;  // began anew
+    const float now = this->motion().accumulatedMotion(0);
+    if (now < before) way = 0;  // began anew
     way += moved;
-    ASSERT_EQ(moved > 0, boxes.travelOf(0) != travel) << frame;
-    ASSERT_GE((long double)(boxes.travelOf(0)) * (long double)(boxes.frame.unit()), way) << frame;
-    travel = boxes.travelOf(0);
-    if (frame % 100 == 0) {
-      for (int i = 0; i < this->model_.getNumBVs(); ++i) {
-        ASSERT_LE(adaptive_bvh::Volume<fcl::RSS<S>>::reach(this->model_.getBV(i).bv), boxes.reach);
-      }
-    }
+    ASSERT_EQ(moved > 0, now != before) << step;
+    ASSERT_GE((long double)(now) * (long double)(this->boxes().frame.unit()), way) << step;
+    before = now;
+    if (step % 100 == 0)
+      for (int i = 0; i < this->model_.getNumBVs(); ++i)
+        ASSERT_LE(adaptive_bvh::Volume<fcl::RSS<S>>::cornerSum(this->model_.getBV(i).bv),
+                  this->motion().coordinateSum());
   }
   std::string reason;
   EXPECT_TRUE(this->model_.validate(&reason)) << reason;
 
-  adaptive_bvh::Boxes<S> boxes;
-  boxes.reach = 1;
+  adaptive_bvh::MotionBounds<S> bounds;
+  bounds.include(1);
   const S little = std::numeric_limits<S>::epsilon() / 64;
-  for (int frame = 0; frame < 1000; ++frame) boxes.extendReach(little);
-  EXPECT_GE(boxes.reach, 1 + 4000 * little);
+  for (int step = 0; step < 1000; ++step) bounds.extend(little, 1);
+  EXPECT_GE(bounds.coordinateSum(), 1 + 4000 * little);
 }
 
 /// At the documented limit nothing overflows.

@@ -11,7 +11,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "query/triangle_contact.h"
+#include "geometry/triangle_contact.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/shapes.h"

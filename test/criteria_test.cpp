@@ -68,9 +68,12 @@ class Criteria : public testing::TestWithParam<Propagation> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Paths, Criteria,
-                         testing::Values(Propagation::Boxes, Propagation::Displacements),
+                         testing::Values(Propagation::TranslationCompensated,
+                                         Propagation::Displacements),
                          [](const auto& info) {
-                           return info.param == Propagation::Boxes ? "Boxes" : "Displacements";
+                           return info.param == Propagation::TranslationCompensated
+                                      ? "Boxes"
+                                      : "Displacements";
                          });
 
 TEST_P(Criteria, EveryTestMatters) {
@@ -126,7 +129,7 @@ TEST_P(Criteria, CountsAreKeptApart) {
   fillModel(sheet_, first);
   fillModel(hose_, second);
   const fcl::BVHModel<fcl::RSSd> plain(second);
-  const bool boxes = GetParam() == Propagation::Boxes;
+  const bool boxes = GetParam() == Propagation::TranslationCompensated;
   const auto ask = [&](const fcl::BVHModel<fcl::RSSd>& other) -> QueryWork {
     const QueryWork before = first.recordedWork();
     fcl::DistanceResultd result;

@@ -197,7 +197,7 @@ TEST_F(FclConsumers, OctreesInEveryField) {
       }
       EXPECT_EQ(seen[0], seen[1]);
     }
-  // Evidence is left, and it is used.
+  // TraversalStatistics is left, and it is used.
   EXPECT_GT(model_.recordedWork().queries, 0);
   EXPECT_GT(model_.recordedWork().bv_tests, 0);
 }

@@ -9,10 +9,10 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "query/cell_separation.h"
+#include "query/fcl/cell_separation.h"
 #include "support/fcl_float.h"
 #include "support/meshes.h"
-#include "volume/rss.h"
+#include "volume/volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -382,7 +382,7 @@ TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
       cell.min_[axis] = S(p[axis]);
       cell.max_[axis] = cell.min_[axis] + side;
     }
-    const adaptive_bvh::VolumeInOctree<S> volume(
+    const adaptive_bvh::VolumeInOctree<fcl::RSS<S>> volume(
         bv, adaptive_bvh::IntoOctree<S>(placement.mesh_tf, placement.octree_tf, 0));
     const adaptive_bvh::CellExtent<S> extent(cell);
     this->judge(p, cell, volume.isApart(extent), volume.distance(extent));

@@ -19,7 +19,8 @@ TEST(PolicyJson, PoliciesGoThereAndBack) {
        {FitnessCriterion::A, FitnessCriterion::ABOrBC, FitnessCriterion::RefitNone}) {
     RefitPolicy policy = RefitPolicy::thesis(criterion);
     policy.max_inflation = 1. / 3;
-    if (criterion == FitnessCriterion::A) policy.propagation = adaptive_bvh::Propagation::Boxes;
+    if (criterion == FitnessCriterion::A)
+      policy.propagation = adaptive_bvh::Propagation::TranslationCompensated;
     const RefitPolicy back = policyFromJson(toJson(policy));
     EXPECT_EQ(policy.criterion, back.criterion);
     EXPECT_EQ(policy.max_inflation, back.max_inflation);

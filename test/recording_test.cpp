@@ -1,5 +1,5 @@
 // What a recording traversal leaves behind: visits (test B) and child gaps (test C), by hand.
-#include "query/recording_node.h"
+#include "query/fcl/recording_node.h"
 
 #include <gtest/gtest.h>
 
@@ -15,9 +15,9 @@
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::Evidence;
+using adaptive_bvh::PairStatistics;
 using adaptive_bvh::QueryWork;
-using adaptive_bvh::Recorder;
+using adaptive_bvh::TraversalStatistics;
 
 /// Two trees of the same shape, and distances as the test writes them down.
 ///
@@ -58,27 +58,27 @@ class ScriptedNode : public fcl::detail::DistanceTraversalNodeBase<double> {
 
 class Recording : public testing::Test {
  protected:
-  Recording() : first_(evidence(5)), second_(evidence(5)) {}
+  Recording() : first_(statistics(5)), second_(statistics(5)) {}
 
-  static Evidence evidence(int nodes) {
-    Evidence e;
+  static TraversalStatistics statistics(int nodes) {
+    TraversalStatistics e;
     e.reset(nodes);
     return e;
   }
 
   /// Runs FCL's recursion; returns the number of volume tests.
   int run(const ScriptedNode& script) {
-    Recorder recorder;
-    recorder.side[0] = &first_;
-    recorder.side[1] = &second_;
-    adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(recorder);
+    PairStatistics sides;
+    sides.side[0] = &first_;
+    sides.side[1] = &second_;
+    adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(sides);
     node.distances = script.distances;
     node.triangle_distances = script.triangle_distances;
     fcl::detail::distance<double>(&node);
     return node.tests;
   }
 
-  Evidence first_, second_;
+  TraversalStatistics first_, second_;
 };
 
 // (0,0) is split in the first tree: (1,0) = 2, (2,0) = 5. No distance of (0,0) is known.
@@ -139,8 +139,8 @@ TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
 }
 
 TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
-  Evidence evidence;
-  evidence.reset(3);
+  TraversalStatistics statistics;
+  statistics.reset(3);
   QueryWork work;
   work.box_tests = 7;
   work.separation_tests = 3;
@@ -148,31 +148,31 @@ TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
   work.leaf_tests = 2;
   std::vector<std::thread> threads;
   for (int t = 0; t < 8; ++t)
-    threads.emplace_back([&evidence, &work, t] {
+    threads.emplace_back([&statistics, &work, t] {
       for (int i = 0; i < 1000; ++i) {
-        evidence.addQuery(work);
-        evidence.addVisit(1);
-        evidence.addChildGap(2, (i * 7 + t * 131) % 1000 + 0.001 * t);
+        statistics.recordQuery(work);
+        statistics.recordVisit(1);
+        statistics.recordChildGap(2, (i * 7 + t * 131) % 1000 + 0.001 * t);
       }
     });
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(8000, evidence.work().queries);
-  EXPECT_EQ(40000, evidence.work().bv_tests);
-  EXPECT_EQ(16000, evidence.work().leaf_tests);
-  EXPECT_EQ(56000, evidence.work().box_tests);
-  EXPECT_EQ(24000, evidence.work().separation_tests);
-  EXPECT_FALSE(evidence.visited(0));
-  EXPECT_TRUE(evidence.visited(1));
-  EXPECT_LE(evidence.childGap(2), 999.007f);
-  EXPECT_NEAR(999.007f, evidence.childGap(2), 1);
-  EXPECT_FALSE(evidence.obstructing(1));
+  EXPECT_EQ(8000, statistics.work().queries);
+  EXPECT_EQ(40000, statistics.work().bv_tests);
+  EXPECT_EQ(16000, statistics.work().leaf_tests);
+  EXPECT_EQ(56000, statistics.work().box_tests);
+  EXPECT_EQ(24000, statistics.work().separation_tests);
+  EXPECT_FALSE(statistics.visited(0));
+  EXPECT_TRUE(statistics.visited(1));
+  EXPECT_LE(statistics.childGap(2), 999.007f);
+  EXPECT_NEAR(999.007f, statistics.childGap(2), 1);
+  EXPECT_FALSE(statistics.obstructing(1));
 }
 
 TEST(EvidenceCopy, IsDeep) {
-  Evidence a;
+  TraversalStatistics a;
   a.reset(2);
-  a.addChildGap(1, 0.5);
-  Evidence b = a;
+  a.recordChildGap(1, 0.5);
+  TraversalStatistics b = a;
   a.clear();
   EXPECT_FLOAT_EQ(0.5f, b.childGap(1));
   EXPECT_FALSE(a.visited(1));
@@ -185,36 +185,36 @@ TEST(EvidenceGaps, KeepSignOrderAndThreeDigits) {
       std::numeric_limits<float>::max()};
   float last = -std::numeric_limits<float>::infinity();
   for (const float gap : gaps) {
-    Evidence evidence;
-    evidence.reset(1);
-    evidence.addChildGap(0, std::nan(""));
-    EXPECT_TRUE(evidence.visited(0)) << "a visit without a gap";
-    EXPECT_EQ(-std::numeric_limits<float>::infinity(), evidence.childGap(0));
-    evidence.addChildGap(0, gap);
-    evidence.addVisit(0);
-    EXPECT_LE(evidence.childGap(0), gap);
-    EXPECT_GE(evidence.childGap(0), gap - std::abs(gap) * 1e-3f);
-    EXPECT_GT(evidence.childGap(0), last);
-    EXPECT_FALSE(evidence.obstructing(0));
-    last = evidence.childGap(0);
-    evidence.addObstruction(0);
-    EXPECT_TRUE(evidence.obstructing(0));
-    EXPECT_EQ(last, evidence.childGap(0));
+    TraversalStatistics statistics;
+    statistics.reset(1);
+    statistics.recordChildGap(0, std::nan(""));
+    EXPECT_TRUE(statistics.visited(0)) << "a visit without a gap";
+    EXPECT_EQ(-std::numeric_limits<float>::infinity(), statistics.childGap(0));
+    statistics.recordChildGap(0, gap);
+    statistics.recordVisit(0);
+    EXPECT_LE(statistics.childGap(0), gap);
+    EXPECT_GE(statistics.childGap(0), gap - std::abs(gap) * 1e-3f);
+    EXPECT_GT(statistics.childGap(0), last);
+    EXPECT_FALSE(statistics.obstructing(0));
+    last = statistics.childGap(0);
+    statistics.recordObstruction(0);
+    EXPECT_TRUE(statistics.obstructing(0));
+    EXPECT_EQ(last, statistics.childGap(0));
   }
 }
 
 /// Clearing counts on; nothing of an earlier count shows, however often it was cleared.
 TEST(EvidenceClear, ForgetsWhateverTheCount) {
-  Evidence evidence;
-  evidence.reset(2);
+  TraversalStatistics statistics;
+  statistics.reset(2);
   for (int round = 0; round < 10000; ++round) {
-    if (round % 97 == 0) evidence.addChildGap(0, 0.1 * round);
-    if (round % 89 == 0) evidence.addObstruction(1);
-    ASSERT_EQ(round % 97 == 0, evidence.visited(0)) << round;
-    ASSERT_EQ(round % 89 == 0, evidence.visited(1)) << round;
-    ASSERT_EQ(round % 89 == 0, evidence.obstructing(1)) << round;
-    evidence.clear();
-    ASSERT_FALSE(evidence.visited(0) || evidence.visited(1)) << round;
+    if (round % 97 == 0) statistics.recordChildGap(0, 0.1 * round);
+    if (round % 89 == 0) statistics.recordObstruction(1);
+    ASSERT_EQ(round % 97 == 0, statistics.visited(0)) << round;
+    ASSERT_EQ(round % 89 == 0, statistics.visited(1)) << round;
+    ASSERT_EQ(round % 89 == 0, statistics.obstructing(1)) << round;
+    statistics.clear();
+    ASSERT_FALSE(statistics.visited(0) || statistics.visited(1)) << round;
   }
 }
 

@@ -1,5 +1,5 @@
 // The volume: fits contain their triangles in exact arithmetic, tightly, on any input.
-#include "volume/rss.h"
+#include "volume/volume.h"
 
 #include <gtest/gtest.h>
 

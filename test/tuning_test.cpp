@@ -204,8 +204,8 @@ TEST(Tune, ImprovesARealScenario) {
 }
 
 TEST(Costs, AreMeasuredInPlausibleNanoseconds) {
-  for (const auto propagation :
-       {adaptive_bvh::Propagation::Boxes, adaptive_bvh::Propagation::Displacements}) {
+  for (const auto propagation : {adaptive_bvh::Propagation::TranslationCompensated,
+                                 adaptive_bvh::Propagation::Displacements}) {
     const WorkCosts costs = WorkCosts::measured(propagation);
     for (double cost : {costs.box_test, costs.separation_test, costs.bv_test, costs.leaf_test,
                         costs.propagated, costs.refitted_leaf, costs.refitted_primitive}) {

@@ -226,8 +226,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   void setRefitPolicy(const RefitPolicy& policy);
 
   /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or more
-  /// and Propagation::Boxes. 1 by default. The result has the same bits whatever the number. Throws
-  /// std::invalid_argument below 1.
+  /// and Propagation::TranslationCompensated. 1 by default. The result has the same bits whatever
+  /// the number. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
   /// Checks the invariant: every volume contains every triangle below it (in swept mode of both
@@ -265,12 +265,12 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   using Columns = Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>;
 
   void takeOverBuild();
+  int addPositions(bool two_frames, const Point* positions, std::size_t count);
+  int endPositions(bool two_frames, bool refit);
+  const UpdateReport& take(const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& updateColumns(const Columns& positions);
   [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
-  void requireUsable(const Point* positions, std::size_t count, const unsigned* indices) const;
-  const Point* outsideOwnArrays(const Point* positions, std::size_t count,
-                                std::vector<Point>& aside) const;
   void resynchronise() const;
 
   std::unique_ptr<State> state_;

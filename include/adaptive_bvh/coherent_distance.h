@@ -26,8 +26,9 @@ namespace adaptive_bvh {
 /// Any number of updates, also none, may come between two calls; so may large motions, builds and
 /// other queries. They cost time, never exactness.
 ///
-/// Works best on models with Propagation::Boxes, the default; with others it hands over to
-/// adaptive_bvh::distance. One object serves one thread at a time; several may share a model.
+/// Works best on models with Propagation::TranslationCompensated, the default; with others it hands
+/// over to adaptive_bvh::distance. One object serves one thread at a time; several may share a
+/// model.
 template <typename BV>
 class CoherentDistance {
  public:

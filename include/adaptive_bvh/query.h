@@ -48,12 +48,12 @@ namespace queries {
 /// primitive shape, or with an octree (but for signed distances and costs), in either order. Any
 /// other pair is handed to FCL.
 ///
-/// `distance` of two adaptive models with Propagation::Boxes is found by their boxes
-/// (docs/bounds.md), starting from the pair of triangles that was nearest in the last query of the
-/// two. It is the least of all distances of two triangles as FCL computes them, up to rounding; of
-/// several nearest pairs another one may be named. Likewise with an octree, by FCL's solver on its
-/// cells and the triangles. Everything else runs FCL's own traversal, and every field of the result
-/// is what FCL computes on the same trees, but for what stands below.
+/// `distance` of two adaptive models with Propagation::TranslationCompensated is found by their
+/// boxes (docs/bounds.md), starting from the pair of triangles that was nearest in the last query
+/// of the two. It is the least of all distances of two triangles as FCL computes them, up to
+/// rounding; of several nearest pairs another one may be named. Likewise with an octree, by FCL's
+/// solver on its cells and the triangles. Everything else runs FCL's own traversal, and every field
+/// of the result is what FCL computes on the same trees, but for what stands below.
 ///
 /// **Order.** `o1` and `o2` of results and contacts are the two meshes as they were passed; else
 /// o1 is the mesh and o2 the shape, or o1 the octree and o2 the mesh, whichever was passed first

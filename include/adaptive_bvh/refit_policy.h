@@ -39,7 +39,7 @@ enum class Propagation {
   /// Every volume is moved by the middle of its vertices' displacements and grows by what remains:
   /// a part that moves as a whole does not grow. Beside FCL's volumes stands a tight box for each
   /// node, which lets the queries of query.h and coherent_distance.h skip most of FCL's tests.
-  Boxes,
+  TranslationCompensated,
   /// Thesis 4.3: every volume stays where it is and grows by the largest displacement. Keeps the
   /// displacements of 4.2, and no boxes.
   Displacements,
@@ -87,7 +87,7 @@ struct RefitPolicy {
   bool leaf_radius_may_shrink = true;
 
   /// How volumes that are not refitted are kept sound.
-  Propagation propagation = Propagation::Boxes;
+  Propagation propagation = Propagation::TranslationCompensated;
 
   /// The row of thesis Table 2 for `criterion`, with the thesis's own propagation, inflation
   /// measure and leaf rule. Parameters that a criterion does not use keep their defaults.

@@ -55,7 +55,7 @@ struct WorkCosts {
 
   /// Measured on this machine, in about a second, for models with this propagation. Differs a
   /// little from time to time: keep the result if you want to repeat a search.
-  static WorkCosts measured(Propagation propagation = Propagation::Boxes);
+  static WorkCosts measured(Propagation propagation = Propagation::TranslationCompensated);
 };
 
 /// What `tune` makes small.

@@ -2,8 +2,8 @@
 
 #include <array>
 
+#include "geometry/mesh_view.h"
 #include "hierarchy/scratch.h"
-#include "volume/mesh_view.h"
 
 namespace adaptive_bvh {
 

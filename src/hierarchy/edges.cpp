@@ -148,7 +148,7 @@ Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
   sides.reserve(3 * static_cast<std::size_t>(count));
   unsigned vertices = 0;
   for (unsigned t = 0; t < count; ++t) {
-    const Corners corners = mesh.corners(t);
+    const VertexIndices corners = mesh.verticesOf(t);
     for (std::size_t k = 0; k < 3; ++k) {
       const unsigned a = corners[k], b = corners[(k + 1) % 3];
       vertices = std::max(vertices, a + 1);

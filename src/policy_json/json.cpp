@@ -13,7 +13,7 @@ const char* nameOf(InflationReference reference) {
 }
 
 const char* nameOf(Propagation propagation) {
-  return propagation == Propagation::Boxes ? "boxes" : "displacements";
+  return propagation == Propagation::TranslationCompensated ? "boxes" : "displacements";
 }
 
 template <typename Value>
@@ -36,7 +36,8 @@ InflationReference referenceNamed(const std::string& name) {
                "inflation reference");
 }
 Propagation propagationNamed(const std::string& name) {
-  return named(name, {Propagation::Boxes, Propagation::Displacements}, "propagation");
+  return named(name, {Propagation::TranslationCompensated, Propagation::Displacements},
+               "propagation");
 }
 
 }  // namespace

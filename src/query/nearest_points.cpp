@@ -1,28 +1,27 @@
 #include "query/nearest_points.h"
 
-#include "query/shape_triangle.h"
-#include "query/triangle_contact.h"
+#include "query/placed_triangle.h"
 #include "query/unset_fields.h"
 
 namespace adaptive_bvh {
+
 template <typename S>
-void settleNearestPoints(const fcl::BVHModel<fcl::RSS<S>>& first, const fcl::Transform3<S>& tf1,
-                         const fcl::BVHModel<fcl::RSS<S>>& second, const fcl::Transform3<S>& tf2,
-                         const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
-  if (!request.enable_nearest_points) return unsetPoints(result);
+void settleNearestPoints(const PlacedMesh<fcl::RSS<S>>& first,
+                         const PlacedMesh<fcl::RSS<S>>& second, const DistanceQuery<S>& query) {
+  fcl::DistanceResult<S>& result = query.result;
+  if (!query.request.enable_nearest_points) return unsetPoints(result);
   if (result.min_distance > 0) return;
-  const PointPair<S> common = nearestPoints(triangleInWorld(first, result.b1, tf1),
-                                            triangleInWorld(second, result.b2, tf2));
+  const PointPair<S> common =
+      nearestPoints(triangleInWorld(*first.model, static_cast<int>(result.b1), first.tf),
+                    triangleInWorld(*second.model, static_cast<int>(result.b2), second.tf));
   result.nearest_points[0] = common.first;
   result.nearest_points[1] = common.second;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template void settleNearestPoints(const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
-                                    const fcl::BVHModel<fcl::RSS<S>>&, const fcl::Transform3<S>&, \
-                                    const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
+template void settleNearestPoints(const PlacedMesh<fcl::RSS<float>>&,
+                                  const PlacedMesh<fcl::RSS<float>>&, const DistanceQuery<float>&);
+template void settleNearestPoints(const PlacedMesh<fcl::RSS<double>>&,
+                                  const PlacedMesh<fcl::RSS<double>>&,
+                                  const DistanceQuery<double>&);
 
 }  // namespace adaptive_bvh

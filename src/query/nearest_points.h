@@ -1,8 +1,6 @@
 #pragma once
 
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/narrowphase/distance_request.h>
-#include <fcl/narrowphase/distance_result.h>
+#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 
@@ -10,8 +8,7 @@ namespace adaptive_bvh {
 /// become NaN; those of meshes that touch, where FCL's mean nothing, a common point of the two
 /// triangles in the world.
 template <typename S>
-void settleNearestPoints(const fcl::BVHModel<fcl::RSS<S>>& first, const fcl::Transform3<S>& tf1,
-                         const fcl::BVHModel<fcl::RSS<S>>& second, const fcl::Transform3<S>& tf2,
-                         const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
+void settleNearestPoints(const PlacedMesh<fcl::RSS<S>>& first,
+                         const PlacedMesh<fcl::RSS<S>>& second, const DistanceQuery<S>& query);
 
 }  // namespace adaptive_bvh

@@ -3,129 +3,116 @@
 #include <utility>
 
 #include "model_state.h"
-#include "query/mesh_mesh.h"
-#include "query/mesh_octree.h"
-#include "query/mesh_shape.h"
-#include "query/queried_mesh.h"
+#include "query/fcl/mesh_mesh.h"
+#include "query/fcl/mesh_octree.h"
+#include "query/fcl/mesh_shape.h"
+#include "query/pair_cache.h"
 #include "query/supported_pairs.h"
 #include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 namespace {
 
-template <typename S>
-using Mesh = fcl::BVHModel<fcl::RSS<S>>;
-
 /// One object of a query, as far as it matters to us.
 template <typename S>
-struct Side {
-  explicit Side(const fcl::CollisionGeometry<S>* geometry) {
-    type = geometry->getNodeType();  // repairs a tree changed behind our back
-    is_shape = type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE;
-    is_octree = type == fcl::GEOM_OCTREE;
+struct Object {
+  using BV = fcl::RSS<S>;
+
+  Object(const fcl::CollisionGeometry<S>* geometry, const fcl::Transform3<S>& tf)
+      : placed{geometry, tf} {
+    type = geometry->getNodeType();  // repairs a tree that was changed without our update
     if (geometry->getObjectType() != fcl::OT_BVH) return;
-    adaptive = dynamic_cast<const AdaptiveBVHModel<fcl::RSS<S>>*>(geometry);
-    mesh = adaptive ? adaptive : dynamic_cast<const Mesh<S>*>(geometry);
+    const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<BV>*>(geometry);
+    mesh.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(geometry);
+    mesh.tree = adaptive ? &detail::ModelAccess<BV>::tree(*adaptive) : nullptr;
+    mesh.tf = tf;
   }
 
-  /// What stands beside an adaptive model; null beside another.
-  const AdaptiveTree<fcl::RSS<S>>* tree() const {
-    return adaptive ? &detail::ModelAccess<fcl::RSS<S>>::tree(*adaptive) : nullptr;
-  }
-  Evidence* evidence() const { return adaptive ? &tree()->evidence : nullptr; }
-  bool hasBoxes() const { return adaptive && tree()->boxes; }
+  bool isShape() const { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
+  bool isOctree() const { return type == fcl::GEOM_OCTREE; }
+  bool isMesh() const { return mesh.model != nullptr; }
+  bool isAdaptive() const { return mesh.tree != nullptr; }
 
-  const AdaptiveBVHModel<fcl::RSS<S>>* adaptive = nullptr;
-  const Mesh<S>* mesh = nullptr;
   fcl::NODE_TYPE type;
-  bool is_shape = false, is_octree = false;
+  PlacedGeometry<S> placed;
+  PlacedMesh<BV> mesh;  ///< without a model where it is none of RSS
 };
 
 /// Hands a pair to the recorded query it belongs to, the mesh first. False: there is none, ask FCL.
-template <typename S, typename Query>
-bool dispatch(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2, Query&& query) {
-  const Side<S> first(o1), second(o2);
-  query.require(first.type, second.type);
-  for (const Side<S>& side : {first, second})
-    if (side.mesh) withTriangles<S>(side.mesh);
-  Recorder recorder;
-  recorder.side[0] = first.evidence();
-  recorder.side[1] = second.evidence();
-  if ((first.adaptive && second.mesh) || (first.mesh && second.adaptive))
-    return query.meshMesh(first, tf1, second, tf2, recorder);
-  const auto mesh_other = [&](const Side<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                              const Side<S>& other, const fcl::CollisionGeometry<S>& geometry,
-                              const fcl::Transform3<S>& tf) {
-    if (other.is_shape) return query.meshShape(*mesh.mesh, mesh_tf, geometry, tf, recorder);
-    if (other.is_octree) return query.meshOctree(*mesh.mesh, mesh_tf, geometry, tf, recorder);
+template <typename S, typename Run>
+bool dispatch(const Object<S>& first, const Object<S>& second, Run&& run) {
+  run.require(first.type, second.type);
+  for (const Object<S>* object : {&first, &second})
+    if (object->isMesh()) requireTriangles(*object->mesh.model);
+  if (first.isMesh() && second.isMesh() && (first.isAdaptive() || second.isAdaptive()))
+    return run.meshMesh(first.mesh, second.mesh);
+  const auto mesh_other = [&](const Object<S>& mesh, const Object<S>& other) {
+    if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
+    if (other.isOctree()) return run.meshOctree(mesh.mesh, other.placed);
     return false;
   };
-  if (first.adaptive) return mesh_other(first, tf1, second, *o2, tf2);
-  if (!second.adaptive) return false;
-  std::swap(recorder.side[0], recorder.side[1]);
-  return mesh_other(second, tf2, first, *o1, tf1);
+  if (first.isAdaptive()) return mesh_other(first, second);
+  return second.isAdaptive() && mesh_other(second, first);
 }
 
 template <typename S>
-struct DistanceQuery {
-  const fcl::DistanceRequest<S>& request;
-  fcl::DistanceResult<S>& result;
+struct RunDistance {
+  using Mesh = PlacedMesh<fcl::RSS<S>>;
+
+  const DistanceQuery<S>& query;
   S& distance;
 
-  void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) const {
+  static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireDistance(first, second);
   }
-  bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
-                const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
-    if (first.hasBoxes() && second.hasBoxes() &&
-        boxedMeshDistance<S>({first.mesh, first.tree(), tf1}, {second.mesh, second.tree(), tf2},
-                             request, result))
-      distance = result.min_distance;
-    else
-      distance = meshMeshDistance(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
+  bool meshMesh(const Mesh& first, const Mesh& second) const {
+    distance =
+        byBoxes(first, second) ? query.result.min_distance : meshMeshDistance(first, second, query);
     return true;
   }
-  bool meshShape(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                 const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-                 const Recorder& recorder) const {
-    distance = meshShapeDistance(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
+  bool meshShape(const Mesh& mesh, const PlacedGeometry<S>& shape) const {
+    distance = meshShapeDistance(mesh, shape, query);
     return true;
   }
-  bool meshOctree(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                  const fcl::CollisionGeometry<S>& octree, const fcl::Transform3<S>& octree_tf,
-                  const Recorder& recorder) const {
-    if (request.enable_signed_distance) return false;
-    distance = meshOctreeDistance(mesh, mesh_tf, octree, octree_tf, request, result, recorder);
+  bool meshOctree(const Mesh& mesh, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_signed_distance) return false;
+    distance = meshOctreeDistance(mesh, octree, query);
+    return true;
+  }
+
+ private:
+  bool byBoxes(const Mesh& first, const Mesh& second) const {
+    if (!first.hasBoxes() || !second.hasBoxes()) return false;
+    WitnessCache& witnesses = first.tree->witnesses;
+    const WitnessCache::Pair last = witnesses.recall(second.model);
+    PairCache<fcl::RSS<S>> cache{int(last.first), int(last.second), {}};
+    if (!distanceByBoxes(first, second, query, cache)) return false;
+    witnesses.keep(second.model, {unsigned(cache.witness1), unsigned(cache.witness2)});
     return true;
   }
 };
 
 template <typename S>
-struct CollisionQuery {
-  const fcl::CollisionRequest<S>& request;
-  fcl::CollisionResult<S>& result;
+struct RunCollision {
+  using Mesh = PlacedMesh<fcl::RSS<S>>;
+
+  const CollisionQuery<S>& query;
   std::size_t& contacts;
 
-  void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) const {
+  static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
-  bool meshMesh(const Side<S>& first, const fcl::Transform3<S>& tf1, const Side<S>& second,
-                const fcl::Transform3<S>& tf2, const Recorder& recorder) const {
-    contacts = meshMeshCollide(*first.mesh, tf1, *second.mesh, tf2, request, result, recorder);
+  bool meshMesh(const Mesh& first, const Mesh& second) const {
+    contacts = meshMeshCollide(first, second, query);
     return true;
   }
-  bool meshShape(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                 const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& shape_tf,
-                 const Recorder& recorder) const {
-    contacts = meshShapeCollide(mesh, mesh_tf, shape, shape_tf, request, result, recorder);
+  bool meshShape(const Mesh& mesh, const PlacedGeometry<S>& shape) const {
+    contacts = meshShapeCollide(mesh, shape, query);
     return true;
   }
-  bool meshOctree(const Mesh<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                  const fcl::CollisionGeometry<S>& octree, const fcl::Transform3<S>& octree_tf,
-                  const Recorder& recorder) const {
-    if (request.enable_cost) return false;
-    contacts = meshOctreeCollide(mesh, mesh_tf, octree, octree_tf, request, result, recorder);
+  bool meshOctree(const Mesh& mesh, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_cost) return false;
+    contacts = meshOctreeCollide(mesh, octree, query);
     return true;
   }
 };
@@ -140,7 +127,8 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                       S& distance) {
   if (!result.o1) unsetPoints(result);
-  return dispatch(o1, tf1, o2, tf2, DistanceQuery<S>{request, result, distance});
+  const DistanceQuery<S> query{request, result};
+  return dispatch(Object<S>(o1, tf1), Object<S>(o2, tf2), RunDistance<S>{query, distance});
 }
 
 template <typename S>
@@ -150,10 +138,10 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
                      std::size_t& contacts) {
   contacts = 0;
   if (request.num_max_contacts == 0) return true;  // as FCL, without its message
-  return dispatch(o1, tf1, o2, tf2, CollisionQuery<S>{request, result, contacts});
+  const CollisionQuery<S> query{request, result};
+  return dispatch(Object<S>(o1, tf1), Object<S>(o2, tf2), RunCollision<S>{query, contacts});
 }
 
-/// FCL's own answer: of objects that touch the points are whatever was in memory.
 template <typename S>
 void finishDistance(const fcl::DistanceRequest<S>& request, S before,
                     fcl::DistanceResult<S>& result) {

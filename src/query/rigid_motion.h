@@ -2,7 +2,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "volume/rounding.h"
+#include "geometry/rounding.h"
 
 namespace adaptive_bvh {
 

@@ -1,117 +1,123 @@
 #include "adaptive_bvh/self_collision.h"
 
+#include <array>
+
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include "model_state.h"
-#include "query/mesh_collision_node.h"
-#include "query/queried_mesh.h"
-#include "query/recording_node.h"
+#include "query/fcl/recording_node.h"
+#include "query/fcl/self_collision_node.h"
+#include "query/placed_mesh.h"
+#include "query/search.h"
 #include "query/unset_fields.h"
-#include "query/volume_separation.h"
-#include "volume/rss.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// Volumes and triangles of one mesh against each other, all in its own frame.
-template <typename S>
-class SelfCollisionNode : public MeshCollisionNode<S> {
+/// Visitor of searchPairs: all pairs of leaves of one box tree whose boxes overlap, from the root
+/// against itself. FCL's nodes are not touched above the leaves. Their volumes are not asked for,
+/// so it does not matter here how tight they are: visits do not count for test D.
+template <typename BV>
+class SelfCollisionVisitor {
  public:
-  SelfCollisionNode() { this->contacts_per_pair = 1; }
+  using S = typename BV::S;
+  struct Pair {
+    int node1, node2;
+  };
+  /// At most three pairs.
+  struct Pairs {
+    std::array<Pair, 3> pairs;
+    int count;
+    Pair* begin() { return pairs.data(); }
+    Pair* end() { return pairs.data() + count; }
+  };
 
-  NeighbourFilter filter = NeighbourFilter::SharedVertex;
+  SelfCollisionVisitor(const PlacedMesh<BV>& mesh, const SelfCollisionNode<S>& node)
+      : nodes_(mesh.tree->boxes->nodes()),
+        statistics_(statisticsOf(mesh, mesh)),
+        node_(node),
+        // What the two boxes may be off, and what their difference rounds: docs/bounds.md, 4.
+        slack_(
+            float4::all(3 * BodyFrame<S>::kError * mesh.tree->boxes->root().largestCoordinate())) {}
 
-  /// FCL's own test takes the distance of their rectangles, which may be too large where these are
-  /// nearly parallel, as neighbours are.
-  bool BVTesting(int b1, int b2) const override {
-    const fcl::RSS<S>&a = this->model1->getBV(b1).bv, &b = this->model1->getBV(b2).bv;
-    const auto reach = [](const fcl::RSS<S>& bv) -> S {
-      return Volume<fcl::RSS<S>>::reach(bv) + bv.l[0] + bv.l[1];
-    };
-    const VolumeSeparation<S> separation(this->R, this->T, reach(a), reach(b));
-    return separation(a, b, fcl::Vector3<S>::Zero(), S(0)) > 0;
+  /// A node and itself: leaves have nothing below.
+  bool prune(const Pair& pair) {
+    if (pair.node1 == pair.node2) return nodes_.isLeaf(pair.node1);
+    ++work_.box_tests;
+    const Box a = nodes_.box(pair.node1), b = nodes_.box(pair.node2);
+    if (float4::largest(float4::upper<Float4>(a.low - b.high, b.low - a.high) - slack_) > 0)
+      return true;
+    statistics_.recordVisit(pair.node1, pair.node2);
+    return false;
   }
 
-  void leafTesting(int b1, int b2) const override {
-    if (!areNeighbours(b1, b2)) MeshCollisionNode<S>::leafTesting(b1, b2);
+  bool isLeafPair(const Pair& pair) const {
+    return nodes_.isLeaf(pair.node1) && nodes_.isLeaf(pair.node2);
   }
 
- protected:
-  bool areNeighbours(int leaf1, int leaf2) const {
-    if (filter == NeighbourFilter::None) return false;
-    const fcl::Triangle &a = this->tri_indices1[this->model1->getBV(leaf1).primitiveId()],
-                        &b = this->tri_indices1[this->model1->getBV(leaf2).primitiveId()];
-    int shared = 0;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) shared += a[i] == b[j];
-    return shared >= (filter == NeighbourFilter::SharedEdge ? 2 : 1);
+  void testLeaves(const Pair& pair) {
+    if (node_.areNeighbours(pair.node1, pair.node2)) return;
+    ++work_.leaf_tests;
+    node_.leafTesting(pair.node1, pair.node2);
   }
-};
-
-/// The same by the boxes, which also know the tree: FCL's nodes are not touched above the leaves.
-/// Their volumes are not asked for, so it does not matter here how tight they are: visits are no
-/// evidence for test D.
-template <typename S>
-class BoxedSelfCollisionNode : public SelfCollisionNode<S> {
- public:
-  explicit BoxedSelfCollisionNode(const Recorder& recorder) : recorder_(recorder) {}
-  ~BoxedSelfCollisionNode() override { recorder_.addQuery(work_); }
-
-  void setBoxes(const Boxes<S>& boxes) {
-    boxes_ = &boxes;
-    // What the two boxes may be off, and what their difference rounds: docs/bounds.md, 4.
-    slack_ = lanes::all(3 * BodyFrame<S>::kError * boxes[0].box().reach());
-  }
-
-  bool isFirstNodeLeaf(int b) const override { return (*boxes_)[b].isLeaf(); }
-  bool isSecondNodeLeaf(int b) const override { return (*boxes_)[b].isLeaf(); }
-  int getFirstLeftChild(int b) const override { return (*boxes_)[b].left(); }
-  int getFirstRightChild(int b) const override { return (*boxes_)[b].left() + 1; }
-  int getSecondLeftChild(int b) const override { return (*boxes_)[b].left(); }
-  int getSecondRightChild(int b) const override { return (*boxes_)[b].left() + 1; }
 
   /// The larger one is split.
-  bool firstOverSecond(int b1, int b2) const override {
-    const NodeBox &a = (*boxes_)[b1], &b = (*boxes_)[b2];
-    return b.isLeaf() || (!a.isLeaf() && squaredDiagonal(a) > squaredDiagonal(b));
+  Pairs split(const Pair& pair) const {
+    const auto [i, j] = pair;
+    if (i == j) {
+      const int left = nodes_.left(i);
+      return {{{{left, left}, {left + 1, left + 1}, {left, left + 1}}}, 3};
+    }
+    if (nodes_.isLeaf(j) || (!nodes_.isLeaf(i) && squaredDiagonal(i) > squaredDiagonal(j)))
+      return {{{{nodes_.left(i), j}, {nodes_.left(i) + 1, j}, {}}}, 2};
+    return {{{{i, nodes_.left(j)}, {i, nodes_.left(j) + 1}, {}}}, 2};
   }
 
-  bool BVTesting(int b1, int b2) const override {
-    ++work_.box_tests;
-    const Box a = (*boxes_)[b1].box(), b = (*boxes_)[b2].box();
-    const bool disjoint = lanes::largest(lanes::upper(a.low - b.high, b.low - a.high) - slack_) > 0;
-    if (!disjoint) recorder_.addVisit(b1, b2);
-    return disjoint;
-  }
+  bool isDone() const { return node_.canStop(); }
 
-  void leafTesting(int b1, int b2) const override {
-    if (this->areNeighbours(b1, b2)) return;
-    ++work_.leaf_tests;
-    MeshCollisionNode<S>::leafTesting(b1, b2);
-  }
+  /// Counts it as a recorded query.
+  void finish() const { statistics_.recordQuery(work_); }
 
  private:
-  static float squaredDiagonal(const NodeBox& node) {
-    const Box box = node.box();
-    return lanes::sum((box.high - box.low) * (box.high - box.low));
+  float squaredDiagonal(int node) const {
+    const Box box = nodes_.box(node);
+    return float4::sum((box.high - box.low) * (box.high - box.low));
   }
 
-  Recorder recorder_;
-  const Boxes<S>* boxes_ = nullptr;
-  Lanes slack_;
-  mutable QueryWork work_;
+  const BoxNodes<const BoxNode> nodes_;
+  const PairStatistics statistics_;
+  const SelfCollisionNode<S>& node_;
+  const Float4 slack_;
+  QueryWork work_;
 };
 
-template <typename Node, typename S, typename SetUp>
-void run(const fcl::BVHModel<fcl::RSS<S>>& model, const fcl::Transform3<S>& tf,
-         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-         const Recorder& recorder, SetUp&& set_up) {
-  Node node(recorder);
+template <typename S>
+void initialize(SelfCollisionNode<S>& node, const PlacedMesh<fcl::RSS<S>>& mesh,
+                const CollisionQuery<S>& query, NeighbourFilter filter) {
   using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
-  fcl::detail::initialize(static_cast<Base&>(node), model, tf, model, tf, request, result);
+  fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, *mesh.model, mesh.tf,
+                          query.request, query.result);
   node.R.setIdentity();  // tf to tf, exactly
   node.T.setZero();
-  set_up(node);
+  node.filter = filter;
+}
+
+template <typename S>
+void searchBoxes(const PlacedMesh<fcl::RSS<S>>& mesh, const CollisionQuery<S>& query,
+                 NeighbourFilter filter) {
+  SelfCollisionNode<S> node;
+  initialize(node, mesh, query, filter);
+  SelfCollisionVisitor<fcl::RSS<S>> visitor(mesh, node);
+  typename SelfCollisionVisitor<fcl::RSS<S>>::Pair roots{0, 0};
+  searchPairs(visitor, roots);
+  visitor.finish();
+}
+
+template <typename S>
+void searchVolumes(const PlacedMesh<fcl::RSS<S>>& mesh, const CollisionQuery<S>& query,
+                   NeighbourFilter filter) {
+  RecordingCollisionNode<SelfCollisionNode<S>, S> node(statisticsOf(mesh, mesh));
+  initialize(node, mesh, query, filter);
   fcl::detail::selfCollide(static_cast<fcl::detail::CollisionTraversalNodeBase<S>*>(&node));
 }
 
@@ -123,21 +129,16 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::CollisionRequest<typename BV::S>& request,
                         fcl::CollisionResult<typename BV::S>& result, NeighbourFilter filter) {
   using S = typename BV::S;
-  model.getNodeType();  // repairs a tree changed behind our back
-  const fcl::BVHModel<BV>& mesh = withTriangles<S>(&model);
-  if (request.num_max_contacts == 0 || request.isSatisfied(result)) return result.numContacts();
+  model.getNodeType();  // repairs a tree that was changed without our update
+  requireTriangles<BV>(model);
+  const CollisionQuery<S> query{request, result};
+  if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
   const std::size_t before = result.numContacts();
-  const AdaptiveTree<BV>& tree = detail::ModelAccess<BV>::tree(model);
-  Recorder recorder;
-  recorder.side[0] = recorder.side[1] = &tree.evidence;
-  if (tree.boxes)
-    run<BoxedSelfCollisionNode<S>>(mesh, tf, request, result, recorder, [&](auto& node) {
-      node.filter = filter;
-      node.setBoxes(*tree.boxes);
-    });
+  const PlacedMesh<BV> mesh{&model, &detail::ModelAccess<BV>::tree(model), tf};
+  if (mesh.hasBoxes())
+    searchBoxes(mesh, query, filter);
   else
-    run<RecordingCollisionNode<SelfCollisionNode<S>, S>>(mesh, tf, request, result, recorder,
-                                                         [&](auto& node) { node.filter = filter; });
+    searchVolumes(mesh, query, filter);
   if (!request.enable_contact) unsetFields(result, before);
   return result.numContacts();
 }

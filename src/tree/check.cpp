@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tree/mesh_of_model.h"
-#include "volume/rss.h"
+#include "geometry/mesh_of_model.h"
+#include "volume/volume.h"
 
 namespace adaptive_bvh {
 namespace {

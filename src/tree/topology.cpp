@@ -8,14 +8,15 @@ template <typename BV>
 void Topology::adopt(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
   const auto mesh = viewOf(model);
-  corners.resize((nodes + 1) / 2);  // a binary tree with one leaf a primitive
+  leaf_vertices.resize((nodes + 1) / 2);  // a binary tree with one leaf a primitive
   depth = 0;
   std::vector<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     depth = std::max(depth, depth_of[i]);
     if (node.isLeaf()) {
-      corners[node.first_primitive] = mesh.corners(static_cast<unsigned>(node.primitiveId()));
+      leaf_vertices[node.first_primitive] =
+          mesh.verticesOf(static_cast<unsigned>(node.primitiveId()));
     } else {
       for (int child : {node.leftChild(), node.rightChild()}) depth_of[child] = depth_of[i] + 1;
     }

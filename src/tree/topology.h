@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "tree/mesh_of_model.h"
+#include "geometry/mesh_of_model.h"
 
 namespace adaptive_bvh {
 
@@ -12,20 +12,20 @@ namespace adaptive_bvh {
 /// FCL numbers nodes in preorder of their parents, siblings side by side: the children of the k-th
 /// inner node are 2k+1 and 2k+2. So the nodes below a node are a range, and walking the pairs of
 /// siblings from the last to the first visits children before parents, the right subtree first:
-/// a stack is all the memory that a bottom-up sweep needs (update/sweep.h).
+/// a stack is all the memory that a post-order traversal needs (update/post_order.h).
 struct Topology {
   /// The vertices of every primitive, in the order of the leaves: those below a node are
-  /// [first_primitive, + num_primitives). A point is a triangle with three equal corners.
-  std::vector<Corners> corners;
+  /// [first_primitive, + num_primitives). A point is a triangle with three equal vertices.
+  std::vector<VertexIndices> leaf_vertices;
   int depth = 0;  ///< links from the root to the deepest leaf
 
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model);
 
-  /// Places that the stack of a sweep needs.
-  std::size_t stackPlaces() const { return static_cast<std::size_t>(depth) + 2; }
+  /// That the stack of a post-order traversal needs.
+  std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
 
-  std::size_t bytes() const { return corners.capacity() * sizeof(Corners); }
+  std::size_t bytes() const { return leaf_vertices.capacity() * sizeof(VertexIndices); }
 };
 
 }  // namespace adaptive_bvh

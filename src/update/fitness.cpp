@@ -6,8 +6,8 @@
 namespace adaptive_bvh {
 
 double inflationFactor(const NodeFitness& node) {
-  if (node.inflation() <= 0) return 0;
-  return std::min(node.inflation() / node.reference, std::numeric_limits<double>::max());
+  if (node.inflation <= 0) return 0;
+  return std::min(node.inflation / node.reference, std::numeric_limits<double>::max());
 }
 
 bool testA(const NodeFitness& node, const RefitPolicy& policy) {
@@ -18,7 +18,7 @@ bool testB(const NodeFitness& node) { return node.visited; }
 
 bool testC(const NodeFitness& node, const RefitPolicy& policy) {
   return inflationFactor(node) >= policy.min_inflation &&
-         node.child_gap > policy.child_distance_ratio * node.inflation();
+         node.child_gap > policy.child_distance_ratio * node.inflation;
 }
 
 bool testD(const NodeFitness& node) { return node.obstructing; }

@@ -6,15 +6,12 @@ namespace adaptive_bvh {
 
 /// All that the fitness tests look at, for one node.
 struct NodeFitness {
-  double original_radius;  ///< R: radius when last refitted
-  double current_radius;   ///< R': radius now
-  double reference;        ///< the length an inflation is compared with (InflationReference)
-  bool visited;            ///< a recording query went below the node since the last update
-  double child_gap;        ///< largest min(alpha, beta) of those visits; -infinity when none
+  double inflation;  ///< R' - R: radius now less that when last refitted
+  double reference;  ///< the length an inflation is compared with (InflationReference)
+  bool visited;      ///< a recording query went below the node since the last update
+  double child_gap;  ///< largest min(alpha, beta) of those visits; -infinity when none
   /// One asked the volume, whose inflation may have been in the way.
   bool obstructing = false;
-
-  double inflation() const { return current_radius - original_radius; }
 };
 
 /// (R' - R) / reference: the inflation factor, 4.4.1. Zero when nothing grew, whatever the

@@ -8,7 +8,7 @@
 
 #include <fcl/math/bv/RSS.h>
 
-#include "volume/rounding.h"
+#include "geometry/rounding.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -21,11 +21,11 @@ class LargestSearch {
  public:
   using S = typename BV::S;
 
-  LargestSearch(const fcl::BVHModel<BV>& model, const Topology& topology, const Boxes<S>& boxes,
+  LargestSearch(const fcl::BVHModel<BV>& model, const Topology& topology, const BoxTree<S>& boxes,
                 const Measure& measure)
       : model_(model),
         topology_(topology),
-        boxes_(boxes),
+        boxes_(boxes.nodes()),
         measure_(measure),
         steps_left_(model.num_vertices / 8 + 64) {}
 
@@ -40,16 +40,15 @@ class LargestSearch {
 
  private:
   bool visit(int node) {
-    const NodeBox& box = boxes_[node];
-    if (box.isLeaf()) {
-      for (unsigned v : topology_.corners[static_cast<std::size_t>(box.leaf())])
+    if (boxes_.isLeaf(node)) {
+      for (unsigned v : topology_.leaf_vertices[static_cast<std::size_t>(boxes_.leafIndex(node))])
         largest_ = std::max(largest_, measure_.value(model_.vertices[v]));
       return true;
     }
     if (--steps_left_ < 0) return false;
-    int first = box.left(), second = box.left() + 1;
-    S first_bound = measure_.bound(boxes_[first].box());
-    S second_bound = measure_.bound(boxes_[second].box());
+    int first = boxes_.left(node), second = first + 1;
+    S first_bound = measure_.bound(boxes_.box(first));
+    S second_bound = measure_.bound(boxes_.box(second));
     if (first_bound < second_bound) {
       std::swap(first, second);
       std::swap(first_bound, second_bound);
@@ -59,19 +58,19 @@ class LargestSearch {
 
   const fcl::BVHModel<BV>& model_;
   const Topology& topology_;
-  const Boxes<S>& boxes_;
+  const BoxNodes<const BoxNode> boxes_;
   const Measure& measure_;
   int steps_left_;
   S largest_ = 0;
 };
 
 /// What a length, or a coordinate along a direction, may be off that is computed in the boxes'
-/// coordinates from points within `reach` of their origin. Those are off by kError of the reach in
+/// coordinates from points whose coordinates are at most `extent`. Those are off by kError of it in
 /// each component, sqrt(3) of that as a vector; the arithmetic, in single precision, adds less than
 /// half of that again.
 template <typename S>
-S errorInBoxes(const Boxes<S>& boxes, float reach) {
-  const S length = S(reach) * boxes.frame.unit();
+S errorInBoxes(const BoxTree<S>& boxes, float extent) {
+  const S length = S(extent) * boxes.frame.unit();
   return 4 * S(BodyFrame<S>::kError) * length +
          8 * rounding::epsilon<S>() * (boxes.frame.origin().template lpNorm<1>() + length) +
          rounding::tiny<S>();
@@ -81,49 +80,75 @@ S errorInBoxes(const Boxes<S>& boxes, float reach) {
 template <typename S>
 class Coordinate {
  public:
-  Coordinate(const Boxes<S>& boxes, int axis, int sign)
+  Coordinate(const BoxTree<S>& boxes, int axis, int sign)
       : axis_(axis),
         sign_(S(sign)),
         unit_(boxes.frame.unit()),
-        base_(sign_ * boxes.frame.origin()[axis] + errorInBoxes(boxes, boxes[0].box().reach())) {
+        base_(sign_ * boxes.frame.origin()[axis] +
+              errorInBoxes(boxes, boxes.root().largestCoordinate())) {
     for (int k = 0; k < 3; ++k) direction_[k] = float(sign * boxes.frame.axes()(axis, k));
   }
 
   S value(const fcl::Vector3<S>& p) const { return sign_ * p[axis_]; }
   /// Each end of each side gives the largest product, by its direction's sign.
   S bound(const Box& box) const {
-    return base_ + unit_ * S(lanes::sum(lanes::upper(direction_ * box.low, direction_ * box.high)));
+    return base_ +
+           unit_ * S(float4::sum(float4::upper(direction_ * box.low, direction_ * box.high)));
   }
 
  private:
   int axis_;
   S sign_, unit_, base_;
-  Lanes direction_{0, 0, 0, 0};
+  Float4 direction_{0, 0, 0, 0};
 };
 
 /// The squared distance from a centre.
 template <typename S>
 class SquaredDistance {
  public:
-  SquaredDistance(const Boxes<S>& boxes, const fcl::Vector3<S>& center)
+  SquaredDistance(const BoxTree<S>& boxes, const fcl::Vector3<S>& center)
       : center_(center),
-        placed_(boxes.frame.place(center)),
+        placed_(boxes.frame.toBodyFrame(center)),
         unit_(boxes.frame.unit()),
-        error_(errorInBoxes(boxes,
-                            boxes[0].box().reach() + lanes::largest(lanes::absolute(placed_)))) {}
+        error_(errorInBoxes(boxes, boxes.root().largestCoordinate() +
+                                       float4::largest(float4::absolute(placed_)))) {}
 
   S value(const fcl::Vector3<S>& p) const { return (p - center_).squaredNorm(); }
   S bound(const Box& box) const {
-    const Lanes far = lanes::upper(placed_ - box.low, box.high - placed_);
-    const S distance = unit_ * std::sqrt(S(lanes::sum(far * far))) + error_;
+    const Float4 far = float4::upper(placed_ - box.low, box.high - placed_);
+    const S distance = unit_ * std::sqrt(S(float4::sum(far * far))) + error_;
     return distance * distance * (1 + 8 * rounding::epsilon<S>());
   }
 
  private:
   fcl::Vector3<S> center_;
-  Lanes placed_;
+  Float4 placed_;
   S unit_, error_;
 };
+
+/// Of the way from a point. Written out: Eigen adds in another order.
+template <typename S>
+class SquaredLength {
+ public:
+  explicit SquaredLength(const fcl::Vector3<S>& from) : x_(from[0]), y_(from[1]), z_(from[2]) {}
+  S operator()(const fcl::Vector3<S>& p) const {
+    const S dx = p[0] - x_, dy = p[1] - y_, dz = p[2] - z_;
+    return dx * dx + dy * dy + dz * dz;
+  }
+
+ private:
+  S x_, y_, z_;
+};
+
+/// The squared distance from the centre to the farthest vertex.
+template <typename BV>
+typename BV::S squaredRadius(const fcl::BVHModel<BV>& model) {
+  typename BV::S squared = 0;
+  const SquaredLength<typename BV::S> from_center(model.aabb_center);
+  for (int v = 0; v < model.num_vertices; ++v)
+    squared = std::max(squared, from_center(model.vertices[v]));
+  return squared;
+}
 
 }  // namespace
 
@@ -136,14 +161,13 @@ void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& l
 }
 
 template <typename BV>
-typename BV::S squaredRadius(const fcl::BVHModel<BV>& model, int begin, int end) {
-  using S = typename BV::S;
-  const S x = model.aabb_center[0], y = model.aabb_center[1], z = model.aabb_center[2];
-  S squared = 0;
+typename BV::S writePositions(fcl::BVHModel<BV>& model,
+                              const fcl::Vector3<typename BV::S>* positions, int begin, int end) {
+  typename BV::S squared = 0;
+  const SquaredLength<typename BV::S> from_center(model.aabb_center);
   for (int v = begin; v < end; ++v) {
-    const S dx = model.vertices[v][0] - x, dy = model.vertices[v][1] - y,
-            dz = model.vertices[v][2] - z;
-    squared = std::max(squared, dx * dx + dy * dy + dz * dz);
+    model.vertices[v] = positions[v];
+    squared = std::max(squared, from_center(positions[v]));
   }
   return squared;
 }
@@ -158,11 +182,12 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
       high[k] = std::max(high[k], model.vertices[v][k]);
     }
   setLocalBox(model, low, high);
-  model.aabb_radius = std::sqrt(squaredRadius(model, 0, model.num_vertices));
+  model.aabb_radius = std::sqrt(squaredRadius(model));
 }
 
 template <typename BV>
-void PartialBounds<BV>::finish(const Topology& topology, const Boxes<S>& boxes, bool in_triangles) {
+void PartialBounds<BV>::finish(const Topology& topology, const BoxTree<S>& boxes,
+                               bool in_triangles) {
   const Point center = model_.aabb_center;
   const auto search = [&](const auto& measure, S known, S& largest) {
     return in_triangles &&
@@ -191,18 +216,18 @@ void PartialBounds<BV>::finish(const Topology& topology, const Boxes<S>& boxes, 
   S squared = farthest_;
   if (moved || (left_radius_ && farthest_ < old * (1 + kSlack))) {
     if (!search(SquaredDistance<S>(boxes, model_.aabb_center), moved ? S(0) : farthest_, squared))
-      squared = squaredRadius(model_, 0, model_.num_vertices);
+      squared = squaredRadius(model_);
   } else if (farthest_ <= old) {
     return;
   }
   model_.aabb_radius = std::sqrt(squared);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                              \
-  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                  \
-  template void setLocalBox(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&, \
-                            const fcl::Vector3<S>&);                             \
-  template S squaredRadius(const fcl::BVHModel<fcl::RSS<S>>&, int, int);         \
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
+  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                             \
+  template void setLocalBox(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&,            \
+                            const fcl::Vector3<S>&);                                        \
+  template S writePositions(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>*, int, int); \
   template class PartialBounds<fcl::RSS<S>>;
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -5,7 +5,8 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "tree/boxes.h"
+#include "tree/box_tree.h"
+#include "tree/topology.h"
 
 namespace adaptive_bvh {
 
@@ -13,14 +14,16 @@ namespace adaptive_bvh {
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
 
-/// Sets box and centre.
+/// Sets the box and its centre.
 template <typename BV>
 void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
                  const fcl::Vector3<typename BV::S>& high);
 
-/// The squared distance from the centre to the farthest vertex in [begin, end).
+/// Writes the positions of the vertices in [begin, end) to the model. Returns the squared distance
+/// from the centre to the farthest one.
 template <typename BV>
-typename BV::S squaredRadius(const fcl::BVHModel<BV>& model, int begin, int end);
+typename BV::S writePositions(fcl::BVHModel<BV>& model,
+                              const fcl::Vector3<typename BV::S>* positions, int begin, int end);
 
 /// Box, centre and radius where a few vertices move, one by one, to the same numbers. What the
 /// bounds rested on may have moved inwards: what then takes its place is looked for among the
@@ -42,7 +45,7 @@ class PartialBounds {
     farthest_ = std::max(farthest_, (to - model_.aabb_center).squaredNorm());
   }
   /// After the last, when `boxes` are renewed. `in_triangles`: every vertex belongs to one.
-  void finish(const Topology& topology, const Boxes<S>& boxes, bool in_triangles);
+  void finish(const Topology& topology, const BoxTree<S>& boxes, bool in_triangles);
 
  private:
   /// Of three sides: did a vertex leave one, and how far out do the moved ones stand now?

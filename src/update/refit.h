@@ -1,45 +1,92 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
-#include "tree/adaptive_tree.h"
+#include "update/fitness.h"
+#include "update/update_target.h"
 
 namespace adaptive_bvh {
 
-/// Recomputes the volumes that `policy` calls unfit from their triangles, thesis 4.3 and 4.5.
-/// A node is judged and refitted by itself: its children keep what they have. Afterwards its
-/// current radius is its original radius. Without evidence (no recording query since the last
-/// update) tests B and D count as true for every node and test C as false.
-///
-/// Adds what it did to `report`. Allocates nothing.
+/// The volume around a node's triangles as they stand.
 template <typename BV>
-void refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
-                UpdateReport& report);
+BV fitNode(const UpdateTarget<BV>& target, int node);
 
-/// The same for the nodes in [begin, end). Touches nothing else, so that several threads can share
-/// the work; returns the largest `reach` of what it refitted, for AdaptiveTree::widenReach.
+/// Recomputes every volume but the root's in place, whose fit is returned: the change detector
+/// writes that last, for queries on other threads may be looking at it meanwhile.
 template <typename BV>
-typename BV::S refitUnfit(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree,
-                          const RefitPolicy& policy, int begin, int end, UpdateReport& report);
+BV refitAllButRoot(const UpdateTarget<BV>& target);
 
-/// The same for the marked nodes and the root alone; unmarks them. Replaces those that have
-/// decayed.
-template <typename BV>
-void refitUnfitMarked(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy,
-                      UpdateReport& report);
+/// What refits did. Adds up over threads.
+template <typename S>
+struct RefitCounts {
+  int leaves = 0, inner = 0;
+  long primitives = 0;  ///< read
+  S corner_sum = 0;     ///< the largest Volume::cornerSum of what was refitted
+  bool root = false;    ///< the root was
 
-/// Bounds how far a volume can decay that no query has met for long: one that has grown by more
-/// than the radius of its box is replaced by the volume around that box, which is looser than a
-/// fit, but costs next to nothing. Looks at a sixteenth of the nodes, at others in the next update;
-/// so a volume that FCL's own queries come upon is never looser than its box by more than the box's
-/// radius and sixteen frames' growth. Only with Propagation::Boxes, and not where the policy never
-/// refits. Deterministic; to be called once an update, by one thread.
-template <typename BV>
-void replaceDecayed(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree, const RefitPolicy& policy);
+  void operator+=(const RefitCounts& other) {
+    leaves += other.leaves;
+    inner += other.inner;
+    primitives += other.primitives;
+    corner_sum = std::max(corner_sum, other.corner_sum);
+    root |= other.root;
+  }
+};
 
-/// Recomputes every volume but the root's in place. Returns the root's, for Seal::close to write
-/// last: queries on other threads may be looking at it meanwhile.
-template <typename BV>
-BV refitAllButRoot(fcl::BVHModel<BV>& model, AdaptiveTree<BV>& tree);
+/// Recomputes the volumes that a policy calls unfit from their triangles, thesis 4.3 and 4.5. A
+/// node is judged and refitted by itself: its children keep what they have. Without statistics (no
+/// recording query since the last update) tests B and D count as true for every node and test C as
+/// false. Several may work on different nodes at once. `Method`: TranslationPropagation or
+/// DisplacementPropagation. Allocates nothing.
+template <typename BV, typename Method>
+class Refitter {
+ public:
+  using S = typename BV::S;
+
+  Refitter(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy)
+      : target_(target),
+        method_(method),
+        policy_(policy),
+        has_statistics_(target.tree.statistics.work().queries > 0),
+        only_visited_(has_statistics_ && needsVisit(policy.criterion)) {}
+
+  void judge(int i) {
+    const TraversalStatistics& seen = target_.tree.statistics;
+    const bool visited = !has_statistics_ || seen.visited(i);
+    if (only_visited_ && !visited) return;
+    const BV& bv = target_.volume(i);
+    const S original_radius = method_.originalRadius(target_, i);
+    NodeFitness fitness;
+    fitness.inflation = method_.inflation(target_, i);
+    fitness.reference = policy_.reference == InflationReference::OriginalRadius
+                            ? original_radius
+                            : Volume<BV>::size(bv, original_radius);
+    fitness.visited = visited;
+    fitness.obstructing = !has_statistics_ || seen.obstructing(i);
+    fitness.child_gap = has_statistics_ ? static_cast<double>(seen.childGap(i))
+                                        : -std::numeric_limits<double>::infinity();
+    if (isUnfit(fitness, policy_)) refit(i);
+  }
+
+  const RefitCounts<S>& counts() const { return counts_; }
+
+ private:
+  void refit(int i) {
+    const fcl::BVNode<BV>& node = target_.model.getBV(i);
+    target_.volume(i) = fitNode(target_, i);
+    method_.refitted(target_, i);
+    counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives, Volume<BV>::cornerSum(node.bv),
+                i == 0};
+  }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const bool has_statistics_, only_visited_;
+  RefitCounts<S> counts_;
+};
 
 }  // namespace adaptive_bvh

@@ -1,6 +1,6 @@
 #include "volume/fcl_fitter.h"
 
-#include "volume/rss.h"
+#include "volume/volume.h"
 
 namespace adaptive_bvh {
 namespace {

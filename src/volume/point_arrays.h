@@ -6,7 +6,7 @@
 
 #include <fcl/common/types.h>
 
-#include "volume/pack.h"
+#include "geometry/pack.h"
 
 namespace adaptive_bvh {
 

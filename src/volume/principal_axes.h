@@ -5,8 +5,8 @@
 
 #include <fcl/common/types.h>
 
+#include "geometry/rounding.h"
 #include "volume/point_arrays.h"
-#include "volume/rounding.h"
 
 namespace adaptive_bvh {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "volume/principal_axes.h"
-#include "volume/rss.h"
 #include "volume/swept_rectangle.h"
+#include "volume/volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -70,11 +70,11 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
 }
 
 template <typename S>
-Corners cornersOf(const MeshView<S>& mesh, unsigned primitive) {
-  return mesh.corners(primitive);
+VertexIndices cornersOf(const MeshView<S>& mesh, unsigned primitive) {
+  return mesh.verticesOf(primitive);
 }
 template <typename S>
-const Corners& cornersOf(const MeshView<S>&, const Corners& primitive) {
+const VertexIndices& cornersOf(const MeshView<S>&, const VertexIndices& primitive) {
   return primitive;
 }
 
@@ -204,7 +204,7 @@ fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
   if (count == 1 && mesh.triangles && !mesh.previous) {
-    const Corners& t = cornersOf(mesh, primitives[0]);
+    const VertexIndices& t = cornersOf(mesh, primitives[0]);
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
   static thread_local Gathered<S> gathered;
@@ -212,8 +212,8 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
 }
 
 template fcl::RSS<float> fitRss(const MeshView<float>&, const unsigned*, int);
-template fcl::RSS<float> fitRss(const MeshView<float>&, const Corners*, int);
+template fcl::RSS<float> fitRss(const MeshView<float>&, const VertexIndices*, int);
 template fcl::RSS<double> fitRss(const MeshView<double>&, const unsigned*, int);
-template fcl::RSS<double> fitRss(const MeshView<double>&, const Corners*, int);
+template fcl::RSS<double> fitRss(const MeshView<double>&, const VertexIndices*, int);
 
 }  // namespace adaptive_bvh

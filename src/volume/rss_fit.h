@@ -4,7 +4,7 @@
 
 #include <fcl/math/bv/RSS.h>
 
-#include "volume/mesh_view.h"
+#include "geometry/mesh_view.h"
 
 namespace adaptive_bvh {
 

@@ -63,8 +63,8 @@ template <typename S>
 struct Slab {
   S middle, radius;
 
-  /// How far the sphere reaches sideways at some heights, squared.
-  ADAPTIVE_BVH_INLINE Pack<S> squaredReach(const Pack<S>& z) const {
+  /// Half the chord of the sphere at some heights, squared.
+  ADAPTIVE_BVH_INLINE Pack<S> squaredHalfChord(const Pack<S>& z) const {
     return packs::upper(Pack<S>{}, radius * radius - (z - middle) * (z - middle));
   }
 };
@@ -98,7 +98,7 @@ template <typename S>
 Rectangle<S> rectangleWithoutCorners(const LocalPoints<S>& points, const Slab<S>& slab) {
   Extent<S> x, y;
   for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
-    const Pack<S> w = packs::squareRoot(slab.squaredReach(points.pack(2, i)));
+    const Pack<S> w = packs::squareRoot(slab.squaredHalfChord(points.pack(2, i)));
     x.add(points.pack(0, i) + w, points.pack(0, i) - w);
     y.add(points.pack(1, i) + w, points.pack(1, i) - w);
   }
@@ -114,7 +114,7 @@ void growCorners(Rectangle<S>& rectangle, const LocalPoints<S>& points, const Sl
     const Pack<S> px = points.pack(0, i), py = points.pack(1, i);
     const Pack<S> dx = packs::upper<Pack<S>>(rectangle.x.low - px, px - rectangle.x.high);
     const Pack<S> dy = packs::upper<Pack<S>>(rectangle.y.low - py, py - rectangle.y.high);
-    const Pack<S> w2 = slab.squaredReach(points.pack(2, i));
+    const Pack<S> w2 = slab.squaredHalfChord(points.pack(2, i));
     if (packs::any((dx > 0) & (dy > 0) & (dx * dx + dy * dy > w2)))
       for (std::size_t k = 0; k < packs::kSize<S>; ++k)
         growCorner<S>(rectangle, px[k], py[k], w2[k]);

@@ -1,4 +1,4 @@
-// The parts of a frame, by themselves: one volume test, one refit, one sweep. Items are nodes,
+// The parts of a step, by themselves: one volume test, one refit, one propagation. Items are nodes,
 // vertices or fits, so items_per_second compares sizes.
 #include <benchmark/benchmark.h>
 
@@ -8,8 +8,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/hierarchy.h"
 #include "scenarios.h"
-#include "update/displacement.h"
-#include "update/propagation.h"
+#include "volume/volume.h"
 
 namespace {
 
@@ -71,39 +70,34 @@ void refit(benchmark::State& state) {
 }
 BENCHMARK(refit)->RangeMultiplier(4)->Range(1, 4096);
 
-adaptive_bvh::Tracking<fcl::RSSd> trackingOf(const Model& model) {
-  adaptive_bvh::Tracking<fcl::RSSd> tracking;
-  adaptive_bvh::Topology topology;
-  topology.adopt(model);
-  tracking.adopt(model, topology);
-  return tracking;
-}
-
-/// Reading a new frame and measuring every displacement; items are vertices.
-void displacement(benchmark::State& state) {
+/// An update without refits; its phase `seconds`.
+template <typename Seconds>
+void update(benchmark::State& state, Seconds&& seconds) {
   Model model = helmetOf(int(state.range(0)));
-  auto tracking = trackingOf(model);
+  adaptive_bvh::RefitPolicy policy;
+  policy.criterion = adaptive_bvh::FitnessCriterion::RefitNone;
+  policy.propagation = static_cast<adaptive_bvh::Propagation>(state.range(1));
+  model.setRefitPolicy(policy);
   const scenarios::Body body = scenarios::helmet(int(state.range(0)));
-  const std::vector<scenarios::Point> frames[] = {body.positions(9), body.positions(10)};
+  const std::vector<scenarios::Point> steps[] = {body.positions(9), body.positions(10)};
   int i = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(
-        adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, frames[i++ % 2].data()));
-  state.SetItemsProcessed(state.iterations() * model.num_vertices);
+  for (auto _ : state) state.SetIterationTime(seconds(model.update(steps[i++ % 2])));
 }
-BENCHMARK(displacement)->RangeMultiplier(4)->Range(1, 16);
+const std::vector<std::vector<std::int64_t>> kUpdates = {{1, 4, 16}, {0, 1}};
 
-/// The inflation sweep; items are nodes.
-void sweep(benchmark::State& state) {
-  Model model = helmetOf(int(state.range(0)));
-  auto tracking = trackingOf(model);
-  const auto positions = scenarios::helmet(int(state.range(0))).positions(1);
-  adaptive_bvh::moveVertices<fcl::RSSd>(model, tracking, positions.data());
-  for (auto _ : state)
-    benchmark::DoNotOptimize(adaptive_bvh::propagate<fcl::RSSd>(model, tracking, true));
-  state.SetItemsProcessed(state.iterations() * model.getNumBVs());
+/// Reading positions and measuring every displacement; items are vertices.
+void displacement(benchmark::State& state) {
+  update(state, [](const auto& report) { return report.displacement_seconds; });
+  state.SetItemsProcessed(state.iterations() * helmetOf(int(state.range(0))).num_vertices);
 }
-BENCHMARK(sweep)->RangeMultiplier(4)->Range(1, 16);
+BENCHMARK(displacement)->ArgsProduct(kUpdates)->UseManualTime();
+
+/// The propagation; items are nodes.
+void propagation(benchmark::State& state) {
+  update(state, [](const auto& report) { return report.propagation_seconds; });
+  state.SetItemsProcessed(state.iterations() * helmetOf(int(state.range(0))).getNumBVs());
+}
+BENCHMARK(propagation)->ArgsProduct(kUpdates)->UseManualTime();
 
 }  // namespace
 

@@ -433,8 +433,8 @@ class Subject {
     for (Point& p : next) p += by;
     updateTo(next, true, before, [&] { model_->update(next); });
     const adaptive_bvh::UpdateReport& report = model_->lastUpdate();
-    if (model_->refitPolicy().propagation != adaptive_bvh::Propagation::Boxes || swept ||
-        report.resynchronised || before.empty())
+    if (model_->refitPolicy().propagation != adaptive_bvh::Propagation::TranslationCompensated ||
+        swept || report.resynchronised || before.empty())
       return;
     REQUIRE(report.inflated == 0);
     REQUIRE(report.moved == (by.isZero(0) ? 0 : report.nodes));

@@ -26,7 +26,7 @@ class BruteForce {
 
   S distance() const {
     S least = std::numeric_limits<S>::max();
-    forEachPair([&](int, int, const Corners& p, const Corners& q) {
+    forEachPair([&](int, int, const VertexIndices& p, const VertexIndices& q) {
       Vector3<S> on_p, on_q;
       least = std::min(least, fcl::detail::TriangleDistance<S>::triDistance(
                                   *p[0], *p[1], *p[2], *q[0], *q[1], *q[2], relative_, on_p, on_q));
@@ -40,7 +40,7 @@ class BruteForce {
   std::string objection(const fcl::DistanceResult<S>& result, const fcl::Transform3<S>& tf1,
                         S tolerance) const {
     if (result.o1 != &first_ || result.o2 != &second_) return "names other objects";
-    const Corners p = corners(first_, result.b1), q = corners(second_, result.b2);
+    const VertexIndices p = corners(first_, result.b1), q = corners(second_, result.b2);
     Vector3<S> on_p, on_q;
     const S d = fcl::detail::TriangleDistance<S>::triDistance(*p[0], *p[1], *p[2], *q[0], *q[1],
                                                               *q[2], relative_, on_p, on_q);
@@ -62,7 +62,7 @@ class BruteForce {
     const fcl::Matrix3<S> R = relative_.linear();
     const Vector3<S> T = relative_.translation();
     std::set<std::pair<int, int>> found;
-    forEachPair([&](int i, int j, const Corners& p, const Corners& q) {
+    forEachPair([&](int i, int j, const VertexIndices& p, const VertexIndices& q) {
       if (fcl::detail::Intersect<S>::intersect_Triangle(*p[0], *p[1], *p[2], *q[0], *q[1], *q[2], R,
                                                         T))
         found.emplace(i, j);
@@ -71,15 +71,15 @@ class BruteForce {
   }
 
  private:
-  using Corners = std::array<const Vector3<S>*, 3>;
+  using VertexIndices = std::array<const Vector3<S>*, 3>;
 
-  static Corners corners(const fcl::BVHModel<fcl::RSS<S>>& model, int t) {
+  static VertexIndices corners(const fcl::BVHModel<fcl::RSS<S>>& model, int t) {
     const fcl::Triangle& triangle = model.tri_indices[t];
     return {&model.vertices[triangle[0]], &model.vertices[triangle[1]],
             &model.vertices[triangle[2]]};
   }
 
-  static S offTriangle(const Vector3<S>& x, const Corners& t) {
+  static S offTriangle(const Vector3<S>& x, const VertexIndices& t) {
     Vector3<S> on_x, on_t;
     return fcl::detail::TriangleDistance<S>::triDistance(x, x, x, *t[0], *t[1], *t[2], on_x, on_t);
   }

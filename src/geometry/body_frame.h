@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fcl/common/types.h>
+
+#include "geometry/float4.h"
+
+namespace adaptive_bvh {
+
+/// The coordinates in which the boxes of a model stand: y = scale R^T (x - origin), along the
+/// axes R of the root's volume, turned with the body, about a point in the middle. A flat or long
+/// body that lies askew in its own coordinates lies straight in these, and its boxes are tight. The
+/// scale is a power of two that brings the body's size to about 1, so that neither huge nor tiny
+/// meshes leave the range of single precision.
+template <typename S>
+class BodyFrame {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  BodyFrame() : BodyFrame(fcl::Matrix3d::Identity(), Point::Zero(), S(1)) {}
+
+  /// `axes` orthonormal up to the rounding of S; `size` some length of the body, >= 0.
+  BodyFrame(const fcl::Matrix3d& axes, const Point& origin, S size) : origin_(origin) {
+    turn(axes);
+    const int limit = std::numeric_limits<S>::max_exponent - 25;
+    const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
+    scale_ = std::ldexp(S(1), -exponent);
+    unit_ = std::ldexp(S(1), exponent);
+  }
+
+  /// Where x is in body coordinates. The largest error of a component is 20 u times the largest
+  /// component of the result, u = 2^-24: u from the difference (in S) and u from its conversion,
+  /// each relative to |x - origin| scale; u for each of the three entries of R, three products and
+  /// two sums, relative to the sum of |R_ki| |x_k - origin_k| scale <= sqrt(3) |x - origin| scale;
+  /// and |x - origin| scale <= sqrt(3) times the largest component. See `kError`.
+  Float4 toBodyFrame(const Point& x) const {
+    return rows_[0] * float4::all(scaled(x[0] - origin_[0])) +
+           rows_[1] * float4::all(scaled(x[1] - origin_[1])) +
+           rows_[2] * float4::all(scaled(x[2] - origin_[2]));
+  }
+  /// Where a point in body coordinates is in the model's.
+  Point fromBodyFrame(const Float4& y) const {
+    return origin_ +
+           (axes_ * fcl::Vector3d(double(y[0]), double(y[1]), double(y[2]))).template cast<S>() *
+               unit_;
+  }
+  /// As a share of the largest component in the body: 2^-19 > 20 u.
+  static constexpr float kError = 1.f / (1 << 19);
+
+  /// A difference of two points in the model's axes, in body units. Off by 2u relative, or by less
+  /// than 2^-59 in each component: what is smaller than `kLeast` must not vanish, because a motion
+  /// of zero is none. (A huge body may have tiny triangles.)
+  Float4 displacement(const Point& d) const {
+    Float4 v{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
+    const bool is_large =
+        std::abs(v[0]) >= kLeast || std::abs(v[1]) >= kLeast || std::abs(v[2]) >= kLeast;
+    if (!is_large && (d[0] != 0 || d[1] != 0 || d[2] != 0)) v[0] = kLeast;
+    return v;
+  }
+  static constexpr float kLeast = 1.f / (1ull << 60);
+
+  const fcl::Matrix3d& axes() const { return axes_; }
+  const Point& origin() const { return origin_; }
+  /// Body units per unit of the mesh, a power of two: products with it are exact.
+  S scale() const { return scale_; }
+
+  /// The mesh's units per body unit: its inverse, as exact.
+  S unit() const { return unit_; }
+
+  void moveOrigin(const Point& origin) { origin_ = origin; }
+  void turn(const fcl::Matrix3d& axes) {
+    axes_ = axes;
+    for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
+      for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
+      axes_.col(k).normalize();
+    }
+    for (int k = 0; k < 3; ++k)
+      rows_[k] = Float4{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
+  }
+
+ private:
+  float scaled(S difference) const { return static_cast<float>(difference * scale_); }
+
+  fcl::Matrix3d axes_;
+  Float4 rows_[3];  // of R, which are the columns of R^T
+  Point origin_;
+  S scale_, unit_;
+};
+
+}  // namespace adaptive_bvh

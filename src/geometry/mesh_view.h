@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstring>
+
+#include <fcl/common/types.h>
+#include <fcl/math/triangle.h>
+
+namespace adaptive_bvh {
+
+/// The vertices of a triangle; a point is one with three equal ones.
+using VertexIndices = std::array<unsigned, 3>;
+
+/// The primitives of a model (triangles, or points where `triangles` is null) and their positions,
+/// as FCL stores them. Owns nothing.
+template <typename S>
+struct MeshView {
+  const fcl::Vector3<S>* vertices = nullptr;
+  /// Positions of the step before, when volumes must hold both (two-frame update); else null.
+  const fcl::Vector3<S>* previous = nullptr;
+  const fcl::Triangle* triangles = nullptr;
+
+  int verticesPerPrimitive() const { return triangles ? 3 : 1; }
+
+  /// Index of corner k of a primitive; a point has the one corner 0.
+  unsigned vertex(unsigned primitive, int k) const {
+    return triangles ? static_cast<unsigned>(triangles[primitive][k]) : primitive;
+  }
+
+  VertexIndices verticesOf(unsigned primitive) const {
+    if (!triangles) return {primitive, primitive, primitive};
+    std::size_t v[3];  // FCL's way to read them is a call into its library for each
+    static_assert(sizeof(v) == sizeof(fcl::Triangle), "a triangle is three indices");
+    std::memcpy(v, static_cast<const void*>(&triangles[primitive]), sizeof(v));
+    return {static_cast<unsigned>(v[0]), static_cast<unsigned>(v[1]), static_cast<unsigned>(v[2])};
+  }
+
+  /// Calls visit(position) for a vertex, in the step before too where given.
+  template <typename Visit>
+  void forEachPositionOf(unsigned v, Visit&& visit) const {
+    visit(vertices[v]);
+    if (previous) visit(previous[v]);
+  }
+
+  /// The same for every corner of a primitive.
+  template <typename Visit>
+  void forEachPosition(unsigned primitive, Visit&& visit) const {
+    for (int k = 0; k < verticesPerPrimitive(); ++k) forEachPositionOf(vertex(primitive, k), visit);
+  }
+};
+
+}  // namespace adaptive_bvh

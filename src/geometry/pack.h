@@ -1,0 +1,100 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+/// For what is too small to be called, in the hottest loops.
+#define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
+
+namespace adaptive_bvh {
+
+/// As many numbers as fit in 16 bytes, worked on at once (a vector extension of GCC and Clang):
+/// four of type float, two of type double. Products, sums and square roots are rounded as those of
+/// single numbers are.
+template <typename S>
+struct PackOf;
+template <>
+struct PackOf<float> {
+  using Type = float __attribute__((vector_size(16)));
+};
+template <>
+struct PackOf<double> {
+  using Type = double __attribute__((vector_size(16)));
+};
+template <typename S>
+using Pack = typename PackOf<S>::Type;
+
+namespace packs {
+
+template <typename S>
+constexpr std::size_t kSize = sizeof(Pack<S>) / sizeof(S);
+
+/// From any address.
+template <typename S>
+ADAPTIVE_BVH_INLINE Pack<S> load(const S* from) {
+  Pack<S> v;
+  __builtin_memcpy(&v, from, sizeof(v));
+  return v;
+}
+template <typename S>
+ADAPTIVE_BVH_INLINE void store(const Pack<S>& v, S* to) {
+  __builtin_memcpy(to, &v, sizeof(v));
+}
+
+template <typename S>
+ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
+  return Pack<S>{} + x;
+}
+
+template <typename P>
+ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
+  return a < b ? a : b;
+}
+template <typename P>
+ADAPTIVE_BVH_INLINE P upper(const P& a, const P& b) {
+  return a > b ? a : b;
+}
+
+ADAPTIVE_BVH_INLINE Pack<float> squareRoot(const Pack<float>& v) {
+#if defined(__SSE2__)
+  return _mm_sqrt_ps(v);
+#else
+  return Pack<float>{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+ADAPTIVE_BVH_INLINE Pack<double> squareRoot(const Pack<double>& v) {
+#if defined(__SSE2__)
+  return _mm_sqrt_pd(v);
+#else
+  return Pack<double>{std::sqrt(v[0]), std::sqrt(v[1])};
+#endif
+}
+
+/// Whether a comparison holds for any of the numbers.
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
+  std::uint64_t halves[2];
+  static_assert(sizeof(mask) == sizeof(halves), "a comparison of packs");
+  __builtin_memcpy(halves, &mask, sizeof(halves));
+  return (halves[0] | halves[1]) != 0;
+}
+
+ADAPTIVE_BVH_INLINE float sum(const Pack<float>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+ADAPTIVE_BVH_INLINE double sum(const Pack<double>& v) { return v[0] + v[1]; }
+ADAPTIVE_BVH_INLINE float smallest(const Pack<float>& v) {
+  return std::min(std::min(v[0], v[1]), std::min(v[2], v[3]));
+}
+ADAPTIVE_BVH_INLINE double smallest(const Pack<double>& v) { return std::min(v[0], v[1]); }
+ADAPTIVE_BVH_INLINE float largest(const Pack<float>& v) {
+  return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
+}
+ADAPTIVE_BVH_INLINE double largest(const Pack<double>& v) { return std::max(v[0], v[1]); }
+
+}  // namespace packs
+}  // namespace adaptive_bvh

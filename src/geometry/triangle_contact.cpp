@@ -1,0 +1,174 @@
+#include "geometry/triangle_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+
+#include "geometry/rounding.h"
+
+namespace adaptive_bvh {
+namespace {
+
+template <typename S>
+using Point = fcl::Vector3<S>;
+
+template <typename S>
+Point<S> normalOf(const TrianglePoints<S>& t) {
+  return (t[1] - t[0]).cross(t[2] - t[0]);
+}
+
+template <typename S>
+Point<S> longestEdge(const TrianglePoints<S>& t) {
+  Point<S> longest = t[1] - t[0];
+  for (const Point<S>& edge : {Point<S>(t[2] - t[1]), Point<S>(t[0] - t[2])})
+    if (edge.squaredNorm() > longest.squaredNorm()) longest = edge;
+  return longest;
+}
+
+/// Keeps the nearest of the pairs that it is shown.
+template <typename S>
+class Nearest {
+ public:
+  void consider(const Point<S>& first, const Point<S>& second) {
+    const S squared = (first - second).squaredNorm();
+    if (!(squared < least_)) return;
+    least_ = squared;
+    pair_ = {first, second};
+  }
+  const PointPair<S>& pair() const { return pair_; }
+
+ private:
+  S least_ = std::numeric_limits<S>::infinity();
+  PointPair<S> pair_{Point<S>::Zero(), Point<S>::Zero()};
+};
+
+/// Shows the corners of `a` and the points where its edges cross the plane of `b`, each with the
+/// nearest point of `b`.
+template <typename S, typename Consider>
+void considerEdges(const TrianglePoints<S>& a, const TrianglePoints<S>& b, Consider&& consider) {
+  const Point<S> normal = normalOf(b);
+  for (int i = 0; i < 3; ++i) {
+    const Point<S>&from = a[i], &to = a[(i + 1) % 3];
+    consider(from, nearestPoint(b, from));
+    const S above = normal.dot(from - b[0]), below = normal.dot(to - b[0]);
+    if ((above < 0) != (below < 0)) {
+      const Point<S> crossing = from + (above / (above - below)) * (to - from);
+      consider(crossing, nearestPoint(b, crossing));
+    }
+  }
+}
+
+template <typename S>
+Point<S> anyNormal(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+  if (!isThin(a)) return normalOf(a).stableNormalized();
+  if (!isThin(b)) return -normalOf(b).stableNormalized();
+  const Point<S> e = longestEdge(a), f = longestEdge(b), across = e.cross(f);
+  if (across.norm() > rounding::epsilon<S>() * 64 * e.norm() * f.norm())
+    return across.stableNormalized();
+  if (!e.isZero(0)) return e.stableNormalized().unitOrthogonal();
+  return f.isZero(0) ? Point<S>::UnitZ() : f.stableNormalized().unitOrthogonal();
+}
+
+template <typename S>
+bool isComplete(const TriangleContact<S>& contact) {
+  bool finite = contact.normal.allFinite() && std::isfinite(contact.depth);
+  for (unsigned i = 0; i < contact.count; ++i) finite = finite && contact.points[i].allFinite();
+  return contact.count > 0 && finite;
+}
+
+}  // namespace
+
+template <typename S>
+Point<S> nearestPoint(const TrianglePoints<S>& t, const Point<S>& x) {
+  Nearest<S> nearest;
+  for (int i = 0; i < 3; ++i) {
+    const Point<S> edge = t[(i + 1) % 3] - t[i];
+    const S squared = edge.squaredNorm();
+    const S along = squared > 0 ? edge.dot(x - t[i]) / squared : S(0);
+    nearest.consider(x, along >= 1 ? t[(i + 1) % 3] : t[i] + std::max(along, S(0)) * edge);
+  }
+  const Point<S> u = t[1] - t[0], v = t[2] - t[0], w = x - t[0], normal = u.cross(v);
+  const S squared = normal.squaredNorm();
+  if (squared > 0) {
+    const S to_u = w.cross(v).dot(normal) / squared, to_v = u.cross(w).dot(normal) / squared;
+    if (to_u >= 0 && to_v >= 0 && to_u + to_v <= 1) nearest.consider(x, t[0] + to_u * u + to_v * v);
+  }
+  return nearest.pair().second;
+}
+
+template <typename S>
+PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+  Nearest<S> nearest;
+  const auto consider = [&](const Point<S>& on_a, const Point<S>& on_b) {
+    nearest.consider(on_a, on_b);
+  };
+  considerEdges<S>(a, b, consider);
+  considerEdges<S>(b, a, [&](const Point<S>& on_b, const Point<S>& on_a) { consider(on_a, on_b); });
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      Point<S> along, on_a, on_b;
+      fcl::detail::TriangleDistance<S>::segPoints(a[i], a[(i + 1) % 3] - a[i], b[j],
+                                                  b[(j + 1) % 3] - b[j], along, on_a, on_b);
+      consider(on_a, on_b);
+    }
+  return nearest.pair();
+}
+
+/// The sine of the angle between the edges, times their lengths over the longest one's: below the
+/// root of epsilon the normal's direction is off by as much as the triangle is wide.
+template <typename S>
+bool isThin(const TrianglePoints<S>& t) {
+  return normalOf(t).norm() <= std::sqrt(rounding::epsilon<S>()) * longestEdge(t).squaredNorm();
+}
+
+/// Where a triangle is thin, the nearest points found are off by its width, at most root epsilon of
+/// its length: four times that is allowed, and what the coordinates were rounded.
+template <typename S>
+bool touch(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+  if (!fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]))
+    return false;
+  const bool thin_a = isThin(a), thin_b = isThin(b);
+  if (!thin_a && !thin_b) return true;
+  const PointPair<S> nearest = nearestPoints(a, b);
+  const S length =
+      (thin_a ? longestEdge(a).norm() : S(0)) + (thin_b ? longestEdge(b).norm() : S(0));
+  S size = 0;
+  for (const Point<S>& p : {a[0], b[0]}) size = std::max(size, p.cwiseAbs().maxCoeff());
+  const S allowed = 4 * std::sqrt(rounding::epsilon<S>()) * length +
+                    256 * rounding::epsilon<S>() * size + rounding::tiny<S>();
+  return (nearest.first - nearest.second).norm() <= allowed;
+}
+
+template <typename S>
+TriangleContact<S> contactOf(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+  TriangleContact<S> contact;
+  contact.count = 0;
+  const bool thin = isThin(a) || isThin(b);  // then FCL would read a plane that it did not set
+  if (!thin &&
+      fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2],
+                                                    contact.points, &contact.count, &contact.depth,
+                                                    &contact.normal) &&
+      isComplete(contact))
+    return contact;
+  const PointPair<S> nearest = nearestPoints(a, b);
+  contact.count = 1;
+  contact.points[0] = contact.points[1] = (nearest.first + nearest.second) / 2;
+  contact.normal = anyNormal(a, b);
+  contact.depth = 0;
+  return contact;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                        \
+  template fcl::Vector3<S> nearestPoint(const TrianglePoints<S>&, const fcl::Vector3<S>&); \
+  template PointPair<S> nearestPoints(const TrianglePoints<S>&, const TrianglePoints<S>&); \
+  template bool isThin(const TrianglePoints<S>&);                                          \
+  template bool touch(const TrianglePoints<S>&, const TrianglePoints<S>&);                 \
+  template TriangleContact<S> contactOf(const TrianglePoints<S>&, const TrianglePoints<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

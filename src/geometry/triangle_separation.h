@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
+
+#include "geometry/mesh_view.h"
+
+namespace adaptive_bvh {
+
+/// Pairs of triangles, one of each mesh: a bound that costs little, and FCL's exact distance. All
+/// in the frame of the first mesh.
+template <typename S>
+class TriangleSeparation {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  TriangleSeparation(const Point* vertices1, const fcl::Transform3<S>& tf1, const Point* vertices2,
+                     const fcl::Transform3<S>& tf2)
+      : vertices1_(vertices1),
+        vertices2_(vertices2),
+        R_(tf1.linear().transpose() * tf2.linear()),
+        T_(tf1.linear().transpose() * (tf2.translation() - tf1.translation())) {}
+
+  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
+  /// on the second; both in the first's frame.
+  void lookAlong(const Point& from, const Point& to) {
+    const S length = (to - from).norm();
+    if (!(length > 0)) return;
+    from_ = from;
+    to_ = R_.transpose() * (to - T_);
+    along1_ = (to - from) / length;
+    along2_ = R_.transpose() * along1_;
+    offset_ = along1_.dot(R_ * to_ + T_ - from);
+  }
+
+  const fcl::Matrix3<S>& R() const { return R_; }
+  const Point& T() const { return T_; }
+  /// The line's direction, of length 1; zero before there is one.
+  const Point& direction() const { return along1_; }
+
+  /// How far apart two triangles are along that line: a lower bound of their distance. Everything
+  /// is measured from the two points, so that near them, where it matters, hardly any digit is
+  /// lost: the error is of the size of FCL's own in the distance of the triangles.
+  S separation(const VertexIndices& a, const VertexIndices& b) const {
+    const auto on1 = [&](unsigned v) { return along1_.dot(vertices1_[v] - from_); };
+    const auto on2 = [&](unsigned v) { return along2_.dot(vertices2_[v] - to_); };
+    const S high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
+    const S low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
+    return low + offset_ - high;
+  }
+
+  /// The same along the line between the middles of the triangles and along either's normal; stops
+  /// at the first that reaches `limit`, > 0. The largest separation found.
+  S separationNearby(const VertexIndices& a, const VertexIndices& b, S limit) const {
+    const Point& near = vertices1_[a[0]];
+    Point p[3], q[3];
+    for (int k = 0; k < 3; ++k) {
+      p[k] = vertices1_[a[k]] - near;
+      q[k] = R_ * vertices2_[b[k]] + T_ - near;
+    }
+    S best = std::numeric_limits<S>::lowest();
+    const auto along = [&](const Point& d) {
+      const S length = d.norm();
+      if (!(length > 0)) return false;
+      const S p0 = d.dot(p[0]), p1 = d.dot(p[1]), p2 = d.dot(p[2]);
+      const S q0 = d.dot(q[0]), q1 = d.dot(q[1]), q2 = d.dot(q[2]);
+      const S forward = std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2);
+      const S backward = std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2);
+      best = std::max(best, std::max(forward, backward) / length);
+      return best >= limit;
+    };
+    along(q[0] + q[1] + q[2] - p[0] - p[1] - p[2]) || along((p[1] - p[0]).cross(p[2] - p[0])) ||
+        along((q[1] - q[0]).cross(q[2] - q[0]));
+    return best;
+  }
+
+  S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
+    return fcl::detail::TriangleDistance<S>::triDistance(
+        vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]], vertices2_[b[0]], vertices2_[b[1]],
+        vertices2_[b[2]], R_, T_, on_a, on_b);
+  }
+
+ private:
+  const Point *vertices1_, *vertices2_;
+  fcl::Matrix3<S> R_;
+  Point T_;
+  Point along1_ = Point::Zero(), along2_ = Point::Zero();  // the line, in either mesh's frame
+  Point from_ = Point::Zero(), to_ = Point::Zero();
+  S offset_ = 0;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "geometry/triangle_separation.h"
+#include "query/box_pair.h"
+#include "query/placed_mesh.h"
+#include "volume/volume_separation.h"
+
+namespace adaptive_bvh {
+
+/// A pair of nodes where a search stopped: a lower bound of their distance, and all that could have
+/// moved their triangles until then, which the models' boxes and the transforms have summed up
+/// (MotionBounds, RigidMotion). So the bound less what was added to those since bounds the distance
+/// in a later step. Three sums, for in one the small steps of one would be lost beside another's
+/// size.
+struct FrontPair {
+  int node1, node2;
+  float motion1, motion2;  ///< accumulated, in body units
+  double rigid;
+  double bound;
+};
+
+/// Where a search leaves its front. Nowhere, by default.
+struct FrontSink {
+  std::vector<FrontPair>* pairs = nullptr;
+  double rigid = 0;  ///< RigidMotion::sum
+};
+
+/// The exact distance of two meshes, as a visitor of searchPairs: branch and bound, the nearest
+/// pair first, on the boxes beside FCL's volumes, and with a cheap bound before each distance of
+/// two triangles. Fills the result as FCL's query does, by FCL's triangle distances.
+template <typename BV>
+class DistanceVisitor {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+
+  struct Pair {
+    int node1, node2;
+    float gap;                                           ///< of the boxes: see BoxPair
+    S separation = std::numeric_limits<S>::quiet_NaN();  ///< of the volumes; NaN: not asked for
+  };
+
+  /// Both meshes must have boxes. `front` gets every pair at which the search stops, unless it ends
+  /// with isDone.
+  DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                  const DistanceQuery<S>& query, const FrontSink& front);
+
+  /// False when the objects are so far apart, for their sizes, that single precision will not do.
+  bool isPossible() const { return boxes_.isPrecise(); }
+  /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
+  void addWitness(int triangle1, int triangle2);
+  Pair pairOf(int node1, int node2);
+
+  /// Whether all that was below a pair of an earlier front is not nearer than the limit. The
+  /// sums are rounded up, so whatever moved shows in a difference; each is rounded once, relative
+  /// to itself, and a few epsilon cover that and the sums here. Where nothing moved nothing is
+  /// rounded either: between parallel faces many bounds equal the limit.
+  bool isStillPruned(const FrontPair& pair) const {
+    const double lost =
+        (double(first_.tree->motion.accumulatedMotion(pair.node1)) - double(pair.motion1)) *
+            unit1_ +
+        (double(second_.tree->motion.accumulatedMotion(pair.node2)) - double(pair.motion2)) *
+            unit2_ +
+        (front_.rigid - pair.rigid);
+    const auto limit = static_cast<double>(limit_);
+    if (lost == 0) return pair.bound >= limit;
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
+  }
+
+  // For searchPairs.
+  bool prune(Pair& pair);
+  bool isLeafPair(const Pair& pair) const {
+    return nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2);
+  }
+  void testLeaves(const Pair& pair);
+  std::array<Pair, 2> split(const Pair& pair);
+  /// Nothing can be nearer.
+  bool isDone() const { return result_.min_distance <= 0; }
+
+  /// To be called after the search. Counts it as a recorded query of both models. Returns whether
+  /// it found a smaller distance than `result` came with.
+  bool finish();
+  /// Of the search so far, in tests of boxes.
+  double cost() const {
+    return double(work_.box_tests) + 3 * double(work_.separation_tests) +
+           5 * double(work_.leaf_tests);
+  }
+
+ private:
+  /// Volumes are asked where the squared gap of the boxes is at least this share of what would do,
+  /// and more than so many triangles are below: with fewer it is as quick to go on.
+  static constexpr float kNear = 0.25f;
+  static constexpr int kFew = 8;
+
+  std::array<Pair, 2> splitFirst(const Pair& pair);
+  std::array<Pair, 2> splitSecond(const Pair& pair);
+  std::array<Pair, 2> nearestFirst(const Pair& parent, TraversalStatistics* split_side,
+                                   int split_node, const Pair& a, const Pair& b);
+  void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
+  void setLimit();
+  void stop(const Pair& pair, double bound) {
+    if (front_.pairs)
+      front_.pairs->push_back(
+          {pair.node1, pair.node2, first_.tree->motion.accumulatedMotion(pair.node1),
+           second_.tree->motion.accumulatedMotion(pair.node2), front_.rigid, bound});
+  }
+
+  const PlacedMesh<BV> first_, second_;
+  const BoxNodes<const BoxNode> nodes1_, nodes2_;
+  const fcl::DistanceRequest<S>& request_;
+  fcl::DistanceResult<S>& result_;
+  const FrontSink front_;
+  const PairStatistics statistics_;
+  const double unit1_, unit2_;  // of the models, per unit of their boxes
+  const BoxPair boxes_;
+  TriangleSeparation<S> triangles_;
+  const VolumeSeparation<BV> volumes_;
+  S limit_;           // distances from here on do not matter
+  float limit2_ = 0;  // as a squared gap of boxes: see BoxPair
+  bool improved_ = false;
+  QueryWork work_;
+};
+
+extern template class DistanceVisitor<fcl::RSS<float>>;
+extern template class DistanceVisitor<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <fcl/math/bv/AABB.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
+
+#include "geometry/triangle_contact.h"
+
+namespace adaptive_bvh {
+
+/// FCL's traversal of two meshes, with a test of two triangles of our own: every pair that touches
+/// has a contact, and all its fields where they are asked for. (When a triangle is a segment or a
+/// point, FCL reads a plane that it did not set, and then often forgets the pair.)
+template <typename S>
+class MeshCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
+  using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+
+ public:
+  unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2
+
+  void leafTesting(int b1, int b2) const override {
+    if (!this->model1->isOccupied() || !this->model2->isOccupied())
+      return Base::leafTesting(b1, b2);  // finds costs only
+    const int id1 = this->model1->getBV(b1).primitiveId();
+    const int id2 = this->model2->getBV(b2).primitiveId();
+    const TrianglePoints<S> first = pointsOf(this->vertices1, this->tri_indices1[id1]);
+    const TrianglePoints<S> second = pointsOf(this->vertices2, this->tri_indices2[id2]);
+    TrianglePoints<S> in_first;
+    for (int i = 0; i < 3; ++i) in_first[i] = this->R * second[i] + this->T;
+    if (!touch(first, in_first)) return;
+    if (this->request.enable_contact)
+      addContacts(id1, id2, contactOf(first, in_first));
+    else if (hasRoom())
+      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+    if (this->request.enable_cost) addCost(first, second);
+  }
+
+ private:
+  static TrianglePoints<S> pointsOf(const fcl::Vector3<S>* vertices, const fcl::Triangle& t) {
+    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+  }
+
+  bool hasRoom() const { return this->result->numContacts() < this->request.num_max_contacts; }
+
+  void addContacts(int id1, int id2, const TriangleContact<S>& contact) const {
+    for (unsigned i = 0; i < contact.count && i < contacts_per_pair && hasRoom(); ++i)
+      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2,
+                                               this->tf1 * contact.points[i],
+                                               this->tf1.linear() * contact.normal, contact.depth));
+  }
+
+  void addCost(const TrianglePoints<S>& first, const TrianglePoints<S>& second) const {
+    const auto boxOf = [](const fcl::Transform3<S>& tf, const TrianglePoints<S>& t) {
+      return fcl::AABB<S>(tf * t[0], tf * t[1], tf * t[2]);
+    };
+    fcl::AABB<S> common;
+    boxOf(this->tf1, first).overlap(boxOf(this->tf2, second), common);
+    this->result->addCostSource(fcl::CostSource<S>(common, this->cost_density),
+                                this->request.num_max_cost_sources);
+  }
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,315 @@
+#include "query/fcl/mesh_octree.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include <fcl/config.h>
+#if FCL_HAVE_OCTOMAP
+#include <fcl/geometry/octree/octree.h>
+#endif
+#include <fcl/geometry/shape/utility.h>
+
+#include "query/fcl/cell_separation.h"
+#include "query/fcl/gjk_solver.h"
+#include "query/fcl/shape_triangle.h"
+
+namespace adaptive_bvh {
+
+#if FCL_HAVE_OCTOMAP
+
+namespace {
+
+/// A cell of an octree and where it is, in the octree's coordinates.
+template <typename S>
+struct Cell {
+  Cell() = default;
+  Cell(const typename fcl::OcTree<S>::OcTreeNode* cell, const fcl::AABB<S>& where)
+      : node(cell), box(where), extent(where) {}
+
+  const typename fcl::OcTree<S>::OcTreeNode* node;
+  fcl::AABB<S> box;
+  CellExtent<S> extent;
+};
+
+/// What both queries need of a mesh and an octree.
+template <typename S>
+class MeshOctreePair {
+ public:
+  using Node = typename fcl::OcTree<S>::OcTreeNode;
+
+  MeshOctreePair(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree, S tolerance)
+      : mesh_(*mesh.model),
+        octree_(static_cast<const fcl::OcTree<S>&>(*octree.geometry)),
+        octree_tf_(octree.tf),
+        into_octree_(mesh.tf, octree.tf, tolerance),
+        statistics_(statisticsOf(mesh)) {}
+  ~MeshOctreePair() { statistics_.recordQuery(work_); }
+
+  /// The octree's root, if there is an occupied one, is handed to start(cell).
+  template <typename Start>
+  void run(Start&& start) const {
+    if (const Node* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
+      start(Cell<S>(root, octree_.getRootBV()));
+  }
+
+  bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
+  const fcl::BVNode<fcl::RSS<S>>& node(int b) const { return mesh_.getBV(b); }
+
+  /// Of a cell and an inner node: whether the cell's children come next. As FCL chooses.
+  bool goesDownTheOctree(const Cell<S>& cell, int b) const {
+    return !isLeaf(cell) && cell.box.size() > node(b).bv.size();
+  }
+
+  /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
+  /// whether it did.
+  template <typename Visit>
+  bool forEachChild(const Cell<S>& cell, Visit&& visit) const {
+    for (unsigned i = 0; i < 8; ++i) {
+      if (!octree_.nodeChildExists(cell.node, i)) continue;
+      const Node* child = octree_.getNodeChild(cell.node, i);
+      if (!octree_.isNodeOccupied(child)) continue;
+      fcl::AABB<S> box;
+      fcl::computeChildBV(cell.box, i, box);
+      if (visit(Cell<S>(child, box))) return true;
+    }
+    return false;
+  }
+
+  VolumeInOctree<fcl::RSS<S>> volume(int b) const { return {node(b).bv, into_octree_}; }
+
+  /// The triangle of a leaf, as Bound.
+  template <typename Bound>
+  Bound triangle(int b) const {
+    const fcl::Triangle& corners = mesh_.tri_indices[node(b).primitiveId()];
+    return {mesh_.vertices[corners[0]], mesh_.vertices[corners[1]], mesh_.vertices[corners[2]],
+            into_octree_};
+  }
+
+  void recordVisit(int b) const { statistics_.recordObstruction(b, 0); }
+  void addTest() { ++work_.bv_tests; }
+
+  /// Hands a cell to ask(cell's box, its pose).
+  template <typename Ask>
+  auto askSolver(const Cell<S>& cell, Ask&& ask) {
+    ++work_.leaf_tests;
+    fcl::Box<S> box;
+    fcl::Transform3<S> box_tf;
+    fcl::constructBox(cell.box, octree_tf_, box, box_tf);
+    return ask(box, box_tf);
+  }
+
+  std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
+
+ private:
+  const fcl::BVHModel<fcl::RSS<S>>& mesh_;
+  const fcl::OcTree<S>& octree_;
+  const fcl::Transform3<S> octree_tf_;
+  const IntoOctree<S> into_octree_;
+  const PairStatistics statistics_;
+  QueryWork work_;
+};
+
+/// Hands the pairs of an occupied cell and a triangle that are not surely apart to
+/// test(cell, triangle), in FCL's order, so that FCL's contacts come first to a request for few;
+/// until it returns true.
+template <typename S, typename Test>
+class OverlapSearch {
+ public:
+  OverlapSearch(MeshOctreePair<S>& pair, Test& test) : pair_(pair), test_(test) {}
+
+  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+
+ private:
+  bool visitNode(const Cell<S>& cell, int b) {
+    if (pair_.node(b).isLeaf())
+      return visitBound(cell, b, pair_.template triangle<TriangleOverlap<S>>(b));
+    return visitBound(cell, b, pair_.volume(b));
+  }
+
+  template <typename Bound>
+  bool visitBound(const Cell<S>& cell, int b, Bound bound) {
+    if (isApart(cell, bound)) return false;
+    pair_.recordVisit(b);
+    return descend(cell, b, bound);
+  }
+
+  bool descend(const Cell<S>& cell, int b, TriangleOverlap<S>& triangle) {
+    if (pair_.isLeaf(cell)) return test_(cell, pair_.node(b).primitiveId());
+    return descendOctree(cell, b, triangle);
+  }
+
+  bool descend(const Cell<S>& cell, int b, VolumeInOctree<fcl::RSS<S>>& volume) {
+    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
+    return visitNode(cell, pair_.node(b).leftChild()) ||
+           visitNode(cell, pair_.node(b).rightChild());
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell<S>& cell, int b, Bound& bound) {
+    return pair_.forEachChild(cell, [&](const Cell<S>& child) {
+      return !isApart(child, bound) && descend(child, b, bound);
+    });
+  }
+
+  template <typename Bound>
+  bool isApart(const Cell<S>& cell, Bound& bound) {
+    pair_.addTest();
+    return bound.isApart(cell.extent);
+  }
+
+  MeshOctreePair<S>& pair_;
+  Test& test_;
+};
+
+/// Hands the pairs of an occupied cell and a triangle that may be nearer than limit() to
+/// test(cell, triangle), the nearer ones first; until it returns true.
+template <typename S, typename Limit, typename Test>
+class NearestSearch {
+ public:
+  NearestSearch(MeshOctreePair<S>& pair, Limit& limit, Test& test)
+      : pair_(pair), limit_(limit), test_(test) {}
+
+  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+
+ private:
+  bool visitNode(const Cell<S>& cell, int b) {
+    pair_.recordVisit(b);
+    if (pair_.node(b).isLeaf())
+      return descend(cell, b, pair_.template triangle<TriangleDistance<S>>(b));
+    return descend(cell, b, pair_.volume(b));
+  }
+
+  bool descend(const Cell<S>& cell, int b, const TriangleDistance<S>& triangle) {
+    if (!pair_.isLeaf(cell)) return descendOctree(cell, b, triangle);
+    if (!(triangle.distance(cell.extent) < limit_())) return false;
+    return test_(cell, pair_.node(b).primitiveId());
+  }
+
+  bool descend(const Cell<S>& cell, int b, const VolumeInOctree<fcl::RSS<S>>& volume) {
+    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
+    int near = pair_.node(b).leftChild(), far = pair_.node(b).rightChild();
+    S to_near = distance(cell, near), to_far = distance(cell, far);
+    if (to_far < to_near) {
+      std::swap(near, far);
+      std::swap(to_near, to_far);
+    }
+    return (to_near < limit_() && visitNode(cell, near)) ||
+           (to_far < limit_() && visitNode(cell, far));
+  }
+
+  S distance(const Cell<S>& cell, int b) {
+    pair_.addTest();
+    return pair_.volume(b).distance(cell.extent);
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell<S>& cell, int b, const Bound& bound) {
+    std::array<std::pair<S, Cell<S>>, 8> children;
+    std::size_t count = 0;
+    pair_.forEachChild(cell, [&](const Cell<S>& child) {
+      pair_.addTest();
+      const S distance = bound.distance(child.extent);
+      if (distance < limit_()) children[count++] = {distance, child};
+      return false;
+    });
+    for (auto *next = children.data(), *end = next + count; next != end; ++next) {
+      std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
+                       return x.first < y.first;
+                     }));
+      if (!(next->first < limit_())) break;
+      if (descend(next->second, b, bound)) return true;
+    }
+    return false;
+  }
+
+  MeshOctreePair<S>& pair_;
+  Limit& limit_;
+  Test& test_;
+};
+
+}  // namespace
+
+template <typename S>
+S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
+                     const DistanceQuery<S>& query) {
+  fcl::DistanceResult<S>& result = query.result;
+  if (query.isSatisfied()) return result.min_distance;
+  return withSolver(query.request, [&](const auto& solver) {
+    MeshOctreePair<S> pair(mesh, octree, 0);
+    const auto limit = [&] { return result.min_distance; };
+    const auto test = [&](const Cell<S>& cell, int triangle) {
+      const ShapeTriangleDistance<S> found = pair.askSolver(cell, [&](const auto&... box) {
+        return shapeTriangleDistance(solver, box..., *mesh.model, mesh.tf, triangle);
+      });
+      result.update(found.distance, octree.geometry, mesh.model, pair.id(cell), triangle,
+                    found.on_shape, found.on_triangle);
+      return query.isSatisfied();
+    };
+    // Bodies that touch need no search for the nearest pair: any that touches ends it.
+    const auto once = [&](const Cell<S>& cell, int triangle) {
+      test(cell, triangle);
+      return true;
+    };
+    pair.run(OverlapSearch<S, decltype(once)>(pair, once));
+    if (!query.isSatisfied())
+      pair.run(NearestSearch<S, decltype(limit), decltype(test)>(pair, limit, test));
+    return result.min_distance;
+  });
+}
+
+template <typename S>
+std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
+                              const CollisionQuery<S>& query) {
+  fcl::CollisionResult<S>& result = query.result;
+  if (query.isSatisfied() || !mesh.model->isOccupied()) return result.numContacts();
+  return withSolver(query.request, [&](const auto& solver) {
+    MeshOctreePair<S> pair(mesh, octree, query.request.gjk_tolerance);
+    const auto test = [&](const Cell<S>& cell, int triangle) {
+      const fcl::Triangle& t = mesh.model->tri_indices[triangle];
+      const fcl::Vector3<S>* v = mesh.model->vertices;
+      const auto intersects = [&](fcl::Vector3<S>* point, S* depth, fcl::Vector3<S>* normal) {
+        return pair.askSolver(cell, [&](const auto&... box) {
+          return solver.shapeTriangleIntersect(box..., v[t[0]], v[t[1]], v[t[2]], mesh.tf, point,
+                                               depth, normal);
+        });
+      };
+      fcl::Contact<S> contact(octree.geometry, mesh.model, pair.id(cell), triangle);
+      if (query.request.enable_contact
+              ? intersects(&contact.pos, &contact.penetration_depth, &contact.normal)
+              : intersects(nullptr, nullptr, nullptr))
+        result.addContact(contact);
+      return query.isSatisfied();
+    };
+    pair.run(OverlapSearch<S, decltype(test)>(pair, test));
+    return result.numContacts();
+  });
+}
+
+#else
+
+template <typename S>
+S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,
+                     const DistanceQuery<S>&) {
+  throw std::logic_error("adaptive_bvh: FCL was built without octomap");
+}
+
+template <typename S>
+std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,
+                              const CollisionQuery<S>&) {
+  throw std::logic_error("adaptive_bvh: FCL was built without octomap");
+}
+
+#endif
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                                \
+  template S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,          \
+                                const DistanceQuery<S>&);                                          \
+  template std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
+                                         const CollisionQuery<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

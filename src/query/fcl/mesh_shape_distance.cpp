@@ -1,0 +1,90 @@
+#include "query/fcl/mesh_shape.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
+
+#include "query/fcl/gjk_solver.h"
+#include "query/fcl/recording_node.h"
+#include "query/fcl/shape_triangle.h"
+#include "query/fcl/shape_visitor.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// FCL's traversal, with points in the world for every shape, and none of a shape that touches.
+template <typename Shape, typename Solver>
+class ShapeDistanceNode : public fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver> {
+ public:
+  void preprocess() override { test(0); }
+  void leafTesting(int b1, int) const override { test(this->model1->getBV(b1).primitiveId()); }
+
+ private:
+  void test(int triangle) const {
+    using S = typename Shape::S;
+    const ShapeTriangleDistance<S> found = shapeTriangleDistance(
+        *this->nsolver, *this->model2, this->tf2, *this->model1, this->tf1, triangle);
+    this->result->update(found.distance, this->model1, this->model2, triangle,
+                         fcl::DistanceResult<S>::NONE, found.on_triangle, found.on_shape);
+  }
+};
+
+/// What fcl::distance does for enable_signed_distance: the deepest contact of a collision query, as
+/// a negative distance. Where none has a positive depth FCL answers with the least positive number,
+/// negated, and the last contact's position.
+template <typename S, typename Solver>
+void replaceByPenetration(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
+                          const Solver& solver, const DistanceQuery<S>& query) {
+  const fcl::CollisionRequest<S> with_contact(1, true);
+  fcl::CollisionResult<S> contacts;
+  meshShapeCollide<S>(mesh, shape, solver, {with_contact, contacts});
+
+  S depth = std::numeric_limits<S>::min();
+  const fcl::Contact<S>* deepest = nullptr;
+  for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
+    const fcl::Contact<S>& contact = contacts.getContact(i);
+    if (!deepest || contact.penetration_depth > depth) deepest = &contact;
+    depth = std::max(depth, contact.penetration_depth);
+  }
+  query.result.min_distance = -depth;
+  if (query.request.enable_nearest_points && deepest)
+    query.result.nearest_points[0] = query.result.nearest_points[1] = deepest->pos;
+}
+
+template <typename S, typename Solver>
+S run(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape, const Solver& solver,
+      const DistanceQuery<S>& query) {
+  if (query.isSatisfied()) return query.result.min_distance;
+  visitBoundedShape(*shape.geometry, [&](const auto& typed_shape) {
+    using Shape = std::decay_t<decltype(typed_shape)>;
+    using Base = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
+    RecordingDistanceNode<ShapeDistanceNode<Shape, Solver>, S> node(statisticsOf(mesh));
+    fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
+                            &solver, query.request, query.result);
+    fcl::detail::distance(&node);
+  });
+  const S found = query.result.min_distance;
+  if (found < 0 && query.request.enable_signed_distance)
+    replaceByPenetration(mesh, shape, solver, query);
+  return found;
+}
+
+}  // namespace
+
+template <typename S>
+S meshShapeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
+                    const DistanceQuery<S>& query) {
+  return withSolver(query.request,
+                    [&](const auto& solver) { return run(mesh, shape, solver, query); });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
+  template S meshShapeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
+                               const DistanceQuery<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

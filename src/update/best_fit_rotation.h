@@ -1,0 +1,92 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include <Eigen/SVD>
+
+#include "tree/topology.h"
+
+namespace adaptive_bvh {
+
+/// How a body has turned as a whole since its boxes were built: the rotation that best fits the
+/// motions of a few of its vertices (Kabsch 1976, "A solution for the best rotation to relate two
+/// sets of vectors"). A body that tumbles, or is carried around by a robot, would else outgrow the
+/// axes in which its boxes were tight. Any answer is sound; a good one keeps the boxes tight.
+template <typename S>
+class BestFitRotation {
+ public:
+  static constexpr std::size_t kSamples = 12;
+
+  /// Begins anew, with the body as it stands in a frame with these `axes`.
+  template <typename BV>
+  void start(const fcl::BVHModel<BV>& model, const Topology& topology, const fcl::Matrix3d& axes,
+             S scale) {
+    axes_ = axes;
+    scale_ = static_cast<double>(scale);
+    vertices_.clear();
+    const std::size_t primitives =
+        topology.leaf_vertices.size();  // in leaf order: near ones together
+    const std::size_t count = std::min<std::size_t>(kSamples, primitives);
+    vertices_.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+      vertices_.push_back(topology.leaf_vertices[i * primitives / count][0]);
+    rest_ = positions(model);
+    steps_left_ = kInterval;
+  }
+
+  /// True, in every eighth step at most, when the body has turned so far that `axes` (those in use)
+  /// are to be replaced, and then replaces them.
+  template <typename BV>
+  bool turn(const fcl::BVHModel<BV>& model, fcl::Matrix3d& axes) {
+    if (--steps_left_ > 0) return false;
+    steps_left_ = kInterval;
+    const Samples now = positions(model);
+    const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const auto sizes = svd.singularValues();
+    if (!(sizes[1] > kFlat * sizes[0])) return false;  // along one line: no rotation shows
+    // Equal where the motion is rigid, by Cauchy and Schwarz. What bends is not one body that
+    // turns.
+    if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
+    fcl::Matrix3d u = svd.matrixU();
+    if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+    const fcl::Matrix3d turned = u * svd.matrixV().transpose() * axes_;
+    const double cosine = ((turned.transpose() * axes).trace() - 1) / 2;
+    if (!(cosine < kCosine)) return false;
+    axes = turned;
+    return true;
+  }
+
+  /// A few vertices, spread over the body.
+  const std::vector<unsigned>& samples() const { return vertices_; }
+
+  std::size_t bytes() const { return vertices_.capacity() * sizeof(vertices_[0]); }
+
+ private:
+  static constexpr int kInterval = 8;
+  static constexpr double kFlat = 1e-4;
+  static constexpr double kRigid = 0.999;
+  static constexpr double kCosine = 0.98;  // 11 degrees
+
+  using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
+
+  /// About their middle, in body units.
+  template <typename BV>
+  Samples positions(const fcl::BVHModel<BV>& model) const {
+    Samples samples(3, Eigen::Index(vertices_.size()));
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      samples.col(Eigen::Index(i)) =
+          (model.vertices[vertices_[i]] - model.aabb_center).template cast<double>() * scale_;
+    if (!vertices_.empty()) samples.colwise() -= fcl::Vector3d(samples.rowwise().mean());
+    return samples;
+  }
+
+  fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();
+  double scale_ = 1;
+  std::vector<unsigned> vertices_;
+  Samples rest_;
+  int steps_left_ = kInterval;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,138 @@
+#include "update/displacement_propagation.h"
+
+#include <algorithm>
+
+#include "update/post_order.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The equations of thesis 4.3; the value handed up is D_latest.
+template <typename BV>
+struct InflationRule {
+  using S = typename BV::S;
+
+  int nextPair() { return left -= 2; }
+  bool isLeaf(int i) const { return model.getBV(i).isLeaf(); }
+  void leaf(int i, S& d_latest) const { d_latest = latest[primitive(i)]; }
+  static bool isTraversed(int) { return true; }
+  static void known(int, S&) {}
+  static void merge(S& a, S b) { a = std::max(a, b); }
+
+  void apply(int first, S a, S b) {
+    inflate(first, a);
+    inflate(first + 1, b);
+  }
+  void applyRoot(S root) { inflate(0, root); }
+
+  void inflate(int i, S d_latest) {
+    S& radius = Volume<BV>::radius(model.getBV(i).bv);
+    const S current = radius;
+    S inflated = rounding::sum(current, d_latest);
+    if (isLeaf(i) && d_latest > 0) {
+      inflated = rounding::sum(original_radius[i], overall[primitive(i)]);
+      if (!leaf_radius_may_shrink) inflated = std::max(current, inflated);
+    }
+    if (inflated == current) return;
+    radius = inflated;
+    ++changed;
+  }
+
+  int primitive(int leaf) const { return model.getBV(leaf).primitiveId(); }
+
+  fcl::BVHModel<BV>& model;
+  const S *original_radius, *latest, *overall;
+  bool leaf_radius_may_shrink;
+  int left;  ///< of the siblings that the traversal is at
+  int changed = 0;
+};
+
+}  // namespace
+
+template <typename BV>
+void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
+  const auto nodes = static_cast<std::size_t>(target.nodes());
+  const std::size_t primitives = target.tree.topology.leaf_vertices.size();
+  target.tree.boxes.reset();
+  target.tree.motion = MotionBounds<S>();
+  original_radius_.resize(nodes);
+  latest_.assign(primitives, S(0));
+  overall_.resize(primitives);
+  reference_.resize(primitives);
+  stack_.resize(target.tree.topology.stackCapacity());
+  vertex_motion_.assign(static_cast<std::size_t>(target.model.num_vertices), S(0));
+}
+
+template <typename BV>
+void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&) {
+  for (int i = 0; i < target.nodes(); ++i) refitted(target, i);
+}
+
+template <typename BV>
+VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const fcl::BVHModel<BV>& model,
+                                                                const StepInput<S>& input,
+                                                                int first, int last) {
+  VertexSummary<S> summary;
+  for (int v = first; v < last; ++v) {
+    const Point displacement = input.positions[v] - model.vertices[v];
+    summary.add(input.positions[v], displacement);
+    vertex_motion_[static_cast<std::size_t>(v)] = rounding::norm<S>(displacement);
+  }
+  return summary;
+}
+
+template <typename BV>
+void DisplacementPropagation<BV>::measurePrimitives(const fcl::BVHModel<BV>& model) {
+  const MeshView<S> mesh = viewOf(model);
+  const int corners = mesh.verticesPerPrimitive();
+  for (unsigned p = 0; p < latest_.size(); ++p) {
+    S latest = 0;
+    for (int k = 0; k < corners; ++k) latest = std::max(latest, vertex_motion_[mesh.vertex(p, k)]);
+    latest_[p] = latest;
+    if (latest == 0) continue;  // as far from its reference as it was
+    S overall = 0;
+    for (int k = 0; k < corners; ++k)  // of two frames, for the leaf must hold both
+      mesh.forEachPositionOf(mesh.vertex(p, k), [&](const Point& position) {
+        overall = std::max(overall, rounding::norm<S>(position - reference_[p][std::size_t(k)]));
+      });
+    overall_[p] = overall;
+  }
+}
+
+template <typename BV>
+PropagationCounts DisplacementPropagation<BV>::propagate(const UpdateTarget<BV>& target,
+                                                         const RefitPolicy& policy, ThreadPool&) {
+  measurePrimitives(target.model);
+  InflationRule<BV> rule{target.model,    original_radius_.data(),       latest_.data(),
+                         overall_.data(), policy.leaf_radius_may_shrink, target.nodes()};
+  traversePostOrder(stack_.data(), rule);
+  return {0, rule.changed};
+}
+
+template <typename BV>
+void DisplacementPropagation<BV>::refitted(const UpdateTarget<BV>& target, int i) {
+  const fcl::BVNode<BV>& node = target.model.getBV(i);
+  original_radius_[static_cast<std::size_t>(i)] = Volume<BV>::radius(node.bv);
+  if (node.isLeaf())
+    restartPrimitive(viewOf(target.model), static_cast<unsigned>(node.primitiveId()));
+}
+
+/// Its leaf was just fitted to the present positions.
+template <typename BV>
+void DisplacementPropagation<BV>::restartPrimitive(const MeshView<S>& mesh, unsigned primitive) {
+  overall_[primitive] = 0;
+  for (int k = 0; k < mesh.verticesPerPrimitive(); ++k)
+    reference_[primitive][static_cast<std::size_t>(k)] = mesh.vertices[mesh.vertex(primitive, k)];
+}
+
+template <typename BV>
+std::size_t DisplacementPropagation<BV>::bytes() const {
+  const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+  return size(original_radius_) + size(latest_) + size(overall_) + size(reference_) +
+         size(vertex_motion_) + size(stack_);
+}
+
+template class DisplacementPropagation<fcl::RSS<float>>;
+template class DisplacementPropagation<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

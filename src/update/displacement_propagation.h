@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "update/step_input.h"
+#include "update/thread_pool.h"
+#include "update/update_target.h"
+#include "update/vertex_summary.h"
+
+namespace adaptive_bvh {
+
+/// Propagation::Displacements: the error propagation of thesis 4.3. Inflates every volume so that
+/// it encloses its triangles at their new positions.
+///
+/// Leaf:  current = max(current, original + D_overall)     (step 3)
+///        or original + D_overall, where `leaf_radius_may_shrink`
+///        D_latest = latest displacement of its triangle   (step 4)
+/// Inner: D_latest = max of both children's
+///        current = current + D_latest                     (step 5)
+///
+/// Why it holds: let p be a corner of a triangle below the node and p' where it is now. A leaf's
+/// original volume held p at its reference position, |p' - p_reference| <= D_overall. An inner
+/// volume held p in the step before, |p' - p| <= D_latest. A volume is all points within its
+/// radius of its rectangle, so adding the displacement to the radius reaches p', and being convex,
+/// it then holds the whole triangle. Displacements and sums are rounded up (rounding.h).
+///
+/// Keeps what thesis 4.2 keeps, as arrays in FCL's orders. A node's current radius is the one in
+/// FCL's node. A primitive is a triangle, or a point in a point cloud. The functions are those of
+/// TranslationPropagation, where they are explained.
+template <typename BV>
+class DisplacementPropagation {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+  static constexpr bool kTakesSomeVertices = false;
+
+  void reset(const UpdateTarget<BV>& target);
+  void start(const UpdateTarget<BV>& target, const BV& root);
+
+  void begin(const UpdateTarget<BV>&, const StepInput<S>&) {}
+  VertexSummary<S> read(const fcl::BVHModel<BV>& model, const StepInput<S>& input, int first,
+                        int last);
+  void accept(const UpdateTarget<BV>&, S) {}
+  void discard() {}
+
+  static bool canFollow(const UpdateTarget<BV>&, S largest) { return std::isfinite(largest); }
+  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                              ThreadPool& pool);
+  static bool isInRange(const UpdateTarget<BV>&) { return true; }
+
+  S inflation(const UpdateTarget<BV>& target, int node) const {
+    return Volume<BV>::radius(target.volume(node)) - originalRadius(target, node);
+  }
+  S originalRadius(const UpdateTarget<BV>&, int node) const {
+    return original_radius_[static_cast<std::size_t>(node)];
+  }
+  void refitted(const UpdateTarget<BV>& target, int node);
+  void limitInflation(const UpdateTarget<BV>&, int) {}
+  void limitSomeInflations(const UpdateTarget<BV>&) {}
+
+  /// Largest displacement of a primitive's corners in the last step.
+  S latestDisplacement(int primitive) const { return latest_[static_cast<std::size_t>(primitive)]; }
+  /// The same since its leaf was last refitted.
+  S overallDisplacement(int primitive) const {
+    return overall_[static_cast<std::size_t>(primitive)];
+  }
+
+  std::size_t bytes() const;
+
+ private:
+  void measurePrimitives(const fcl::BVHModel<BV>& model);
+  void restartPrimitive(const MeshView<S>& mesh, unsigned primitive);
+
+  // Per node. FCL numbers children after their parent.
+  std::vector<S> original_radius_;  // radius when the node was last refitted
+
+  // Per primitive.
+  std::vector<S> latest_, overall_;
+  std::vector<std::array<Point, 3>> reference_;  // its corners when its leaf was last refitted
+
+  // Per vertex.
+  std::vector<S> vertex_motion_;  // displacement in the last step
+
+  std::vector<S> stack_;
+};
+
+extern template class DisplacementPropagation<fcl::RSS<float>>;
+extern template class DisplacementPropagation<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,195 @@
+#include "update/step.h"
+
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "update/refit.h"
+#include "update/step_scope.h"
+#include "update/stopwatch.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// From so many primitives on, threads pay.
+constexpr int kParallelPrimitives = 50000;
+
+/// Makes `vertices` the array to write the new positions to.
+template <typename BV>
+void openStep(fcl::BVHModel<BV>& model, StepKind kind) {
+  using Point = fcl::Vector3<typename BV::S>;
+  if (kind == StepKind::Replace) {
+    delete[] model.prev_vertices;
+    model.prev_vertices = nullptr;
+    model.build_state = fcl::BVH_BUILD_STATE_PROCESSED;
+  } else {
+    if (!model.prev_vertices) model.prev_vertices = new Point[model.num_vertices];
+    std::swap(model.vertices, model.prev_vertices);
+    model.build_state = fcl::BVH_BUILD_STATE_UPDATED;
+  }
+}
+
+/// Records a root that the step changed.
+template <typename BV, typename Method>
+void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
+  BV& root = target.volume(0);
+  if (target.tree.detector.matches(root)) return;
+  target.tree.detector.record(root, root);
+  if (refitted) method.refitted(target, 0);
+}
+
+/// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
+template <typename BV, typename Scope>
+bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
+         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
+  auto& method = scope.method();
+  const auto seen = scope.read();
+  if (!seen.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
+    scope.discard();
+    return false;
+  }
+  report.largest_displacement = static_cast<double>(seen.largestDisplacement());
+  if (scope.mayRest() && !seen.moved) {
+    scope.discard();
+    target.tree.statistics.clear();
+    report.displacement_seconds = watch.lap();
+    return true;
+  }
+
+  openStep(target.model, input.kind);
+  scope.write(seen);
+  report.displacement_seconds = watch.lap();
+  bool followed = method.canFollow(target, seen.largestDisplacement());
+  if (followed) {
+    method.accept(target, seen.largestDisplacement());
+    const PropagationCounts counts = scope.propagate();
+    report.moved = counts.moved;
+    report.inflated = counts.inflated;
+    report.propagation_seconds = watch.lap();
+    followed = method.isInRange(target);
+  }
+  if (followed) {
+    const auto refits = scope.refit();
+    report.refitted_leaves = refits.leaves;
+    report.refitted_inner = refits.inner;
+    report.refitted_primitives = refits.primitives;
+    recordRoot(target, method, refits.root);
+  } else {
+    target.tree.detector.invalidate();
+    report.resynchronised = repairIfChanged(target, state);
+  }
+  target.tree.statistics.clear();
+  report.refit_seconds = watch.lap();
+  return true;
+}
+
+/// The positions; copied `aside` where some lie in the arrays that a step writes or frees.
+template <typename BV>
+const fcl::Vector3<typename BV::S>* outsideOwnArrays(
+    const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
+    std::vector<fcl::Vector3<typename BV::S>>& aside) {
+  using Point = fcl::Vector3<typename BV::S>;
+  const std::less<const Point*> before;
+  const Point* const end = input.positions + input.count;
+  for (const Point* own : {model.vertices, model.prev_vertices})
+    if (own && before(input.positions, own + model.num_vertices) && before(own, end))
+      aside.assign(input.positions, end);
+  return aside.empty() ? input.positions : aside.data();
+}
+
+template <typename BV, typename Method>
+bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+            const RefitPolicy& policy, StepInput<typename BV::S> input, UpdateReport& report) {
+  using Point = fcl::Vector3<typename BV::S>;
+  Stopwatch watch;
+  report = UpdateReport();
+  report.nodes = target.nodes();
+  // Before the step: displacements count from the positions that the volumes hold.
+  report.resynchronised = repairIfChanged(target, state);
+  std::vector<Point> aside;
+  input.positions = outsideOwnArrays(target.model, input, aside);
+  if (input.indices) {
+    if constexpr (Method::kTakesSomeVertices) {
+      if (!target.model.prev_vertices) {
+        SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
+        return run(target, state, some, input, report, watch);
+      }
+    }
+    std::vector<Point> all(target.model.vertices,
+                           target.model.vertices + target.model.num_vertices);
+    for (std::size_t i = 0; i < input.count; ++i) all[input.indices[i]] = input.positions[i];
+    return stepOf(method, target, state, policy, {input.kind, all.data(), all.size(), nullptr},
+                  report);
+  }
+  const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
+  ThreadPool pool(parallel ? state.threads : 1);
+  AllVertices<BV, Method> all(target, method, policy, input, pool);
+  return run(target, state, all, input, report, watch);
+}
+
+}  // namespace
+
+template <typename BV>
+void UpdateState<BV>::setPropagation(Propagation propagation) {
+  if (propagation == Propagation::TranslationCompensated)
+    method.template emplace<TranslationPropagation<BV>>();
+  else
+    method.template emplace<DisplacementPropagation<BV>>();
+}
+
+template <typename BV>
+bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
+              const StepInput<typename BV::S>& input, UpdateReport& report) {
+  return std::visit(
+      [&](auto& method) { return stepOf(method, target, state, policy, input, report); },
+      state.method);
+}
+
+/// What is kept begins anew, with the tree.
+template <typename BV>
+void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  target.tree.adopt(target.model);
+  state.leaves.clear();
+  updateLocalBounds(target.model);
+  std::visit([&](auto& method) { method.reset(target); }, state.method);
+}
+
+template <typename BV>
+void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& root) {
+  std::visit(
+      [&](auto& method) {
+        method.start(target, root);
+        target.tree.detector.record(target.volume(0), root);
+        method.refitted(target, 0);
+      },
+      state.method);
+}
+
+template <typename BV>
+void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  reset(target, state);
+  start(target, state, target.volume(0));
+}
+
+template <typename BV>
+bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  AdaptiveTree<BV>& tree = target.tree;
+  if (target.nodes() == 0 || tree.detector.matches(target.volume(0))) return false;
+  const std::lock_guard<std::mutex> lock(tree.repairing);
+  if (tree.detector.matches(target.volume(0))) return true;  // another thread was first
+  reset(target, state);
+  start(target, state, refitAllButRoot(target));
+  return true;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
+  template struct UpdateState<BV>;                                                      \
+  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
+                         const StepInput<BV::S>&, UpdateReport&);                       \
+  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
+  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
+ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<float>)
+ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<double>)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

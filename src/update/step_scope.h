@@ -1,0 +1,192 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "update/dirty_pairs.h"
+#include "update/local_bounds.h"
+#include "update/refit.h"
+#include "update/step_input.h"
+#include "update/thread_pool.h"
+#include "update/vertex_leaf_map.h"
+#include "update/vertex_summary.h"
+
+namespace adaptive_bvh {
+
+/// What several threads find, each by itself, on cache lines of their own.
+template <typename T>
+class PerThread {
+ public:
+  explicit PerThread(int threads) : others_(static_cast<std::size_t>(threads) - 1) {}
+  T& operator[](int thread) {
+    return thread == 0 ? first_ : others_[static_cast<std::size_t>(thread) - 1].value;
+  }
+  template <typename Add>
+  T sum(Add&& add) {
+    T all = first_;
+    for (const Slot& slot : others_) add(all, slot.value);
+    return all;
+  }
+
+ private:
+  struct alignas(64) Slot {
+    T value{};
+  };
+  T first_{};
+  std::vector<Slot> others_;
+};
+
+/// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
+/// a pool. `Method`: TranslationPropagation or DisplacementPropagation.
+template <typename BV, typename Method>
+class AllVertices {
+ public:
+  using S = typename BV::S;
+
+  AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+              const StepInput<S>& input, ThreadPool& pool)
+      : target_(target), method_(method), policy_(policy), input_(input), pool_(pool) {}
+
+  Method& method() const { return method_; }
+
+  VertexSummary<S> read() {
+    method_.begin(target_, input_);
+    PerThread<VertexSummary<S>> seen(pool_.size());
+    forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
+      seen[thread].add(method_.read(target_.model, input_, first, last));
+    });
+    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+  }
+
+  void discard() { method_.discard(); }
+  /// Whether there is nothing to do when nothing moved.
+  bool mayRest() const { return input_.kind == StepKind::Replace && !target_.model.prev_vertices; }
+
+  /// Also the local bounds.
+  void write(const VertexSummary<S>& seen) {
+    setLocalBox(target_.model, seen.low, seen.high);
+    PerThread<S> squared(pool_.size());
+    forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
+      const S found = writePositions(target_.model, input_.positions, first, last);
+      squared[thread] = std::max(squared[thread], found);
+    });
+    target_.model.aabb_radius =
+        std::sqrt(squared.sum([](S& all, S some) { all = std::max(all, some); }));
+  }
+
+  PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
+
+  RefitCounts<S> refit() {
+    if (policy_.criterion == FitnessCriterion::RefitNone) return {};
+    PerThread<RefitCounts<S>> counts(pool_.size());
+    const int parts = pool_.size() > 1 ? 512 : 1;
+    forEachPart(target_.nodes(), parts, [&](int first, int last, int thread) {
+      Refitter<BV, Method> refitter(target_, method_, policy_);
+      for (int i = first; i < last; ++i) refitter.judge(i);
+      counts[thread] += refitter.counts();
+    });
+    const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
+    target_.tree.motion.include(all.corner_sum);
+    method_.limitSomeInflations(target_);
+    return all;
+  }
+
+ private:
+  int vertices() const { return target_.model.num_vertices; }
+
+  /// Calls run(first, last, thread) for the parts of [0, size).
+  template <typename Run>
+  void forEachPart(int size, int parts, Run&& run) {
+    pool_.forEach(parts, [&](int part, int thread) {
+      run(partBegin(size, parts, part), partBegin(size, parts, part + 1), thread);
+    });
+  }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const StepInput<S>& input_;
+  ThreadPool& pool_;
+};
+
+/// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
+template <typename BV, typename Method>
+class SomeVertices {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+
+  SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+               const StepInput<S>& input, VertexLeafMap& leaves, DirtyPairs& dirty)
+      : target_(target),
+        method_(method),
+        policy_(policy),
+        input_(input),
+        leaves_(leaves),
+        dirty_(dirty),
+        bounds_(target.model) {}
+
+  Method& method() const { return method_; }
+
+  VertexSummary<S> read() {
+    if (leaves_.empty()) {
+      leaves_.adopt(target_.model, target_.tree.topology);
+      resetDirty();
+    }
+    method_.begin(target_, input_);
+    return method_.readSome(target_.model, input_, [&](unsigned v, const Point& to) {
+      bounds_.move(target_.model.vertices[v], to);
+      leaves_.markAncestors(v, dirty_);
+    });
+  }
+
+  void discard() {
+    method_.discard();
+    resetDirty();
+  }
+  static bool mayRest() { return false; }
+
+  void write(const VertexSummary<S>&) {
+    for (std::size_t i = 0; i < input_.count; ++i)
+      target_.model.vertices[input_.indices[i]] = input_.positions[i];
+  }
+
+  /// Also the local bounds, which are found by the boxes.
+  PropagationCounts propagate() {
+    const PropagationCounts counts = method_.propagateDirty(target_, dirty_);
+    if (method_.isInRange(target_))
+      bounds_.finish(target_.tree.topology, *target_.tree.boxes, leaves_.coversAllVertices());
+    return counts;
+  }
+
+  RefitCounts<S> refit() {
+    Refitter<BV, Method> refitter(target_, method_, policy_);
+    const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
+    const auto settle = [&](int node) {
+      if (!may_refit) return;
+      refitter.judge(node);
+      method_.limitInflation(target_, node);
+    };
+    for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
+      settle(left);
+      settle(left + 1);
+      dirty_.unset(left);
+    }
+    settle(0);
+    target_.tree.motion.include(refitter.counts().corner_sum);
+    return refitter.counts();
+  }
+
+ private:
+  void resetDirty() { dirty_.reset(target_.tree.topology.leaf_vertices.size() - 1); }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const StepInput<S>& input_;
+  VertexLeafMap& leaves_;
+  DirtyPairs& dirty_;
+  PartialBounds<BV> bounds_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "update/dirty_pairs.h"
+#include "update/thread_pool.h"
+#include "update/update_target.h"
+#include "update/vertex_states.h"
+
+namespace adaptive_bvh {
+
+/// What a node hands to its parent in the post-order traversal.
+struct NodeMotion {
+  Box box;     ///< of its triangles, in body coordinates
+  Box motion;  ///< of its vertices' VertexState::motion
+};
+
+/// Propagation::TranslationCompensated: renews all boxes, and moves and inflates every volume so
+/// that it encloses its triangles at their new positions.
+///
+/// Let every vertex below a node move by some d in the box [low, high] of displacements, c its
+/// centre and h half its diagonal. d = c + e with |e| <= h. A volume that held the vertex at p
+/// before holds p + c when it is moved by c, and p + d when its radius also grows by h. So a node
+/// that moves as a whole does not grow at all, and one that is strained grows by its own strain,
+/// at a rate relative to its size that does not depend on how large it is or how deep it lies.
+///
+/// The motions of VertexState are what is left beyond a common translation m: d = m + e. A volume
+/// moves by m + c, c the centre of the box of the e; m is added in the model's own precision, so
+/// that the single precision of c and h costs nothing where a body moves far and deforms little.
+///
+/// docs/bounds.md has the proof with rounding.
+template <typename BV>
+class TranslationPropagation {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+  /// Whether a step may give some vertices only.
+  static constexpr bool kTakesSomeVertices = true;
+
+  /// Makes room for the tree's nodes and the model's vertices; `start` is to follow.
+  void reset(const UpdateTarget<BV>& target);
+  /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.
+  void start(const UpdateTarget<BV>& target, const BV& root);
+
+  /// \name A step: begin, read, then accept or discard; after accept propagate
+  /// \{
+  void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
+    vertices_.begin(target, input);
+  }
+  /// Of all vertices those in [first, last), on any thread.
+  VertexSummary<S> read(const fcl::BVHModel<BV>& model, const StepInput<S>& input, int first,
+                        int last) {
+    return vertices_.read(model.vertices, input, first, last);
+  }
+  /// Of some vertices: see VertexStates.
+  template <typename Moving>
+  VertexSummary<S> readSome(const fcl::BVHModel<BV>& model, const StepInput<S>& input,
+                            Moving&& moving) {
+    return vertices_.readSome(model, input, moving);
+  }
+  /// The step takes place; its largest displacement can be followed.
+  void accept(const UpdateTarget<BV>& target, S largest);
+  /// The step does not take place, or nothing has moved.
+  void discard() { vertices_.discard(); }
+
+  /// Whether single precision can express a displacement of at most `largest`. False for NaN.
+  static bool canFollow(const UpdateTarget<BV>& target, S largest) {
+    return largest * target.tree.boxes->frame.scale() < S(kRange);
+  }
+  /// Moves and inflates all volumes and renews all boxes.
+  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy&, ThreadPool& pool);
+  /// The same for dirty nodes and the root, where nothing moved below the others.
+  PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const DirtyPairs& dirty);
+  /// Whether the boxes can still express the body's parts: not when that has grown or shrunk out of
+  /// all proportion to what it was at `start`.
+  static bool isInRange(const UpdateTarget<BV>& target) {
+    const float extent = target.tree.boxes->root().largestCoordinate();
+    return extent < kRange && extent > 1 / kRange;
+  }
+  /// \}
+
+  /// Radius of FCL's volume less its radius when last refitted.
+  S inflation(const UpdateTarget<BV>& target, int node) const {
+    return S(target.tree.motion.inflation(node)) * target.tree.boxes->frame.unit();
+  }
+  S originalRadius(const UpdateTarget<BV>& target, int node) const {
+    return std::max(S(0), Volume<BV>::radius(target.volume(node)) - inflation(target, node));
+  }
+  /// The volume of `node` was just fitted to the present positions.
+  void refitted(const UpdateTarget<BV>& target, int node) {
+    target.tree.motion.setInflation(node, 0);
+  }
+
+  /// Bounds how far a volume that is not visited can be over-inflated: one that has grown by more
+  /// than the radius of its box is replaced by the volume around that box, which is looser than a
+  /// fit, but costs next to nothing.
+  void limitInflation(const UpdateTarget<BV>& target, int node);
+  /// Of a sixteenth of the nodes, of others in the next step: so a volume that FCL's own queries
+  /// come upon is never looser than its box by more than the box's radius and sixteen steps'
+  /// growth.
+  void limitSomeInflations(const UpdateTarget<BV>& target);
+
+  std::size_t bytes() const;
+
+ private:
+  static constexpr float kRange = 1 << 30;
+
+  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, ThreadPool& pool);
+
+  VertexStates<S> vertices_;
+  std::vector<NodeMotion> stack_;
+  int next_limited_ = 0;
+};
+
+extern template class TranslationPropagation<fcl::RSS<float>>;
+extern template class TranslationPropagation<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,33 @@
+#include "update/vertex_leaf_map.h"
+
+#include <algorithm>
+
+namespace adaptive_bvh {
+
+template <typename BV>
+void VertexLeafMap::adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
+  const auto pairs = topology.leaf_vertices.size() - 1;
+  parent_.assign(pairs, 0);
+  first_.assign(static_cast<std::size_t>(model.num_vertices) + 1, 0);
+  leaf_.resize(3 * topology.leaf_vertices.size());
+
+  for (const VertexIndices& vertices : topology.leaf_vertices)
+    for (unsigned v : vertices) ++first_[v];
+  covers_all_ = std::find(first_.begin(), first_.end() - 1, 0) == first_.end() - 1;
+  int sum = 0;
+  for (int& first : first_) first = sum += first;  // where the vertex's leaves end
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    if (!node.isLeaf()) {
+      parent_[static_cast<std::size_t>(node.leftChild() - 1) / 2] = i;
+      continue;
+    }
+    for (unsigned v : topology.leaf_vertices[static_cast<std::size_t>(node.first_primitive)])
+      leaf_[static_cast<std::size_t>(--first_[v])] = i;
+  }
+}
+
+template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<float>>&, const Topology&);
+template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<double>>&, const Topology&);
+
+}  // namespace adaptive_bvh

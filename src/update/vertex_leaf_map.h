@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "tree/topology.h"
+#include "update/dirty_pairs.h"
+
+namespace adaptive_bvh {
+
+/// The way from vertices up the tree, for steps of a few vertices: which leaves a vertex belongs
+/// to, and what stands above them. Made when first needed.
+class VertexLeafMap {
+ public:
+  bool empty() const { return parent_.empty(); }
+  void clear() { *this = VertexLeafMap(); }
+
+  template <typename BV>
+  void adopt(const fcl::BVHModel<BV>& model, const Topology& topology);
+
+  /// False when there are vertices that belong to no triangle.
+  bool coversAllVertices() const { return covers_all_; }
+
+  /// Sets all pairs of siblings on the ways from the leaves of `vertex` to the root.
+  void markAncestors(unsigned vertex, DirtyPairs& dirty) const {
+    for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
+      // From pair to pair: the parent of a pair is a node, and that node is in a pair, or the root.
+      for (int node = leaf_[static_cast<std::size_t>(i)]; node > 0;) {
+        const int left = node - (node % 2 == 0);
+        if (dirty.set(left)) break;
+        node = parent_[static_cast<std::size_t>(left - 1) / 2];
+      }
+    }
+  }
+
+  std::size_t bytes() const {
+    return (parent_.capacity() + first_.capacity() + leaf_.capacity()) * sizeof(int);
+  }
+
+ private:
+  std::vector<int> parent_;  // by pair: the node above it
+  std::vector<int> first_;   // by vertex, and one more: where its leaves begin
+  std::vector<int> leaf_;
+  bool covers_all_ = false;
+};
+
+}  // namespace adaptive_bvh

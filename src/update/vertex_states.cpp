@@ -1,0 +1,101 @@
+#include "update/vertex_states.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A few vertices' displacement where they agree to a sixteenth of it: the body is carried along.
+/// Else 0, for what a volume moves beyond it is bounded by both lengths. Any vector is sound. None
+/// where two frames are kept, for the frame before did not move.
+template <typename S>
+fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
+                                  const std::vector<unsigned>& samples) {
+  using Point = fcl::Vector3<S>;
+  if (input.kind == StepKind::TwoFrames || input.indices || samples.empty()) return Point::Zero();
+  const auto motion = [&](unsigned v) -> Point { return input.positions[v] - present[v]; };
+  const Point common = motion(samples[0]);
+  const S allowed = common.cwiseAbs().maxCoeff() / 16;
+  for (unsigned v : samples)
+    if (!((motion(v) - common).cwiseAbs().maxCoeff() <= allowed))
+      return Point::Zero();  // so do positions that are no numbers
+  return common;
+}
+
+}  // namespace
+
+template <typename S>
+template <typename BV>
+void VertexStates<S>::start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame) {
+  frame_ = frame;
+  rotation_.start(target.model, target.tree.topology, frame.axes(), frame.scale());
+  readInPlace(target.model);
+}
+
+template <typename S>
+template <typename BV>
+void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
+  const BoxTree<S>& boxes = *target.tree.boxes;
+  frame_ = boxes.frame;
+  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, rotation_.samples());
+  if (input.indices) return;
+  all_moving_ = true;
+  // A body far from the origin of its boxes would lose digits in them.
+  frame_.moveOrigin(boxes.middle());
+  fcl::Matrix3d axes = boxes.frame.axes();
+  if (rotation_.turn(target.model, axes)) frame_.turn(axes);
+  if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size());
+}
+
+template <typename S>
+VertexSummary<S> VertexStates<S>::read(const Point* present, const StepInput<S>& input, int first,
+                                       int last) {
+  const BodyFrame<S> frame = frame_;
+  const Point common = common_;
+  VertexSummary<S> summary;
+  for (int v = first; v < last; ++v) {
+    const Point to = input.positions[v], displacement = to - present[v];
+    summary.add(to, displacement);
+    VertexState& state = states_[static_cast<std::size_t>(v)];
+    float4::store(frame.toBodyFrame(to), state.position);
+    float4::store(frame.displacement(displacement - common), state.motion);
+  }
+  if (input.kind == StepKind::TwoFrames)
+    for (int v = first; v < last; ++v)
+      float4::store(frame.toBodyFrame(present[v]), previous_[static_cast<std::size_t>(v)].data());
+  return summary;
+}
+
+/// The model's positions as they stand, without motion.
+template <typename S>
+template <typename BV>
+void VertexStates<S>::readInPlace(const fcl::BVHModel<BV>& model) {
+  if (model.prev_vertices) previous_.resize(states_.size());
+  for (std::size_t v = 0; v < states_.size(); ++v) {
+    float4::store(frame_.toBodyFrame(model.vertices[v]), states_[v].position);
+    float4::store(float4::all(0), states_[v].motion);
+    if (model.prev_vertices)
+      float4::store(frame_.toBodyFrame(model.prev_vertices[v]), previous_[v].data());
+  }
+  all_moving_ = true;
+  stale_ = false;
+  common_.setZero();
+}
+
+template <typename S>
+void VertexStates<S>::forgetMotion() {
+  const auto stop = [](VertexState& state) { float4::store(float4::all(0), state.motion); };
+  if (all_moving_)
+    for (VertexState& state : states_) stop(state);
+  else
+    for (unsigned v : moving_) stop(states_[v]);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template class VertexStates<S>;                                                              \
+  template void VertexStates<S>::start(const UpdateTarget<fcl::RSS<S>>&, const BodyFrame<S>&); \
+  template void VertexStates<S>::begin(const UpdateTarget<fcl::RSS<S>>&, const StepInput<S>&); \
+  template void VertexStates<S>::readInPlace(const fcl::BVHModel<fcl::RSS<S>>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

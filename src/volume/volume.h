@@ -1,0 +1,95 @@
+#pragma once
+
+#include <fcl/math/bv/RSS.h>
+
+#include "geometry/body_frame.h"
+#include "geometry/box.h"
+#include "geometry/mesh_view.h"
+#include "geometry/rounding.h"
+
+namespace adaptive_bvh {
+
+/// What is special to one type of bounding volume. All other code uses only this, so another type
+/// of volume is another specialisation.
+template <typename BV>
+struct Volume;
+
+/// A rectangle-swept sphere: all points within `r` of the rectangle
+/// { To + x axis.col(0) + y axis.col(1) : 0 <= x <= l[0], 0 <= y <= l[1] }.
+template <typename S_>
+struct Volume<fcl::RSS<S_>> {
+  using S = S_;
+  using BV = fcl::RSS<S>;
+  using Point = fcl::Vector3<S>;
+
+  static S radius(const BV& bv) { return bv.r; }
+  static S& radius(BV& bv) { return bv.r; }
+  static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
+
+  /// The three coordinates that fix the volume in space. Adding to them moves it, rounded by at
+  /// most epsilon times `cornerSum` of the result.
+  static S* corner(BV& bv) { return bv.To.data(); }
+  /// Bounds |x| + |y| + |z| of the corner, and the radius.
+  static S cornerSum(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r; }
+  /// Bounds |x| + |y| + |z| of every point of the volume.
+  static S coordinateSum(const BV& bv) {
+    return bv.To.template lpNorm<1>() + 2 * (bv.l[0] + bv.l[1] + bv.r);
+  }
+
+  /// The volume as all points within a radius of a parallelogram. Along a unit vector u it extends
+  /// from `middle` as far as |u half[0]| + |u half[1]| + radius.
+  struct SweptParallelogram {
+    Point half[2];  ///< of its sides
+    Point middle;
+    S radius;
+  };
+  static SweptParallelogram parallelogram(const BV& bv) {
+    const Point a = bv.axis.col(0) * (bv.l[0] / 2), b = bv.axis.col(1) * (bv.l[1] / 2);
+    return {{a, b}, bv.To + a + b, bv.r};
+  }
+  /// Of the rectangle.
+  static Point normal(const BV& bv) { return bv.axis.col(2); }
+
+  /// A length that stands for the whole volume at a given radius: see InflationReference::NodeSize.
+  static S size(const BV& bv, S radius);
+
+  /// Distance from p to the rectangle, as computed; off by at most `containmentError`.
+  static S distanceToRectangle(const BV& bv, const Point& p);
+
+  /// Bound on the rounding error of `distanceToRectangle` when that returned `distance`.
+  static S containmentError(const BV& bv, S distance);
+
+  /// The numbers that make up a volume, for bitwise comparison.
+  static constexpr int kNumbers = 15;
+  static S& number(BV& bv, int i) {
+    return i < 9 ? bv.axis.data()[i] : i < 12 ? bv.To[i - 9] : i < 14 ? bv.l[i - 12] : bv.r;
+  }
+
+  /// The smallest volume found that holds the `count` primitives listed; tight, not minimal. Every
+  /// position lies inside in exact arithmetic. count >= 1. Allocates only while a thread's fits
+  /// grow in size.
+  static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
+  /// Of primitives that are given by their vertices.
+  static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+
+  /// Holds all that a box in body coordinates holds, exactly, where points there are off by no more
+  /// than BodyFrame::toBodyFrame's error in a body whose largest coordinate is `extent`.
+  static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
+
+  /// \name Measures of tightness, in double precision
+  /// \{
+  static double volume(const BV& bv);
+  static double surfaceArea(const BV& bv);
+  /// The longer side of the box around the volume over the shorter, seen along the normal; 0 where
+  /// the shorter one is 0.
+  static double aspectRatio(const BV& bv);
+  /// The share of `inner` that lies in `outer`, by 64 evenly spread sample points of the box around
+  /// `inner`. Those that touch count.
+  static double shareWithin(const BV& inner, const BV& outer);
+  /// \}
+};
+
+extern template struct Volume<fcl::RSS<float>>;
+extern template struct Volume<fcl::RSS<double>>;
+
+}  // namespace adaptive_bvh
