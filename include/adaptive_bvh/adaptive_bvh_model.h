@@ -31,14 +31,14 @@ struct Supported {
 /// A fcl::BVHModel for a mesh that deforms. Change the type's name, keep the calls: FCL queries it
 /// as before and answers as on a freshly built model, while an update costs a fraction of FCL's.
 ///
-/// Per frame the model measures how far the vertices moved, inflates every bounding volume just
-/// enough to surely hold its triangles, and recomputes only the volumes that its RefitPolicy calls
-/// unfit (*Adaptive Bounding Volume Hierarchies for Deformable Surface Models*, Chalmers 2011,
-/// chapter III; cited as "thesis").
+/// In each step the model measures how far the vertices moved, moves and inflates every bounding
+/// volume just enough to enclose its triangles, and recomputes only the volumes that its
+/// RefitPolicy calls unfit (*Adaptive Bounding Volume Hierarchies for Deformable Surface Models*,
+/// Chalmers 2011, chapter III; cited as "thesis").
 ///
 /// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
 /// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
-/// frame, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it
+/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it
 /// misses collisions.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
@@ -46,7 +46,7 @@ struct Supported {
 /// beyond that the products of four lengths in FCL's tests of triangles overflow.
 ///
 /// **Errors.** FCL's calls return FCL's codes and print nothing. `update`, which FCL does not have,
-/// throws. A refused call or frame leaves the model as it was, queryable.
+/// throws. A refused call or step leaves the model as it was, queryable.
 ///
 /// **Threads.** Any number of threads may query a model at once, by FCL or by query.h. Updates,
 /// policy changes and builds need the model for themselves: hold a std::shared_mutex shared for
@@ -80,7 +80,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Takes over everything, in constant time. `other` is then as after the default constructor: it
   /// can be built anew.
   AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept;
-  /// The same; what this model held goes.
+  /// Takes over everything; what this model held goes.
   AdaptiveBVHModel& operator=(AdaptiveBVHModel&& other) noexcept;
 
   /// Takes over mesh and tree of a plain FCL model, deeply; every volume is recomputed, so it does
@@ -118,20 +118,20 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   int endModel();
   /// \}
 
-  /// \name A new frame, FCL's way
+  /// \name A step by FCL's calls
   /// beginReplaceModel, replace... for all vertices in order, endReplaceModel. FCL's return codes,
   /// and beyond FCL: the positions are kept aside until endReplaceModel, which takes over all or
   /// nothing.
-  /// - Too few vertices: endReplaceModel returns BVH_ERR_INCORRECT_DATA and the old frame stays.
+  /// - Too few vertices: endReplaceModel returns BVH_ERR_INCORRECT_DATA and the old positions stay.
   ///   Supply the rest and end again, as in FCL, or begin anew.
   /// - A vertex too many, or a coordinate that is not finite or too large: that replace... call
   ///   returns BVH_ERR_INCORRECT_DATA and takes nothing; endReplaceModel then returns the same and
-  ///   drops the frame.
+  ///   drops the step.
   ///
   /// `refit == true` is the adaptive update: `bottomup` is accepted and without effect.
   /// `refit == false` builds a new tree, as in FCL.
   /// \{
-  /// Begins a frame.
+  /// Begins a step.
   int beginReplaceModel();
   /// The next vertex.
   int replaceVertex(const Point& p);
@@ -139,17 +139,17 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   int replaceTriangle(const Point& p1, const Point& p2, const Point& p3);
   /// The next ps.size().
   int replaceSubModel(const std::vector<Point>& ps);
-  /// Takes the frame over, and brings the tree up to date.
+  /// Takes the positions over, and brings the tree up to date.
   int endReplaceModel(bool refit = true, bool bottomup = true);
   /// \}
 
-  /// \name A new frame that keeps the last one, FCL's way
-  /// For continuous collision: `prev_vertices` holds the frame before, and every volume contains
-  /// the triangles of both frames. Errors as above. As in FCL, replace... is refused from then on
-  /// (build_state is UPDATED), and fcl::collide ignores the transform of a model in that state;
-  /// adaptive_bvh::collide does not. `update` drops the frame before and ends the state.
+  /// \name A two-frame update by FCL's calls
+  /// For continuous collision: `prev_vertices` holds the positions of the step before, and every
+  /// volume contains the triangles of both. Errors as above. As in FCL, replace... is refused from
+  /// then on (build_state is UPDATED), and fcl::collide ignores the transform of a model in that
+  /// state; adaptive_bvh::collide does not. `update` drops the positions before and ends the state.
   /// \{
-  /// Begins a frame.
+  /// Begins a step.
   int beginUpdateModel();
   /// The next vertex.
   int updateVertex(const Point& p);
@@ -157,25 +157,25 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   int updateTriangle(const Point& p1, const Point& p2, const Point& p3);
   /// The next ps.size().
   int updateSubModel(const std::vector<Point>& ps);
-  /// Takes the frame over, and brings the tree up to date.
+  /// Takes the positions over, and brings the tree up to date.
   int endUpdateModel(bool refit = true, bool bottomup = true);
   /// \}
 
-  /// A new frame in one call and without a copy aside: `count` positions, one per vertex in order.
-  /// Abandons a frame that was begun. Allocates nothing.
+  /// A step in one call and without a copy aside: `count` positions, one per vertex in order.
+  /// Abandons a step that was begun. Allocates nothing.
   /// Throws std::invalid_argument when count is wrong, a coordinate is not finite or too large (the
   /// message names the vertex), or `positions` is the model's own `vertices`: a mesh that was
   /// written in place cannot be followed. Throws std::logic_error when the model is not built. The
-  /// model then stays on its last frame.
+  /// model then keeps its positions.
   const UpdateReport& update(const Point* positions, std::size_t count);
-  /// The same.
+  /// From a vector.
   const UpdateReport& update(const std::vector<Point>& positions);
-  /// The same from a matrix, a vertex a column (3 x N) or a row (N x 3): an Eigen::Matrix3Xd, an
+  /// From a matrix, a vertex a column (3 x N) or a row (N x 3): an Eigen::Matrix3Xd, an
   /// Eigen::MatrixX3d, an Eigen::Map of your simulation's or NumPy's array. Read in place where its
   /// type says that the vertices follow each other in memory (3 x N in columns, N x 3 in rows, as
   /// Eigen::Matrix<S, 3, Dynamic> or Eigen::Matrix<S, Dynamic, 3, RowMajor>); else copied first.
   /// Numbers of another type: positions.cast<double>(). Throws as above, and std::invalid_argument
-  /// on other shapes, and on a 3 x 3 matrix whose type does not tell rows from columns.
+  /// on other shapes, and on a 3 x 3 matrix whose type does not say which of the two it is.
   template <typename Derived>
   const UpdateReport& update(const Eigen::MatrixBase<Derived>& positions) {
     static_assert(std::is_same<typename Derived::Scalar, S>::value,
@@ -193,18 +193,18 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
     }
   }
 
-  /// A new frame in which only some vertices move: positions[i] is vertex indices[i]'s, in any
+  /// A step in which only some vertices move: positions[i] is vertex indices[i]'s, in any
   /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the
   /// nodes above those vertices, where the update of all costs in proportion to the tree. The first
   /// such call for a tree allocates 16 bytes a triangle and 4 a vertex. (With
   /// Propagation::Displacements, or after endUpdateModel, it is an update of all vertices.)
   /// Throws as `update`, and std::invalid_argument when an index is past the vertices or the two
-  /// vectors differ in length; the model then stays on its last frame.
+  /// vectors differ in length; the model then keeps its positions.
   const UpdateReport& update(const unsigned* indices, const Point* positions, std::size_t count);
-  /// The same.
+  /// From vectors.
   const UpdateReport& update(const std::vector<unsigned>& indices,
                              const std::vector<Point>& positions);
-  /// The same with indices of another type of integer, which are copied first.
+  /// With indices of another type of integer, which are copied first.
   template <typename Index, typename = std::enable_if_t<std::is_integral<Index>::value>>
   const UpdateReport& update(const std::vector<Index>& indices,
                              const std::vector<Point>& positions) {
@@ -225,24 +225,24 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// For the updates to come. Throws std::invalid_argument on a negative or non-finite parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
-  /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or more
-  /// and Propagation::TranslationCompensated. 1 by default. The result has the same bits whatever
-  /// the number. Throws std::invalid_argument below 1.
+  /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or
+  /// more. 1 by default. The result has the same bits whatever the number. Throws
+  /// std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
-  /// Checks the invariant: every volume contains every triangle below it (in swept mode of both
-  /// frames), up to the rounding error of the check itself, which is at most 6 epsilon times the
-  /// extent of the volume. Also the links of the tree. Takes O(n depth). On false, `reason` says
-  /// what is wrong where.
+  /// Checks the invariant: every volume contains every triangle below it (after a two-frame
+  /// update of both frames), up to the rounding error of the check itself, which is at most 6
+  /// epsilon times the extent of the volume. Also the links of the tree. Takes O(n depth). On
+  /// false, `reason` says what is wrong where.
   bool validate(std::string* reason = nullptr) const;
 
   /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
   /// Lengths in the mesh's unit, rounded up. 0 <= node < getNumBVs(), 0 <= triangle < num_tris.
   /// \{
   S originalRadius(int node) const;  ///< radius when the node was last refitted
-  /// Of its corners, the largest, in the last frame; with Propagation::Displacements only, else 0.
+  /// Of its corners, the largest, in the last step; with Propagation::Displacements only, else 0.
   S latestDisplacement(int triangle) const;
-  /// The same since its leaf was last refitted.
+  /// Of its corners, the largest, since its leaf was last refitted; likewise.
   S overallDisplacement(int triangle) const;
   bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
   QueryWork recordedWork() const;

@@ -38,7 +38,7 @@ void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
   }
 }
 
-/// The same for one object.
+/// Of one object.
 template <typename S>
 void refresh(fcl::CollisionObject<S>& object, fcl::BroadPhaseCollisionManager<S>& manager) {
   refresh(std::vector<fcl::CollisionObject<S>*>{&object}, manager);

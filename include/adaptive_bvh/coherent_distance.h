@@ -9,10 +9,10 @@
 
 namespace adaptive_bvh {
 
-/// The exact distance of one pair of models, asked frame after frame. Answers as
+/// The exact distance of one pair of models, asked step after step. Answers as
 /// adaptive_bvh::distance does, and remembers where its search stopped: pairs of nodes, each with a
-/// bound of their distance. What the next frame's motion, deformation and change of transforms
-/// together, cannot have brought nearer than the nearest triangles is not looked at again
+/// bound of their distance. What the next step's motion, deformation and change of transforms
+/// together cannot have brought nearer than the nearest triangles is not looked at again
 /// (generalized front tracking; Ehmann and Lin 2001, "Accurate and fast proximity queries between
 /// polyhedra using convex surface decomposition").
 ///

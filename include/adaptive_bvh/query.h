@@ -39,10 +39,10 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
 /// `using namespace adaptive_bvh` as well, write the namespace.)
 namespace queries {
 
-/// FCL's distance and collide, with FCL's signatures and answers, faster, and leaving evidence in
-/// the adaptive models they meet: which volumes were in the way of an answer (thesis 4.4.2, 4.4.3).
-/// The next update refits by that evidence. It works without it, but then it has to treat every
-/// node as if it had been visited.
+/// FCL's distance and collide, with FCL's signatures and answers, faster, and recording
+/// traversal statistics in the adaptive models: which volumes were in the way of an answer
+/// (thesis 4.4.2, 4.4.3). The next update refits by these. Without them it treats every node as
+/// visited.
 ///
 /// Recorded pairs: an AdaptiveBVHModel with another model of fcl::RSS, adaptive or not, with a
 /// primitive shape, or with an octree (but for signed distances and costs), in either order. Any
@@ -111,7 +111,7 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                            o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
 
-/// Returns the number of contacts. Leaves evidence for tests B and D only: an overlap test tells no
+/// Returns the number of contacts. Records for tests B and D only: an overlap test computes no
 /// distances.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,

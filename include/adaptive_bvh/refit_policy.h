@@ -10,10 +10,11 @@ namespace adaptive_bvh {
 /// - Test B, recent traversal (4.4.2): a recording query (query.h, coherent_distance.h,
 ///   self_collision.h) since the last update went below the node, or tested its triangle.
 /// - Test C, child node distances (4.4.3): in such a visit the volume was asked, and both children
-///   lay so far from the other side that the original volume would have told more than the inflated
-///   one. C implies B. Overlap tests tell no distances, so collisions leave nothing for C.
+///   lay so far from the other side that the original volume would have been a better bound than
+///   the inflated one. C implies B. Overlap tests compute no distances, so collisions record
+///   nothing for C.
 /// - Test D, obstruction: in such a visit the volume was asked, and would have ended the descent if
-///   it had not been inflated. Where that cannot be told, in FCL's own traversals, every visit
+///   it had not been inflated. Where that is not known, in FCL's own traversals, every visit
 ///   counts. D implies B.
 ///
 /// Queries by the boxes beside FCL's volumes (`distance` of two models, CoherentDistance,
@@ -29,7 +30,7 @@ enum class FitnessCriterion {
   ABC,        ///< thesis v
   AOrBC,      ///< thesis vi
   ABOrBC,     ///< thesis vii, the best of Table 2
-  RefitAll,   ///< every node, every frame: what FCL's top-down refit does
+  RefitAll,   ///< every node, every step: what FCL's top-down refit does
   RefitNone,  ///< never: nodes only inflate
   AD,         ///< the default: what is too inflated, and therefore in the way
 };

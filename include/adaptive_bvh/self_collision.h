@@ -18,10 +18,10 @@ enum class NeighbourFilter {
   None,          ///< none: every pair that touches counts
 };
 
-/// Where a deforming mesh meets itself (thesis chapter VI, future work): one contact for every pair
-/// of its triangles that intersect, but for the neighbours that `filter` leaves out. `b1` and `b2`
-/// are the two triangles; both objects of a contact are the model. Which triangles intersect is
-/// decided as in adaptive_bvh::collide, whatever `enable_contact` says. With `enable_contact` a
+/// Where a deforming mesh touches itself (thesis chapter VI, future work): one contact for every
+/// pair of its triangles that intersect, but for the neighbours that `filter` leaves out. `b1` and
+/// `b2` are the two triangles; both objects of a contact are the model. Which triangles intersect
+/// is decided as in adaptive_bvh::collide, whatever `enable_contact` says. With `enable_contact` a
 /// contact has FCL's normal and depth and the first of FCL's points (FCL may compute two for a
 /// pair; `collide` gives both), or what query.h says of thin triangles; without it, NaN. `tf`
 /// places the model: positions and normals are in the world.
@@ -29,7 +29,7 @@ enum class NeighbourFilter {
 /// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: ask for more to find
 /// all.
 /// FCL's self-collision recursion does it, pruned by the boxes beside FCL's volumes where the
-/// model has them (docs/bounds.md). It leaves evidence for test B: the volumes that it went below,
+/// model has them (docs/bounds.md). It records for test B: the volumes that it went below,
 /// or, by boxes, those of the triangles that it tested. Returns the number of contacts in the
 /// result, which is not cleared first. Thread-safe on shared models.
 ///
@@ -41,7 +41,7 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         fcl::CollisionResult<typename BV::S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
 
-/// The same in the model's own frame.
+/// In the model's own frame.
 template <typename BV>
 std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::CollisionRequest<typename BV::S>& request,

@@ -33,8 +33,8 @@ struct SimulationWork {
   SimulationWork& operator+=(const SimulationWork& other);
 };
 
-/// Runs all frames with a policy: set it on your models, update, query (by query.h, or no policy
-/// can tell what mattered), and add up. Called some thousand times; must not depend on the run
+/// Runs all steps with a policy: set it on your models, update, query (by query.h, which records
+/// what mattered), and add up. Called some thousand times; must not depend on the run
 /// before. May throw; `tune` passes that on.
 using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 

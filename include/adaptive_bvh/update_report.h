@@ -13,11 +13,12 @@ struct UpdateReport {
   int refitted_inner = 0;        ///< inner volumes recomputed from the triangles below them
   long refitted_primitives = 0;  ///< triangles those refits read, summed: the work of the refits
 
-  /// The largest motion of a vertex since the frame before, in the units of the mesh.
+  /// The largest motion of a vertex since the step before, in the units of the mesh.
   double largest_displacement = 0;
 
-  /// True when the whole tree was refitted and tracking began anew: after a build, and when the
-  /// model was found changed behind our back through a fcl::BVHModel reference.
+  /// True when the whole tree was refitted and all that is kept began anew: after a build, after a
+  /// step too large to be followed, and when the model had been changed through a fcl::BVHModel
+  /// reference.
   bool resynchronised = false;
 
   double displacement_seconds = 0;  ///< reading positions, measuring displacements, local AABB

@@ -42,10 +42,10 @@ class RigidMotion {
     const Eigen::Matrix3d turn = now.linear() - last.linear();
     const double way =
         (turn * center + now.translation() - last.translation()).norm() + turn.norm() * radius;
-    const auto reach = [](const fcl::Transform3<S>& tf) {
+    const auto sumOf = [](const fcl::Transform3<S>& tf) {
       return static_cast<double>(tf.translation().template lpNorm<1>());
     };
-    const double size = std::max(reach(tf1_) + reach(tf2_), reach(tf1) + reach(tf2)) +
+    const double size = std::max(sumOf(tf1_) + sumOf(tf2_), sumOf(tf1) + sumOf(tf2)) +
                         center.template lpNorm<1>() + radius;
     return way * (1 + 1e-9) + 32 * static_cast<double>(rounding::epsilon<S>()) * size;
   }

@@ -12,17 +12,17 @@ namespace {
 template <typename BV>
 std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) {
   std::vector<unsigned> order(static_cast<std::size_t>(primitives));
-  std::vector<bool> place_taken(order.size()), primitive_taken(order.size());
+  std::vector<bool> index_taken(order.size()), primitive_taken(order.size());
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     if (!node.isLeaf()) continue;
-    const int place = node.first_primitive;
+    const int index = node.first_primitive;
     const int primitive = node.primitiveId();
-    if (place < 0 || place >= primitives || primitive >= primitives || place_taken[place] ||
+    if (index < 0 || index >= primitives || primitive >= primitives || index_taken[index] ||
         primitive_taken[primitive])
       return {};
-    place_taken[place] = primitive_taken[primitive] = true;
-    order[place] = static_cast<unsigned>(primitive);
+    index_taken[index] = primitive_taken[primitive] = true;
+    order[index] = static_cast<unsigned>(primitive);
   }
   return order;
 }

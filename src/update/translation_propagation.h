@@ -98,8 +98,7 @@ class TranslationPropagation {
   /// fit, but costs next to nothing.
   void limitInflation(const UpdateTarget<BV>& target, int node);
   /// Of a sixteenth of the nodes, of others in the next step: so a volume that FCL's own queries
-  /// come upon is never looser than its box by more than the box's radius and sixteen steps'
-  /// growth.
+  /// visit is never looser than its box by more than the box's radius and sixteen steps' growth.
   void limitSomeInflations(const UpdateTarget<BV>& target);
 
   std::size_t bytes() const;

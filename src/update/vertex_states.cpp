@@ -5,7 +5,7 @@ namespace {
 
 /// A few vertices' displacement where they agree to a sixteenth of it: the body is carried along.
 /// Else 0, for what a volume moves beyond it is bounded by both lengths. Any vector is sound. None
-/// where two frames are kept, for the frame before did not move.
+/// where two frames are kept, for the first of them did not move.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
                                   const std::vector<unsigned>& samples) {

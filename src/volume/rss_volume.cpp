@@ -62,11 +62,11 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::around(const Box& box, const BodyFrame<S>& fram
   }
   bv.axis.col(2) = bv.axis.col(0).cross(bv.axis.col(1));
   bv.To = frame.origin() + (frame.axes() * from_origin).template cast<S>() * unit;
-  const S reach = S(extent) * unit;
-  bv.r = S(sides[order[2]]) / 2 * unit + 2 * S(BodyFrame<S>::kError) * reach +
+  const S length = S(extent) * unit;
+  bv.r = S(sides[order[2]]) / 2 * unit + 2 * S(BodyFrame<S>::kError) * length +
          16 * rounding::epsilon<S>() *
              (bv.To.template lpNorm<1>() + frame.origin().template lpNorm<1>() + bv.l[0] + bv.l[1] +
-              reach) +
+              length) +
          rounding::tiny<S>();
   return bv;
 }

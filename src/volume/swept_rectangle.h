@@ -80,7 +80,7 @@ struct Rectangle {
 };
 
 /// Lets both sides grow by the least equal step that reaches a point beyond them: by dx and dy,
-/// with w^2 the squared reach of the sphere there. The step is the smaller root g of
+/// with w^2 the squared half chord of the sphere there. The step is the smaller root g of
 /// (dx - g)^2 + (dy - g)^2 = w^2.
 template <typename S>
 void growCorner(Rectangle<S>& rectangle, S x, S y, S w2) {

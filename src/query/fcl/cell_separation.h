@@ -102,7 +102,7 @@ class VolumeInOctree {
     }
   }
 
-  /// Surely no point in common.
+  /// True: they have no point in common.
   bool isApart(const CellExtent<S>& cell) const {
     const Point offset = cell.middle - middle_;
     if ((offset.cwiseAbs() - half_).maxCoeff() > cell.half) return true;
@@ -173,7 +173,7 @@ class TriangleInOctree {
   Point middle_, half_;
 };
 
-/// Tells triangles and cells apart: along the octree's axes, the triangle's normal, and the
+/// Separating axes of triangles and cells: along the octree's axes, the triangle's normal, and the
 /// products of its edges with the axes. Bodies that are apart at all are so along one of these.
 template <typename S>
 class TriangleOverlap : private TriangleInOctree<S> {

@@ -111,7 +111,7 @@ class MeshOctreePair {
   QueryWork work_;
 };
 
-/// Hands the pairs of an occupied cell and a triangle that are not surely apart to
+/// Hands the pairs of an occupied cell and a triangle that may overlap to
 /// test(cell, triangle), in FCL's order, so that FCL's contacts come first to a request for few;
 /// until it returns true.
 template <typename S, typename Test>
