@@ -5,17 +5,12 @@
 
 #include "adaptive_bvh/refit_policy.h"
 #include "update/dirty_pairs.h"
+#include "update/node_motion.h"
 #include "update/thread_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 
 namespace adaptive_bvh {
-
-/// What a node hands to its parent in the post-order traversal.
-struct NodeMotion {
-  Box box;     ///< of its triangles, in body coordinates
-  Box motion;  ///< of its vertices' VertexState::motion
-};
 
 /// Propagation::TranslationCompensated: renews all boxes, and moves and inflates every volume so
 /// that it encloses its triangles at their new positions.

@@ -1,0 +1,239 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "update/dirty_pairs.h"
+#include "update/node_motion.h"
+#include "update/update_target.h"
+#include "update/vertex_states.h"
+
+// What TranslationPropagation does at each node of its post-order traversal (post_order.h): the
+// arithmetic of docs/bounds.md, 3, and which nodes are visited.
+namespace adaptive_bvh {
+
+/// The motions of a step, lent to the rule of its traversal.
+template <typename S>
+struct Motions {
+  const VertexState* states;
+  const std::array<float, 4>* previous;  ///< null where one frame is kept
+  const fcl::Vector3<S> common;
+};
+
+/// All nodes below one: their pairs of siblings are a range.
+struct Subtree {
+  int root;
+  int first_pair, last_pair;  ///< left siblings
+  NodeMotion value;           ///< the root's, once the subtree is traversed
+};
+
+/// The rule of the traversal. Works on what it touches as plain arrays.
+template <typename BV>
+class MotionRule {
+ public:
+  using S = typename BV::S;
+
+  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions)
+      : fcl_nodes_(&target.model.getBV(0)),
+        leaf_vertices_(target.tree.topology.leaf_vertices.data()),
+        motions_(motions),
+        boxes_(target.tree.boxes->nodes()),
+        bounds_(target.tree.motion.ofPair(0)),
+        common_length_(lengthOf(motions.common, target.tree.boxes->frame)),
+        unit_(target.tree.boxes->frame.unit()),
+        rounding_(target.tree.motion.roundingOfMove()),
+        least_inflation_(leastInflation(target)) {}
+
+  ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return boxes_.isLeaf(node); }
+
+  ADAPTIVE_BVH_INLINE void known(int node, NodeMotion& value) const {
+    value.box = boxes_.box(node);
+    value.motion = {float4::all(0), float4::all(0)};
+  }
+
+  ADAPTIVE_BVH_INLINE void leaf(int node, NodeMotion& value) const {
+    const VertexIndices& vertices = leaf_vertices_[boxes_.leafIndex(node)];
+    const VertexState& a = motions_.states[vertices[0]];
+    value.box.low = value.box.high = float4::load(a.position);
+    value.motion.low = value.motion.high = float4::load(a.motion);
+    for (int k = 1; k < 3; ++k) {
+      const VertexState& b = motions_.states[vertices[k]];
+      value.box.add(float4::load(b.position));
+      value.motion.add(float4::load(b.motion));
+    }
+    if (!motions_.previous) return;
+    // No vertex moved, or each did: the volume must hold both frames.
+    for (unsigned v : vertices) value.box.add(float4::load(motions_.previous[v].data()));
+    value.motion.add(float4::all(0));
+  }
+
+  ADAPTIVE_BVH_INLINE static void merge(NodeMotion& a, const NodeMotion& b) {
+    a.box.add(b.box);
+    a.motion.add(b.motion);
+  }
+
+  ADAPTIVE_BVH_INLINE void apply(int left, const NodeMotion& a, const NodeMotion& b) {
+    const int ahead = std::max(left - 16, 0);
+    prefetch(ahead);
+    prefetch(ahead + 1);
+    const Float4 lengths = grow(left, a.motion, b.motion);
+    if (lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
+      move(left, a.motion, lengths[0]);
+      move(left + 1, b.motion, lengths[2]);
+    }
+    boxes_.setBox(left, a.box);
+    boxes_.setBox(left + 1, b.box);
+  }
+
+  /// As the right one of two siblings without a left one; the tables have room for that.
+  ADAPTIVE_BVH_INLINE void applyRoot(const NodeMotion& root) {
+    const Float4 lengths = grow(-1, root.motion, root.motion);
+    if (lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
+    boxes_.setBox(0, root.box);
+  }
+
+  PropagationCounts counts() const { return counts_; }
+
+ private:
+  /// In body units, rounded up.
+  static float lengthOf(const fcl::Vector3<S>& translation, const BodyFrame<S>& frame) {
+    const S length = rounding::norm<S>(translation);
+    return length > 0 ? float(length * frame.scale()) * (1 + 1.f / (1 << 20)) + BodyFrame<S>::kLeast
+                      : 0.f;
+  }
+
+  /// What positions may be rounded to, in body units: a radius that grows by no more is not counted
+  /// as inflated.
+  static float leastInflation(const UpdateTarget<BV>& target) {
+    const fcl::AABB<S>& box = target.model.aabb_local;
+    const S farthest = box.min_.cwiseAbs().sum() + box.max_.cwiseAbs().sum();
+    return float(4 * rounding::epsilon<S>() * (farthest + target.tree.motion.coordinateSum()) *
+                 target.tree.boxes->frame.scale());
+  }
+
+  /// FCL's nodes are large: what the traversal needs of one lies on two cache lines.
+  ADAPTIVE_BVH_INLINE void prefetch(int node) const {
+    __builtin_prefetch(Volume<BV>::corner(fcl_nodes_[node].bv), 1);
+    __builtin_prefetch(&Volume<BV>::radius(fcl_nodes_[node].bv), 1);
+  }
+
+  /// Adds to the motion bounds of two siblings. Returns half the diagonal of the first's motions
+  /// and the farthest of them, then those of the second. Both are what is left beyond the common
+  /// translation, which the accumulated motion gets in addition.
+  ///
+  /// Rounded up: let u = 2^-24. A motion of VertexState is off by 2u of itself, hence by 2u of the
+  /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
+  /// anything moves, `kFloor` covers what is too small for that: the components of motions below
+  /// BodyFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
+  ADAPTIVE_BVH_INLINE Float4 grow(int left, const Box& a, const Box& b) const {
+    const Float4 up = float4::all(1 + 1.f / (1 << 20)), half = float4::all(0.5f);
+    constexpr float kState = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
+    const Float4 half_a = (a.high - a.low) * half, half_b = (b.high - b.low) * half;
+    const Float4 far_a = float4::upper(-a.low, a.high), far_b = float4::upper(-b.low, b.high);
+    Float4 lengths = float4::squareRoot(float4::sums(half_a * half_a, far_a * far_a,
+                                                     half_b * half_b, far_b * far_b)) *
+                     up;
+    const Float4 far{lengths[1], lengths[1], lengths[3], lengths[3]};
+    lengths += far * Float4{kState, 0, kState, 0} +
+               (far > float4::all(0) ? float4::all(kFloor) : float4::all(0));
+    float* const bounds = bounds_ + 2 * left;  // of both: inflation, accumulated motion
+    const Float4 common{0, common_length_, 0, common_length_};
+    float4::store((float4::load(bounds) + lengths + common) * up, bounds);
+    return lengths;
+  }
+
+  /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
+  ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
+    const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
+    BV& bv = fcl_nodes_[node].bv;
+    S* const corner = Volume<BV>::corner(bv);
+    for (int k = 0; k < 3; ++k) corner[k] += motions_.common[k] + S(middle[k]) * unit_;
+    Volume<BV>::radius(bv) += S(spread) * unit_ + rounding_;
+    ++counts_.moved;
+    counts_.inflated += float4::largest(motion.high - motion.low) > least_inflation_;
+  }
+
+  fcl::BVNode<BV>* const fcl_nodes_;
+  const VertexIndices* const leaf_vertices_;
+  const Motions<S> motions_;
+  const BoxNodes<BoxNode> boxes_;
+  float* const bounds_;
+  const float common_length_;
+  const S unit_, rounding_;
+  const float least_inflation_;
+  PropagationCounts counts_;
+};
+
+/// All pairs from the last to the first of a range.
+template <typename BV>
+class RangeRule : public MotionRule<BV> {
+ public:
+  RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions, int first,
+            int last)
+      : MotionRule<BV>(target, motions), end_(first - 2), left_(last + 2) {}
+
+  ADAPTIVE_BVH_INLINE int nextPair() {
+    left_ -= 2;
+    return left_ != end_ ? left_ : 0;
+  }
+  ADAPTIVE_BVH_INLINE static bool isTraversed(int) { return true; }
+
+ private:
+  const int end_;
+  int left_;
+};
+
+/// All pairs that are in none of some subtrees.
+template <typename BV>
+class AboveRule : public MotionRule<BV> {
+ public:
+  AboveRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
+            const std::vector<Subtree>& subtrees)
+      : MotionRule<BV>(target, motions),
+        next_(subtrees.begin()),
+        end_(subtrees.end()),
+        subtrees_(subtrees),
+        left_(target.nodes()) {}
+
+  int nextPair() {
+    left_ -= 2;
+    for (; next_ != end_ && left_ == next_->last_pair; ++next_) left_ = next_->first_pair - 2;
+    return left_;
+  }
+  bool isTraversed(int node) const { return !find(node); }
+  void known(int node, NodeMotion& value) const { value = find(node)->value; }
+
+ private:
+  const Subtree* find(int node) const {
+    for (const Subtree& subtree : subtrees_)
+      if (subtree.root == node) return &subtree;
+    return nullptr;
+  }
+
+  typename std::vector<Subtree>::const_iterator next_, end_;
+  const std::vector<Subtree>& subtrees_;
+  int left_;
+};
+
+/// Those that are dirty.
+template <typename BV>
+class DirtyRule : public MotionRule<BV> {
+ public:
+  DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
+            const DirtyPairs& dirty)
+      : MotionRule<BV>(target, motions),
+        boxes_(target.tree.boxes->nodes()),
+        dirty_(dirty),
+        left_(target.nodes()) {}
+
+  int nextPair() { return left_ = dirty_.before(left_); }
+  bool isTraversed(int node) const { return dirty_.isDirty(boxes_.left(node)); }
+
+ private:
+  const BoxNodes<BoxNode> boxes_;
+  const DirtyPairs& dirty_;
+  int left_;
+};
+
+}  // namespace adaptive_bvh
