@@ -10,8 +10,8 @@
 #include <pagmo/algorithm.hpp>
 #include <pagmo/problem.hpp>
 
-#include "tuning/genetic.h"
-#include "tuning/json.h"
+#include "genetic.h"
+#include "json.h"
 
 namespace adaptive_bvh {
 namespace {
