@@ -13,6 +13,7 @@
 #include <random>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/bytes.h"
 #include "support/temporary_file.h"
 
 namespace {
@@ -74,11 +75,6 @@ bool load(const std::string& extension, const std::string& text) {
   }
   EXPECT_LT(highest - before, kFewMegabytes) << extension;
   return loaded;
-}
-
-template <typename Number>
-void put(std::string& bytes, Number x) {
-  bytes.append(reinterpret_cast<const char*>(&x), sizeof(x));
 }
 
 // A strip of kCells quads, two triangles each.
@@ -244,16 +240,7 @@ std::string gltf(const Counts& counts) {
                               base64(gltfBuffer(counts)) + "\",");
 }
 
-std::string glb(const Counts& counts) {
-  std::string json = gltfJson(counts, ""), buffer = gltfBuffer(counts), bytes = "glTF";
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  put(bytes, std::uint32_t(2));
-  put(bytes, std::uint32_t(12 + 8 + json.size() + 8 + buffer.size()));
-  put(bytes, std::uint32_t(json.size()));
-  bytes += "JSON" + json;
-  put(bytes, std::uint32_t(buffer.size()));
-  return bytes + std::string("BIN\0", 4) + buffer;
-}
+std::string glb(const Counts& counts) { return glbOf(gltfJson(counts, ""), gltfBuffer(counts)); }
 
 /// More by hand: ADAPTIVE_BVH_SEEDS=20000.
 unsigned seeds() {
