@@ -28,24 +28,30 @@ std::size_t wordsIn(const std::string& text) {
   return words;
 }
 
+/// assimp never passes what is no number in a list. It reads the first text that is not blank, also
+/// behind a comment or another element.
+bool isListOfIndices(const XmlTags& tags) {
+  const std::string text = tags.content();
+  return text.find_first_not_of("0123456789+- \t\r\n") == text.npos &&
+         (tags.isLeaf() || wordsIn(text) > 0);
+}
+
 /// The elements that hold numbers, while a text is read.
 class ColladaData {
  public:
   explicit ColladaData(std::size_t bytes) : bytes_(bytes) {}
 
-  /// What is wrong with an element; empty when nothing is.
-  std::string add(const std::string& tag, const std::string& content) {
-    const std::string name = nameOf(tag);
+  /// What is wrong with the element whose tag was read last; empty when nothing is.
+  std::string add(const XmlTags& tags) {
+    const std::string &tag = tags.tag(), name = nameOf(tag);
     if (isOneOf(
             {"float_array", "int_array", "bool_array", "Name_array", "IDREF_array", "SIDREF_array"},
             name))
-      return addArray(attributesOf(tag), content);
+      return addArray(attributesOf(tag), tags.content());
     if (name == "accessor") accessors_.push_back(attributesOf(tag));
     if (isOneOf({"triangles", "polylist", "polygons", "lines", "tristrips"}, name))
       return findCountError("faces", valueOr(attributesOf(tag), "count", "0"), bytes_);
-    // What is no number in a list of indices is never passed.
-    if (isOneOf({"p", "h", "v", "vcount"}, name) &&
-        content.find_first_not_of("0123456789+- \t\r\n") != content.npos)
+    if (isOneOf({"p", "h", "v", "vcount"}, name) && !isListOfIndices(tags))
       return "a list of indices has something else in it";
     return "";
   }
@@ -88,7 +94,7 @@ std::string findColladaDataError(const std::string& text) {
   XmlTags tags(text);
   for (auto kind = tags.next(); kind != XmlTags::None; kind = tags.next()) {
     if (kind != XmlTags::Start && kind != XmlTags::Empty) continue;
-    const std::string error = data.add(tags.tag(), tags.content());
+    const std::string error = data.add(tags);
     if (!error.empty()) return error;
   }
   return data.findError();

@@ -78,18 +78,25 @@ XmlTags::Kind XmlTags::next() {
   at_ = text_.find('<', at_);
   for (std::size_t end; at_ < text_.size() && (end = skipOther(text_, at_)) != at_;)
     at_ = text_.find('<', end);
-  if (at_ >= text_.size()) return None;
+  if (at_ >= text_.size()) return kind_ = None;
 
   const std::size_t begin = at_;
   at_ = endOfTag(text_, begin);
   const bool is_empty = text_[at_ - 1] == '>' && text_[at_ - 2] == '/';
   const std::size_t end = at_ - 1 - (is_empty ? 1 : 0);
   tag_ = text_.substr(begin + 1, end > begin ? end - begin - 1 : 0);
-  if (text_.compare(begin, 2, "<!") == 0) return Type;
-  if (text_.compare(begin, 2, "</") == 0) return End;
-  return is_empty ? Empty : Start;
+  if (text_.compare(begin, 2, "<!") == 0) return kind_ = Type;
+  if (text_.compare(begin, 2, "</") == 0) return kind_ = End;
+  return kind_ = is_empty ? Empty : Start;
 }
 
-std::string XmlTags::content() const { return text_.substr(at_, text_.find('<', at_) - at_); }
+std::string XmlTags::content() const {
+  return kind_ == Empty ? "" : text_.substr(at_, text_.find('<', at_) - at_);
+}
+
+bool XmlTags::isLeaf() const {
+  const std::size_t bracket = text_.find('<', at_);
+  return kind_ == Empty || (bracket != text_.npos && text_.compare(bracket, 2, "</") == 0);
+}
 
 }  // namespace adaptive_bvh

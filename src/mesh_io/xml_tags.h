@@ -31,12 +31,15 @@ class XmlTags {
 
   /// Of the last one, without brackets.
   const std::string& tag() const { return tag_; }
-  /// The text between it and the next bracket.
+  /// The text between it and the next bracket; empty for an empty element.
   std::string content() const;
+  /// Whether nothing else stands in the element: no other element, comment or section.
+  bool isLeaf() const;
 
  private:
   const std::string& text_;
   std::size_t at_ = 0;  ///< after the last tag
+  Kind kind_ = None;
   std::string tag_;
 };
 
