@@ -1,7 +1,7 @@
 // Which refit policy suits a simulation? Searches with the thesis's genetic algorithm, on its five
 // scenarios or on a sequence of your own meshes, and writes the policy as JSON.
-//   06_tune --population 10 --generations 8
-//   06_tune --sequence frame_*.ply --obstacle table.obj --out policy.json
+//   tune --population 10 --generations 8
+//   tune --sequence frame_*.ply --obstacle table.obj --out policy.json
 // Ctrl-C stops after the generation; with --checkpoint FILE the same call goes on from there.
 #include <unistd.h>
 
@@ -22,7 +22,7 @@
 
 namespace {
 
-using namespace adaptive_bvh;  // NOLINT: an example of it
+using namespace adaptive_bvh;  // NOLINT: a program around it
 using Positions = std::vector<fcl::Vector3d>;
 
 const std::map<std::string, FitnessCriterion> kCriteria = {
@@ -176,7 +176,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const std::exception& error) {
-    std::cerr << "06_tune: " << error.what() << '\n';
+    std::cerr << "tune: " << error.what() << '\n';
     return 2;
   }
   return 0;
