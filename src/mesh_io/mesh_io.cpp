@@ -127,16 +127,17 @@ Mesh flatten(const aiScene& scene, const std::string& path) {
   return mesh;
 }
 
-}  // namespace
-
-template <typename S>
-TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+/// Before assimp sees it.
+void checkFile(const std::string& path) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !isRegularFile(path))
     fail(path, "it is no regular file");
   if (!std::ifstream(path).good()) fail(path, "the file does not exist or cannot be read");
   const std::string format_error = findFormatError(path);
   if (!format_error.empty()) fail(path, format_error);
+}
+
+Mesh readMesh(const std::string& path) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // the importer's from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
@@ -146,8 +147,15 @@ TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (!scene) fail(path, importer.GetErrorString());
   if (!scene->mRootNode) fail(path, "the scene is empty");
+  return flatten(*scene, path);
+}
 
-  Mesh mesh = flatten(*scene, path);
+}  // namespace
+
+template <typename S>
+TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+  checkFile(path);
+  Mesh mesh = readMesh(path);
   if (mesh.triangles.empty()) fail(path, "it holds no triangles");
   if (options.weld) weldVertices(mesh);
 
