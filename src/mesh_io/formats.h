@@ -16,7 +16,7 @@ std::string findPlyError(const std::string& text);
 /// are not checked further.
 std::string findStlError(const std::string& text);
 
-/// No count may exceed the number of bytes.
+/// No count may exceed the number of bytes, and most lines after the vertices must be faces.
 std::string findOffError(const std::string& text);
 
 /// The JSON text of glTF, version 1 or 2. It must be JSON, of few levels, without a key that an
