@@ -4,11 +4,11 @@
 # Needs f3d, xvfb and imagemagick (all in Debian 12), and the examples built.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-program=${BUILD_DIR:-$root/build/release}/examples/05_tree_pictures
+program=${BUILD_DIR:-$root/build/release}/examples/tools/tree_pictures
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# draw NAME "DEPTHS" "CAMERA" MESH...: NAME.png from 05_tree_pictures MESH...
+# draw NAME "DEPTHS" "CAMERA" MESH...: NAME.png from tree_pictures MESH...
 draw() {
   local name=$1 depths=$2 camera=$3 depth what
   shift 3

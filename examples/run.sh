@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Sets up everything and runs the main example; arguments go to it (try --help).
+# Sets up everything and runs the main comparison, a helmet that deforms above a plate, or your
+# meshes: arguments go to tools/compare_with_fcl (try --help).
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
-  libassimp-dev libcli11-dev
+  libassimp-dev nlohmann-json3-dev libcli11-dev
 # The tests would ask for GoogleTest; a build folder that test/run.sh made keeps them.
 [ -f "$build/CMakeCache.txt" ] || tests_off=-DADAPTIVE_BVH_TESTS=OFF
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release ${tests_off:-} >/dev/null
 echo "Building (a minute or two the first time) ..."
-cmake --build "$build" --parallel "$(nproc)" --target 01_deforming_distance >/dev/null
-exec "$build/examples/01_deforming_distance" "$@"
+cmake --build "$build" --parallel "$(nproc)" --target compare_with_fcl >/dev/null
+exec "$build/examples/tools/compare_with_fcl" "$@"

@@ -13,6 +13,7 @@
 #include <random>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/bytes.h"
 #include "support/temporary_file.h"
 
 namespace {
@@ -74,11 +75,6 @@ bool load(const std::string& extension, const std::string& text) {
   }
   EXPECT_LT(highest - before, kFewMegabytes) << extension;
   return loaded;
-}
-
-template <typename Number>
-void put(std::string& bytes, Number x) {
-  bytes.append(reinterpret_cast<const char*>(&x), sizeof(x));
 }
 
 // A strip of kCells quads, two triangles each.
@@ -244,16 +240,7 @@ std::string gltf(const Counts& counts) {
                               base64(gltfBuffer(counts)) + "\",");
 }
 
-std::string glb(const Counts& counts) {
-  std::string json = gltfJson(counts, ""), buffer = gltfBuffer(counts), bytes = "glTF";
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  put(bytes, std::uint32_t(2));
-  put(bytes, std::uint32_t(12 + 8 + json.size() + 8 + buffer.size()));
-  put(bytes, std::uint32_t(json.size()));
-  bytes += "JSON" + json;
-  put(bytes, std::uint32_t(buffer.size()));
-  return bytes + std::string("BIN\0", 4) + buffer;
-}
+std::string glb(const Counts& counts) { return glbOf(gltfJson(counts, ""), gltfBuffer(counts)); }
 
 /// More by hand: ADAPTIVE_BVH_SEEDS=20000.
 unsigned seeds() {
@@ -334,6 +321,39 @@ INSTANTIATE_TEST_SUITE_P(Formats, CorruptMesh,
                                          Format{"Collada", "dae", collada},
                                          Format{"Gltf", "gltf", gltf}, Format{"Glb", "glb", glb}),
                          [](const auto& info) { return std::string(info.param.name); });
+
+// The counts may stand beside the keyword, and both behind comments.
+TEST(CorruptOff, CountsAreFoundWhereverTheyStand) {
+  const std::string body = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  for (const char* header : {"OFF\n3 1 0\n", "OFF 3 1 0\n", "# a\nOFF # b\n# c\n3 1\n0\n"}) {
+    EXPECT_TRUE(load("off", header + body)) << header;
+    std::string huge = header;
+    EXPECT_FALSE(load("off", huge.replace(huge.find('3'), 1, "100000000") + body)) << header;
+    EXPECT_FALSE(load("off", huge.replace(huge.find("100000000"), 9, "3000000000") + body));
+  }
+}
+
+// assimp would count the faces down below zero, and crash.
+TEST(CorruptOff, WithMoreLinesThatAreNoFacesThanFaces) {
+  EXPECT_FALSE(load("off", "OFF\n1 1 0\n0 0 0\nx\n0\n3 0 0 0\n"));
+  EXPECT_FALSE(load("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n0 1 0\n12 0 1 2\n3 0 1 2\n"));
+  EXPECT_TRUE(load("off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n0\n3 0 1 2\n3 0 1 2\n"));
+}
+
+// assimp reads lines into 4096 characters.
+TEST(CorruptOff, WithALineThatIsTooLong) {
+  const std::string file = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
+  EXPECT_TRUE(load("off", file + std::string(4000, ' ') + "\n"));
+  EXPECT_FALSE(load("off", file + std::string(5000, ' ') + "\n"));
+}
+
+// Three letters are enough for assimp; without the end of the header it crashes.
+TEST(CorruptPly, WithMoreBehindTheMagicWord) {
+  std::string text = plyBinary(Counts());
+  text.replace(0, 3, "pLy<p>");
+  text.replace(text.find("end_header"), 10, "endrte_header");
+  EXPECT_FALSE(load("ply", text));
+}
 
 }  // namespace
 }  // namespace adaptive_bvh_test

@@ -6,8 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstdint>
-
+#include "support/bytes.h"
 #include "support/load_reason.h"
 #include "support/temporary_file.h"
 
@@ -28,11 +27,6 @@ std::string repeated(const std::string& text, int times) {
   std::string all;
   for (int i = 0; i < times; ++i) all += text;
   return all;
-}
-
-template <typename Number>
-void put(std::string& bytes, Number x) {
-  bytes.append(reinterpret_cast<const char*>(&x), sizeof(x));
 }
 
 // ---- glTF ---------------------------------------------------------------------------------------
@@ -62,17 +56,7 @@ struct Gltf {
            more + "}";
   }
 
-  std::string glb() const {
-    std::string text = json(), bytes = "glTF";
-    const std::string buffer = corners(triangles);
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    put(bytes, std::uint32_t(2));
-    put(bytes, std::uint32_t(12 + 8 + text.size() + 8 + buffer.size()));
-    put(bytes, std::uint32_t(text.size()));
-    bytes += "JSON" + text;
-    put(bytes, std::uint32_t(buffer.size()));
-    return bytes + std::string("BIN\0", 4) + buffer;
-  }
+  std::string glb() const { return glbOf(json(), corners(triangles)); }
 };
 
 /// As binary and as text.
@@ -195,8 +179,10 @@ TEST(Gltf, NamesInAnotherEncodingAreNoError) {
 
 // ---- Collada ------------------------------------------------------------------------------------
 
-/// `nodes` for the library, and for the scene; the geometry `#g` is the triangle of above.
-std::string collada(const std::string& library, const std::string& scene) {
+/// `nodes` for the library, and for the scene; the geometry `#g` is the triangle of above, its list
+/// of indices as given.
+std::string collada(const std::string& library, const std::string& scene,
+                    const std::string& indices = "<p>0 1 2</p>") {
   return R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset/>
  <library_geometries><geometry id="g"><mesh><source id="p">
@@ -204,7 +190,8 @@ std::string collada(const std::string& library, const std::string& scene) {
   <technique_common><accessor source="#pa" count="3" stride="3"><param name="X" type="float"/>
   <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
   </source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-  <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+  <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/>)" +
+         indices + R"(</triangles>
   </mesh></geometry></library_geometries>
  <library_nodes>)" +
          library + R"(</library_nodes><library_visual_scenes><visual_scene id="s">)" + scene +
@@ -293,6 +280,16 @@ TEST(ColladaHierarchy, IsNotHiddenByWhatStandsForCharacters) {
                                "no valid name"));
   EXPECT_TRUE(isRefusedCollada("<!DOCTYPE a [<!ENTITY b 'c'>]>" + collada("", ""), "type"));
   EXPECT_TRUE(isRefusedCollada(std::string("<\0?\0", 4), "UTF-8"));
+}
+
+// assimp would append a zero for ever where it expects an index.
+TEST(Collada, ListsOfIndicesThatHideTextAreRefused) {
+  const std::string scene = "<node>" + kGeometry + "</node>";
+  for (const char* indices : {"<p>x 1 2</p>", "<p><!-- a --> x 1 2</p>", "<p> <![CDATA[x]]></p>",
+                              "<p><a/>x</p>", "<p>\n<?a b?>x</p>", "<p>&#48; 1 2</p>"})
+    EXPECT_TRUE(isRefusedCollada(collada("", scene, indices), "list of indices")) << indices;
+  for (const char* indices : {"<p>0 1 2<!-- a --></p>", "<p a='>' >\n0 +1 2 </p>"})
+    EXPECT_EQ(1u, loadCollada(collada("", scene, indices)).triangles.size()) << indices;
 }
 
 // ---- files that are none ------------------------------------------------------------------------

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "adaptive_bvh/mesh_io.h"
+#include "adaptive_bvh/mesh.h"
 
 /// Pairs of deforming bodies, for examples, benchmark, tuner and tests: those of thesis chapter IV
 /// and some that try other motions. All is computed: no files, no randomness. Lengths: the helmet's

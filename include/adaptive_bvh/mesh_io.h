@@ -2,27 +2,18 @@
 
 #include <stdexcept>
 #include <string>
-#include <vector>
 
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
+#include "adaptive_bvh/mesh.h"
 
 namespace adaptive_bvh {
 
-/// Component `mesh_io`: triangle meshes from files, by assimp.
-
-/// Positions in the file's unit, in one frame; triangles index them, counter-clockwise seen from
-/// outside as far as the file says so.
-template <typename S>
-struct TriangleMesh {
-  std::vector<fcl::Vector3<S>> vertices;  ///< positions
-  std::vector<fcl::Triangle> triangles;   ///< three indices of vertices each
-};
+/// Component `mesh_io`: triangle meshes from files, by assimp. Positions are in the file's unit,
+/// and triangles face outside as far as the file says so.
 
 /// How `loadMesh` prepares what it read.
 struct MeshLoadOptions {
   /// Make vertices of exactly equal position one. Most formats (STL always) repeat a vertex for
-  /// every face, which hides the connectivity of the surface. The first of the equal ones stays.
+  /// every face, which hides the connectivity of the surface (`weldVertices`).
   bool weld = true;
 };
 
@@ -53,24 +44,6 @@ class MeshLoadError : public std::runtime_error {
 /// regular files too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
-
-/// Builds `model` (any fcl::BVHModel, adaptive or plain; new or used) from the mesh: beginModel,
-/// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.
-template <typename Model, typename S>
-int fillModel(const TriangleMesh<S>& mesh, Model& model) {
-  if (model.build_state != fcl::BVH_BUILD_STATE_EMPTY) {
-    model.beginModel();  // FCL clears a used model, refuses, and forgets what it just allocated
-    delete[] model.vertices;
-    delete[] model.tri_indices;
-    model.vertices = nullptr;
-    model.tri_indices = nullptr;
-  }
-  int code = model.beginModel(static_cast<int>(mesh.triangles.size()),
-                              static_cast<int>(mesh.vertices.size()));
-  if (code == fcl::BVH_OK) code = model.addSubModel(mesh.vertices, mesh.triangles);
-  if (code == fcl::BVH_OK) code = model.endModel();
-  return code;
-}
 
 extern template TriangleMesh<float> loadMesh(const std::string&, const MeshLoadOptions&);
 extern template TriangleMesh<double> loadMesh(const std::string&, const MeshLoadOptions&);

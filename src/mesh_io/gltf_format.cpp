@@ -1,14 +1,13 @@
-#include "mesh_io/gltf_format.h"
-
 #include <algorithm>
 #include <map>
 #include <set>
 #include <stdexcept>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
-#include "mesh_io/node_graph.h"
+#include "formats.h"
+#include "node_graph.h"
+#include "strict_json.h"
+#include "tokens.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -32,75 +31,6 @@ const Json& at(const Json& container, const Json& key) {
 std::size_t numberAt(const Json& container, const char* key) {
   const Json& value = at(container, key);
   return value.is_number_unsigned() ? value.get<std::size_t>() : 0;
-}
-
-/// Valid UTF-8 from any bytes, different for different bytes: names in another encoding are no
-/// error of a mesh.
-std::string toUtf8(const std::string& bytes) {
-  std::string text;
-  text.reserve(bytes.size());
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80) {
-      text += c;
-    } else {
-      text += static_cast<char>(0xC0 | byte >> 6);
-      text += static_cast<char>(0x80 | (byte & 0x3F));
-    }
-  }
-  text.erase(text.find_last_not_of('\0') + 1);  // some writers pad with it
-  return text;
-}
-
-/// Throws on a text that is nested too deep, or could be read in two ways. (A callback of
-/// nlohmann's parser could tell the same, in time that grows with the square of an array's length.)
-class JsonCheck : public nlohmann::json_sax<Json> {
- public:
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(number_integer_t) override { return true; }
-  bool number_unsigned(number_unsigned_t) override { return true; }
-  bool number_float(number_float_t, const string_t&) override { return true; }
-  bool binary(binary_t&) override { return true; }
-  bool string(string_t& text) override {
-    if (text.find('\0') != text.npos)
-      throw std::runtime_error("its JSON text has a string with a zero in it");
-    return true;
-  }
-  bool key(string_t& text) override {
-    if (!open_.back().insert(text).second)
-      throw std::runtime_error("an object of its JSON text has a key twice");
-    return string(text);
-  }
-  bool start_object(std::size_t) override { return enter(); }
-  bool start_array(std::size_t) override { return enter(); }
-  bool end_object() override { return leave(); }
-  bool end_array() override { return leave(); }
-  bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
-    throw std::runtime_error(std::string("it is no JSON text: ") + error.what());
-  }
-
- private:
-  bool enter() {
-    open_.emplace_back();
-    if (open_.size() > kMostLevels)
-      throw std::runtime_error("its JSON text is nested in more than " +
-                               std::to_string(kMostLevels) + " levels");
-    return true;
-  }
-  bool leave() {
-    open_.pop_back();
-    return true;
-  }
-
-  std::vector<std::set<std::string>> open_;  ///< arrays and objects, with their keys so far
-};
-
-Json parse(const std::string& bytes) {
-  const std::string text = toUtf8(bytes);
-  JsonCheck check;
-  Json::sax_parse(text, &check);
-  return Json::parse(text);
 }
 
 /// The scenes come after the nodes, as nodes above them.
@@ -192,7 +122,7 @@ std::string findExtensionError(const Json& gltf, std::size_t text_bytes) {
 
 std::string findGltfError(const std::string& text) {
   try {
-    const Json gltf = parse(text);
+    const Json gltf = parseStrictly(text);
     for (const std::string& error : {findHierarchyError(hierarchy(gltf)), findSharingError(gltf),
                                      findExtensionError(gltf, text.size())})
       if (!error.empty()) return error;
@@ -200,6 +130,20 @@ std::string findGltfError(const std::string& text) {
   } catch (const std::runtime_error& error) {
     return error.what();
   }
+}
+
+std::string findGlbError(const std::string& bytes) {
+  constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+  for (std::size_t at = kHeader; at + kChunkHeader <= bytes.size();) {
+    const std::size_t length = wordAt(bytes, at);
+    at += kChunkHeader;
+    if (length > bytes.size() - at)
+      return "it announces a chunk of " + std::to_string(length) + " bytes, and has " +
+             std::to_string(bytes.size() - at);
+    at += length;
+  }
+  if (bytes.size() < kHeader + kChunkHeader) return "its header does not end";
+  return findGltfError(bytes.substr(kHeader + kChunkHeader, wordAt(bytes, kHeader)));
 }
 
 }  // namespace adaptive_bvh

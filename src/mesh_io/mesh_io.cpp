@@ -1,11 +1,8 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <unordered_map>
 
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
@@ -13,8 +10,8 @@
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
 
-#include "mesh_io/node_graph.h"
-#include "mesh_io/objection.h"
+#include "format_check.h"
+#include "node_graph.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -130,40 +127,17 @@ Mesh flatten(const aiScene& scene, const std::string& path) {
   return mesh;
 }
 
-struct BitsHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
-    std::size_t hash = 0;
-    for (double x : p) hash = hash * 1000003u ^ std::hash<double>()(x);
-    return hash;
-  }
-};
-
-void weldEqualPositions(Mesh& mesh) {
-  std::unordered_map<std::array<double, 3>, std::size_t, BitsHash> seen;
-  std::vector<std::size_t> new_index(mesh.vertices.size());
-  std::size_t kept = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const fcl::Vector3<double> p = mesh.vertices[v];
-    // Equal as numbers: -0 hashes like 0.
-    const auto found =
-        seen.emplace(std::array<double, 3>{p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, kept);
-    if (found.second) mesh.vertices[kept++] = p;
-    new_index[v] = found.first->second;
-  }
-  mesh.vertices.resize(kept);
-  for (fcl::Triangle& t : mesh.triangles) t.set(new_index[t[0]], new_index[t[1]], new_index[t[2]]);
-}
-
-}  // namespace
-
-template <typename S>
-TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+/// Before assimp sees it.
+void checkFile(const std::string& path) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !isRegularFile(path))
     fail(path, "it is no regular file");
   if (!std::ifstream(path).good()) fail(path, "the file does not exist or cannot be read");
-  const std::string objection = objectionTo(path);
-  if (!objection.empty()) fail(path, objection);
+  const std::string format_error = findFormatError(path);
+  if (!format_error.empty()) fail(path, format_error);
+}
+
+Mesh readMesh(const std::string& path) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // the importer's from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
@@ -173,10 +147,17 @@ TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (!scene) fail(path, importer.GetErrorString());
   if (!scene->mRootNode) fail(path, "the scene is empty");
+  return flatten(*scene, path);
+}
 
-  Mesh mesh = flatten(*scene, path);
+}  // namespace
+
+template <typename S>
+TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+  checkFile(path);
+  Mesh mesh = readMesh(path);
   if (mesh.triangles.empty()) fail(path, "it holds no triangles");
-  if (options.weld) weldEqualPositions(mesh);
+  if (options.weld) weldVertices(mesh);
 
   TriangleMesh<S> result;
   result.triangles = std::move(mesh.triangles);

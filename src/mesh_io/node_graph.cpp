@@ -1,4 +1,4 @@
-#include "mesh_io/node_graph.h"
+#include "node_graph.h"
 
 #include <algorithm>
 

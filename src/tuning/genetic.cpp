@@ -1,4 +1,4 @@
-#include "tuning/genetic.h"
+#include "genetic.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,8 @@
-#include "tuning/json.h"
+#include "json.h"
 
 namespace adaptive_bvh {
+
+nlohmann::json asJson(const RefitPolicy& policy) { return nlohmann::json::parse(toJson(policy)); }
 
 nlohmann::json asJson(const TunedPolicy& tuned) {
   return {
@@ -9,7 +11,7 @@ nlohmann::json asJson(const TunedPolicy& tuned) {
 
 TunedPolicy tunedFrom(const nlohmann::json& json) {
   TunedPolicy tuned;
-  tuned.policy = policyFrom(json.at("policy"));
+  tuned.policy = policyFromJson(json.at("policy").dump());
   tuned.cost = json.at("cost");
   tuned.evaluations = json.at("evaluations");
   return tuned;

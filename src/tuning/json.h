@@ -1,10 +1,12 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "adaptive_bvh/tuning.h"
-#include "policy_json/json.h"
 
 namespace adaptive_bvh {
 
+nlohmann::json asJson(const RefitPolicy& policy);
 nlohmann::json asJson(const TunedPolicy& tuned);
 
 /// Throws std::invalid_argument or nlohmann::json::exception.

@@ -10,62 +10,12 @@
 #include <pagmo/algorithm.hpp>
 #include <pagmo/problem.hpp>
 
-#include "tuning/genetic.h"
-#include "tuning/json.h"
+#include "genetic.h"
+#include "json.h"
+#include "policy_parameters.h"
 
 namespace adaptive_bvh {
 namespace {
-
-/// The parameters that a criterion uses, as a point of the search.
-class Parameters {
- public:
-  Parameters(FitnessCriterion criterion, const TuningOptions& options) : base_(options.base) {
-    base_.criterion = criterion;
-    const bool a = criterion == FitnessCriterion::A || criterion == FitnessCriterion::AB ||
-                   criterion == FitnessCriterion::ABC || criterion == FitnessCriterion::AOrBC ||
-                   criterion == FitnessCriterion::ABOrBC || criterion == FitnessCriterion::AD;
-    const bool c = criterion == FitnessCriterion::BC || criterion == FitnessCriterion::ABC ||
-                   criterion == FitnessCriterion::AOrBC || criterion == FitnessCriterion::ABOrBC;
-    if (a) use(&RefitPolicy::max_inflation, options.max_inflation);
-    if (c) use(&RefitPolicy::child_distance_ratio, options.child_distance_ratio);
-    if (c) use(&RefitPolicy::min_inflation, options.min_inflation);
-  }
-
-  bool none() const { return members_.empty(); }
-  const std::pair<pagmo::vector_double, pagmo::vector_double>& bounds() const { return bounds_; }
-
-  RefitPolicy policyAt(const pagmo::vector_double& x) const {
-    RefitPolicy policy = base_;
-    for (std::size_t i = 0; i < members_.size(); ++i) policy.*members_[i] = x[i];
-    return policy;
-  }
-
- private:
-  void use(double RefitPolicy::*member, const ParameterRange& range) {
-    members_.push_back(member);
-    bounds_.first.push_back(range.low);
-    bounds_.second.push_back(range.high);
-  }
-
-  RefitPolicy base_;
-  std::vector<double RefitPolicy::*> members_;
-  std::pair<pagmo::vector_double, pagmo::vector_double> bounds_;
-};
-
-/// For pagmo, which copies it: the cost at a point.
-struct Problem {
-  const Parameters* parameters = nullptr;
-  const std::function<double(const RefitPolicy&)>* cost = nullptr;
-
-  pagmo::vector_double fitness(const pagmo::vector_double& x) const {
-    return {(*cost)(parameters->policyAt(x))};
-  }
-  std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
-    return parameters ? parameters->bounds()
-                      : std::pair<pagmo::vector_double, pagmo::vector_double>{{0}, {1}};
-  }
-  pagmo::thread_safety get_thread_safety() const { return pagmo::thread_safety::none; }
-};
 
 /// Where a search is, as it stands in the checkpoint.
 struct SearchState {
@@ -124,7 +74,7 @@ class Search {
 
   /// Returns false when the user stops.
   bool searchCriterion() {
-    const Parameters parameters(options_.criteria[state_.criterion], options_);
+    const PolicyParameters parameters(options_.criteria[state_.criterion], options_);
     const int generations = parameters.none() ? 0 : options_.generations;
     pagmo::population population = begin(parameters);
     for (;;) {
@@ -151,14 +101,14 @@ class Search {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }
 
-  pagmo::population begin(const Parameters& parameters) {
+  pagmo::population begin(const PolicyParameters& parameters) {
     evaluations_ = 0;
     if (parameters.none()) {
       state_.x = {pagmo::vector_double()};
       state_.f = {{evaluate(parameters.policyAt({}))}};
       return {};
     }
-    const pagmo::problem problem(Problem{&parameters, &cost_});
+    const pagmo::problem problem(TuningProblem{&parameters, &cost_});
     if (state_.x.empty())
       return pagmo::population(problem, pagmo::population::size_type(options_.population), seed());
     pagmo::population population(problem, 0, seed());
@@ -167,7 +117,7 @@ class Search {
     return population;
   }
 
-  void remember(const Parameters& parameters, const pagmo::population& population) {
+  void remember(const PolicyParameters& parameters, const pagmo::population& population) {
     if (!parameters.none()) {
       state_.x = population.get_x();
       state_.f = population.get_f();

@@ -7,7 +7,7 @@
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/mesh_io.h"
+#include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
 

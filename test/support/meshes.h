@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "adaptive_bvh/mesh_io.h"
+#include "adaptive_bvh/mesh.h"
 
 namespace adaptive_bvh_test {
 

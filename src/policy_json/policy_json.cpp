@@ -1,7 +1,9 @@
-#include "policy_json/json.h"
+#include "adaptive_bvh/policy_json.h"
 
 #include <initializer_list>
 #include <stdexcept>
+
+#include <nlohmann/json.hpp>
 
 namespace adaptive_bvh {
 namespace {
@@ -40,8 +42,6 @@ Propagation propagationNamed(const std::string& name) {
                "propagation");
 }
 
-}  // namespace
-
 nlohmann::json asJson(const RefitPolicy& policy) {
   return {{"propagation", nameOf(policy.propagation)},
           {"criterion", toString(policy.criterion)},
@@ -52,6 +52,7 @@ nlohmann::json asJson(const RefitPolicy& policy) {
           {"leaf_radius_may_shrink", policy.leaf_radius_may_shrink}};
 }
 
+/// Throws std::invalid_argument or nlohmann::json::exception.
 RefitPolicy policyFrom(const nlohmann::json& json) {
   RefitPolicy policy;
   if (!json.is_object()) throw std::invalid_argument("not an object");
@@ -76,6 +77,8 @@ RefitPolicy policyFrom(const nlohmann::json& json) {
   policy.check();
   return policy;
 }
+
+}  // namespace
 
 std::string toJson(const RefitPolicy& policy) { return asJson(policy).dump(2); }
 

@@ -1,0 +1,241 @@
+// Two deforming meshes and their exact distance in every frame, four ways side by side:
+//   fcl       fcl::BVHModel, refitted whole and soundly (top-down), fcl::distance
+//   drop-in   the same calls on adaptive_bvh::AdaptiveBVHModel, fcl::distance
+//   recorded  the same with adaptive_bvh::distance, which reports to the update where the query was
+//   coherent  the same with adaptive_bvh::CoherentDistance, which follows the pair over frames
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <limits>
+
+#include <CLI/CLI.hpp>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/mesh_io.h"
+#include "adaptive_bvh/query.h"
+#include "motion.h"
+
+namespace {
+
+using tools::Motion;
+using tools::Positions;
+using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Plain = fcl::BVHModel<fcl::RSSd>;
+using Adaptive = adaptive_bvh::AdaptiveBVHModeld;
+
+struct Options {
+  std::string mesh_a, mesh_b, to, csv;
+  int frames = 200;
+};
+
+class Clock {
+ public:
+  double milliseconds() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+struct Cost {
+  double update = 0, query = 0, distance = 0;
+  int refitted = 0;
+  double total() const { return update + query; }
+  void operator+=(const Cost& c) {
+    update += c.update;
+    query += c.query;
+    refitted += c.refitted;
+  }
+};
+
+/// A pair of models of one kind, taken through a frame by FCL's own calls.
+template <typename Model>
+struct Pair {
+  Model a, b;
+  adaptive_bvh::CoherentDistanced* followed = nullptr;  // where a pair is followed over frames
+  bool recorded = false;
+
+  Pair(const Mesh& mesh_a, const Mesh& mesh_b) {
+    fillModel(mesh_a, a);
+    fillModel(mesh_b, b);
+  }
+
+  static void move(Model& model, const Positions& positions) {
+    model.beginReplaceModel();
+    model.replaceSubModel(positions);
+    model.endReplaceModel(true, false);  // refit, top-down: FCL's bottom-up refit is wrong for RSS
+  }
+
+  Cost frame(const Positions& pa, const Positions& pb) {
+    const auto identity = fcl::Transform3d::Identity();
+    const fcl::CollisionGeometryd *ga = &a, *gb = &b;
+    fcl::DistanceRequestd request;
+    fcl::DistanceResultd result;
+    Cost cost;
+    Clock clock;
+    move(a, pa);
+    move(b, pb);
+    cost.update = clock.milliseconds();
+    if (followed)
+      followed->distance(identity, identity, request, result);
+    else if (recorded)
+      adaptive_bvh::distance(ga, identity, gb, identity, request, result);
+    else
+      fcl::distance(ga, identity, gb, identity, request, result);
+    cost.query = clock.milliseconds();
+    cost.distance = result.min_distance;
+    cost.refitted = refitted(a) + refitted(b);
+    return cost;
+  }
+
+  static int refitted(const Plain& model) { return model.getNumBVs(); }
+  static int refitted(const Adaptive& model) { return model.lastUpdate().refitted(); }
+};
+
+void printRow(const char* name, const Cost& sum, const Cost& fcl, int frames) {
+  std::printf("  %-9s %9.3f %9.3f %9.3f   %6.2fx   %10.1f\n", name, sum.update / frames,
+              sum.query / frames, sum.total() / frames, fcl.total() / sum.total(),
+              double(sum.refitted) / frames);
+}
+
+/// Throws unless the triangles are those of the mesh, so that vertices pair by number.
+void checkTopology(const Mesh& mesh, const Mesh& pose, const std::string& name) {
+  bool same = pose.vertices.size() == mesh.vertices.size() &&
+              pose.triangles.size() == mesh.triangles.size();
+  for (std::size_t t = 0; same && t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) same &= mesh.triangles[t][k] == pose.triangles[t][k];
+  if (!same) throw std::runtime_error("'" + name + "' has another topology than the mesh");
+}
+
+/// The two meshes and where A moves to, if anywhere.
+struct Input {
+  Mesh a, b;
+  Positions target;
+
+  explicit Input(const Options& options) {
+    const std::string data = ADAPTIVE_BVH_EXAMPLE_DATA;
+    adaptive_bvh::MeshLoadOptions keep_vertices;
+    keep_vertices.weld = options.to.empty();
+    const bool own_mesh = !options.mesh_a.empty(), own_floor = !options.mesh_b.empty();
+    a = adaptive_bvh::loadMesh<double>(own_mesh ? options.mesh_a : data + "/helmet.obj",
+                                       keep_vertices);
+    b = adaptive_bvh::loadMesh<double>(own_floor ? options.mesh_b : data + "/plate.ply");
+    if (own_mesh && !own_floor) tools::placeBelow(b.vertices, a.vertices);
+    if (options.to.empty()) return;
+    const Mesh pose = adaptive_bvh::loadMesh<double>(options.to, keep_vertices);
+    checkTopology(a, pose, options.to);
+    target = pose.vertices;
+  }
+};
+
+/// A row per frame; nothing without a path.
+class Csv {
+ public:
+  explicit Csv(const std::string& path) {
+    if (path.empty()) return;
+    out_.open(path);
+    if (!out_) throw std::runtime_error("cannot write '" + path + "'");
+    out_ << "frame,distance,disagreement,fcl_update_ms,fcl_query_ms";
+    for (const char* way : {"drop_in", "recorded", "coherent"})
+      out_ << ',' << way << "_update_ms," << way << "_query_ms," << way << "_refitted";
+    out_ << '\n';
+  }
+
+  void add(int frame, double disagreement, const Cost& fcl, const std::array<Cost, 3>& ours) {
+    if (!out_.is_open()) return;
+    out_ << frame << ',' << fcl.distance << ',' << disagreement << ',' << fcl.update << ','
+         << fcl.query;
+    for (const Cost& c : ours) out_ << ',' << c.update << ',' << c.query << ',' << c.refitted;
+    out_ << '\n';
+  }
+
+ private:
+  std::ofstream out_;
+};
+
+/// On a terminal in every frame, on one line.
+void printProgress(int frame, int frames, double distance, double speed_up) {
+  const bool terminal = isatty(STDOUT_FILENO), last = frame == frames;
+  if (terminal || last)
+    std::printf("%sframe %d/%d   distance %.6f   speed-up %.2fx   %s", terminal ? "\r" : "", frame,
+                frames, distance, speed_up, last ? "\n" : "");
+  std::fflush(stdout);
+}
+
+void run(const Options& options) {
+  const Input input(options);
+  const auto& [a, b, target] = input;
+  Motion motion_a(a.vertices, target.empty() ? Motion::Squeeze : Motion::Interpolate, target);
+  Motion motion_b(b.vertices, Motion::Wave);
+  std::printf("A: %zu vertices, %zu triangles   B: %zu vertices, %zu triangles   %d frames\n",
+              a.vertices.size(), a.triangles.size(), b.vertices.size(), b.triangles.size(),
+              options.frames);
+
+  Pair<Plain> plain(a, b);
+  Pair<Adaptive> drop_in(a, b), recorded(a, b), coherent(a, b);
+  recorded.recorded = true;
+  adaptive_bvh::CoherentDistanced followed(coherent.a, coherent.b);
+  coherent.followed = &followed;
+  Csv csv(options.csv);
+
+  Cost sum_fcl;
+  std::array<Cost, 3> sums;
+  double worst = 0, nearest = std::numeric_limits<double>::max();
+  for (int frame = 1; frame <= options.frames; ++frame) {
+    const double t = double(frame) / options.frames;
+    const Positions &pa = motion_a.at(t), &pb = motion_b.at(t);
+    const Cost fcl = plain.frame(pa, pb);
+    const std::array<Cost, 3> ours = {drop_in.frame(pa, pb), recorded.frame(pa, pb),
+                                      coherent.frame(pa, pb)};
+    sum_fcl += fcl;
+    double disagreement = 0;
+    for (std::size_t way = 0; way < ours.size(); ++way) {
+      sums[way] += ours[way];
+      disagreement = std::max(disagreement, std::abs(ours[way].distance - fcl.distance));
+    }
+    worst = std::max(worst, disagreement);
+    nearest = std::min(nearest, fcl.distance);
+    csv.add(frame, disagreement, fcl, ours);
+    printProgress(frame, options.frames, ours[2].distance, sum_fcl.total() / sums[2].total());
+  }
+
+  std::printf("smallest distance %.6f   largest disagreement with FCL %.3g\n", nearest, worst);
+  std::printf("  per frame  update ms  query ms  total ms  speed-up  nodes refitted (of %d)\n",
+              plain.a.getNumBVs() + plain.b.getNumBVs());
+  printRow("fcl", sum_fcl, sum_fcl, options.frames);
+  printRow("drop-in", sums[0], sum_fcl, options.frames);
+  printRow("recorded", sums[1], sum_fcl, options.frames);
+  printRow("coherent", sums[2], sum_fcl, options.frames);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Exact distance between two deforming meshes: FCL's refit against adaptive_bvh.");
+  app.add_option("MESH_A", options.mesh_a, "Mesh file (default: the helmet)");
+  app.add_option("MESH_B", options.mesh_b, "Mesh file (default: a plate below MESH_A)");
+  app.add_option("--to", options.to, "A second pose of MESH_A: go there and back");
+  app.add_option("--frames", options.frames, "Number of frames")->check(CLI::Range(1, 1000000));
+  app.add_option("--csv", options.csv, "Write a row per frame to this file");
+  try {
+    app.parse(argc, argv);
+    run(options);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+  } catch (const std::exception& error) {
+    std::cerr << "compare_with_fcl: " << error.what() << '\n';
+    return 2;
+  }
+  return 0;
+}

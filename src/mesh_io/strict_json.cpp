@@ -1,0 +1,85 @@
+#include "strict_json.h"
+
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "node_graph.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Valid UTF-8 from any bytes, different for different bytes: names in another encoding are no
+/// error of a mesh.
+std::string toUtf8(const std::string& bytes) {
+  std::string text;
+  text.reserve(bytes.size());
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      text += c;
+    } else {
+      text += static_cast<char>(0xC0 | byte >> 6);
+      text += static_cast<char>(0x80 | (byte & 0x3F));
+    }
+  }
+  text.erase(text.find_last_not_of('\0') + 1);  // some writers pad with it
+  return text;
+}
+
+/// Throws on a text that is nested too deep, or could be read in two ways. (A callback of
+/// nlohmann's parser could tell the same, in time that grows with the square of an array's length.)
+class JsonCheck : public nlohmann::json_sax<Json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool string(string_t& text) override {
+    if (text.find('\0') != text.npos)
+      throw std::runtime_error("its JSON text has a string with a zero in it");
+    return true;
+  }
+  bool key(string_t& text) override {
+    if (!open_.back().insert(text).second)
+      throw std::runtime_error("an object of its JSON text has a key twice");
+    return string(text);
+  }
+  bool start_object(std::size_t) override { return enter(); }
+  bool start_array(std::size_t) override { return enter(); }
+  bool end_object() override { return leave(); }
+  bool end_array() override { return leave(); }
+  bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
+    throw std::runtime_error(std::string("it is no JSON text: ") + error.what());
+  }
+
+ private:
+  bool enter() {
+    open_.emplace_back();
+    if (open_.size() > kMostLevels)
+      throw std::runtime_error("its JSON text is nested in more than " +
+                               std::to_string(kMostLevels) + " levels");
+    return true;
+  }
+  bool leave() {
+    open_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> open_;  ///< arrays and objects, with their keys so far
+};
+
+}  // namespace
+
+nlohmann::json parseStrictly(const std::string& bytes) {
+  const std::string text = toUtf8(bytes);
+  JsonCheck check;
+  Json::sax_parse(text, &check);
+  return Json::parse(text);
+}
+
+}  // namespace adaptive_bvh
