@@ -1,4 +1,4 @@
-// A helmet deforms above a plate: its exact distance in every frame, by adaptive_bvh and by FCL.
+// A helmet deforms above a plate: its exact distance in every step, by adaptive_bvh and by FCL.
 // FCL refits every volume (top-down: its bottom-up refit is wrong for RSS), ours only what it must.
 // examples/tools/compare_with_fcl does the same for your meshes.
 #include <algorithm>
@@ -42,14 +42,14 @@ int main() {
   fillModel(helmet, fcl_helmet);
   fillModel(plate, our_plate);
   fillModel(plate, fcl_plate);
-  adaptive_bvh::CoherentDistanced pair(our_helmet, our_plate);  // follows the two over frames
+  adaptive_bvh::CoherentDistanced pair(our_helmet, our_plate);  // follows the two over steps
 
   const auto origin = fcl::Transform3d::Identity();
   const fcl::DistanceRequestd request;
-  const int frames = 200;
+  const int steps = 200;
   double our_time = 0, fcl_time = 0, disagreement = 0;
-  for (int frame = 1; frame <= frames; ++frame) {
-    const Positions positions = squeezed(helmet.vertices, double(frame) / frames);
+  for (int step = 1; step <= steps; ++step) {
+    const Positions positions = squeezed(helmet.vertices, double(step) / steps);
 
     fcl::DistanceResultd ours, fcls;
     our_time += milliseconds([&] {
@@ -63,9 +63,9 @@ int main() {
       fcl::distance(&fcl_helmet, origin, &fcl_plate, origin, request, fcls);
     });
     disagreement = std::max(disagreement, std::abs(ours.min_distance - fcls.min_distance));
-    if (frame % 25 == 0) std::printf("frame %3d: distance %.6f\n", frame, ours.min_distance);
+    if (step % 25 == 0) std::printf("step %3d: distance %.6f\n", step, ours.min_distance);
   }
-  std::printf("per frame: FCL %.3f ms, adaptive_bvh %.3f ms, speed-up %.1fx\n", fcl_time / frames,
-              our_time / frames, fcl_time / our_time);
+  std::printf("per step: FCL %.3f ms, adaptive_bvh %.3f ms, speed-up %.1fx\n", fcl_time / steps,
+              our_time / steps, fcl_time / our_time);
   std::printf("largest disagreement with FCL %.3g\n", disagreement);
 }

@@ -38,15 +38,15 @@ int main() {
   fcl::Transform3d below = fcl::Transform3d::Identity();
   below.translation().z() = -0.5;
 
-  for (int frame = 1; frame <= 10; ++frame) {
+  for (int step = 1; step <= 10; ++step) {
     cloth.beginReplaceModel();
-    cloth.replaceSubModel(sheet(0.02 * frame));
+    cloth.replaceSubModel(sheet(0.02 * step));
     cloth.endReplaceModel();  // FCL would now refit 1,599 volumes, and wrongly: see README
 
     fcl::DistanceResultd result;
     fcl::distance<double>(&cloth, fcl::Transform3d::Identity(), &floor, below,
                           fcl::DistanceRequestd(), result);
-    std::printf("frame %2d: distance %.6f, %4d of %d volumes refitted\n", frame,
-                result.min_distance, cloth.lastUpdate().refitted(), cloth.lastUpdate().nodes);
+    std::printf("step %2d: distance %.6f, %4d of %d volumes refitted\n", step, result.min_distance,
+                cloth.lastUpdate().refitted(), cloth.lastUpdate().nodes);
   }
 }

@@ -62,12 +62,12 @@ int main() {
   for (Object* object : {&gripper, &ball, &pin, &bin}) manager.registerObject(object);
   manager.setup();
 
-  for (int frame = 1; frame <= 10; ++frame) {
-    model->update(pad(0.1 * frame));
+  for (int step = 1; step <= 10; ++step) {
+    model->update(pad(0.1 * step));
     adaptive_bvh::refresh(gripper, manager);
     std::size_t contacts = 0;
     manager.collide(&contacts, narrowPhase);
-    std::printf("frame %2d: %3zu contacts, %3d volumes refitted\n", frame, contacts,
+    std::printf("step %2d: %3zu contacts, %3d volumes refitted\n", step, contacts,
                 model->lastUpdate().refitted());
   }
 }

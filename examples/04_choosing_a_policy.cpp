@@ -41,27 +41,26 @@ int main() {
   wall.endModel();
   const auto origin = fcl::Transform3d::Identity();
 
-  std::printf("%-26s %11s %15s %9s\n", "criterion", "ms a frame", "refits a frame", "nearest");
+  std::printf("%-26s %11s %15s %9s\n", "criterion", "ms a step", "refits a step", "nearest");
   const auto run = [&](const char* name, const RefitPolicy& policy) {
     Model model(policy);
     model.beginModel();
     model.addSubModel(hose(0), triangles);
     model.endModel();
-    const int frames = 100;
+    const int steps = 100;
     double seconds = 0, nearest = 1e9;
     long refits = 0;
-    for (int frame = 1; frame <= frames; ++frame) {
-      const std::vector<Point> positions = hose(0.05 * frame);
+    for (int step = 1; step <= steps; ++step) {
+      const std::vector<Point> positions = hose(0.05 * step);
       const auto start = std::chrono::steady_clock::now();
       refits += model.update(positions).refitted();
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&model, origin, &wall, origin, fcl::DistanceRequestd(),
-                                     result);
+      adaptive_bvh::distance(&model, origin, &wall, origin, fcl::DistanceRequestd(), result);
       seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       nearest = std::min(nearest, result.min_distance);
     }
-    std::printf("%-26s %11.3f %15.1f %9.6f\n", name, 1e3 * seconds / frames,
-                double(refits) / frames, nearest);
+    std::printf("%-26s %11.3f %15.1f %9.6f\n", name, 1e3 * seconds / steps, double(refits) / steps,
+                nearest);
   };
   run("default", RefitPolicy());
   for (auto criterion :

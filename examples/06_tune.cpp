@@ -20,16 +20,15 @@ int main() {
   fillModel(scenario.second.mesh(), plate);
   const auto origin = fcl::Transform3d::Identity();
 
-  // All frames with one policy; returns what they cost.
+  // All steps with one policy; returns what they cost.
   const adaptive_bvh::Simulation simulation = [&](const RefitPolicy& policy) {
     AdaptiveBVHModeld helmet(policy);
     fillModel(scenario.first.mesh(), helmet);
     SimulationWork work;
-    for (int frame = 1; frame <= scenario.first.frames(); ++frame) {
-      work.add(helmet.update(scenario.first.positions(frame)));
+    for (int step = 1; step <= scenario.first.frames(); ++step) {
+      work.add(helmet.update(scenario.first.positions(step)));
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&helmet, origin, &plate, origin, fcl::DistanceRequestd(),
-                                     result);
+      adaptive_bvh::distance(&helmet, origin, &plate, origin, fcl::DistanceRequestd(), result);
       work.add(helmet.recordedWork());
     }
     return work;

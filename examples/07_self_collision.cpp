@@ -9,7 +9,7 @@ using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 40;
-constexpr std::size_t kShown = 5;  // pairs to print for each frame
+constexpr std::size_t kShown = 5;  // pairs to print for each step
 
 // The half y > 0.5 of a wavy unit square, folded over by an angle.
 std::vector<Point> sheet(double angle) {

@@ -49,7 +49,7 @@ struct Recording {
       work.add(a.update(first_frames[frame]));
       work.add(b.update(second_frames[frame]));
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
       work.add(a.recordedWork());
     }
     work.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -74,7 +74,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// With the default policy.
   explicit AdaptiveBVHModel(HierarchyStrategy strategy);
 
-  /// Deep: the copy is updated and queried apart from the original.
+  /// Deep: the copy is updated and queried apart from the original. Copies every array, nodes
+  /// included: about 430 bytes a triangle in double precision.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
 
   /// Takes over everything, in constant time. `other` is then as after the default constructor: it

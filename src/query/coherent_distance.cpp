@@ -39,7 +39,10 @@ typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
       distanceByBoxes<BV>(a, b, {request, result}, state_->cache))
     return result.min_distance;
   state_->cache.front->clear();
-  return queries::distance<S>(&first, tf1, &second, tf2, request, result);
+  // What adaptive_bvh::distance does: two adaptive models are always a recorded pair.
+  S found = result.min_distance;
+  detail::recordedDistance<S>(&first, tf1, &second, tf2, request, result, found);
+  return found;
 }
 
 template <typename BV>

@@ -5,6 +5,7 @@
 
 #include "update/dirty_pairs.h"
 #include "update/local_bounds.h"
+#include "update/partial_bounds.h"
 #include "update/refit.h"
 #include "update/step_input.h"
 #include "update/thread_pool.h"
