@@ -173,7 +173,7 @@ int AdaptiveBVHModel<BV>::endPositions(bool two_frames, bool refit) {
   if (two_frames) {
     Base::beginUpdateModel();
     Base::updateSubModel(positions);
-    Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
+    Base::endUpdateModel(false, false);  // builds on the new positions, then fits both
   } else {
     Base::beginReplaceModel();
     Base::replaceSubModel(positions);
