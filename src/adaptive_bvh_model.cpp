@@ -26,7 +26,7 @@ bool isBuilt(const fcl::BVHModel<BV>& model) {
 
 StepKind kindOf(bool two_frames) { return two_frames ? StepKind::TwoFrames : StepKind::Replace; }
 
-/// Every triangle names vertices that are there, and every vertex is where a volume can be fitted.
+/// Every index of a triangle names a vertex, and every coordinate is finite and not too large.
 template <typename BV>
 bool isUsable(const fcl::BVHModel<BV>& model) {
   const auto count = static_cast<std::size_t>(model.num_vertices);
@@ -173,7 +173,7 @@ int AdaptiveBVHModel<BV>::endPositions(bool two_frames, bool refit) {
   if (two_frames) {
     Base::beginUpdateModel();
     Base::updateSubModel(positions);
-    Base::endUpdateModel(false, false);  // builds on the new frame, then fits both
+    Base::endUpdateModel(false, false);  // builds on the new positions, then fits both
   } else {
     Base::beginReplaceModel();
     Base::replaceSubModel(positions);
@@ -308,9 +308,9 @@ void AdaptiveBVHModel<BV>::requireBuilt() {
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
-/// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. It is
-/// repaired by the first call that reads it, which is const for FCL: the model then answers as it
-/// should have all along. Any number of threads may come here at once.
+/// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. The
+/// first call that reads it repairs it. That call is const for FCL; the repair only restores the
+/// invariant. Any number of threads may come here at once.
 template <typename BV>
 void AdaptiveBVHModel<BV>::resynchronise() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
@@ -346,7 +346,7 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   state_->policy = policy;
   if (state_->update.propagation() == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
-  state_->tree.detector.invalidate();  // what the other propagation keeps was not kept
+  state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
   resynchronise();
 }
 

@@ -178,8 +178,9 @@ TYPED_TEST(BoxPropagation, BoxesTurnWithTheBody) {
   EXPECT_EQ(before, this->boxes().frame.axes());
 }
 
-/// Where nobody asks, volumes grow frame by frame; but no farther than their boxes.
-TYPED_TEST(BoxPropagation, ForgottenVolumesDoNotOutgrowTheirBoxes) {
+/// Volumes that are not visited grow in every step, but are replaced before they outgrow their
+/// boxes.
+TYPED_TEST(BoxPropagation, VolumesThatAreNotVisitedDoNotOutgrowTheirBoxes) {
   using S = TypeParam;
   this->model_.setRefitPolicy(RefitPolicy());
   Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 2);

@@ -117,7 +117,7 @@ TYPED_TEST(Coherent, ForgetsWhatNoLongerHolds) {
   this->first_.endReplaceModel(false);
   this->ask(this->origin_, this->above_);
 
-  // FCL's own refit behind our back, which moves the vertices without any travel.
+  // FCL's own refit through the base class moves the vertices without accumulated motion.
   fcl::BVHModel<fcl::RSS<S>>& base = this->second_;
   std::vector<Vector3<S>> moved = this->hose_.vertices;
   for (auto& p : moved) p[2] -= S(0.4);
@@ -140,14 +140,14 @@ TYPED_TEST(Coherent, ForgetsWhatNoLongerHolds) {
   for (int frame = 0; frame < 30; ++frame) this->first_.update(bend.next());
   this->ask(this->origin_, this->above_);
 
-  // Both frames of a swept update count in the volumes; distances are of the last.
+  // Both frames of a two-frame update count in the volumes; distances are of the last.
   this->first_.beginUpdateModel();
   this->first_.updateSubModel(bend.next());
   this->first_.endUpdateModel();
   this->ask(this->origin_, this->above_);
 }
 
-/// Long ways: sums of travel begin anew, and the front with them.
+/// Long ways: accumulated motions begin anew, and the front with them.
 TYPED_TEST(Coherent, SurvivesLongWays) {
   using S = TypeParam;
   std::vector<Vector3<S>> positions = this->sheet_.vertices;

@@ -36,8 +36,8 @@ bool holds(const fcl::RSS<S>& bv, const Vector3<S>& p) {
   return (d - x * a0 - y * a1).norm() <= Fine(bv.r);
 }
 
-/// Nodes that do not hold one of the triangles below them, in the frame and, in swept mode, in the
-/// one before.
+/// Nodes that do not hold one of the triangles below them: where it is and, after a two-frame
+/// update, in the one before.
 template <typename S>
 int failures(const AdaptiveBVHModel<fcl::RSS<S>>& model, long& checked) {
   // Every vertex below a node, not only those of its children's volumes: in preorder the nodes of a

@@ -444,7 +444,7 @@ TEST_F(DropIn, ReplacingKeepsTheAddressOfTheVertices) {
   EXPECT_EQ(address, model_.vertices);
 }
 
-TEST_F(DropIn, SweptModeHoldsBothFramesAndUpdateLeavesIt) {
+TEST_F(DropIn, ATwoFrameUpdateHoldsBothFramesAndUpdateEndsIt) {
   Positions next = mesh_.vertices;
   for (int frame = 0; frame < 6; ++frame) {
     const Positions last = next;
@@ -506,7 +506,7 @@ TEST_F(DropIn, CopiesAreDeep) {
   expectPositions(copy, kept);
   expectSound(copy);
   copy.update(mesh_.vertices);
-  EXPECT_FALSE(copy.lastUpdate().resynchronised) << "the copy tracks on, it does not start anew";
+  EXPECT_FALSE(copy.lastUpdate().resynchronised) << "the copy goes on from the original's state";
   expectPositions(model_, moved(mesh_.vertices, 2));
   expectSound(copy);
   expectSound(model_);
@@ -679,7 +679,7 @@ TEST_F(DropIn, NoticesChangesMadeThroughTheBase) {
     }
 }
 
-/// The seal in single precision, where a step of the radius is 1e-7 of it.
+/// The change detector in single precision, where one step of the radius is 1e-7 of it.
 TEST(DropInFloat, NoticesChangesMadeThroughTheBase) {
   const TriangleMesh<float> mesh = plate<float>(5, 4);
   for (bool same : {false, true})

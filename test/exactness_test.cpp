@@ -117,7 +117,7 @@ void compareOnce(const Body<S>& a, const Body<S>& b,
     EXPECT_NEAR(expected, followed.min_distance, tolerance<S>());
     EXPECT_EQ("", brute.objection(followed, tf1, tolerance<S>()));
   }
-  const bool record = frame % 4 != 3;  // every fourth frame leaves no evidence
+  const bool record = frame % 4 != 3;  // every fourth step records no statistics
   if (record) {
     adaptive_bvh::distance(ga, tf1, gb, tf2, request, recorded);
     EXPECT_NEAR(expected, recorded.min_distance, tolerance<S>());

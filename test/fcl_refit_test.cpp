@@ -1,4 +1,4 @@
-// FCL's default refit, bottom-up, is wrong for RSS. Documented here, so that nobody takes it for an
+// FCL's default refit, bottom-up, is wrong for RSS. Documented here, so that no one takes it for an
 // oracle, and so that we notice when a later FCL mends it.
 #include <gtest/gtest.h>
 

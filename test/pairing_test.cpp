@@ -180,8 +180,8 @@ void expectPairs(const GroupGraph& graph, const Mates& mate) {
   }
 }
 
-// 0 -1- 1 -2- 2 -3- 3: the walk goes 0, 1, 2, 3. Nobody suits 3 and 2 better; then 1 and 0 are left
-// to each other.
+// 0 -1- 1 -2- 2 -3- 3: the walk goes 0, 1, 2, 3. 3 and 2 have no better partner; then 1 and 0 are
+// left to each other.
 TEST(Pairing, WalksToTheBetterPartnerAndBack) {
   EXPECT_EQ((Mates{1, 0, 3, 2}), pairGroups(GroupGraph(4, {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}}), {}));
 }

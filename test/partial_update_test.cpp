@@ -207,7 +207,7 @@ TYPED_TEST(PartialUpdate, TakesIndicesOfAnyInteger) {
   this->expectRight();
 }
 
-/// The evidence of queries before an update is used up by it, wherever it reached.
+/// An update clears the statistics of the queries before it, also of nodes that it did not visit.
 TYPED_TEST(PartialUpdate, ForgetsAllVisits) {
   using S = TypeParam;
   fcl::DistanceResult<S> result;
@@ -241,7 +241,7 @@ TYPED_TEST(PartialUpdate, WorksInEveryState) {
   this->model_.setRefitPolicy(RefitPolicy());
   this->moveSome(3, S(0.05));
   this->expectRight();
-  this->positions_[5][2] += S(0.1);  // swept: the frame before is kept
+  this->positions_[5][2] += S(0.1);  // two-frame update: the positions before are kept
   this->model_.beginUpdateModel();
   this->model_.updateSubModel(this->positions_);
   this->model_.endUpdateModel();

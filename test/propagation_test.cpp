@@ -91,7 +91,7 @@ TEST_F(FourTriangles, ATrianglesDisplacementIsTheLargestOfItsCorners) {
 }
 
 // Only triangle 0 moves: its leaf, its parent and the root grow by 0.5; the other four do not.
-TEST_F(FourTriangles, TheErrorTravelsFromTheLeafToTheRootAndNowhereElse) {
+TEST_F(FourTriangles, TheErrorPropagatesFromTheLeafToTheRootAndNowhereElse) {
   const auto& report = move(0, {0.3, 0, 0.4});
   for (int i = 0; i < 7; ++i) {
     const bool above = i == 0 || i == parent_[0] || i == leaf_[0];
@@ -170,10 +170,11 @@ TEST_F(FourTriangles, RefittingANodeImpliesNothingForTheOthers) {
   EXPECT_NEAR(0.2, growth(0), kRounding);
 }
 
-// In swept mode a volume holds both frames: the leaf still reaches where the corner was.
-TEST_F(FourTriangles, SweptModeKeepsTheFrameBefore) {
+// After a two-frame update a volume holds both frames: the leaf still contains where the corner
+// was.
+TEST_F(FourTriangles, ATwoFrameUpdateKeepsTheFrameBefore) {
   use(FitnessCriterion::RefitNone, true);
-  const auto sweep = [this](const Point& by) {
+  const auto moveOn = [this](const Point& by) {
     positions_[0] += by;
     ASSERT_EQ(fcl::BVH_OK, model_.beginUpdateModel());
     ASSERT_EQ(fcl::BVH_OK, model_.updateSubModel(positions_));
@@ -181,18 +182,18 @@ TEST_F(FourTriangles, SweptModeKeepsTheFrameBefore) {
     std::string reason;
     ASSERT_TRUE(model_.validate(&reason)) << reason;
   };
-  sweep({0, 0, 0.5});
+  moveOn({0, 0, 0.5});
   EXPECT_NEAR(0.5, growth(leaf_[0]), kRounding);
   EXPECT_EQ(0, model_.prev_vertices[0][2]);
-  sweep({0, 0, -0.5});  // back at the reference, but the frame before was 0.5 away
+  moveOn({0, 0, -0.5});  // back at the reference, but the frame before was 0.5 away
   EXPECT_NEAR(0.5, growth(leaf_[0]), kRounding);
-  sweep({0, 0, 0});  // at rest: both frames are the reference
+  moveOn({0, 0, 0});  // at rest: both frames are the reference
   EXPECT_LE(growth(leaf_[0]), 0.5 + kRounding);
 }
 
 // Also there the latest displacement counts from the frame before, not from the one whose array the
 // new frame is written to, two frames back.
-TEST_F(FourTriangles, SweptModeMeasuresFromTheFrameBefore) {
+TEST_F(FourTriangles, ATwoFrameUpdateMeasuresFromTheFrameBefore) {
   double height = 0;
   for (double step : {0.5, 0.25, -0.125}) {
     height += step;

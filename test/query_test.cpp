@@ -276,7 +276,7 @@ TYPED_TEST(Query, RefusesTheDistancesOnWhichFclCrashes) {
         std::invalid_argument);
 }
 
-/// A model with itself at another place: evidence from both sides goes to the one tree.
+/// A model with itself at another place: statistics of both sides go to the one tree.
 TYPED_TEST(Query, AModelMayMeetItself) {
   using S = TypeParam;
   fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), beside = tf;
@@ -291,7 +291,7 @@ TYPED_TEST(Query, AModelMayMeetItself) {
 }
 
 /// The end of the chain: what the query saw decides what the next update refits.
-TEST(EvidenceInUse, OnlyTraversedNodesAreRefitted) {
+TEST(StatisticsInUse, OnlyTraversedNodesAreRefitted) {
   adaptive_bvh::RefitPolicy policy =
       adaptive_bvh::RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::B);
   AdaptiveBVHModel<fcl::RSSd> model(policy);
@@ -319,13 +319,13 @@ TEST(EvidenceInUse, OnlyTraversedNodesAreRefitted) {
     const bool refitted = model.getBV(i).bv.r == model.originalRadius(i);
     EXPECT_EQ(traversed[std::size_t(i)], refitted) << "node " << i;
   }
-  EXPECT_EQ(0, model.recordedWork().queries) << "an update uses evidence up";
+  EXPECT_EQ(0, model.recordedWork().queries) << "an update clears the statistics";
 
   model.update(deformation.next());  // no query in between: B counts as true everywhere
   EXPECT_EQ(model.getNumBVs(), model.lastUpdate().refitted());
 }
 
-TEST(EvidenceInUse, WithoutQueriesTheDefaultBecomesTestA) {
+TEST(StatisticsInUse, WithoutQueriesTheDefaultBecomesTestA) {
   AdaptiveBVHModel<fcl::RSSd> by_default, by_a;
   adaptive_bvh::RefitPolicy a;
   a.criterion = adaptive_bvh::FitnessCriterion::A;

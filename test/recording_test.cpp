@@ -138,7 +138,7 @@ TEST_F(Recording, QueriesSinceTheUpdateCountTogether) {
   EXPECT_FALSE(second_.visited(0));
 }
 
-TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
+TEST(TraversalStatisticsThreads, TheLargestGapWinsWhateverTheOrder) {
   TraversalStatistics statistics;
   statistics.reset(3);
   QueryWork work;
@@ -168,7 +168,7 @@ TEST(EvidenceThreads, TheLargestGapWinsWhateverTheOrder) {
   EXPECT_FALSE(statistics.obstructing(1));
 }
 
-TEST(EvidenceCopy, IsDeep) {
+TEST(TraversalStatisticsCopy, IsDeep) {
   TraversalStatistics a;
   a.reset(2);
   a.recordChildGap(1, 0.5);
@@ -179,7 +179,7 @@ TEST(EvidenceCopy, IsDeep) {
 }
 
 /// What is kept of a gap: its sign and order, and three digits.
-TEST(EvidenceGaps, KeepSignOrderAndThreeDigits) {
+TEST(TraversalStatisticsGaps, KeepSignOrderAndThreeDigits) {
   const float gaps[] = {
       -std::numeric_limits<float>::max(), -3e9f, -1.5f, -1e-30f, 0, 1e-30f, 1e-3f, 0.7f, 1.5f, 3e9f,
       std::numeric_limits<float>::max()};
@@ -204,7 +204,7 @@ TEST(EvidenceGaps, KeepSignOrderAndThreeDigits) {
 }
 
 /// Clearing counts on; nothing of an earlier count shows, however often it was cleared.
-TEST(EvidenceClear, ForgetsWhateverTheCount) {
+TEST(TraversalStatisticsClear, ForgetsWhateverTheCount) {
   TraversalStatistics statistics;
   statistics.reset(2);
   for (int round = 0; round < 10000; ++round) {

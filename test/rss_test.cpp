@@ -172,7 +172,7 @@ TYPED_TEST(RssFit, ChoosesTheSphereForADome) {
   EXPECT_LT(sweptArea(points.fit()), 0.6 * sweptArea(reference));
 }
 
-TYPED_TEST(RssFit, HoldsBothFramesInSweptMode) {
+TYPED_TEST(RssFit, HoldsBothFramesOfATwoFrameUpdate) {
   using S = TypeParam;
   for (int round = 0; round < 200; ++round) {
     const Points<S> now = this->triangles(0, 1 + round % 3, 1, 1);

@@ -180,7 +180,7 @@ TYPED_TEST(SelfCollision, StopsAtTheNumberOfContacts) {
   EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequest<S>(3), three)) << "already has them";
 }
 
-TYPED_TEST(SelfCollision, LeavesEvidence) {
+TYPED_TEST(SelfCollision, RecordsStatistics) {
   using S = TypeParam;
   using adaptive_bvh::FitnessCriterion;
   std::mt19937 random(17);
@@ -204,7 +204,7 @@ TYPED_TEST(SelfCollision, LeavesEvidence) {
     const auto& root = model.getBV(0);
     EXPECT_TRUE(model.traversed(root.leftChild()));
     model.update(crumple<S>(1, random));
-    // By boxes no volume was asked, so none was in the way.
+    // By boxes no volume was tested, so none was in the way.
     EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > 0);
     EXPECT_FALSE(model.traversed(root.leftChild()));
   }

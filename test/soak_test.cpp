@@ -64,7 +64,7 @@ long costOfOurQuery(const AdaptiveBVHModeld& a, const AdaptiveBVHModeld& b,
 struct Case {
   const char* name;
   Points (*motion)(const Points& rest, int frame);
-  bool ask;  ///< queries go along; else nobody looks until the end
+  bool ask;  ///< queries run along; else there is none until the end
 
   friend void PrintTo(const Case& tested, std::ostream* out) { *out << tested.name; }
 };
@@ -107,7 +107,7 @@ TEST_P(Soak, LeavesNoTrace) {
   EXPECT_LE(mallinfo2().uordblks, heap + 65536);
 #endif
 
-  // Queries from all around, by us and by FCL's own traversal of volumes that nobody kept tight.
+  // Queries from all around, by us and by FCL's own traversal of volumes that nothing kept tight.
   AdaptiveBVHModeld fresh;
   fillModel(mesh, fresh);
   std::mt19937 random(3);
@@ -129,7 +129,7 @@ TEST_P(Soak, LeavesNoTrace) {
     fillModel(mesh, built);
     const long cost = costOfOurQuery(model, obstacle, tf);
     costOfOurQuery(built, obstacle, tf);  // finds the pair that a query in use starts from
-    if (frame <= kFrames + 10) continue;  // nobody may have asked before
+    if (frame <= kFrames + 10) continue;  // there may have been no query before
     own += double(cost);
     own_fresh += double(costOfOurQuery(built, obstacle, tf));
   }

@@ -105,14 +105,14 @@ TEST_F(Threads, GetTheAnswersOfOneThread) {
   EXPECT_EQ(queries * (1 + kThreads), a_.recordedWork().queries);
 }
 
-/// The evidence of parallel queries is that of the same queries one after the other.
-TEST_F(Threads, LeaveTheEvidenceOfOneThread) {
+/// Parallel queries record the statistics of the same queries one after the other.
+TEST_F(Threads, RecordTheStatisticsOfOneThread) {
   using adaptive_bvh::FitnessCriterion;
   a_.setRefitPolicy(adaptive_bvh::RefitPolicy::thesis(FitnessCriterion::RefitNone));
   ask();
   std::vector<bool> serial;
   for (int i = 0; i < a_.getNumBVs(); ++i) serial.push_back(a_.traversed(i));
-  a_.update(last_);  // nothing moves, nothing is refitted; the evidence is used up
+  a_.update(last_);  // nothing moves, nothing is refitted; the statistics are cleared
   askInParallel();
   for (int i = 0; i < a_.getNumBVs(); ++i) EXPECT_EQ(serial[std::size_t(i)], a_.traversed(i)) << i;
 }

@@ -81,15 +81,15 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Takes over everything, in constant time. `other` is then as after the default constructor: it
   /// can be built anew.
   AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept;
-  /// Takes over everything; what this model held goes.
+  /// Takes over everything; what this model held is freed.
   AdaptiveBVHModel& operator=(AdaptiveBVHModel&& other) noexcept;
 
-  /// Takes over mesh and tree of a plain FCL model, deeply; every volume is recomputed, so it does
-  /// not matter how that model was refitted. `strategy` is for rebuilding.
+  /// Copies mesh and tree of a plain FCL model. Every volume is recomputed, so it does not matter
+  /// how that model was refitted. `strategy` is for rebuilding.
   explicit AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy = RefitPolicy(),
                             HierarchyStrategy strategy = HierarchyStrategy::BottomUp);
 
-  /// FCL's assignment copies pointers and frees them twice, and cannot be mended from outside.
+  /// Deleted: FCL's assignment copies pointers and frees them twice.
   AdaptiveBVHModel& operator=(const AdaptiveBVHModel&) = delete;
 
   ~AdaptiveBVHModel();
@@ -221,9 +221,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// What the last build or update did.
   const UpdateReport& lastUpdate() const;
 
-  /// The one in force.
+  /// The policy in use.
   const RefitPolicy& refitPolicy() const;
-  /// For the updates to come. Throws std::invalid_argument on a negative or non-finite parameter.
+  /// Takes effect from the next update on. Throws std::invalid_argument on a negative or non-finite
+  /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
   /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or
@@ -243,7 +244,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   S originalRadius(int node) const;  ///< radius when the node was last refitted
   /// Of its corners, the largest, in the last step; with Propagation::Displacements only, else 0.
   S latestDisplacement(int triangle) const;
-  /// Of its corners, the largest, since its leaf was last refitted; likewise.
+  /// Of its corners, the largest, since its leaf was last refitted; with Propagation::Displacements
+  /// only, else 0.
   S overallDisplacement(int triangle) const;
   bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
   QueryWork recordedWork() const;

@@ -10,12 +10,12 @@ namespace adaptive_bvh {
 
 /// Brings everything that FCL caches of deformed objects up to date, after the updates of their
 /// models and before the next query of the manager: the geometry's local box, the object's box in
-/// the world, and the manager. Each of FCL's own calls does one of the three, and with one left out
+/// the world, and the manager. Each of FCL's own calls does one of the three; when one is left out,
 /// managers miss collisions. The objects must be registered; of those that share a geometry, all
 /// must be named. Objects that only moved may be named, too.
 ///
-/// fcl::SaPCollisionManager loses pairs when boxes grow and shrink, whatever its update calls; it
-/// is filled anew. All other managers of FCL are updated.
+/// fcl::SaPCollisionManager loses pairs when boxes grow and shrink, also when it is updated; it is
+/// filled anew. All other managers of FCL are updated.
 ///
 /// S is float or double.
 template <typename S>
@@ -38,7 +38,7 @@ void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
   }
 }
 
-/// Of one object.
+/// For one object.
 template <typename S>
 void refresh(fcl::CollisionObject<S>& object, fcl::BroadPhaseCollisionManager<S>& manager) {
   refresh(std::vector<fcl::CollisionObject<S>*>{&object}, manager);

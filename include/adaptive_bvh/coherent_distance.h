@@ -11,8 +11,8 @@ namespace adaptive_bvh {
 
 /// The exact distance of one pair of models, asked step after step. Answers as
 /// adaptive_bvh::distance does, and remembers where its search stopped: pairs of nodes, each with a
-/// bound of their distance. What the next step's motion, deformation and change of transforms
-/// together cannot have brought nearer than the nearest triangles is not looked at again
+/// bound of their distance. The next search starts there. It does not visit pairs again that
+/// deformation and changed transforms cannot have brought nearer than the nearest triangles
 /// (generalized front tracking; Ehmann and Lin 2001, "Accurate and fast proximity queries between
 /// polyhedra using convex surface decomposition").
 ///
@@ -47,9 +47,9 @@ class CoherentDistance {
   S distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
              const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
 
-  /// Pairs of nodes that are remembered; 0 when the next search starts at the roots.
+  /// How many pairs of nodes are remembered; 0 when the next search starts at the roots.
   std::size_t frontSize() const;
-  /// Of this object, in bytes.
+  /// Memory of this object, in bytes.
   std::size_t bytes() const;
 
  private:

@@ -9,8 +9,8 @@ namespace adaptive_bvh {
 
 namespace detail {
 
-/// Runs the recorded query where there is one for the pair, and says so. Compiled into the library
-/// for float and double.
+/// Runs the recorded query, if there is one for the pair; returns whether there is. Compiled into
+/// the library for float and double.
 template <typename S>
 bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                       const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
@@ -39,10 +39,9 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
 /// `using namespace adaptive_bvh` as well, write the namespace.)
 namespace queries {
 
-/// FCL's distance and collide, with FCL's signatures and answers, faster, and recording
-/// traversal statistics in the adaptive models: which volumes were in the way of an answer
-/// (thesis 4.4.2, 4.4.3). The next update refits by these. Without them it treats every node as
-/// visited.
+/// FCL's distance and collide, with FCL's signatures and answers, but faster. They record traversal
+/// statistics in the adaptive models: which volumes were in the way of an answer (thesis 4.4.2,
+/// 4.4.3). The next update refits by these. Without them it treats every node as visited.
 ///
 /// Recorded pairs: an AdaptiveBVHModel with another model of fcl::RSS, adaptive or not, with a
 /// primitive shape, or with an octree (but for signed distances and costs), in either order. Any
@@ -51,9 +50,10 @@ namespace queries {
 /// `distance` of two adaptive models with Propagation::TranslationCompensated is found by their
 /// boxes (docs/bounds.md), starting from the pair of triangles that was nearest in the last query
 /// of the two. It is the least of all distances of two triangles as FCL computes them, up to
-/// rounding; of several nearest pairs another one may be named. Likewise with an octree, by FCL's
-/// solver on its cells and the triangles. Everything else runs FCL's own traversal, and every field
-/// of the result is what FCL computes on the same trees, but for what stands below.
+/// rounding; of several nearest pairs another one may be named. With an octree it is the least of
+/// all distances of a cell and a triangle as FCL's solver computes them. Everything else runs FCL's
+/// own traversal, and every field of the result is what FCL computes on the same trees, except as
+/// described below.
 ///
 /// **Order.** `o1` and `o2` of results and contacts are the two meshes as they were passed; else
 /// o1 is the mesh and o2 the shape, or o1 the octree and o2 the mesh, whichever was passed first
@@ -69,18 +69,20 @@ namespace queries {
 ///
 /// **Contacts.** Two meshes have one or two contacts for each pair of triangles that touch (FCL's
 /// points; `num_max_contacts` counts contacts), a shape one for each triangle, an octree one for
-/// each cell and triangle. Which triangles touch does not depend on `enable_contact`, and is FCL's
-/// verdict, but for thin triangles: segments, points, and what is narrower than the root of epsilon
-/// times its length (1.5e-8 in double, 3.4e-4 in float). FCL's test calls many of those touching
-/// that are apart; here they must also be nearer than four times that. And FCL computes no contact
-/// of them, from memory that it did not set, and mostly leaves the pair out; here there is one,
-/// between the nearest points, with the normal of one of the triangles or across both when both are
-/// thin, and depth 0. Likewise for a thin triangle and a sphere, where the contact is the nearest
-/// point and the depth is FCL's (negative).
+/// each cell and triangle. Which triangles touch does not depend on `enable_contact`. FCL's test
+/// decides, except for thin triangles.
 ///
-/// **Never uninitialised, never a silent no.** What was not computed is NaN where FCL leaves what
-/// was in memory: position, normal and depth of contacts without `enable_contact`, nearest points
-/// that the list above does not have. Beyond FCL:
+/// **Thin triangles** are segments, points, and triangles narrower than the root of epsilon times
+/// their length (1.5e-8 in double, 3.4e-4 in float). FCL's test finds that many of them touch
+/// though they are apart; here they must also be nearer than four times that limit. FCL computes
+/// their contacts from memory that it did not set, and mostly leaves the pair out. Here such a pair
+/// has one contact: between the nearest points, with depth 0, and with the normal of one of the
+/// triangles or, when both are thin, a direction across both. A thin triangle and a sphere have
+/// their contact at the nearest point, with FCL's depth (negative).
+///
+/// **Never uninitialised, never a silent no.** What was not computed is NaN, where FCL leaves what
+/// was in memory: position, normal and depth of contacts without `enable_contact`, and nearest
+/// points in the cases above that have none. Beyond FCL:
 /// - `collide` of two meshes takes the oriented traversal, where fcl::collide copies both models on
 ///   every call and rebuilds the copy of one that is not at the identity. The contacts are the same
 ///   set; their order may differ.
@@ -103,7 +105,7 @@ S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
   return found;
 }
 
-/// Of two placed objects.
+/// The distance of two placed objects.
 template <typename S>
 S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
            const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
@@ -125,7 +127,7 @@ std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
   return contacts;
 }
 
-/// Of two placed objects.
+/// Collides two placed objects.
 template <typename S>
 std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                     const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {

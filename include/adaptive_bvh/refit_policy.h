@@ -9,17 +9,18 @@ namespace adaptive_bvh {
 /// - Test A, inflation factor (4.4.1): the volume grew by more than `max_inflation`.
 /// - Test B, recent traversal (4.4.2): a recording query (query.h, coherent_distance.h,
 ///   self_collision.h) since the last update went below the node, or tested its triangle.
-/// - Test C, child node distances (4.4.3): in such a visit the volume was asked, and both children
-///   lay so far from the other side that the original volume would have been a better bound than
+/// - Test C, child node distances (4.4.3): in such a visit the volume was tested, and both children
+///   were so far from the other side that the original volume would have been a better bound than
 ///   the inflated one. C implies B. Overlap tests compute no distances, so collisions record
 ///   nothing for C.
-/// - Test D, obstruction: in such a visit the volume was asked, and would have ended the descent if
-///   it had not been inflated. Where that is not known, in FCL's own traversals, every visit
-///   counts. D implies B.
+/// - Test D, obstruction: in such a visit the volume was tested, and would have ended the descent
+/// if
+///   it had not been inflated. FCL's own traversals do not show that; there every visit counts. D
+///   implies B.
 ///
 /// Queries by the boxes beside FCL's volumes (`distance` of two models, CoherentDistance,
-/// selfCollide) ask a volume only where the boxes nearly end the descent, and selfCollide never
-/// does: for them B holds for every node that they went below, C and D for few.
+/// selfCollide) test a volume only where the boxes nearly end the descent, and selfCollide tests
+/// none. For them B holds for every node that they went below, C and D for few.
 ///
 /// When no query recorded since the last update, B and D count as true for every node, C as false.
 enum class FitnessCriterion {

@@ -13,25 +13,24 @@ namespace adaptive_bvh {
 /// compared by index, so a mesh that was built triangle by triangle (addTriangle) has no
 /// neighbours; join its vertices first, as `loadMesh` does.
 enum class NeighbourFilter {
-  SharedVertex,  ///< all that have a vertex in common
-  SharedEdge,    ///< only those that have two vertices in common
-  None,          ///< none: every pair that touches counts
+  SharedVertex,  ///< leaves out pairs with a vertex in common
+  SharedEdge,    ///< leaves out pairs with two vertices in common
+  None,          ///< leaves out no pair
 };
 
 /// Where a deforming mesh touches itself (thesis chapter VI, future work): one contact for every
-/// pair of its triangles that intersect, but for the neighbours that `filter` leaves out. `b1` and
+/// pair of its triangles that intersect, except the neighbours that `filter` leaves out. `b1` and
 /// `b2` are the two triangles; both objects of a contact are the model. Which triangles intersect
-/// is decided as in adaptive_bvh::collide, whatever `enable_contact` says. With `enable_contact` a
+/// is decided as in adaptive_bvh::collide, whatever `enable_contact` is. With `enable_contact` a
 /// contact has FCL's normal and depth and the first of FCL's points (FCL may compute two for a
-/// pair; `collide` gives both), or what query.h says of thin triangles; without it, NaN. `tf`
-/// places the model: positions and normals are in the world.
+/// pair; `collide` gives both); query.h describes the contacts of thin triangles. Without it these
+/// fields are NaN. `tf` places the model: positions and normals are in the world.
 ///
-/// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: ask for more to find
-/// all.
-/// FCL's self-collision recursion does it, pruned by the boxes beside FCL's volumes where the
-/// model has them (docs/bounds.md). It records for test B: the volumes that it went below,
-/// or, by boxes, those of the triangles that it tested. Returns the number of contacts in the
-/// result, which is not cleared first. Thread-safe on shared models.
+/// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: request more to find
+/// all. Searches the boxes beside FCL's volumes when the model has them (docs/bounds.md), else runs
+/// FCL's self-collision recursion. Either way the nodes that it went below are recorded for test B,
+/// and for test D in FCL's recursion. Returns the number of contacts in the result, which is not
+/// cleared first. Thread-safe on shared models.
 ///
 /// Throws std::invalid_argument when the model has no triangles or is not built.
 template <typename BV>
@@ -41,7 +40,7 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         fcl::CollisionResult<typename BV::S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
 
-/// In the model's own frame.
+/// As above, in the model's own frame.
 template <typename BV>
 std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::CollisionRequest<typename BV::S>& request,

@@ -34,7 +34,7 @@ struct SimulationWork {
 };
 
 /// Runs all steps with a policy: set it on your models, update, query (by query.h, which records
-/// what mattered), and add up. Called some thousand times; must not depend on the run
+/// traversal statistics), and add up. Called some thousand times; must not depend on the run
 /// before. May throw; `tune` passes that on.
 using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 
@@ -42,7 +42,7 @@ using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 /// their ratios matter to the search.
 struct WorkCosts {
   double box_test = 29;            ///< with all that the search does around it
-  double separation_test = 20;     ///< likewise
+  double separation_test = 20;     ///< of two volumes along a few directions, with all around it
   double bv_test = 110;            ///< with all that FCL's traversal does around it
   double leaf_test = 88;           ///< of two triangles
   double propagated = 10;          ///< for each volume that the propagation changes
@@ -58,9 +58,9 @@ struct WorkCosts {
   static WorkCosts measured(Propagation propagation = Propagation::TranslationCompensated);
 };
 
-/// What `tune` makes small.
+/// What `tune` minimises.
 enum class TuningObjective {
-  CountedWork,   ///< WorkCosts times counts: a seed gives the same answer twice
+  CountedWork,   ///< WorkCosts times counts: the same seed gives the same answer
   MeasuredTime,  ///< SimulationWork::seconds, as in the thesis
 };
 
@@ -103,7 +103,7 @@ struct TuningOptions {
                                             FitnessCriterion::ABOrBC, FitnessCriterion::AD};
   /// Gives what is not searched: the inflation reference and the leaf rule.
   RefitPolicy base;
-  TuningObjective objective = TuningObjective::CountedWork;  ///< what is made small
+  TuningObjective objective = TuningObjective::CountedWork;  ///< what is minimised
   WorkCosts costs;                                           ///< for CountedWork
   unsigned seed = 1;                                         ///< of all random numbers
   /// After every generation. Return false to stop; the result then holds the best so far.

@@ -25,7 +25,7 @@ struct UpdateReport {
   double propagation_seconds = 0;   ///< inflating the volumes, leaf to root
   double refit_seconds = 0;         ///< fitness tests and refits
 
-  /// Volumes that the propagation wrote: what it costs goes by this.
+  /// Volumes that the propagation wrote: its cost is in proportion.
   int propagated() const { return moved > inflated ? moved : inflated; }
   /// All volumes that were recomputed.
   int refitted() const { return refitted_leaves + refitted_inner; }
@@ -36,9 +36,9 @@ struct UpdateReport {
 /// What recording queries (query.h) did on a model since its last update. A query between two
 /// adaptive models counts on both.
 struct QueryWork {
-  int queries = 0;     ///< that recorded
+  int queries = 0;     ///< queries that recorded
   long box_tests = 0;  ///< pairs of the boxes beside FCL's volumes
-  /// Pairs of FCL's volumes whose separation along a few directions was asked.
+  /// Pairs of FCL's volumes whose separation along a few directions was computed.
   long separation_tests = 0;
   long bv_tests = 0;    ///< pairs of FCL's volumes, or of one and a shape or cell, by FCL's test
   long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape or cell

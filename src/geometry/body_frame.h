@@ -10,11 +10,11 @@
 
 namespace adaptive_bvh {
 
-/// The coordinates in which the boxes of a model stand: y = scale R^T (x - origin), along the
-/// axes R of the root's volume, turned with the body, about a point in the middle. A flat or long
-/// body that lies askew in its own coordinates lies straight in these, and its boxes are tight. The
-/// scale is a power of two that brings the body's size to about 1, so that neither huge nor tiny
-/// meshes leave the range of single precision.
+/// The coordinates of a model's boxes: y = scale R^T (x - origin). R are the axes of the root's
+/// volume, turned with the body; the origin is near its middle. A flat or long body that lies askew
+/// in the mesh's coordinates lies straight in these, and its boxes are tight. The scale is a power
+/// of two that brings the body's size to about 1, so that neither huge nor tiny meshes leave the
+/// range of single precision.
 template <typename S>
 class BodyFrame {
  public:
@@ -47,7 +47,7 @@ class BodyFrame {
            (axes_ * fcl::Vector3d(double(y[0]), double(y[1]), double(y[2]))).template cast<S>() *
                unit_;
   }
-  /// As a share of the largest component in the body: 2^-19 > 20 u.
+  /// Bounds that error as a share of the largest component in the body: 2^-19 > 20 u.
   static constexpr float kError = 1.f / (1 << 19);
 
   /// A difference of two points in the model's axes, in body units. Off by 2u relative, or by less
@@ -67,7 +67,7 @@ class BodyFrame {
   /// Body units per unit of the mesh, a power of two: products with it are exact.
   S scale() const { return scale_; }
 
-  /// The mesh's units per body unit: its inverse, as exact.
+  /// The mesh's units per body unit: the inverse of `scale`, as exact.
   S unit() const { return unit_; }
 
   void moveOrigin(const Point& origin) { origin_ = origin; }

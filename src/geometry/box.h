@@ -17,7 +17,7 @@ struct Box {
   ADAPTIVE_BVH_INLINE Float4 center() const { return (low + high) * float4::all(0.5f); }
   ADAPTIVE_BVH_INLINE Float4 halfSides() const { return (high - low) * float4::all(0.5f); }
 
-  /// By amount, of all points.
+  /// The largest |x|, |y| or |z| of all points.
   float largestCoordinate() const {
     return float4::largest(float4::upper(float4::absolute(low), float4::absolute(high)));
   }

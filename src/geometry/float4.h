@@ -6,8 +6,8 @@
 
 namespace adaptive_bvh {
 
-/// Four numbers in single precision. Three of them mean x, y, z; the fourth comes along and means
-/// nothing. Loads and stores touch all four.
+/// Four numbers in single precision: x, y, z, and a fourth that is not used. Loads and stores touch
+/// all four.
 using Float4 = Pack<float>;
 
 namespace float4 {
@@ -28,7 +28,7 @@ ADAPTIVE_BVH_INLINE Float4 broadcast(const Float4& v) {
 
 ADAPTIVE_BVH_INLINE Float4 absolute(const Float4& v) { return upper<Float4>(v, -v); }
 
-/// x + y + z, and their largest.
+/// x + y + z, and the largest of x, y, z.
 ADAPTIVE_BVH_INLINE float sum(const Float4& v) { return v[0] + v[1] + v[2]; }
 ADAPTIVE_BVH_INLINE float largest(const Float4& v) {
   return std::fmax(std::fmax(v[0], v[1]), v[2]);

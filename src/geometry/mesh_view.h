@@ -35,14 +35,14 @@ struct MeshView {
     return {static_cast<unsigned>(v[0]), static_cast<unsigned>(v[1]), static_cast<unsigned>(v[2])};
   }
 
-  /// Calls visit(position) for a vertex, in the step before too where given.
+  /// Calls visit(position) for a vertex; if `previous` is given, for its position there, too.
   template <typename Visit>
   void forEachPositionOf(unsigned v, Visit&& visit) const {
     visit(vertices[v]);
     if (previous) visit(previous[v]);
   }
 
-  /// The same for every corner of a primitive.
+  /// Calls forEachPositionOf for every corner of a primitive.
   template <typename Visit>
   void forEachPosition(unsigned primitive, Visit&& visit) const {
     for (int k = 0; k < verticesPerPrimitive(); ++k) forEachPositionOf(vertex(primitive, k), visit);

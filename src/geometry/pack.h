@@ -9,7 +9,7 @@
 #include <emmintrin.h>
 #endif
 
-/// For what is too small to be called, in the hottest loops.
+/// For small functions in the innermost loops, where a call would cost too much.
 #define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
 
 namespace adaptive_bvh {

@@ -124,8 +124,8 @@ bool isThin(const TrianglePoints<S>& t) {
   return normalOf(t).norm() <= std::sqrt(rounding::epsilon<S>()) * longestEdge(t).squaredNorm();
 }
 
-/// Where a triangle is thin, the nearest points found are off by its width, at most root epsilon of
-/// its length: four times that is allowed, and what the coordinates were rounded.
+/// When a triangle is thin, the nearest points are off by its width, at most root epsilon of its
+/// length. Four times that is allowed, and the rounding of the coordinates.
 template <typename S>
 bool touch(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
   if (!fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]))

@@ -15,13 +15,12 @@ struct PointPair {
   fcl::Vector3<S> first, second;
 };
 
-/// The point of the triangle that is nearest to `x`. Any triangle will do, also a segment or a
-/// point.
+/// The point of the triangle that is nearest to `x`. The triangle may be a segment or a point.
 template <typename S>
 fcl::Vector3<S> nearestPoint(const TrianglePoints<S>& triangle, const fcl::Vector3<S>& x);
 
-/// The nearest points of two triangles; of triangles that touch, a common point, twice up to
-/// rounding. Slow beside FCL's distance, but without its thresholds on size and area.
+/// The nearest points of two triangles. When they touch, both are a common point, up to rounding.
+/// Slower than FCL's distance, but without its thresholds on size and area.
 template <typename S>
 PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
 
@@ -29,13 +28,13 @@ PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& 
 template <typename S>
 bool isThin(const TrianglePoints<S>& triangle);
 
-/// FCL's verdict whether two triangles, given in one frame, intersect. FCL decides by separating
-/// axes, of which a thin triangle lacks some: parallel segments touch for it however far apart they
-/// are. Such a pair must also be near.
+/// Whether two triangles, given in one frame, intersect, as FCL decides. FCL decides by separating
+/// axes, of which a thin triangle lacks some: it finds that parallel segments touch however far
+/// apart they are. Pairs with a thin triangle must therefore also be near.
 template <typename S>
 bool touch(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
 
-/// What FCL says of a contact, in the frame of the triangles.
+/// The fields of FCL's contact, in the frame of the triangles.
 template <typename S>
 struct TriangleContact {
   unsigned count;  ///< of points: 1 or 2
@@ -44,9 +43,9 @@ struct TriangleContact {
   S depth;
 };
 
-/// The contact of two triangles that touch. FCL's own, or where FCL computes none (it needs the
-/// planes of both triangles, and points on either side): the middle of their nearest points, the
-/// normal of one of them or, when both are thin, one across their edges, and depth 0.
+/// The contact of two triangles that touch: FCL's, if it computes one. (It needs the planes of both
+/// triangles, and points on either side.) Else the middle of their nearest points, with depth 0 and
+/// the normal of one of them or, when both are thin, a direction across their edges.
 template <typename S>
 TriangleContact<S> contactOf(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
 

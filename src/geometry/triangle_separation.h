@@ -9,8 +9,8 @@
 
 namespace adaptive_bvh {
 
-/// Pairs of triangles, one of each mesh: a bound that costs little, and FCL's exact distance. All
-/// in the frame of the first mesh.
+/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and FCL's exact
+/// distance. All in the frame of the first mesh.
 template <typename S>
 class TriangleSeparation {
  public:
@@ -51,8 +51,8 @@ class TriangleSeparation {
     return low + offset_ - high;
   }
 
-  /// The same along the line between the middles of the triangles and along either's normal; stops
-  /// at the first that reaches `limit`, > 0. The largest separation found.
+  /// The largest separation of two triangles along the line between their middles and along
+  /// either's normal. Stops at the first that reaches `limit`, > 0.
   S separationNearby(const VertexIndices& a, const VertexIndices& b, S limit) const {
     const Point& near = vertices1_[a[0]];
     Point p[3], q[3];

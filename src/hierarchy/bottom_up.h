@@ -22,8 +22,8 @@ struct BinaryTree {
 /// pairs share are sums of those of their members. Of each connected component at most one group
 /// stays isolated a level, and is the first to choose on the next.
 ///
-/// Where exchanging partners cannot bring isolated groups together (three triangles around a fourth
-/// leave two over, whatever one does), those left in one component are paired along a Morton curve.
+/// Exchanging partners cannot always bring isolated groups together: of three triangles around a
+/// fourth, two are left. Those left in one component are paired along a Morton curve.
 ///
 /// Components that have become one group each, and points and triangles that share no edge, are
 /// merged in the same manner with proximity in place of shared edges.
@@ -31,6 +31,10 @@ struct BinaryTree {
 /// Every level halves the number of groups of a component, then that of the components, rounding
 /// up: the depth is at most ceil(log2 t) + ceil(log2 c) for c components, the largest of t
 /// triangles. As t + c <= n + 1, this is at most 2 log2(n + 1).
+///
+/// Tried without gain: weights divided by the size of the groups, or by the diagonal of the box
+/// around both, and exchanges of partners between two pairs where that raises the sum of weights.
+/// Counts of volume tests moved by up to 16 %, in both directions.
 template <typename S>
 BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count);
 

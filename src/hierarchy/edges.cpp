@@ -14,9 +14,9 @@ struct Side {
   unsigned from, to, triangle;
 };
 
-/// To 16 binary digits. On regular meshes edges are equally long but for rounding, which would
-/// else decide who is whose better neighbour, and break rows of squares into a patchwork. Sums of
-/// rounded lengths are exact, so groups tie where their shapes do.
+/// Rounds to 16 binary digits. On regular meshes edges are equally long except for rounding, which
+/// would otherwise decide which neighbour is better, and break rows of squares into a patchwork.
+/// Sums of rounded lengths are exact, so groups tie when their shapes do.
 double rounded(double length) {
   int exponent;
   const double mantissa = std::frexp(length, &exponent);
@@ -79,7 +79,7 @@ Side side(unsigned a, unsigned b, unsigned triangle) {
   return {std::min(a, b), std::max(a, b), triangle};
 }
 
-/// One name for all vertices at one position: that of the first who asked. An open hash table.
+/// One number for all vertices at one position: that of the first such vertex. An open hash table.
 template <typename S>
 class PositionNames {
  public:

@@ -12,12 +12,13 @@ struct Link {
   double weight;
 };
 
-/// Links between the same two groups made one, their weights summed; links of a group with itself
-/// dropped. Linear in the number of links. One sum a pair, so a weight reads alike from both sides.
+/// Joins the links between the same two groups, with the sum of their weights, and drops links of a
+/// group with itself. Linear in the number of links. One sum a pair, so a weight is the same seen
+/// from both groups.
 Scratch<Link> combined(unsigned groups, const Scratch<Link>& links);
 
-/// Who neighbours whom on one level: links as adjacency lists, best neighbour first. Equal weights
-/// are ordered by number, so that everything built on them is deterministic.
+/// The neighbours of every group on one level: links as adjacency lists, best neighbour first.
+/// Equal weights are ordered by number, so that everything built on them is deterministic.
 class GroupGraph {
  public:
   struct Neighbour {

@@ -21,7 +21,7 @@ class Walk {
     path_.reserve(16);
   }
 
-  /// Pairs `start` if it has a free neighbour, and on the way all that the walk comes by.
+  /// Pairs `start` if it has a free neighbour, and all groups that the walk comes by.
   void from(unsigned start) {
     path_.assign(1, start);
     while (!path_.empty()) {
@@ -45,7 +45,7 @@ class Walk {
   }
 
  private:
-  /// Nobody becomes free again during the walk, so each list is read once.
+  /// No group becomes free again during the walk, so each list is read once.
   const GroupGraph::Neighbour* bestFree(unsigned g) {
     const GroupGraph::Neighbour*& next = next_[g];
     while (next != graph_.end(g) && mate_[next->group] != kNone) ++next;

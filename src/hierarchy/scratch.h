@@ -8,9 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// Memory for what one build needs and drops again: 64 KiB that each thread keeps, handed out like
-/// a stack. The build of a small model then costs no calls of the heap; what does not fit comes
-/// from there.
+/// Memory that one build needs and frees again: 64 KiB that each thread keeps, handed out like a
+/// stack. So the build of a small model calls no heap. What does not fit comes from the heap.
 class ScratchStack {
  public:
   static ScratchStack& ofThisThread() {
@@ -28,7 +27,7 @@ class ScratchStack {
     return block;
   }
 
-  /// The room of a block that is not the last comes back with the last of all.
+  /// The memory of a block that is not on top is free again when all blocks are released.
   void release(void* block, std::size_t bytes) {
     unsigned char* const at = static_cast<unsigned char*>(block);
     if (!holds(at)) return ::operator delete(block);
@@ -53,8 +52,7 @@ class ScratchStack {
   std::size_t top_ = 0, blocks_ = 0;
 };
 
-/// Takes its memory from the thread's ScratchStack. What it makes must be dropped by the same
-/// thread.
+/// Takes its memory from the thread's ScratchStack. The same thread must free it.
 template <typename T>
 struct ScratchAllocator {
   using value_type = T;
@@ -75,7 +73,7 @@ struct ScratchAllocator {
   friend bool operator!=(const ScratchAllocator&, const ScratchAllocator&) { return false; }
 };
 
-/// A vector for the length of a build.
+/// A vector that lives during one build.
 template <typename T>
 using Scratch = std::vector<T, ScratchAllocator<T>>;
 

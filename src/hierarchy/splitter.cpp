@@ -10,8 +10,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A tree in the words of FCL's recursion, which visits the nodes in preorder, left before right,
-/// and asks for every primitive of a node to which side it goes.
+/// A tree in the form that FCL's recursion needs: it visits the nodes in preorder, left before
+/// right, and asks for every primitive of a node to which side it goes.
 struct Dictation {
   static constexpr unsigned kLeaf = 0;
 

@@ -47,12 +47,12 @@ class FrameChange {
   Float4 columns_[3], sizes_[3], t_;
 };
 
-/// The relative placement of two box trees. Gaps are taken in the frame of either: the box of
-/// one is turned into the other's frame and boxed anew there. A flat box is thin in its own frame
-/// whatever the angle, so the larger of both gaps is a fair bound.
+/// The relative placement of two box trees. The gap of two boxes is computed in the frame of either
+/// tree: the box of one is enclosed by a box in the other's frame. A flat box is thin in its own
+/// frame whatever the angle, so the larger of both gaps is a good bound.
 ///
-/// A gap as computed, in units of the first model, exceeds the distance of what the boxes hold by
-/// at most `error`: docs/bounds.md. Gaps in the second frame are scaled to the first's units.
+/// A computed gap, in units of the first tree, exceeds the distance of what the boxes hold by at
+/// most `error_`: docs/bounds.md, 4. Gaps in the second frame are scaled to the first's units.
 class BoxPair {
  public:
   template <typename S>
@@ -93,7 +93,8 @@ class BoxPair {
     const float gap = squaredGap(a, b_in_first);
     return gap < enough ? std::max(gap, ratio2_ * squaredGap(to_second_(a), b)) : gap;
   }
-  /// The same, beginning in the second frame, with the first model's box given there as well.
+  /// As gapFromFirst, but computes the gap in the second frame first; the first model's box `a` is
+  /// given there as well.
   float gapFromSecond(const CenteredBox& a, const CenteredBox& b, const CenteredBox& a_in_second,
                       float enough) const {
     const float gap = ratio2_ * squaredGap(a_in_second, b);

@@ -31,7 +31,7 @@ typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
                                               fcl::DistanceResult<S>& result) {
   using Access = detail::ModelAccess<BV>;
   const AdaptiveBVHModel<BV>&first = state_->first, &second = state_->second;
-  // Asked first, for they repair a tree that was changed without our update.
+  // Before anything reads the trees: getNodeType repairs one that was changed without our update.
   const bool has_triangles =
       first.getNodeType() != fcl::BV_UNKNOWN && second.getNodeType() != fcl::BV_UNKNOWN;
   const PlacedMesh<BV> a{&first, &Access::tree(first), tf1}, b{&second, &Access::tree(second), tf2};

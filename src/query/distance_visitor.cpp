@@ -67,8 +67,9 @@ auto DistanceVisitor<BV>::pairOf(int node1, int node2) -> Pair {
   return {node1, node2, boxes_.gapFromFirst(a, b, boxes_.toFirst()(b), limit2_)};
 }
 
-/// Boxes that stand askew prune late. Where they come near it, FCL's volumes are asked as well.
-/// When those fail for nothing but their inflation, that counts for test D.
+/// Where parts lie askew in body coordinates, boxes are loose and prune late. When they nearly
+/// prune a pair, FCL's volumes are tested as well. When these would prune it without their
+/// inflation, that counts for test D.
 template <typename BV>
 bool DistanceVisitor<BV>::prune(Pair& pair) {
   if (pair.gap >= limit2_) {
@@ -144,8 +145,8 @@ auto DistanceVisitor<BV>::splitSecond(const Pair& pair) -> std::array<Pair, 2> {
   return nearestFirst(pair, statistics_.side[1], pair.node2, below(left), below(left + 1));
 }
 
-/// For test C, where the volume of the node that is split was asked: its children lie as far off as
-/// their boxes, which hold no inflation.
+/// Records for test C, if the volumes of the pair were tested: the distances of the children are
+/// those of their boxes, which are not inflated.
 template <typename BV>
 auto DistanceVisitor<BV>::nearestFirst(const Pair& parent, TraversalStatistics* split_side,
                                        int split_node, const Pair& a, const Pair& b)
@@ -158,7 +159,7 @@ auto DistanceVisitor<BV>::nearestFirst(const Pair& parent, TraversalStatistics* 
   return {a, b};
 }
 
-/// FCL's traversal leaves the nearest points in the frame of the first object until the end.
+/// As in FCL's traversal, nearest points are in the frame of the first object until the end.
 template <typename BV>
 bool DistanceVisitor<BV>::finish() {
   statistics_.recordQuery(work_);

@@ -11,11 +11,10 @@
 
 namespace adaptive_bvh {
 
-/// A pair of nodes where a search stopped: a lower bound of their distance, and all that could have
-/// moved their triangles until then, which the models' boxes and the transforms have summed up
-/// (MotionBounds, RigidMotion). So the bound less what was added to those since bounds the distance
-/// in a later step. Three sums, for in one the small steps of one would be lost beside another's
-/// size.
+/// A pair of nodes where a search stopped: a lower bound of their distance, and the three sums of
+/// motion as they stood then (MotionBounds of either model, RigidMotion). The bound less what has
+/// been added to these sums bounds the distance in a later step. They are kept apart: in one sum,
+/// small steps of one would be lost beside the size of another.
 struct FrontPair {
   int node1, node2;
   float motion1, motion2;  ///< accumulated, in body units
@@ -23,7 +22,7 @@ struct FrontPair {
   double bound;
 };
 
-/// Where a search leaves its front. Nowhere, by default.
+/// Where a search writes its front. Nowhere, by default.
 struct FrontSink {
   std::vector<FrontPair>* pairs = nullptr;
   double rigid = 0;  ///< RigidMotion::sum
@@ -41,7 +40,7 @@ class DistanceVisitor {
   struct Pair {
     int node1, node2;
     float gap;                                           ///< of the boxes: see BoxPair
-    S separation = std::numeric_limits<S>::quiet_NaN();  ///< of the volumes; NaN: not asked for
+    S separation = std::numeric_limits<S>::quiet_NaN();  ///< of the volumes; NaN: not computed
   };
 
   /// Both meshes must have boxes. `front` gets every pair at which the search stops, unless it ends
@@ -55,10 +54,10 @@ class DistanceVisitor {
   void addWitness(int triangle1, int triangle2);
   Pair pairOf(int node1, int node2);
 
-  /// Whether all that was below a pair of an earlier front is not nearer than the limit. The
-  /// sums are rounded up, so whatever moved shows in a difference; each is rounded once, relative
-  /// to itself, and a few epsilon cover that and the sums here. Where nothing moved nothing is
-  /// rounded either: between parallel faces many bounds equal the limit.
+  /// True: nothing below a pair of an earlier front is nearer than the limit. The sums are rounded
+  /// up, so every motion shows in a difference. Each difference is rounded once, relative to
+  /// itself; 16 epsilon cover that and the sums here. When nothing moved, nothing is rounded, and
+  /// the bound is compared as it is: between parallel faces many bounds equal the limit.
   bool isStillPruned(const FrontPair& pair) const {
     const double lost =
         (double(first_.tree->motion.accumulatedMotion(pair.node1)) - double(pair.motion1)) *
@@ -79,21 +78,21 @@ class DistanceVisitor {
   }
   void testLeaves(const Pair& pair);
   std::array<Pair, 2> split(const Pair& pair);
-  /// Nothing can be nearer.
+  /// The distance is 0: nothing can be nearer.
   bool isDone() const { return result_.min_distance <= 0; }
 
   /// To be called after the search. Counts it as a recorded query of both models. Returns whether
   /// it found a smaller distance than `result` came with.
   bool finish();
-  /// Of the search so far, in tests of boxes.
+  /// Cost of the search so far, in tests of boxes.
   double cost() const {
     return double(work_.box_tests) + 3 * double(work_.separation_tests) +
            5 * double(work_.leaf_tests);
   }
 
  private:
-  /// Volumes are asked where the squared gap of the boxes is at least this share of what would do,
-  /// and more than so many triangles are below: with fewer it is as quick to go on.
+  /// Volumes are tested when the squared gap of the boxes is at least this share of the gap that
+  /// prunes, and more than kFew triangles are below: with fewer it is as fast to split.
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
 

@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// The last step of a distance of two meshes that improved `result`. Points that were not asked for
+/// The last step of a distance of two meshes that improved `result`. Points that were not requested
 /// become NaN; those of meshes that touch, where FCL's mean nothing, a common point of the two
 /// triangles in the world.
 template <typename S>

@@ -53,7 +53,7 @@ void Front<BV>::search(DistanceVisitor<BV>& visitor) {
 
 template <typename BV>
 void Front<BV>::finish(const DistanceVisitor<BV>& visitor) {
-  if (visitor.isDone()) next_.clear();  // left half way
+  if (visitor.isDone()) next_.clear();  // not complete
   pairs_.swap(next_);
 }
 

@@ -12,15 +12,16 @@ namespace adaptive_bvh {
 /// Where the searches of one pair of models stopped, kept over steps, and whether it pays to begin
 /// there (generalized front tracking; Ehmann and Lin 2001).
 ///
-/// A front only grows finer, and where motions are large against the distance most of its bounds
-/// run out in a step: then a search from the roots is cheaper. Both are weighed by what they cost
-/// last. A front that did not pay is left off for 1 step, then 2, 4, up to kLongestPause.
+/// A front only grows finer. When motions are large against the distance, most of its bounds no
+/// longer prune after one step, and a search from the roots is cheaper. So the costs of the last
+/// search of either kind are compared. After a front that cost more, the next search leaves none;
+/// after another, the next 3, then 7, up to kLongestPause.
 template <typename BV>
 class Front {
  public:
   using S = typename BV::S;
 
-  /// Before a search: takes in how the two were moved since the last one.
+  /// Before a search: adds how the transforms changed since the last one.
   void moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second);
   /// For the visitor of that search.
   FrontSink sink() { return {pause_left_ > 0 ? nullptr : &next_, rigid_.sum()}; }
@@ -34,7 +35,7 @@ class Front {
   std::size_t bytes() const { return (pairs_.capacity() + next_.capacity()) * sizeof(FrontPair); }
 
  private:
-  /// Of a look at a pair of the front, in tests of boxes.
+  /// Cost of checking a pair of the front, in tests of boxes.
   static constexpr double kCheck = 0.4;
   static constexpr int kLongestPause = 15;
 

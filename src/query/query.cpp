@@ -13,7 +13,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// One object of a query, as far as it matters to us.
+/// One object of a query: a mesh of RSS, adaptive or FCL's, or any other geometry.
 template <typename S>
 struct Object {
   using BV = fcl::RSS<S>;
@@ -35,10 +35,10 @@ struct Object {
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
-  PlacedMesh<BV> mesh;  ///< without a model where it is none of RSS
+  PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of RSS
 };
 
-/// Hands a pair to the recorded query it belongs to, the mesh first. False: there is none, ask FCL.
+/// Hands a pair to its recorded query, the mesh first. False when there is none: FCL's is to run.
 template <typename S, typename Run>
 bool dispatch(const Object<S>& first, const Object<S>& second, Run&& run) {
   run.require(first.type, second.type);

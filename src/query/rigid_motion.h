@@ -7,14 +7,14 @@
 namespace adaptive_bvh {
 
 /// How far the second of two models, seen from the first, has been moved by the two transforms,
-/// summed over calls: bounds the motion of each of its points. The sum is rounded up, so that no
-/// step is lost in it, however small; and it begins anew when it has become so large that rounding
-/// would cost more than it is worth, or when it is no number.
+/// summed over calls. Bounds the motion of each of its points. The sum is rounded up, so that no
+/// step is lost in it, however small. It begins anew when it has become so large that its rounding
+/// would cost too much, or when it is not a number.
 template <typename S>
 class RigidMotion {
  public:
-  /// Adds what moved since the last call. False when the sum begins anew: then bounds from before
-  /// mean nothing.
+  /// Adds the motion since the last call. False when the sum begins anew: bounds from before are
+  /// then useless.
   bool moveTo(const fcl::Transform3<S>& tf1, const fcl::BVHModel<fcl::RSS<S>>& first,
               const fcl::Transform3<S>& tf2, const fcl::BVHModel<fcl::RSS<S>>& second) {
     const bool moved = tf1.matrix() != tf1_.matrix() || tf2.matrix() != tf2_.matrix();

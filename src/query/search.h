@@ -2,15 +2,16 @@
 
 namespace adaptive_bvh {
 
-/// The walk over pairs of nodes of box trees that every query by boxes takes. A visitor decides:
+/// The depth-first search over pairs of nodes of box trees, for all queries by boxes. A visitor
+/// decides:
 ///
-///   Visitor::Pair          two nodes, with what is known of them
-///   visitor.prune(pair)    is nothing below the two of interest? A visitor that remembers where it
-///                          stopped does so here.
-///   visitor.isLeafPair(pair)
-///   visitor.testLeaves(pair)  two primitives
-///   visitor.split(pair)    the pairs below, in the order in which they are to be visited
-///   visitor.isDone()       is the answer found?
+///   Visitor::Pair             two nodes, with what is known of them
+///   visitor.prune(pair)       true: nothing below the two matters. A visitor that remembers where
+///                             it stopped does so here.
+///   visitor.isLeafPair(pair)  whether both are leaves
+///   visitor.testLeaves(pair)  works on the two primitives of leaves
+///   visitor.split(pair)       the pairs below, in the order in which they are to be visited
+///   visitor.isDone()          whether the answer is found
 template <typename Visitor>
 void searchPairs(Visitor& visitor, typename Visitor::Pair& pair) {
   if (visitor.prune(pair)) return;

@@ -15,8 +15,8 @@ namespace adaptive_bvh {
 namespace {
 
 /// Visitor of searchPairs: all pairs of leaves of one box tree whose boxes overlap, from the root
-/// against itself. FCL's nodes are not touched above the leaves. Their volumes are not asked for,
-/// so it does not matter here how tight they are: visits do not count for test D.
+/// against itself. FCL's nodes are not read above the leaves. It does not matter how tight their
+/// volumes are, so visits do not count for test D.
 template <typename BV>
 class SelfCollisionVisitor {
  public:
@@ -36,11 +36,11 @@ class SelfCollisionVisitor {
       : nodes_(mesh.tree->boxes->nodes()),
         statistics_(statisticsOf(mesh, mesh)),
         node_(node),
-        // What the two boxes may be off, and what their difference rounds: docs/bounds.md, 4.
+        // Error of the two boxes, and rounding of their difference: docs/bounds.md, 4.
         slack_(
             float4::all(3 * BodyFrame<S>::kError * mesh.tree->boxes->root().largestCoordinate())) {}
 
-  /// A node and itself: leaves have nothing below.
+  /// A leaf and itself is pruned; an inner node and itself is not.
   bool prune(const Pair& pair) {
     if (pair.node1 == pair.node2) return nodes_.isLeaf(pair.node1);
     ++work_.box_tests;

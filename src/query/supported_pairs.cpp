@@ -38,7 +38,7 @@ bool isUnbounded(fcl::NODE_TYPE type) {
 }
 bool isOctree(fcl::NODE_TYPE type) { return type == fcl::GEOM_OCTREE; }
 
-/// FCL's distance functions know volumes that have a distance, and octrees.
+/// FCL has distances of meshes only for these volumes.
 bool hasMeshDistance(fcl::NODE_TYPE type) {
   return type == fcl::BV_RSS || type == fcl::BV_kIOS || type == fcl::BV_OBBRSS;
 }
@@ -52,8 +52,8 @@ bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   return true;
 }
 
-/// Of a plane or half-space with a mesh whose volumes are aligned to the axes, and of a plane with
-/// a convex, FCL has entries in its table that crash.
+/// FCL's table has entries that crash: a plane or half-space with a mesh whose volumes are aligned
+/// to the axes, and a plane with a convex.
 bool hasCollision(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   const auto isKnown = [](fcl::NODE_TYPE x) {
     return isMesh(x) || isBounded(x) || isUnbounded(x) || isOctree(x);

@@ -8,7 +8,7 @@
 
 namespace adaptive_bvh {
 
-// FCL leaves what it does not compute uninitialised. Here it is NaN: whoever reads it will notice.
+// FCL leaves what it does not compute uninitialised. Here it is NaN, so that a mistake shows.
 
 template <typename S>
 fcl::Vector3<S> unsetPoint() {

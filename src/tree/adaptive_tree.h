@@ -13,8 +13,8 @@
 
 namespace adaptive_bvh {
 
-/// What stands beside FCL's tree of one model, for queries to read: its boxes and their motion,
-/// what queries saw of it, and whether it is still the tree that we left.
+/// What is kept beside FCL's tree of one model, for queries to read: its boxes and how they moved,
+/// what queries recorded, and a detector of changes that were not ours.
 template <typename BV>
 struct AdaptiveTree {
   using S = typename BV::S;
@@ -27,23 +27,23 @@ struct AdaptiveTree {
         statistics(other.statistics),
         detector(other.detector) {}
 
-  /// Another number, which no other tree has, whenever accumulated motions or the topology begin
+  /// A number that no other tree has. A new one whenever accumulated motions or the topology begin
   /// anew.
   std::uint64_t generation = newGeneration();
   Topology topology;
   std::optional<BoxTree<S>> boxes;         ///< with Propagation::TranslationCompensated
-  MotionBounds<S> motion;                  ///< likewise
-  mutable TraversalStatistics statistics;  ///< left by queries, which hold the model const
-  mutable WitnessCache witnesses;          ///< likewise
+  MotionBounds<S> motion;                  ///< of the volumes beside those boxes
+  mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
+  mutable WitnessCache witnesses;          ///< written by queries, too
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
 
   static std::uint64_t newGeneration();
 
-  /// Begins anew at FCL's tree as it stands, without boxes and with no statistics.
+  /// Takes over FCL's tree as it stands. Statistics begin anew; boxes and motion are not set.
   void adopt(const fcl::BVHModel<BV>& model);
 
-  /// Lets sums over steps begin anew, before they lose digits.
+  /// Lets the sums over steps begin anew, so that they do not lose digits.
   void restartMotion(const fcl::BVHModel<BV>& model);
 
   std::size_t bytes() const {

@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// Upper bounds of what moving did to each node's volume and triangles, in body units, beside a
-/// BoxTree. Every sum is rounded up, so that no step is lost in it.
+/// Upper bounds of how far each node's triangles moved and its volume was inflated, in body units,
+/// beside a BoxTree. Every sum is rounded up, so that no step is lost in it.
 template <typename S>
 class MotionBounds {
  public:
@@ -22,8 +22,8 @@ class MotionBounds {
   /// steps it grows by at least the motion between them.
   float accumulatedMotion(int node) const { return of(node)[1]; }
 
-  /// Of two siblings, or with -1 of nothing and the root: inflation and accumulated motion of the
-  /// first, then of the second.
+  /// Inflation and accumulated motion of the left sibling, then of the right one. With -1: of
+  /// nothing, then of the root.
   ADAPTIVE_BVH_INLINE float* ofPair(int left) { return of(left); }
 
   /// Bounds |x| + |y| + |z| of the volumes' corners, and their radii.

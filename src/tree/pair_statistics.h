@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// Where a query leaves what it saw of the two sides. Null for a side that is not adaptive.
+/// Where a query of two objects records its traversal. Null for a side that is not adaptive.
 struct PairStatistics {
   TraversalStatistics* side[2] = {nullptr, nullptr};
 

@@ -22,7 +22,7 @@ struct Topology {
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model);
 
-  /// That the stack of a post-order traversal needs.
+  /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
 
   std::size_t bytes() const { return leaf_vertices.capacity() * sizeof(VertexIndices); }

@@ -11,19 +11,19 @@
 
 namespace adaptive_bvh {
 
-/// What recording queries saw of a tree since its last update, for the fitness tests. Of a node:
+/// What recording queries did in a tree since its last update, for the fitness tests. Of a node:
 /// - visited (test B): a query went below it, or tested its triangle;
-/// - obstructing (test D): in such a visit the volume was asked, and its inflation may have been
+/// - obstructing (test D): in such a visit the volume was tested, and its inflation may have been
 ///   why it did not stop the query;
-/// - child gap (test C): how much farther off than the node both its children lay. Test C asks for
-///   a visit with alpha > t and beta > t. Over all visits that is: the largest min(alpha, beta)
-///   exceeds t. So one number a node is enough, and no query needs the policy. Ten binary digits
-///   of it will do: it decides about work, not about answers.
+/// - child gap (test C): how much farther off than the node both its children were. Test C requires
+///   a visit with alpha > t and beta > t. Over all visits that means: the largest min(alpha, beta)
+///   exceeds t. So one number a node is enough, and no query needs the policy. Ten binary digits of
+///   it are enough: it decides about work, not about answers.
 ///
-/// All of it is one word a node, with the number of the update that it follows. So an update
-/// forgets everything by counting on.
+/// All of it is one word a node, with the number of the update that it follows. An update clears
+/// everything by raising that number.
 ///
-/// Queries hold the model const and run on many threads: words are only raised, by relaxed atomic
+/// Queries hold the model const and run on many threads. They only raise words, by relaxed atomic
 /// operations, so their order does not matter and no lock is taken. Reading and clearing belong to
 /// the update, which the caller keeps apart from queries.
 class TraversalStatistics {
@@ -48,7 +48,7 @@ class TraversalStatistics {
     clear();
   }
 
-  /// Forgets all that was seen, and done.
+  /// Forgets all visits and all work.
   void clear() {
     if (++epoch_ > kEpochs) {
       for (int i = 0; i < size_; ++i) words_[i].store(0, std::memory_order_relaxed);
@@ -66,7 +66,8 @@ class TraversalStatistics {
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
   }
   void recordVisit(int node) { raise(node, 0); }
-  /// A visit in which the volume was asked in vain, maybe because of its inflation.
+  /// A visit in which the test of the volume did not stop the query, maybe because of its
+  /// inflation.
   void recordObstruction(int node) { raise(node, kObstructing); }
   /// A visit, and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as none.
   template <typename S>
@@ -120,7 +121,7 @@ class TraversalStatistics {
     return gap;
   }
 
-  /// What was seen of a node since the last `clear`, under a first bit; 0 for nothing.
+  /// The word of a node that was visited since the last `clear`; 0 for one that was not.
   Word seen(int node) const {
     const Word word = words_[node].load(std::memory_order_relaxed);
     return word >> kEpochShift == epoch_ ? word : 0;

@@ -11,8 +11,9 @@ namespace adaptive_bvh {
 
 /// How a body has turned as a whole since its boxes were built: the rotation that best fits the
 /// motions of a few of its vertices (Kabsch 1976, "A solution for the best rotation to relate two
-/// sets of vectors"). A body that tumbles, or is carried around by a robot, would else outgrow the
-/// axes in which its boxes were tight. Any answer is sound; a good one keeps the boxes tight.
+/// sets of vectors"). Without it, the boxes of a body that tumbles, or that a robot carries around,
+/// would not stay tight: they lie along axes of the body. Any answer is sound; a good one keeps the
+/// boxes tight.
 template <typename S>
 class BestFitRotation {
  public:
@@ -35,8 +36,8 @@ class BestFitRotation {
     steps_left_ = kInterval;
   }
 
-  /// True, in every eighth step at most, when the body has turned so far that `axes` (those in use)
-  /// are to be replaced, and then replaces them.
+  /// Replaces `axes`, those in use, when the body has turned away from them by more than 11
+  /// degrees. Looks at every eighth step only. Returns whether it did.
   template <typename BV>
   bool turn(const fcl::BVHModel<BV>& model, fcl::Matrix3d& axes) {
     if (--steps_left_ > 0) return false;
@@ -45,9 +46,9 @@ class BestFitRotation {
     const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
     const auto sizes = svd.singularValues();
-    if (!(sizes[1] > kFlat * sizes[0])) return false;  // along one line: no rotation shows
-    // Equal where the motion is rigid, by Cauchy and Schwarz. What bends is not one body that
-    // turns.
+    if (!(sizes[1] > kFlat * sizes[0])) return false;  // on one line: no rotation
+    // Equal when the motion is rigid, by Cauchy and Schwarz. A body that bends does not turn as a
+    // whole.
     if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
     fcl::Matrix3d u = svd.matrixU();
     if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
@@ -71,7 +72,7 @@ class BestFitRotation {
 
   using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
 
-  /// About their middle, in body units.
+  /// Positions of the samples relative to their middle, in body units.
   template <typename BV>
   Samples positions(const fcl::BVHModel<BV>& model) const {
     Samples samples(3, Eigen::Index(vertices_.size()));

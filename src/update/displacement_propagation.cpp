@@ -89,9 +89,9 @@ void DisplacementPropagation<BV>::measurePrimitives(const fcl::BVHModel<BV>& mod
     S latest = 0;
     for (int k = 0; k < corners; ++k) latest = std::max(latest, vertex_motion_[mesh.vertex(p, k)]);
     latest_[p] = latest;
-    if (latest == 0) continue;  // as far from its reference as it was
+    if (latest == 0) continue;  // at rest: overall_ is unchanged
     S overall = 0;
-    for (int k = 0; k < corners; ++k)  // of two frames, for the leaf must hold both
+    for (int k = 0; k < corners; ++k)  // in both frames of a two-frame update
       mesh.forEachPositionOf(mesh.vertex(p, k), [&](const Point& position) {
         overall = std::max(overall, rounding::norm<S>(position - reference_[p][std::size_t(k)]));
       });

@@ -62,7 +62,7 @@ class DisplacementPropagation {
 
   /// Largest displacement of a primitive's corners in the last step.
   S latestDisplacement(int primitive) const { return latest_[static_cast<std::size_t>(primitive)]; }
-  /// The same since its leaf was last refitted.
+  /// Largest displacement of a primitive's corners since its leaf was last refitted.
   S overallDisplacement(int primitive) const {
     return overall_[static_cast<std::size_t>(primitive)];
   }

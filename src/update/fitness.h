@@ -10,7 +10,7 @@ struct NodeFitness {
   double reference;  ///< the length an inflation is compared with (InflationReference)
   bool visited;      ///< a recording query went below the node since the last update
   double child_gap;  ///< largest min(alpha, beta) of those visits; -infinity when none
-  /// One asked the volume, whose inflation may have been in the way.
+  /// One of those queries tested the volume, whose inflation may have been in the way.
   bool obstructing = false;
 };
 

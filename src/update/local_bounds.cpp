@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Of the way from a point. Written out: Eigen adds in another order.
+/// The squared distance from a point. Written out, because Eigen adds in another order.
 template <typename S>
 class SquaredLength {
  public:

@@ -12,9 +12,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The largest number that a vertex of a triangle has, by `Measure`: value(point), and bound(box),
-/// at least the value of every point that the box stands for. Goes down the boxes, always the more
-/// promising one first, and past those whose bound shows that nothing larger is below them.
+/// The largest value of a `Measure` over all vertices of triangles. A measure has value(point), and
+/// bound(box), which is at least the value of every point in the box. Searches the box tree, the
+/// child with the larger bound first, and skips nodes whose bound is not above the largest value
+/// found.
 template <typename BV, typename Measure>
 class LargestSearch {
  public:
@@ -63,10 +64,10 @@ class LargestSearch {
   S largest_ = 0;
 };
 
-/// What a length, or a coordinate along a direction, may be off that is computed in the boxes'
-/// coordinates from points whose coordinates are at most `extent`. Those are off by kError of it in
-/// each component, sqrt(3) of that as a vector; the arithmetic, in single precision, adds less than
-/// half of that again.
+/// Bounds the error of a length, or of a coordinate along a direction, that is computed in body
+/// coordinates from points whose coordinates are at most `extent`. The points are off by kError of
+/// `extent` in each component, sqrt(3) of that as a vector; the arithmetic, in single precision,
+/// adds less than a quarter of that.
 template <typename S>
 S errorInBoxes(const BoxTree<S>& boxes, float extent) {
   const S length = S(extent) * boxes.frame.unit();
@@ -75,7 +76,7 @@ S errorInBoxes(const BoxTree<S>& boxes, float extent) {
          rounding::tiny<S>();
 }
 
-/// A coordinate, or its opposite.
+/// Measure: a coordinate, or its opposite.
 template <typename S>
 class Coordinate {
  public:
@@ -101,7 +102,7 @@ class Coordinate {
   Float4 direction_{0, 0, 0, 0};
 };
 
-/// The squared distance from a centre.
+/// Measure: the squared distance from a centre.
 template <typename S>
 class SquaredDistance {
  public:
@@ -136,8 +137,8 @@ void PartialBounds<BV>::finish(const Topology& topology, const BoxTree<S>& boxes
            LargestSearch<BV, std::decay_t<decltype(measure)>>(model_, topology, boxes, measure)
                .run(known, largest);
   };
-  // A side that nothing left stays, or moves out to what moved beyond it; one that was left, too,
-  // when something now stands beyond where it was.
+  // A side that no vertex left stays, or moves out to a vertex that moved beyond it. So does a side
+  // that was left, when some vertex is now beyond where it was. Else it must be searched.
   const auto settle = [&](const Sides& sides, int sign, Point& side) {
     for (int k = 0; k < 3; ++k) {
       const S old = sign * side[k];

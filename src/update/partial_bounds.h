@@ -8,9 +8,10 @@
 
 namespace adaptive_bvh {
 
-/// Box, centre and radius where a few vertices move, one by one, to the same numbers. What the
-/// bounds rested on may have moved inwards: what then takes its place is looked for among the
-/// boxes, so that the work goes by what moved and the depth of the tree, not by the mesh's size.
+/// Box, centre and radius after a few vertices moved: the same numbers as updateLocalBounds gives.
+/// A vertex that was farthest out may have moved inwards. The one that is farthest now is then
+/// searched in the box tree, so the work depends on what moved and on the depth of the tree, not on
+/// the size of the mesh.
 template <typename BV>
 class PartialBounds {
  public:
@@ -27,11 +28,12 @@ class PartialBounds {
     left_radius_ |= !((from - model_.aabb_center).norm() < model_.aabb_radius * (1 - kSlack));
     farthest_ = std::max(farthest_, (to - model_.aabb_center).squaredNorm());
   }
-  /// After the last, when `boxes` are renewed. `in_triangles`: every vertex belongs to one.
+  /// After the last position is written and `boxes` are renewed. `in_triangles`: every vertex
+  /// belongs to a triangle.
   void finish(const Topology& topology, const BoxTree<S>& boxes, bool in_triangles);
 
  private:
-  /// Of three sides: did a vertex leave one, and how far out do the moved ones stand now?
+  /// Three sides of the box: whether a vertex left one, and how far out the moved ones are now.
   struct Sides {
     void move(const Point& from, const Point& to, const Point& side) {
       for (int k = 0; k < 3; ++k) left[k] |= from[k] >= side[k];
@@ -41,13 +43,13 @@ class PartialBounds {
     Point found = Point::Constant(std::numeric_limits<S>::lowest());
   };
 
-  /// Of squared distances and their roots.
+  /// Relative rounding of squared distances and their roots.
   static constexpr S kSlack = 16 * std::numeric_limits<S>::epsilon();
 
   fcl::BVHModel<BV>& model_;
   Sides low_, high_;  ///< the low ones with their sign changed
   bool left_radius_ = false;
-  S farthest_ = 0;  ///< of the moved ones from the old centre, squared
+  S farthest_ = 0;  ///< moved vertex from the old centre, squared
 };
 
 }  // namespace adaptive_bvh

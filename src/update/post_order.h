@@ -9,16 +9,16 @@ namespace adaptive_bvh {
 ///   rule.nextPair()            the left one of the next two siblings; last to first, then <= 0
 ///   rule.isLeaf(node)
 ///   rule.leaf(node, a)         makes `a` the value of a leaf
-///   rule.isTraversed(node)     of an inner node: were its children among the pairs?
-///   rule.known(node, a)        otherwise: makes `a` its value
-///   rule.apply(left, a, b)     what is to be done at two siblings, left and left + 1, after
-///                              everything below them; a and b are their values
+///   rule.isTraversed(node)     whether the children of an inner node were among the pairs
+///   rule.known(node, a)        makes `a` the value of an inner node that is not traversed
+///   rule.apply(left, a, b)     works on two siblings, left and left + 1, after everything below
+///                              them; a and b are their values
 ///   rule.merge(a, b)           makes `a` the value of their parent
-///   rule.applyRoot(a)          what is to be done at the root
+///   rule.applyRoot(a)          works on the root
 ///
 /// Walking the pairs of siblings from the last to the first visits children before parents, and the
-/// subtree of a left sibling ends right after its pair (see Topology): so values wait on a stack,
-/// which needs as many places as the tree is deep, and two.
+/// subtree of a left sibling ends right after its pair (see Topology). So values wait on a stack,
+/// which needs Topology::stackCapacity.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& rule) {
   if (rule.isLeaf(node))

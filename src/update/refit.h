@@ -14,8 +14,8 @@ namespace adaptive_bvh {
 template <typename BV>
 BV fitNode(const UpdateTarget<BV>& target, int node);
 
-/// Recomputes every volume but the root's in place, whose fit is returned: the change detector
-/// writes that last, for queries on other threads may be looking at it meanwhile.
+/// Recomputes every volume in place but the root's. That fit is returned, for the change detector
+/// to write last: queries on other threads may be reading the root meanwhile.
 template <typename BV>
 BV refitAllButRoot(const UpdateTarget<BV>& target);
 
@@ -39,7 +39,7 @@ struct RefitCounts {
 /// Recomputes the volumes that a policy calls unfit from their triangles, thesis 4.3 and 4.5. A
 /// node is judged and refitted by itself: its children keep what they have. Without statistics (no
 /// recording query since the last update) tests B and D count as true for every node and test C as
-/// false. Several may work on different nodes at once. `Method`: TranslationPropagation or
+/// false. Several threads may use one each, on different nodes. `Method`: TranslationPropagation or
 /// DisplacementPropagation. Allocates nothing.
 template <typename BV, typename Method>
 class Refitter {

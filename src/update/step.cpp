@@ -11,7 +11,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// From so many primitives on, threads pay.
+/// With fewer primitives, starting threads costs more than they gain.
 constexpr int kParallelPrimitives = 50000;
 
 /// Makes `vertices` the array to write the new positions to.
@@ -83,7 +83,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   return true;
 }
 
-/// The positions; copied `aside` where some lie in the arrays that a step writes or frees.
+/// The positions; copied to `aside` when some lie in the arrays that a step writes or frees.
 template <typename BV>
 const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
@@ -145,7 +145,7 @@ bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const Refi
       state.method);
 }
 
-/// What is kept begins anew, with the tree.
+/// Resets all that is kept to FCL's tree as it stands; `start` is to follow.
 template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.adopt(target.model);

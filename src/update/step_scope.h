@@ -14,7 +14,7 @@
 
 namespace adaptive_bvh {
 
-/// What several threads find, each by itself, on cache lines of their own.
+/// One value for each thread, on cache lines of their own.
 template <typename T>
 class PerThread {
  public:
@@ -152,7 +152,7 @@ class SomeVertices {
       target_.model.vertices[input_.indices[i]] = input_.positions[i];
   }
 
-  /// Also the local bounds, which are found by the boxes.
+  /// Also the local bounds, which are searched in the box tree.
   PropagationCounts propagate() {
     const PropagationCounts counts = method_.propagateDirty(target_, dirty_);
     if (method_.isInRange(target_))

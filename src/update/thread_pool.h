@@ -12,7 +12,7 @@ namespace adaptive_bvh {
 /// the pool. Of size 1 it starts none.
 class ThreadPool {
  public:
-  /// Does with fewer threads where the system gives no more.
+  /// Has fewer threads when the system gives no more.
   explicit ThreadPool(int size) {
     threads_.reserve(static_cast<std::size_t>(size) - 1);
     try {

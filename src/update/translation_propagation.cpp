@@ -124,7 +124,7 @@ void TranslationPropagation<BV>::limitInflation(const UpdateTarget<BV>& target, 
   if (Volume<BV>::radius(around) >= Volume<BV>::radius(bv)) return;  // too small for the boxes
   bv = around;
   target.tree.motion.include(Volume<BV>::cornerSum(bv));
-  // A rectangle that has grown until it held the box: test A sees how loose that is.
+  // Counts as a rectangle that was inflated until it held the box: test A sees how loose it is.
   target.tree.motion.setInflation(node,
                                   static_cast<float>(Volume<BV>::radius(bv) * boxes.frame.scale()));
 }

@@ -66,10 +66,11 @@ class TranslationPropagation {
   }
   /// Moves and inflates all volumes and renews all boxes.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy&, ThreadPool& pool);
-  /// The same for dirty nodes and the root, where nothing moved below the others.
+  /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
+  /// moved below the other nodes.
   PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const DirtyPairs& dirty);
-  /// Whether the boxes can still express the body's parts: not when that has grown or shrunk out of
-  /// all proportion to what it was at `start`.
+  /// Whether single precision can still express the body's parts: false when the body has grown or
+  /// shrunk to 2^30 times, or a 2^30th of, its size at `start`.
   static bool isInRange(const UpdateTarget<BV>& target) {
     const float extent = target.tree.boxes->root().largestCoordinate();
     return extent < kRange && extent > 1 / kRange;
@@ -88,12 +89,12 @@ class TranslationPropagation {
     target.tree.motion.setInflation(node, 0);
   }
 
-  /// Bounds how far a volume that is not visited can be over-inflated: one that has grown by more
-  /// than the radius of its box is replaced by the volume around that box, which is looser than a
-  /// fit, but costs next to nothing.
+  /// Limits how over-inflated a volume becomes that is not visited: one that has grown by more than
+  /// a quarter of its box's diagonal is replaced by the volume around that box, when that is
+  /// smaller. It is looser than a fit, but costs next to nothing.
   void limitInflation(const UpdateTarget<BV>& target, int node);
-  /// Of a sixteenth of the nodes, of others in the next step: so a volume that FCL's own queries
-  /// visit is never looser than its box by more than the box's radius and sixteen steps' growth.
+  /// limitInflation for a sixteenth of the nodes; the next step takes the next sixteenth. So no
+  /// volume exceeds that limit by more than it grows in sixteen steps.
   void limitSomeInflations(const UpdateTarget<BV>& target);
 
   std::size_t bytes() const;

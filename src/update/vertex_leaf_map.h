@@ -7,8 +7,8 @@
 
 namespace adaptive_bvh {
 
-/// The way from vertices up the tree, for steps of a few vertices: which leaves a vertex belongs
-/// to, and what stands above them. Made when first needed.
+/// The leaves that each vertex belongs to, and the parents above them, for steps of a few vertices.
+/// Made when first needed.
 class VertexLeafMap {
  public:
   bool empty() const { return parent_.empty(); }
@@ -20,7 +20,7 @@ class VertexLeafMap {
   /// False when there are vertices that belong to no triangle.
   bool coversAllVertices() const { return covers_all_; }
 
-  /// Sets all pairs of siblings on the ways from the leaves of `vertex` to the root.
+  /// Makes all pairs of siblings dirty on the paths from the leaves of `vertex` to the root.
   void markAncestors(unsigned vertex, DirtyPairs& dirty) const {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
       // From pair to pair: the parent of a pair is a node, and that node is in a pair, or the root.

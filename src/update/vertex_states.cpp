@@ -3,9 +3,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A few vertices' displacement where they agree to a sixteenth of it: the body is carried along.
-/// Else 0, for what a volume moves beyond it is bounded by both lengths. Any vector is sound. None
-/// where two frames are kept, for the first of them did not move.
+/// The displacement of a few vertices when they agree to a sixteenth of it: the body is carried
+/// along. Else 0. Any vector is sound, but accumulated motion grows by its length and by that of
+/// the remaining motion. Also 0 in a two-frame update, whose first frame does not move.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
                                   const std::vector<unsigned>& samples) {
@@ -16,7 +16,7 @@ fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInpu
   const S allowed = common.cwiseAbs().maxCoeff() / 16;
   for (unsigned v : samples)
     if (!((motion(v) - common).cwiseAbs().maxCoeff() <= allowed))
-      return Point::Zero();  // so do positions that are no numbers
+      return Point::Zero();  // also when a position is not a number
   return common;
 }
 
@@ -38,7 +38,7 @@ void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& 
   common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, rotation_.samples());
   if (input.indices) return;
   all_moving_ = true;
-  // A body far from the origin of its boxes would lose digits in them.
+  // Far from the origin of its boxes a body would lose digits.
   frame_.moveOrigin(boxes.middle());
   fcl::Matrix3d axes = boxes.frame.axes();
   if (rotation_.turn(target.model, axes)) frame_.turn(axes);

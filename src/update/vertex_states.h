@@ -17,8 +17,8 @@ struct alignas(32) VertexState {
   float motion[4];
 };
 
-/// The states of a model's vertices, for TranslationPropagation to read. Positions are read here,
-/// once a step; nothing that others see changes meanwhile.
+/// The vertex pass of TranslationPropagation: reads the positions of a step, once, into the states
+/// that the propagation uses. Changes nothing that queries see.
 template <typename S>
 class VertexStates {
  public:
@@ -35,16 +35,16 @@ class VertexStates {
   /// Reads the positions of the vertices in [first, last), where all are given. Several threads may
   /// do so.
   VertexSummary<S> read(const Point* present, const StepInput<S>& input, int first, int last);
-  /// Reads those of some vertices: calls moving(vertex, position) once for each vertex named, with
-  /// the last position given for it.
+  /// Reads the positions of some vertices. Calls moving(vertex, position) once for each vertex
+  /// named, with the last position given for it.
   template <typename BV, typename Moving>
   VertexSummary<S> readSome(const fcl::BVHModel<BV>& model, const StepInput<S>& input,
                             Moving&& moving);
-  /// What was read is not to be the model's state.
+  /// The step does not take place: what was read is not the model's state.
   void discard() { stale_ = true; }
   void accept() { stale_ = false; }
 
-  /// Of the step that is being read.
+  /// Body coordinates of the step that is being read.
   const BodyFrame<S>& frame() const { return frame_; }
   const Point& commonTranslation() const { return common_; }
   const VertexState* data() const { return states_.data(); }
@@ -63,15 +63,15 @@ class VertexStates {
 
   std::vector<VertexState> states_;
   std::vector<std::array<float, 4>> previous_;
-  /// The vertices whose motions are not 0: all, or those listed.
+  /// Which vertices may have a motion other than 0: all, or those listed.
   bool all_moving_ = true;
   std::vector<unsigned> moving_;
   /// The states are not those of the model's present positions.
   bool stale_ = false;
 
   BodyFrame<S> frame_;
-  /// A motion that most of the body shares in this step, of whatever size. What is left of each
-  /// vertex's is small where the body hardly deforms, and so are the errors of single precision.
+  /// A motion of any size that most of the body shares in this step. What remains of a vertex's
+  /// motion is small when the body hardly deforms, and so are its errors in single precision.
   Point common_ = Point::Zero();
   BestFitRotation<S> rotation_;
 };

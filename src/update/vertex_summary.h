@@ -48,8 +48,8 @@ struct VertexSummary {
     high = high.cwiseMax(other.high);
   }
 
-  /// Are all positions finite and within the limits? False for some that are, when an old position
-  /// was not finite.
+  /// True: all positions are finite and within the limits. May be false although they are, when an
+  /// old position was not finite.
   bool isSurelyUsable() const {
     const S limit = rounding::largestCoordinate<S>();
     return std::isfinite(sum) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;

@@ -123,8 +123,8 @@ struct Shape {
   S area = std::numeric_limits<S>::infinity();
 };
 
-/// Keeps the better one of a shape and that with another slab. Returns the rectangle of that one;
-/// without its corners where these cannot make it the better one, for they only add to the area.
+/// Keeps the better of a shape and the one with another slab. Returns the rectangle of the latter:
+/// without its corners when it is larger already, for these only add to the area.
 template <typename S>
 Rectangle<S> attempt(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side,
                      const Slab<S>& slab) {

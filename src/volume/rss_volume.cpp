@@ -43,8 +43,8 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const VertexIndice
 }
 
 // A box is within half its shortest side of the rectangle in its middle. The radius also covers
-// what the box may be off (BodyFrame::kError in each of three coordinates) and what is rounded
-// here, a few epsilon of each term.
+// the error of the box (BodyFrame::kError in each of three coordinates) and the rounding here, a
+// few epsilon of each term.
 template <typename S>
 fcl::RSS<S> Volume<fcl::RSS<S>>::around(const Box& box, const BodyFrame<S>& frame, float extent) {
   const Float4 sides = box.high - box.low;

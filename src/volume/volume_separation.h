@@ -9,8 +9,8 @@ namespace adaptive_bvh {
 
 /// How far apart two volumes lie, at least: the largest of their separations along both normals,
 /// the line between their middles, and a direction of the caller's. Surfaces that face each other
-/// are apart along one of these. A seventh of FCL's distance of two such volumes in time, and
-/// nearly as good at pruning.
+/// are apart along one of these. Takes a seventh of the time of FCL's distance of two such volumes,
+/// and prunes nearly as well.
 template <typename BV>
 class VolumeSeparation {
  public:
@@ -27,8 +27,8 @@ class VolumeSeparation {
                    (T.template lpNorm<1>() + 2 * coordinate_sum1 + 2 * coordinate_sum2) +
                rounding::tiny<S>()) {}
 
-  /// A lower bound of the distance of the volumes; any direction will do, of length 1 up to
-  /// rounding, in the first model's coordinates. Not more is looked for once `enough` is reached.
+  /// A lower bound of the distance of the volumes. `direction`: any vector of length 1 up to
+  /// rounding, in the first model's coordinates. Stops once the bound reaches `enough`.
   ///
   /// Along a unit vector a volume extends as Volume::SweptParallelogram says. All quantities are
   /// sums of a few products no larger than the coordinate sums: 64 epsilon of those covers their

@@ -88,7 +88,7 @@ template <typename S>
 class Deformation {
  public:
   enum class Kind {
-    Smooth,  ///< travelling waves: neighbours move together, about 2 % of the size a frame
+    Smooth,  ///< progressive waves: neighbours move together, about 2 % of the size a frame
     Jerky,   ///< now and then a handful of vertices jump by up to a third of the size
     Still,   ///< nothing moves
   };

@@ -9,16 +9,15 @@
 #include "volume/volume.h"
 
 // How far a volume or a triangle of a mesh lies from a cell of an octree, all in the octree's
-// coordinates. Along any direction whatever two bodies are at least as far apart as their
-// projections on it, so every bound here is one of projections; how well a direction was computed
-// does not matter.
+// coordinates. Two bodies are at least as far apart as their projections on any direction. Every
+// bound here is one of projections, so it does not matter how well a direction was computed.
 //
-// Rounding. A point of the mesh is off by less than a third of IntoOctree::error. What follows are
-// a few operations on the offset of both middles and on both extents. The offset is no larger than
-// both extents and the gap between them. So its error and theirs are covered by 32 epsilon of the
-// cell's extent and of the mesh's coordinates (in `error`), by which the extents are enlarged, and
-// by 16 epsilon of a gap, by which that is made smaller. That leaves the last third of `error` for
-// the solver, which works in the world's coordinates.
+// Rounding. A point of the mesh is off by less than a third of IntoOctree::error. A few operations
+// follow, on the offset of both middles and on both extents. The offset is no larger than both
+// extents and the gap between them. So two things cover the errors of offset and extents: the
+// extents are enlarged by 32 epsilon of the cell's extent and of the mesh's coordinates (in
+// `error`), and a gap is made smaller by 16 epsilon of itself. That leaves the last third of
+// `error` for the solver, which works in the world's coordinates.
 namespace adaptive_bvh {
 
 /// Takes a mesh's coordinates to an octree's.
@@ -174,7 +173,7 @@ class TriangleInOctree {
 };
 
 /// Separating axes of triangles and cells: along the octree's axes, the triangle's normal, and the
-/// products of its edges with the axes. Bodies that are apart at all are so along one of these.
+/// products of its edges with the axes. Two that are apart are so along one of these.
 template <typename S>
 class TriangleOverlap : private TriangleInOctree<S> {
  public:

@@ -8,8 +8,8 @@
 namespace adaptive_bvh {
 
 /// FCL's traversal of two meshes, with a test of two triangles of our own: every pair that touches
-/// has a contact, and all its fields where they are asked for. (When a triangle is a segment or a
-/// point, FCL reads a plane that it did not set, and then often forgets the pair.)
+/// has a contact, with all its fields when they are requested. (When a triangle is a segment or a
+/// point, FCL reads a plane that it did not set, and then often omits the pair.)
 template <typename S>
 class MeshCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
   using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;

@@ -57,7 +57,7 @@ class MeshOctreePair {
   bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
   const fcl::BVNode<fcl::RSS<S>>& node(int b) const { return mesh_.getBV(b); }
 
-  /// Of a cell and an inner node: whether the cell's children come next. As FCL chooses.
+  /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
   bool goesDownTheOctree(const Cell<S>& cell, int b) const {
     return !isLeaf(cell) && cell.box.size() > node(b).bv.size();
   }
@@ -111,9 +111,8 @@ class MeshOctreePair {
   QueryWork work_;
 };
 
-/// Hands the pairs of an occupied cell and a triangle that may overlap to
-/// test(cell, triangle), in FCL's order, so that FCL's contacts come first to a request for few;
-/// until it returns true.
+/// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
+/// until it returns true. In FCL's order, so that a request for few contacts gets those of FCL.
 template <typename S, typename Test>
 class OverlapSearch {
  public:
@@ -163,8 +162,8 @@ class OverlapSearch {
   Test& test_;
 };
 
-/// Hands the pairs of an occupied cell and a triangle that may be nearer than limit() to
-/// test(cell, triangle), the nearer ones first; until it returns true.
+/// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
+/// than limit(), the nearer ones first, until it returns true.
 template <typename S, typename Limit, typename Test>
 class NearestSearch {
  public:
@@ -247,7 +246,7 @@ S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S
                     found.on_shape, found.on_triangle);
       return query.isSatisfied();
     };
-    // Bodies that touch need no search for the nearest pair: any that touches ends it.
+    // When bodies touch, any pair that touches is the answer: it is searched first.
     const auto once = [&](const Cell<S>& cell, int triangle) {
       test(cell, triangle);
       return true;

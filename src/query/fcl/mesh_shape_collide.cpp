@@ -16,8 +16,8 @@ namespace {
 template <typename Shape, typename Solver>
 class ShapeCollisionNode : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver> {};
 
-/// To FCL every sphere touches every triangle without a normal, at the sphere's middle. Here the
-/// distance decides, and the contact is at the nearest point.
+/// FCL reports that a sphere touches every triangle without a normal, at the sphere's middle. Here
+/// the distance decides, and the contact is at the nearest point.
 template <typename S, typename Solver>
 class ShapeCollisionNode<fcl::Sphere<S>, Solver>
     : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Sphere<S>, Solver> {

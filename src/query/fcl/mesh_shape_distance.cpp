@@ -14,7 +14,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversal, with points in the world for every shape, and none of a shape that touches.
+/// FCL's traversal, with nearest points in the world for every shape, and none when it touches.
 template <typename Shape, typename Solver>
 class ShapeDistanceNode : public fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver> {
  public:

@@ -9,13 +9,13 @@ namespace adaptive_bvh {
 
 /// A traversal node of FCL's (`Node`) that also records, for one query. What it computes is FCL's.
 ///
-/// FCL's distanceRecurse asks in this order, so all that test C needs passes by (thesis 4.4.3):
-///   canStop(D)               false: go below the pair (B1, B2), whose distance D is
+/// FCL's distanceRecurse calls in this order, which gives all that test C needs (thesis 4.4.3):
+///   canStop(D)               false: go below the pair (B1, B2), whose distance is D
 ///   firstOverSecond(B1, B2)  which of the two is split; say B1, into A1 and C1
 ///   BVTesting(A1, B2)        D_a
 ///   BVTesting(C1, B2)        D_c
-/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: no D, nothing for C.
-/// Every visit counts for test D: the volumes are all that FCL asks.
+/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: there is no D, and nothing
+/// is recorded for C. Every visit counts for test D: FCL tests nothing but the volumes.
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
@@ -64,7 +64,8 @@ class RecordingDistanceNode : public Node {
   mutable int split_node_ = 0;
 };
 
-/// The same for FCL's collisionRecurse, whose tests only say whether the volumes are disjoint.
+/// Records for FCL's collisionRecurse, whose tests only say whether the volumes are disjoint:
+/// nothing for test C.
 template <typename Node, typename S>
 class RecordingCollisionNode : public Node {
  public:

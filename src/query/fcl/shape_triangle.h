@@ -10,7 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// What FCL's solvers say of a shape and a triangle of a mesh: -1 for those that touch.
+/// The distance of a shape and a triangle of a mesh by FCL's solvers; -1 when they touch.
 template <typename S>
 struct ShapeTriangleDistance {
   S distance = -1;
@@ -31,7 +31,7 @@ ShapeTriangleDistance<S> shapeTriangleDistance(const Solver& solver, const Shape
   return found;
 }
 
-/// FCL's own has its points in two frames, and no distance where the sphere touches.
+/// For a sphere FCL's solvers give the points in two frames, and no distance when it touches.
 template <typename S, typename Solver>
 ShapeTriangleDistance<S> shapeTriangleDistance(const Solver&, const fcl::Sphere<S>& sphere,
                                                const fcl::Transform3<S>& sphere_tf,

@@ -33,7 +33,7 @@ auto visitBoundedShape(const fcl::CollisionGeometry<S>& shape, Visit&& visit) {
   }
 }
 
-/// The same with planes and half-spaces.
+/// As visitBoundedShape, and also takes planes and half-spaces.
 template <typename S, typename Visit>
 auto visitShape(const fcl::CollisionGeometry<S>& shape, Visit&& visit) {
   switch (shape.getNodeType()) {
