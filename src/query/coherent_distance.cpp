@@ -46,7 +46,11 @@ typename BV::S CoherentDistance<BV>::State::distance(const fcl::Transform3<S>& t
   if (has_triangles && tree(first).boxes && tree(second).boxes && search(tf1, tf2, request, result))
     return result.min_distance;
   front.clear();
-  return adaptive_bvh::distance<S>(&first, tf1, &second, tf2, request, result);
+  // Two adaptive models always have a recorded query. adaptive_bvh::distance would name
+  // fcl::distance too, which libfcl does not hold for float: two minutes of compilation.
+  S found;
+  detail::recordedDistance<S>(&first, tf1, &second, tf2, request, result, found);
+  return found;
 }
 
 /// False when boxes will not do, and nothing was done.
