@@ -91,7 +91,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// FCL's assignment copies pointers and frees them twice, and cannot be mended from outside.
   AdaptiveBVHModel& operator=(const AdaptiveBVHModel&) = delete;
 
-  ~AdaptiveBVHModel();
+  ~AdaptiveBVHModel() override;
 
   /// \name Building, as in FCL
   /// beginModel, add..., endModel. FCL's return codes, and beyond FCL:

@@ -16,9 +16,6 @@
 namespace adaptive_bvh {
 namespace {
 
-/// As assimp sees it: no vertical tabs or form feeds.
-bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
 /// A count as written; larger than any file when it is not one.
 std::uintmax_t countOf(const std::string& text) {
   if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != text.npos)

@@ -10,8 +10,6 @@
 namespace adaptive_bvh {
 namespace {
 
-bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
 /// After a start tag that begins at `at`, quoted text skipped; the text's end when it does not end.
 std::size_t endOfTag(const std::string& text, std::size_t at) {
   char quote = '\0';
