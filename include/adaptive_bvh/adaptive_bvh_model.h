@@ -92,7 +92,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Deleted: FCL's assignment copies pointers and frees them twice.
   AdaptiveBVHModel& operator=(const AdaptiveBVHModel&) = delete;
 
-  ~AdaptiveBVHModel();
+  ~AdaptiveBVHModel() override;
 
   /// \name Building, as in FCL
   /// beginModel, add..., endModel. FCL's return codes, and beyond FCL:

@@ -15,7 +15,7 @@ struct CoherentDistance<BV>::State {
 template <typename BV>
 CoherentDistance<BV>::CoherentDistance(const AdaptiveBVHModel<BV>& first,
                                        const AdaptiveBVHModel<BV>& second)
-    : state_(new State{first, second, {}}) {
+    : state_(std::make_unique<State>(State{first, second, {}})) {
   state_->cache.front.emplace();
 }
 
@@ -39,7 +39,9 @@ typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
       distanceByBoxes<BV>(a, b, {request, result}, state_->cache))
     return result.min_distance;
   state_->cache.front->clear();
-  // What adaptive_bvh::distance does: two adaptive models are always a recorded pair.
+  // What adaptive_bvh::distance does: two adaptive models are always a recorded pair. Not called
+  // itself, for it names fcl::distance, which libfcl does not hold for float: two minutes to
+  // compile.
   S found = result.min_distance;
   detail::recordedDistance<S>(&first, tf1, &second, tf2, request, result, found);
   return found;

@@ -12,21 +12,11 @@ template <typename S>
 using Vector3 = fcl::Vector3<S>;
 using adaptive_bvh::TriangleMesh;
 
+// What is not defined here is compiled in meshes.cpp, for float and double.
+
 /// A sheet of columns x rows cells, two triangles each, over [0, width] x [0, height] in z = 0.
 template <typename S>
-TriangleMesh<S> plate(int columns, int rows, S width = 1, S height = 1) {
-  TriangleMesh<S> mesh;
-  for (int j = 0; j <= rows; ++j)
-    for (int i = 0; i <= columns; ++i)
-      mesh.vertices.emplace_back(width * S(i) / S(columns), height * S(j) / S(rows), S(0));
-  const auto id = [columns](int i, int j) { return std::size_t(j * (columns + 1) + i); };
-  for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < columns; ++i) {
-      mesh.triangles.emplace_back(id(i, j), id(i + 1, j), id(i + 1, j + 1));
-      mesh.triangles.emplace_back(id(i, j), id(i + 1, j + 1), id(i, j + 1));
-    }
-  return mesh;
-}
+TriangleMesh<S> plate(int columns, int rows, S width = 1, S height = 1);
 
 /// A plate bent by `map`, closed or not as the map says.
 template <typename S, typename Map>
@@ -38,50 +28,18 @@ TriangleMesh<S> bent(int columns, int rows, Map&& map) {
 
 /// A hose of length 2 and radius 0.15 along x.
 template <typename S>
-TriangleMesh<S> tube(int around, int along) {
-  return bent<S>(around, along, [](S u, S v) -> Vector3<S> {
-    const S angle = S(2 * M_PI) * u;
-    return {2 * v, S(0.15) * std::cos(angle), S(0.15) * std::sin(angle)};
-  });
-}
+TriangleMesh<S> tube(int around, int along);
 
 /// A dome of radius 0.5 without its innermost cap.
 template <typename S>
-TriangleMesh<S> dome(int around, int rings) {
-  return bent<S>(around, rings, [](S u, S v) -> Vector3<S> {
-    const S angle = S(2 * M_PI) * u;
-    const S polar = S(0.2) + S(1.5) * v;
-    return S(0.5) * Vector3<S>(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                               std::cos(polar));
-  });
-}
+TriangleMesh<S> dome(int around, int rings);
 
 /// Triangles of edge about 0.2 that share no vertices, strewn over the unit cube.
 template <typename S>
-TriangleMesh<S> soup(int triangles, std::mt19937& random) {
-  std::uniform_real_distribution<S> place(0, 1), offset(S(0.05), S(0.2));
-  TriangleMesh<S> mesh;
-  for (int t = 0; t < triangles; ++t) {
-    const Vector3<S> p(place(random), place(random), place(random));
-    mesh.vertices.push_back(p);
-    mesh.vertices.push_back(p + Vector3<S>(offset(random), offset(random), -offset(random)));
-    mesh.vertices.push_back(p + Vector3<S>(-offset(random), offset(random), offset(random)));
-    const auto v = std::size_t(3 * t);
-    mesh.triangles.emplace_back(v, v + 1, v + 2);
-  }
-  return mesh;
-}
+TriangleMesh<S> soup(int triangles, std::mt19937& random);
 
 template <typename S>
-fcl::Transform3<S> randomPose(std::mt19937& random, S reach) {
-  std::normal_distribution<S> normal;
-  std::uniform_real_distribution<S> shift(-reach, reach);
-  fcl::Transform3<S> pose = fcl::Transform3<S>::Identity();
-  fcl::Quaternion<S> turn(normal(random), normal(random), normal(random), normal(random));
-  pose.linear() = turn.normalized().toRotationMatrix();
-  pose.translation() = Vector3<S>(shift(random), shift(random), shift(random));
-  return pose;
-}
+fcl::Transform3<S> randomPose(std::mt19937& random, S reach);
 
 /// Deforms a mesh frame by frame, each frame from the one before.
 template <typename S>
@@ -93,24 +51,10 @@ class Deformation {
     Still,   ///< nothing moves
   };
 
-  Deformation(TriangleMesh<S> rest, Kind kind, unsigned seed)
-      : kind_(kind), rest_(std::move(rest.vertices)), now_(rest_), random_(seed) {
-    std::normal_distribution<S> normal;
-    for (Wave& wave : waves_) {
-      wave.direction = Vector3<S>(normal(random_), normal(random_), normal(random_)) * S(0.1);
-      wave.number = Vector3<S>(normal(random_), normal(random_), normal(random_)) * S(2);
-      wave.speed = S(0.2) * normal(random_);
-    }
-  }
+  Deformation(TriangleMesh<S> rest, Kind kind, unsigned seed);
 
   const std::vector<Vector3<S>>& positions() const { return now_; }
-
-  const std::vector<Vector3<S>>& next() {
-    ++frame_;
-    if (kind_ == Kind::Smooth) flow();
-    if (kind_ == Kind::Jerky) jump();
-    return now_;
-  }
+  const std::vector<Vector3<S>>& next();
 
  private:
   struct Wave {
@@ -118,24 +62,8 @@ class Deformation {
     S speed;
   };
 
-  void flow() {
-    for (std::size_t v = 0; v < rest_.size(); ++v) {
-      now_[v] = rest_[v];
-      for (const Wave& wave : waves_)
-        now_[v] += wave.direction * (std::sin(wave.number.dot(rest_[v]) + wave.speed * S(frame_)) -
-                                     std::sin(wave.number.dot(rest_[v])));
-    }
-  }
-
-  void jump() {
-    std::uniform_real_distribution<S> one(-1, 1);
-    std::uniform_int_distribution<std::size_t> vertex(0, now_.size() - 1);
-    const int moving = frame_ % 3 == 0 ? 6 : frame_ % 7 == 0 ? int(now_.size()) : 1;
-    for (int k = 0; k < moving; ++k) {
-      const std::size_t v = vertex(random_);
-      now_[v] = rest_[v] + Vector3<S>(one(random_), one(random_), one(random_)) * S(0.3);
-    }
-  }
+  void flow();
+  void jump();
 
   Kind kind_;
   std::vector<Vector3<S>> rest_, now_;
@@ -143,5 +71,8 @@ class Deformation {
   Wave waves_[3];
   int frame_ = 0;
 };
+
+extern template class Deformation<float>;
+extern template class Deformation<double>;
 
 }  // namespace adaptive_bvh_test

@@ -1,0 +1,53 @@
+# Run by cpack while it stages the files: adds those that Debian's policy asks for.
+if(NOT CPACK_GENERATOR STREQUAL "DEB")
+  return()
+endif()
+if(NOT CPACK_TEMPORARY_DIRECTORY)
+  message(FATAL_ERROR "adaptive_bvh: cpack does not say where it stages the files")
+endif()
+if(NOT CPACK_ADAPTIVE_BVH_PREFIX STREQUAL "/usr")
+  message(FATAL_ERROR "adaptive_bvh: a Debian package needs a build folder configured with "
+    "-DCMAKE_INSTALL_PREFIX=/usr; this one has ${CPACK_ADAPTIVE_BVH_PREFIX}")
+endif()
+find_program(gzip NAMES gzip REQUIRED)
+set(doc
+  ${CPACK_TEMPORARY_DIRECTORY}${CPACK_PACKAGING_INSTALL_PREFIX}/share/doc/${CPACK_PACKAGE_NAME})
+file(MAKE_DIRECTORY ${doc})
+
+function(compress name)
+  execute_process(COMMAND ${gzip} -9nf ${doc}/${name} RESULT_VARIABLE status)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "adaptive_bvh: gzip failed on ${doc}/${name}")
+  endif()
+endfunction()
+
+file(READ ${CPACK_RESOURCE_FILE_LICENSE} license)
+string(REGEX MATCH "Copyright[^\n]*" notice "${license}")
+string(REGEX REPLACE "^Copyright (\\([Cc]\\) )?" "" holders "${notice}")
+string(REGEX REPLACE "^.*${holders}\n+" "" terms "${license}")
+string(STRIP "${terms}" terms)
+string(REPLACE "\n\n" "\n.\n" terms "${terms}")
+string(REPLACE "\n" "\n " terms "${terms}")
+file(WRITE ${doc}/copyright
+"Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+Upstream-Name: adaptive_bvh
+
+Files: *
+Copyright: ${holders}
+License: BSD-3-clause
+ ${terms}
+")
+
+file(READ ${CPACK_ADAPTIVE_BVH_SOURCE}/CHANGELOG.md changes)
+file(WRITE ${doc}/changelog "${changes}")
+compress(changelog)
+
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH
+file(WRITE ${doc}/changelog.Debian
+"${CPACK_DEBIAN_PACKAGE_SOURCE} (${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}) unstable; urgency=medium
+
+  * Version ${CPACK_PACKAGE_VERSION}: see changelog.gz.
+
+ -- ${CPACK_PACKAGE_CONTACT}  ${date}
+")
+compress(changelog.Debian)
