@@ -157,7 +157,7 @@ class CostMeasurement {
     first_.bv_fitter->set(first_.vertices, first_.tri_indices, fcl::BVH_MODEL_TRIANGLES);
     const double time = nanoseconds(calls, [&](int i) {
       const int start = i * count % (first_.num_tris - count);
-      sink_ += first_.bv_fitter->fit(&primitives[std::size_t(start)], count).r;
+      sink_ += first_.bv_fitter->fit(&primitives[std::size_t(start)], count).width();
     });
     first_.bv_fitter->clear();
     return time;
