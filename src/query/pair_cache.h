@@ -14,7 +14,7 @@ namespace adaptive_bvh {
 ///
 /// A front only grows finer, and where motions are large against the distance most of its bounds
 /// run out in a step: then a search from the roots is cheaper. Both are weighed by what they cost
-/// last. A front that did not pay is left off for 1 step, then 2, 4, up to kLongestPause.
+/// last. A front that did not pay is left off for 1 step, then 3, 7, up to kLongestPause.
 template <typename BV>
 class Front {
  public:

@@ -13,7 +13,9 @@ namespace adaptive_bvh_test {
 namespace {
 
 using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::BodyFrame;
 using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::Float4;
 using adaptive_bvh::MotionBounds;
 using adaptive_bvh::RefitPolicy;
 using adaptive_bvh::RigidMotion;
@@ -161,7 +163,8 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   MotionBounds<S> bounds;
   bounds.reset(1);
   bounds.include(V::cornerSum(bv));
-  const S unit = S(0.25);
+  const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
+  const S unit = frame.unit();
   Real worst = 0;
   for (int step = 0; step < manySteps(500000); ++step) {
     if (step % 5000 == 0) {  // a refit, somewhere: sums begin anew
@@ -175,11 +178,11 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
     bounds.extend(rounding::norm(displacement), unit);
     const S allowed = bounds.roundingOfMove();
 
+    const Float4 middle = frame.displacement(rest);
     exact::Point corner = exact::of(bv.To);
     for (int k = 0; k < 3; ++k) {
-      const auto middle = float(rest[k] / unit);
-      corner[k] += Real(common[k]) + Real(middle) * Real(unit);
-      bv.To[k] += common[k] + S(middle) * unit;
+      corner[k] += Real(common[k]) + Real(middle[k]) * Real(unit);
+      bv.To[k] += common[k] + S(middle[k]) * unit;
     }
     const auto spread = float(rest.norm() / unit) / 4;
     const Real radius = Real(bv.r) + Real(spread) * Real(unit) + Real(allowed);

@@ -44,10 +44,11 @@ class Cache : public testing::Test {
   /// A query through the front; brute force judges the distance.
   S ask(PairCache<BV>& cache, const Pose& tf) {
     fcl::DistanceResult<S> result;
-    EXPECT_TRUE(distanceByBoxes<BV>(placed(first_, origin_), placed(second_, tf),
-                                    {request_, result}, cache));
+    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
+        placed(first_, origin_), placed(second_, tf), {request_, result}, cache);
+    EXPECT_TRUE(by_boxes);
     const S expected = BruteForce<S>(first_, origin_, second_, tf).distance();
-    EXPECT_NEAR(expected, result.min_distance, std::is_same<S, float>::value ? 1e-5 : 1e-12);
+    EXPECT_NEAR(expected, result.min_distance, kTolerance);
     return result.min_distance;
   }
 
@@ -79,6 +80,7 @@ class Cache : public testing::Test {
                                                 exact::of(model.vertices[v[2]])});
   }
 
+  static constexpr double kTolerance = std::is_same<S, float>::value ? 1e-5 : 1e-12;
   Model first_, second_;
   TriangleMesh<S> sheet_;
   const fcl::DistanceRequest<S> request_;
@@ -120,7 +122,7 @@ TYPED_TEST(Cache, AFrontCoversAllPairsOfTrianglesAndItsBoundsHold) {
           if (is_old) continue;  // a bound of an earlier step
           const Real d = exact::distance(this->triangle(this->first_, t1, this->origin_),
                                          this->triangle(this->second_, t2, tf));
-          ASSERT_LE(Real(pair.bound), d + 1e-6L * Real(std::is_same<S, float>::value)) << step;
+          ASSERT_LE(Real(pair.bound), d + Real(this->kTolerance) / 10) << step;
         }
     }
     ASSERT_EQ(72u * 60u, covered.size()) << step;
@@ -234,6 +236,31 @@ TYPED_TEST(Cache, AWitnessIsAHint) {
   }
 }
 
+/// Bodies near each other, both far from the world's origin: FCL takes the difference of their
+/// translations, and so must the boxes.
+TYPED_TEST(Cache, AnswersHoldFarFromTheWorldsOrigin) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  for (int round = 0; round < 30; ++round) {
+    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_.engine(), S(1e6));
+    fcl::Transform3<S> tf2 = tf1;
+    tf2.linear() = randomPose<S>(this->random_.engine(), 0).linear();
+    tf2.translation() += this->random_.direction() * 3;
+    Real expected = std::numeric_limits<Real>::max();
+    for (int t1 = 0; t1 < this->first_.num_tris; ++t1)
+      for (int t2 = 0; t2 < this->second_.num_tris; ++t2)
+        expected = std::min(expected, exact::distance(this->triangle(this->first_, t1, tf1),
+                                                      this->triangle(this->second_, t2, tf2)));
+    PairCache<BV> cache;
+    fcl::DistanceResult<S> result;
+    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
+        this->placed(this->first_, tf1), this->placed(this->second_, tf2),
+        {this->request_, result}, cache);
+    ASSERT_TRUE(by_boxes);
+    ASSERT_NEAR(S(expected), result.min_distance, this->kTolerance * 10) << round;
+  }
+}
+
 /// So far apart that boxes in single precision will not do: nothing is done. A query that is
 /// satisfied from the start is done.
 TYPED_TEST(Cache, RefusesWhatBoxesCannotTell) {
@@ -244,12 +271,14 @@ TYPED_TEST(Cache, RefusesWhatBoxesCannotTell) {
   far.translation()[1] = S(1e25);
   fcl::DistanceResult<S> result;
   const auto first = this->placed(this->first_, this->origin_);
-  EXPECT_FALSE(distanceByBoxes<BV>(first, this->placed(this->second_, far),
-                                   {this->request_, result}, cache));
+  const auto second = this->placed(this->second_, far);
+  const auto ask = [&] {
+    return adaptive_bvh::distanceByBoxes<BV>(first, second, {this->request_, result}, cache);
+  };
+  EXPECT_FALSE(ask());
   EXPECT_EQ(std::numeric_limits<S>::max(), result.min_distance);
   result.min_distance = -1;
-  EXPECT_TRUE(distanceByBoxes<BV>(first, this->placed(this->second_, far),
-                                  {this->request_, result}, cache));
+  EXPECT_TRUE(ask());
   EXPECT_EQ(0, this->first_.recordedWork().box_tests);
 }
 

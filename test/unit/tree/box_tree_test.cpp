@@ -134,8 +134,9 @@ TYPED_TEST(Trees, BoxesHaveFclsLinks) {
         EXPECT_EQ(node.leftChild(), nodes.left(i));
     }
     EXPECT_GE(boxes.bytes(), std::size_t(model.getNumBVs()) * sizeof(BoxNode));
-    nodes.setBox(0, {{1, 2, 3, 0}, {3, 4, 5, 0}});
-    expectEqual({{1, 2, 3, 0}, {3, 4, 5, 0}}, boxes.root());
+    const Box box{{1, 2, 3, 0}, {3, 4, 5, 0}};
+    nodes.setBox(0, box);
+    expectEqual(box, boxes.root());
     EXPECT_EQ(boxes.frame.fromBodyFrame(Float4{2, 3, 4, 0}), boxes.middle());
   }
 }

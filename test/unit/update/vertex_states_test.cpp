@@ -97,8 +97,8 @@ TYPED_TEST(States, MotionsAreWhatIsLeftBeyondACommonTranslation) {
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v) - common);
 }
 
-/// None is found where a vertex of the samples goes another way, is no number, or two frames are
-/// kept: there the frame before did not move.
+/// None is found where a vertex of the samples goes another way, or where two frames are kept: there
+/// the frame before did not move.
 TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
   using S = TypeParam;
   const auto common = [&](StepKind kind) {
@@ -112,8 +112,6 @@ TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
   for (auto& p : this->positions_) p[2] = 8 + p[0] / 3;  // 8 to 8 1/3: within a sixteenth
   EXPECT_NE(Vector3<S>(0, 0, 0), common(StepKind::Replace));
   for (auto& p : this->positions_) p[2] = 8 + p[0] * 2;
-  EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
-  for (auto& p : this->positions_) p[2] = std::numeric_limits<S>::quiet_NaN();
   EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
   this->positions_ = rest;
   EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
@@ -147,7 +145,9 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
 TYPED_TEST(States, ReadSomeVertices) {
   using S = TypeParam;
   const auto read = [&](const std::vector<unsigned>& indices, const std::vector<Vector3<S>>& to) {
-    const StepInput<S> input{StepKind::Replace, to.data(), to.size(), indices.data()};
+    const unsigned none = 0;
+    const StepInput<S> input{StepKind::Replace, to.data(), to.size(),
+                             indices.empty() ? &none : indices.data()};
     std::map<unsigned, Vector3<S>> seen;
     this->states_.begin(this->target(), input);
     this->states_.readSome(this->model_, input, [&](unsigned v, const Vector3<S>& p) {
