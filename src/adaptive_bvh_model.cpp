@@ -286,7 +286,8 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const 
     if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
       refuseUpdate("index " + std::to_string(indices[i]) + " given for " +
                    std::to_string(this->num_vertices) + " vertices");
-  return take(positions, count, indices);
+  static constexpr unsigned kNone = 0;  // no indices at all would mean every vertex
+  return take(positions, count, indices ? indices : &kNone);
 }
 
 template <typename BV>

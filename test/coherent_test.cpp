@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/query.h"
-#include "query/rigid_motion.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 
@@ -202,33 +201,6 @@ TYPED_TEST(Coherent, IsExactAfterAnExcursion) {
         ASSERT_NEAR(expected, found, this->tolerance()) << way << ' ' << step << ' ' << i;
       }
     }
-}
-
-/// No step is lost in the sum, of whatever size it is.
-TYPED_TEST(Coherent, TheSumOfRigidMotionLosesNothing) {
-  using S = TypeParam;
-  std::uniform_real_distribution<double> exponent(-12, 3);
-  adaptive_bvh::RigidMotion<S> motion;
-  fcl::Transform3<S> tf = this->origin_;
-  motion.moveTo(this->origin_, this->first_, tf, this->second_);
-  long double way = 0, most = 0;
-  double before = motion.sum();
-  for (int i = 0; i < 20000; ++i) {
-    const Vector3<S> last = tf.translation();
-    const double size = std::pow(10, exponent(this->random_));
-    tf.translation()[i % 3] = S(i % 2 ? size : -size) * S(0.5);
-    const bool moved = last != tf.translation();
-    const bool goes_on = motion.moveTo(this->origin_, this->first_, tf, this->second_);
-    way = goes_on ? way + (tf.translation() - last).template cast<long double>().norm() : 0;
-    ASSERT_GE((long double)motion.sum(), way) << i;
-    ASSERT_EQ(goes_on && moved, motion.sum() > before) << i;
-    before = motion.sum();
-    most = std::max(most, way);
-  }
-  EXPECT_GT(most, 1e4L) << "large steps and small ones in one sum";
-  tf.translation()[0] = std::numeric_limits<S>::infinity();
-  EXPECT_FALSE(motion.moveTo(this->origin_, this->first_, tf, this->second_));
-  EXPECT_EQ(0, motion.sum());
 }
 
 TYPED_TEST(Coherent, KeepsASmallerDistanceAndTakesTolerances) {

@@ -233,6 +233,19 @@ TYPED_TEST(PartialUpdate, RefusesWhatIsWrongAndStays) {
   EXPECT_THROW(empty.update({0}, {p}), std::logic_error);
 }
 
+/// A step of no vertices, from vectors that hold nothing and may have no memory, moves nothing.
+TYPED_TEST(PartialUpdate, OfNoVerticesMovesNothing) {
+  using S = TypeParam;
+  for (const auto& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::ABOrBC)}) {
+    this->model_.setRefitPolicy(policy);
+    const auto& report =
+        this->model_.update(std::vector<unsigned>(), std::vector<Vector3<S>>());
+    EXPECT_EQ(0, report.largest_displacement);
+    EXPECT_EQ(0, report.moved);
+    this->expectRight();
+  }
+}
+
 TYPED_TEST(PartialUpdate, WorksInEveryState) {
   using S = TypeParam;
   this->model_.setRefitPolicy(RefitPolicy::thesis(FitnessCriterion::ABOrBC));

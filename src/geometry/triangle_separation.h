@@ -6,6 +6,7 @@
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
 #include "geometry/mesh_view.h"
+#include "geometry/rounding.h"
 
 namespace adaptive_bvh {
 
@@ -24,10 +25,11 @@ class TriangleSeparation {
         T_(tf1.linear().transpose() * (tf2.translation() - tf1.translation())) {}
 
   /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
-  /// on the second; both in the first's frame.
+  /// on the second; both in the first's frame. Points so near each other that squares underflow
+  /// have no line between them.
   void lookAlong(const Point& from, const Point& to) {
     const S length = (to - from).norm();
-    if (!(length > 0)) return;
+    if (!(length > rounding::tiny<S>())) return;
     from_ = from;
     to_ = R_.transpose() * (to - T_);
     along1_ = (to - from) / length;
@@ -63,7 +65,7 @@ class TriangleSeparation {
     S best = std::numeric_limits<S>::lowest();
     const auto along = [&](const Point& d) {
       const S length = d.norm();
-      if (!(length > 0)) return false;
+      if (!(length > rounding::tiny<S>())) return false;
       const S p0 = d.dot(p[0]), p1 = d.dot(p[1]), p2 = d.dot(p[2]);
       const S q0 = d.dot(q[0]), q1 = d.dot(q[1]), q2 = d.dot(q[2]);
       const S forward = std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2);

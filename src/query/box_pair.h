@@ -58,20 +58,25 @@ class BoxPair {
   template <typename S>
   BoxPair(const BoxTree<S>& first, const fcl::Transform3<S>& tf1, const BoxTree<S>& second,
           const fcl::Transform3<S>& tf2) {
-    const auto toWorld = [](const BoxTree<S>& boxes, const fcl::Transform3<S>& tf) {
-      Eigen::Isometry3d placed;  // from body axes and origin
-      placed.linear() = tf.linear().template cast<double>() * boxes.frame.axes();
-      placed.translation() = (tf * boxes.frame.origin()).template cast<double>();
-      return placed;
+    const auto axesOf = [](const BoxTree<S>& boxes, const fcl::Transform3<S>& tf) {
+      return fcl::Matrix3d(tf.linear().template cast<double>() * boxes.frame.axes());
     };
-    const Eigen::Isometry3d relative = toWorld(first, tf1).inverse() * toWorld(second, tf2);
+    const auto fromTranslation = [](const BoxTree<S>& boxes, const fcl::Transform3<S>& tf) {
+      return fcl::Vector3d(tf.linear().template cast<double>() *
+                           boxes.frame.origin().template cast<double>());
+    };
+    const fcl::Matrix3d to_first = axesOf(first, tf1).transpose();
+    const fcl::Matrix3d turn = to_first * axesOf(second, tf2);
+    // The translations' difference first: bodies may be near each other and both far away.
+    const fcl::Vector3d between =
+        (tf2.translation().template cast<double>() - tf1.translation().template cast<double>()) +
+        (fromTranslation(second, tf2) - fromTranslation(first, tf1));
     const double scale1 = static_cast<double>(first.frame.scale());
     const double scale2 = static_cast<double>(second.frame.scale());
     const double ratio = scale1 / scale2;
-    const fcl::Vector3d t = scale1 * relative.translation();
-    to_first_ = FrameChange(ratio * relative.linear(), t);
-    to_second_ = FrameChange(relative.linear().transpose() / ratio,
-                             -(relative.linear().transpose() * t) / ratio);
+    const fcl::Vector3d t = scale1 * (to_first * between);
+    to_first_ = FrameChange(ratio * turn, t);
+    to_second_ = FrameChange(turn.transpose() / ratio, -(turn.transpose() * t) / ratio);
     scale_ = scale1;
     ratio_ = static_cast<float>(ratio);
     ratio2_ = ratio_ * ratio_;

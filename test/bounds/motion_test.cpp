@@ -1,0 +1,308 @@
+// RigidMotion and MotionBounds: sums over many steps of all sizes, in which no step is lost.
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "model_state.h"
+#include "query/rigid_motion.h"
+#include "support/exact_geometry.h"
+#include "support/many_steps.h"
+#include "support/random_geometry.h"
+#include "tree/motion_bounds.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::BodyFrame;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::Float4;
+using adaptive_bvh::MotionBounds;
+using adaptive_bvh::RefitPolicy;
+using adaptive_bvh::RigidMotion;
+using adaptive_bvh::Volume;
+using exact::Real;
+namespace rounding = adaptive_bvh::rounding;
+
+template <typename S>
+class Motion : public testing::Test {
+ protected:
+  using P = Vector3<S>;
+  using Pose = fcl::Transform3<S>;
+  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+
+  Motion() {
+    fillModel(plate<S>(1, 1), first_);
+    TriangleMesh<S> hose = tube<S>(3, 2);
+    for (auto& p : hose.vertices) p += P(3, -1, 2);
+    fillModel(hose, second_);
+  }
+
+  /// The second's vertices seen from the first, exactly, and as a query computes it in S.
+  std::vector<exact::Point> seen(const Pose& tf1, const Pose& tf2, bool as_computed) const {
+    const Pose computed = tf1.inverse(Eigen::Isometry) * tf2;
+    std::vector<exact::Point> points;
+    for (int v = 0; v < second_.num_vertices; ++v) {
+      const exact::Point p = exact::of(second_.vertices[v]);
+      const exact::Placement in_first = exact::placement(computed);
+      const exact::Point world = exact::of(tf2.linear()) * p +
+                                 (exact::of(tf2.translation()) - exact::of(tf1.translation()));
+      points.push_back(as_computed ? in_first(p)
+                                   : exact::Point(exact::of(tf1.linear()).transpose() * world));
+    }
+    return points;
+  }
+
+  /// A shift, a turn or both, of one of the two, of any size.
+  void move(Pose& tf) {
+    const S size = random_.size(-12, 3);
+    if (!random_.oneIn(3)) tf.translation() = random_.vectorOfSize(size);
+    if (random_.oneIn(3)) tf.translation() += random_.vectorOfSize(size);
+    if (random_.oneIn(2)) {
+      const Eigen::AngleAxis<S> turn(std::min(random_.size(-12, 1), S(3)), random_.direction());
+      tf.linear() = fcl::Quaternion<S>(fcl::Matrix3<S>(turn.toRotationMatrix() * tf.linear()))
+                        .normalized()
+                        .toRotationMatrix();
+    }
+  }
+
+  Model first_, second_;
+  RandomGeometry<S> random_{17};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Motion, Scalars);
+
+/// The sum is never less than the way of any vertex of the second model, seen from the first, over
+/// moves of either of 1e-12 to 1e3, turns included; both exactly and as a query rounds it.
+TYPED_TEST(Motion, RigidMotionIsNeverLessThanAnyVertexsWay) {
+  using S = TypeParam;
+  RigidMotion<S> motion;
+  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  motion.moveTo(tf1, this->first_, tf2, this->second_);
+  std::vector<exact::Point> last[2];
+  std::vector<Real> way[2];
+  for (const bool computed : {false, true}) {
+    last[computed] = this->seen(tf1, tf2, computed);
+    way[computed].assign(last[computed].size(), Real(motion.sum()));
+  }
+  int restarts = 0;
+  const int steps = manySteps(50000);
+  for (int step = 0; step < steps; ++step) {
+    this->move(step % 5 < 2 ? tf1 : tf2);
+    const bool goes_on = motion.moveTo(tf1, this->first_, tf2, this->second_);
+    restarts += !goes_on;
+    for (const bool computed : {false, true}) {
+      const auto now = this->seen(tf1, tf2, computed);
+      for (std::size_t v = 0; v < now.size(); ++v) {
+        way[computed][v] += (now[v] - last[computed][v]).norm();
+        if (!goes_on) way[computed][v] = 0;
+        ASSERT_LE(way[computed][v], Real(motion.sum())) << step << (computed ? " computed" : "");
+      }
+      last[computed] = now;
+    }
+  }
+  EXPECT_GT(restarts, 0) << "the sum begins anew on the way";
+  EXPECT_LT(restarts, steps / 1000);
+}
+
+/// One step among steps of the same size, and no larger: so none is taken for free by the others.
+TYPED_TEST(Motion, EachStepOfRigidMotionIsBoundedByItself) {
+  using S = TypeParam;
+  for (int round = 0; round < 20000; ++round) {
+    fcl::Transform3<S> tf1 = this->random_.pose(this->random_.size(-6, 3)), tf2 = tf1;
+    tf2.linear() = this->random_.rotation();
+    RigidMotion<S> motion;
+    motion.moveTo(tf1, this->first_, tf2, this->second_);
+    const double before = motion.sum();
+    std::vector<exact::Point> was[2];
+    for (const bool computed : {false, true}) was[computed] = this->seen(tf1, tf2, computed);
+    this->move(tf1);
+    if (!motion.moveTo(tf1, this->first_, tf2, this->second_)) continue;
+    Real farthest = 0;
+    for (const bool computed : {false, true}) {
+      const auto now = this->seen(tf1, tf2, computed);
+      for (std::size_t v = 0; v < now.size(); ++v)
+        farthest = std::max(farthest, (now[v] - was[computed][v]).norm());
+    }
+    const Real step = Real(motion.sum()) - Real(before);
+    ASSERT_GE(step, farthest * (1 - 1e-15L)) << round;
+    const Real size = exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
+    ASSERT_LE(step, 10 * farthest + Real(before) * 1e-14L +
+                        1000 * Real(rounding::epsilon<S>()) * (size + Real(before)))
+        << "no larger than it must be";
+  }
+}
+
+/// Where nothing moves the sum stays, bit by bit; the least move shows in it, however large it is.
+TYPED_TEST(Motion, RigidMotionGrowsWithEveryMoveAndOnlyThen) {
+  using S = TypeParam;
+  RigidMotion<S> motion;
+  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  for (int step = 0; step < 20000; ++step) {
+    const double before = motion.sum();
+    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+    ASSERT_EQ(before, motion.sum());
+    S& moved = (step % 2 ? tf1 : tf2).translation()[step % 3];
+    moved = std::nextafter(moved, S(1));
+    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+    ASSERT_GT(motion.sum(), before);
+  }
+  tf1.translation()[0] = std::numeric_limits<S>::quiet_NaN();
+  EXPECT_FALSE(motion.moveTo(tf1, this->first_, tf2, this->second_)) << "no number";
+  EXPECT_EQ(0, motion.sum());
+}
+
+/// coordinateSum bounds the sum of the coordinates of a volume's corner and its radius through 10^6
+/// moves of all sizes, and moving rounds by no more than roundingOfMove. The moves are those of
+/// TranslationPropagation: a common translation, and a middle in single precision.
+TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
+  using S = TypeParam;
+  using V = Volume<fcl::RSS<S>>;
+  auto& random = this->random_;
+  fcl::RSS<S> bv = random.volume(1, 1);
+  MotionBounds<S> bounds;
+  bounds.reset(1);
+  bounds.include(V::cornerSum(bv));
+  const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
+  const S unit = frame.unit();
+  Real worst = 0;
+  for (int step = 0; step < manySteps(500000); ++step) {
+    if (step % 5000 == 0) {  // a refit, somewhere: sums begin anew
+      bv = random.volume(random.size(-3, 3), random.size(-6, 6));
+      bounds.restart();
+      bounds.include(V::cornerSum(bv));
+    }
+    const Vector3<S> displacement = random.vectorOfSize(random.size(-9, 2));
+    const Vector3<S> common = random.oneIn(2) ? displacement * S(0.9) : Vector3<S>(0, 0, 0);
+    const Vector3<S> rest = displacement - common;
+    bounds.extend(rounding::norm(displacement), unit);
+    const S allowed = bounds.roundingOfMove();
+
+    const Float4 middle = frame.displacement(rest);
+    exact::Point corner = exact::of(bv.To);
+    for (int k = 0; k < 3; ++k) {
+      corner[k] += Real(common[k]) + Real(middle[k]) * Real(unit);
+      bv.To[k] += common[k] + S(middle[k]) * unit;
+    }
+    const auto spread = float(rest.norm() / unit) / 4;
+    const Real radius = Real(bv.r) + Real(spread) * Real(unit) + Real(allowed);
+    bv.r += S(spread) * unit + allowed;
+    const Real lost = (corner - exact::of(bv.To)).norm() + std::abs(radius - Real(bv.r));
+    const Real lost_before = (exact::of(displacement) - exact::of(common) - exact::of(rest)).norm();
+    ASSERT_LE(lost + lost_before, Real(allowed)) << step;
+    worst = std::max(worst, lost / Real(allowed));
+    ASSERT_LE(Real(V::cornerSum(bv)), Real(bounds.coordinateSum()) * (1 + 1e-6L)) << step;
+    ASSERT_LE(V::cornerSum(bv), bounds.coordinateSum()) << step;
+  }
+  EXPECT_GT(worst, 0.05) << "moves at which something is rounded must be among them";
+}
+
+/// The sum of coordinates grows by four times every largest displacement at least, and no step is
+/// lost beside it; a step without motion leaves it.
+TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
+  using S = TypeParam;
+  MotionBounds<S> bounds;
+  bounds.reset(1);
+  bounds.include(S(3));
+  bounds.include(S(2));
+  EXPECT_EQ(S(3), bounds.coordinateSum()) << "of the largest volume";
+  bounds.extend(0, 1);
+  EXPECT_EQ(S(3), bounds.coordinateSum()) << "nothing moved";
+  Real least = 3;
+  for (int step = 0; step < manySteps(500000); ++step) {
+    const S before = bounds.coordinateSum();
+    const S largest = this->random_.size(-30, 1);
+    bounds.extend(largest, 1);
+    least += 4 * Real(largest);
+    ASSERT_GT(bounds.coordinateSum(), before) << step;
+    ASSERT_GE(Real(bounds.coordinateSum()), least) << step;
+    if (step % 10000 == 9999) {
+      bounds.restart();
+      bounds.include(S(3));
+      least = 3;
+    }
+  }
+}
+
+/// What is kept a node lies side by side for siblings, and restarts without the inflations.
+TYPED_TEST(Motion, BoundsAreKeptByNode) {
+  MotionBounds<TypeParam> bounds;
+  bounds.reset(5);
+  for (int node = 0; node < 5; ++node) EXPECT_EQ(0, bounds.inflation(node));
+  for (int left : {1, 3}) {
+    float* pair = bounds.ofPair(left);
+    for (int k = 0; k < 4; ++k) pair[k] = float(10 * left + k);
+  }
+  bounds.ofPair(-1)[2] = 7;  // of nothing and the root
+  bounds.setInflation(4, 5);
+  const float inflations[] = {7, 10, 12, 30, 5}, motions[] = {0, 11, 13, 31, 33};
+  for (int node = 0; node < 5; ++node) {
+    EXPECT_EQ(inflations[node], bounds.inflation(node)) << node;
+    EXPECT_EQ(motions[node], bounds.accumulatedMotion(node)) << node;
+  }
+  bounds.restart();
+  for (int node = 0; node < 5; ++node) {
+    EXPECT_EQ(inflations[node], bounds.inflation(node)) << node;
+    EXPECT_EQ(0, bounds.accumulatedMotion(node)) << node;
+  }
+}
+
+/// One vertex of a hose moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
+/// The accumulated motion of every node above it is never less than its way, every step shows in
+/// it, and the volumes, which are never refitted, hold it to the end.
+TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
+  using S = TypeParam;
+  RefitPolicy policy;
+  policy.criterion = FitnessCriterion::RefitNone;
+  AdaptiveBVHModel<fcl::RSS<S>> model(policy);
+  const TriangleMesh<S> mesh = plate<S>(1, 1);
+  fillModel(mesh, model);
+  const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
+  const unsigned vertex = 1;  // of one triangle only: its leaf and the root are above it
+  const int leaf = model.getBV(1).primitiveId() == 0 ? 1 : 2;
+  std::vector<Vector3<S>> positions = mesh.vertices;
+  std::uint64_t generation = tree.generation;
+  Real way = 0;
+  int restarts = 0;
+  for (int step = 0; step < manySteps(100000); ++step) {
+    const Vector3<S> from = positions[vertex];
+    const S size = this->random_.size(-12, 0);
+    positions[vertex] = mesh.vertices[vertex] + this->random_.vectorOfSize(size);
+    const float before[] = {tree.motion.accumulatedMotion(0), tree.motion.accumulatedMotion(leaf)};
+    if (step % 2 == 0)
+      model.update(std::vector<unsigned>{vertex}, {positions[vertex]});
+    else
+      model.update(positions);
+    const Real d = (exact::of(positions[vertex]) - exact::of(from)).norm();
+    const bool goes_on = tree.generation == generation;
+    way = goes_on ? way + d : d;  // sums begin anew before the step
+    restarts += !goes_on;
+    generation = tree.generation;
+    for (const int node : {0, leaf}) {
+      const float sum = tree.motion.accumulatedMotion(node);
+      ASSERT_GE(Real(sum) * Real(tree.boxes->frame.unit()), way) << step << ' ' << node;
+      ASSERT_TRUE(!goes_on || d == 0 || sum > before[node == leaf]) << step;
+      ASSERT_LE(exact::excess(model.getBV(node).bv, exact::of(positions[vertex])), 0) << step;
+    }
+  }
+  EXPECT_GT(restarts, 10) << "sums begin anew on the way";
+}
+
+/// A step of 1e-30 of the body's size is none that a float could add to a sum of 60: it shows.
+TYPED_TEST(Motion, NoStepIsTooSmallForTheSum) {
+  using S = TypeParam;
+  AdaptiveBVHModel<fcl::RSS<S>> model;
+  TriangleMesh<S> mesh = plate<S>(1, 1);
+  mesh.vertices[0].setZero();
+  fillModel(mesh, model);
+  const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
+  for (int step = 1; step < 200; ++step) {
+    const float before = tree.motion.accumulatedMotion(0);
+    mesh.vertices[0][2] = S(1e-30) * S(step);
+    model.update(mesh.vertices);
+    ASSERT_GT(tree.motion.accumulatedMotion(0), before) << step;
+  }
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test

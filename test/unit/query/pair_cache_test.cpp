@@ -1,0 +1,286 @@
+// The front that a distance query leaves: what it covers, that its bounds hold, when it is used,
+// left off, and begun anew.
+#include "query/pair_cache.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "model_state.h"
+#include "support/brute_force.h"
+#include "support/exact_geometry.h"
+#include "support/random_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::DistanceVisitor;
+using adaptive_bvh::Front;
+using adaptive_bvh::FrontPair;
+using adaptive_bvh::PairCache;
+using adaptive_bvh::PlacedMesh;
+using exact::Real;
+
+template <typename S>
+class Cache : public testing::Test {
+ protected:
+  using BV = fcl::RSS<S>;
+  using Model = AdaptiveBVHModel<BV>;
+  using Pose = fcl::Transform3<S>;
+
+  Cache() {
+    sheet_ = plate<S>(6, 6);
+    fillModel(sheet_, first_);
+    fillModel(tube<S>(5, 6), second_);
+    for (Model* model : {&first_, &second_}) model->computeLocalAABB();
+    above_.translation() = Vector3<S>(S(-0.4), S(0.5), S(0.6));
+  }
+
+  static PlacedMesh<BV> placed(const Model& model, const Pose& tf) {
+    return {&model, &adaptive_bvh::detail::ModelAccess<BV>::tree(model), tf};
+  }
+
+  /// A query through the front; brute force judges the distance.
+  S ask(PairCache<BV>& cache, const Pose& tf) {
+    fcl::DistanceResult<S> result;
+    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
+        placed(first_, origin_), placed(second_, tf), {request_, result}, cache);
+    EXPECT_TRUE(by_boxes);
+    const S expected = BruteForce<S>(first_, origin_, second_, tf).distance();
+    EXPECT_NEAR(expected, result.min_distance, kTolerance);
+    return result.min_distance;
+  }
+
+  /// The same by hand, so that the pairs it leaves can be seen.
+  std::vector<FrontPair> frontAfter(Front<BV>& front, const Pose& tf) {
+    fcl::DistanceResult<S> result;
+    const auto a = placed(first_, origin_), b = placed(second_, tf);
+    front.moveTo(a, b);
+    DistanceVisitor<BV> visitor(a, b, {request_, result}, front.sink());
+    front.search(visitor);
+    const auto* pairs = front.sink().pairs;
+    const std::vector<FrontPair> found = pairs ? *pairs : std::vector<FrontPair>();
+    front.finish(visitor);
+    return found;
+  }
+
+  /// Triangles below a node.
+  static std::vector<int> below(const Model& model, int node) {
+    const auto& n = model.getBV(node);
+    if (n.isLeaf()) return {n.primitiveId()};
+    std::vector<int> triangles = below(model, n.leftChild());
+    for (const int t : below(model, n.rightChild())) triangles.push_back(t);
+    return triangles;
+  }
+  static exact::Triangle triangle(const Model& model, int t, const Pose& tf) {
+    const fcl::Triangle& v = model.tri_indices[t];
+    return exact::placement(tf)(exact::Triangle{exact::of(model.vertices[v[0]]),
+                                                exact::of(model.vertices[v[1]]),
+                                                exact::of(model.vertices[v[2]])});
+  }
+
+  static constexpr double kTolerance = std::is_same<S, float>::value ? 1e-5 : 1e-12;
+  Model first_, second_;
+  TriangleMesh<S> sheet_;
+  const fcl::DistanceRequest<S> request_;
+  const Pose origin_ = Pose::Identity();
+  Pose above_ = origin_;
+  RandomGeometry<S> random_{41};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Cache, Scalars);
+
+/// While both deform and move a little, every front covers each pair of triangles exactly once, and
+/// what it says of a pair where a search stopped just now bounds the distance of all below.
+TYPED_TEST(Cache, AFrontCoversAllPairsOfTrianglesAndItsBoundsHold) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  Front<BV> front;
+  fcl::Transform3<S> tf = this->above_;
+  int kept = 0;
+  std::vector<FrontPair> last;
+  for (int step = 0; step < 40; ++step) {
+    std::vector<Vector3<S>> moved = this->sheet_.vertices;
+    for (auto& p : moved) p[2] += S(0.02) * std::sin(S(0.3) * S(step) + 5 * p[0]);
+    this->first_.update(moved);
+    tf.translation()[0] += S(0.002);
+    const auto pairs = this->frontAfter(front, tf);
+    if (pairs.empty()) continue;
+    std::set<std::pair<int, int>> covered;
+    std::size_t count = 0;
+    for (const FrontPair& pair : pairs) {
+      const bool is_old = std::any_of(last.begin(), last.end(), [&](const FrontPair& old) {
+        return old.node1 == pair.node1 && old.node2 == pair.node2 && old.bound == pair.bound;
+      });
+      kept += is_old;
+      for (const int t1 : this->below(this->first_, pair.node1))
+        for (const int t2 : this->below(this->second_, pair.node2)) {
+          covered.emplace(t1, t2);
+          ++count;
+          if (is_old) continue;  // a bound of an earlier step
+          const Real d = exact::distance(this->triangle(this->first_, t1, this->origin_),
+                                         this->triangle(this->second_, t2, tf));
+          ASSERT_LE(Real(pair.bound), d + Real(this->kTolerance) / 10) << step;
+        }
+    }
+    ASSERT_EQ(72u * 60u, covered.size()) << step;
+    ASSERT_EQ(covered.size(), count) << "each of them once";
+    last = pairs;
+  }
+  EXPECT_GT(kept, 1000) << "most of a front lasts";
+}
+
+/// Nothing moved: the front settles every pair and stays as it is. It only grows finer otherwise.
+TYPED_TEST(Cache, AFrontAtRestStays) {
+  Front<fcl::RSS<TypeParam>> front;
+  this->frontAfter(front, this->above_);
+  const auto second = this->frontAfter(front, this->above_);
+  const auto third = this->frontAfter(front, this->above_);
+  ASSERT_EQ(second.size(), third.size());
+  for (std::size_t i = 0; i < second.size(); ++i) {
+    EXPECT_EQ(second[i].node1, third[i].node1);
+    EXPECT_EQ(second[i].bound, third[i].bound);
+  }
+  EXPECT_EQ(third.size(), front.size());
+  EXPECT_GE(front.bytes(), front.size() * sizeof(FrontPair));
+  front.clear();
+  EXPECT_EQ(0u, front.size());
+}
+
+/// A front that does not pay is left off for one query, then for three, seven and fifteen; there it
+/// stays until one pays. Here the objects leap so far that every bound runs out.
+TYPED_TEST(Cache, AFrontThatDoesNotPayIsLeftOff) {
+  using S = TypeParam;
+  PairCache<fcl::RSS<S>> cache;
+  cache.front.emplace();
+  std::vector<int> pauses = {0};
+  fcl::Transform3<S> tf = this->above_;
+  for (int step = 0; step < 120; ++step) {
+    tf.translation()[0] = S(step % 2 ? -1.9 : 0.9);  // the hose is 2 long
+    this->ask(cache, tf);
+    if (cache.front->sink().pairs == nullptr)
+      ++pauses.back();
+    else if (pauses.back() > 0)
+      pauses.push_back(0);
+  }
+  ASSERT_GE(pauses.size(), 6u);
+  EXPECT_EQ((std::vector<int>{1, 3, 7, 15, 15}), std::vector<int>(pauses.begin(), pauses.begin() + 5));
+  int until_used = 0;
+  for (; until_used < 40 && cache.front->size() == 0; ++until_used) this->ask(cache, tf);
+  EXPECT_LT(until_used, 18);
+  for (int step = 0; step < 3; ++step) this->ask(cache, tf);  // pays: pauses begin at one again
+  tf.translation()[0] = S(-1);
+  pauses = {0};
+  for (int step = 0; step < 3; ++step) {
+    tf.translation()[0] += S(step % 2 ? -1.9 : 1.9);
+    this->ask(cache, tf);
+    pauses.back() += cache.front->sink().pairs == nullptr;
+  }
+  EXPECT_EQ(1, pauses.back());
+}
+
+/// Bounds of other trees mean nothing: after a rebuild of either, or for another pair.
+TYPED_TEST(Cache, AFrontOfAnotherTreeIsDropped) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  Front<BV> front;
+  const auto size_before_search = [&] {
+    front.moveTo(this->placed(this->first_, this->origin_), this->placed(this->second_, this->above_));
+    return front.size();
+  };
+  for (auto* model : {&this->first_, &this->second_}) {
+    this->frontAfter(front, this->above_);
+    EXPECT_GT(size_before_search(), 0u) << "the same trees";
+    fillModel(this->sheet_, *model);
+    EXPECT_EQ(0u, size_before_search());
+  }
+}
+
+/// A step so far that the sum of motions begins anew drops the front; so does a touch, at which the
+/// search is left half way.
+TYPED_TEST(Cache, AFrontEndsWithALongWayAndWithATouch) {
+  using S = TypeParam;
+  PairCache<fcl::RSS<S>> cache;
+  cache.front.emplace();
+  this->ask(cache, this->above_);
+  EXPECT_GT(cache.front->size(), 0u);
+  fcl::Transform3<S> tf = this->above_;
+  tf.translation()[2] = 0;
+  EXPECT_LE(this->ask(cache, tf), 0) << "through the sheet";
+  EXPECT_EQ(0u, cache.front->size());
+  this->ask(cache, this->above_);
+  this->ask(cache, this->above_);
+  EXPECT_GT(cache.front->size(), 0u);
+  tf.translation()[2] = S(1e12);
+  cache.front->moveTo(this->placed(this->first_, this->origin_), this->placed(this->second_, tf));
+  EXPECT_EQ(0u, cache.front->size());
+}
+
+/// The witness is the pair of triangles found last. Any other, also one that does not exist, costs
+/// time and never the answer.
+TYPED_TEST(Cache, AWitnessIsAHint) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  PairCache<BV> cache;
+  const S distance = this->ask(cache, this->above_);
+  const Real witness =
+      exact::distance(this->triangle(this->first_, cache.witness1, this->origin_),
+                      this->triangle(this->second_, cache.witness2, this->above_));
+  EXPECT_NEAR(distance, S(witness), 1e-5);
+  for (const int wrong : {0, 17, -1, 72, 1 << 30}) {
+    cache.witness1 = wrong;
+    cache.witness2 = 59 - wrong;
+    EXPECT_EQ(distance, this->ask(cache, this->above_)) << wrong;
+  }
+}
+
+/// Bodies near each other, both far from the world's origin: FCL takes the difference of their
+/// translations, and so must the boxes.
+TYPED_TEST(Cache, AnswersHoldFarFromTheWorldsOrigin) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  for (int round = 0; round < 30; ++round) {
+    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_.engine(), S(1e6));
+    fcl::Transform3<S> tf2 = tf1;
+    tf2.linear() = randomPose<S>(this->random_.engine(), 0).linear();
+    tf2.translation() += this->random_.direction() * 3;
+    Real expected = std::numeric_limits<Real>::max();
+    for (int t1 = 0; t1 < this->first_.num_tris; ++t1)
+      for (int t2 = 0; t2 < this->second_.num_tris; ++t2)
+        expected = std::min(expected, exact::distance(this->triangle(this->first_, t1, tf1),
+                                                      this->triangle(this->second_, t2, tf2)));
+    PairCache<BV> cache;
+    fcl::DistanceResult<S> result;
+    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
+        this->placed(this->first_, tf1), this->placed(this->second_, tf2),
+        {this->request_, result}, cache);
+    ASSERT_TRUE(by_boxes);
+    ASSERT_NEAR(S(expected), result.min_distance, this->kTolerance * 10) << round;
+  }
+}
+
+/// So far apart that boxes in single precision will not do: nothing is done. A query that is
+/// satisfied from the start is done.
+TYPED_TEST(Cache, RefusesWhatBoxesCannotTell) {
+  using S = TypeParam;
+  using BV = fcl::RSS<S>;
+  PairCache<BV> cache;
+  fcl::Transform3<S> far = this->origin_;
+  far.translation()[1] = S(1e25);
+  fcl::DistanceResult<S> result;
+  const auto first = this->placed(this->first_, this->origin_);
+  const auto second = this->placed(this->second_, far);
+  const auto ask = [&] {
+    return adaptive_bvh::distanceByBoxes<BV>(first, second, {this->request_, result}, cache);
+  };
+  EXPECT_FALSE(ask());
+  EXPECT_EQ(std::numeric_limits<S>::max(), result.min_distance);
+  result.min_distance = -1;
+  EXPECT_TRUE(ask());
+  EXPECT_EQ(0, this->first_.recordedWork().box_tests);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
