@@ -15,7 +15,8 @@ const char* nameOf(InflationReference reference) {
 }
 
 const char* nameOf(Propagation propagation) {
-  return propagation == Propagation::TranslationCompensated ? "boxes" : "displacements";
+  return propagation == Propagation::TranslationCompensated ? "translation-compensated"
+                                                            : "displacements";
 }
 
 template <typename Value>
