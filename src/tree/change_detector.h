@@ -30,7 +30,9 @@ class ChangeDetector {
     for (int i = 0; i < V::kNumbers; ++i) {
       const S a = load(number(root, i));
       const S b = load(number(copy_, i));
-      if (std::memcmp(&a, &b, sizeof(S)) != 0) return false;
+      // Bits, not values: NaN equals itself here, and 0 differs from -0.
+      if (std::memcmp(&a, &b, sizeof(S)) != 0)  // NOLINT(bugprone-suspicious-memory-comparison)
+        return false;
     }
     return true;
   }

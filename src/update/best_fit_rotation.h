@@ -45,7 +45,7 @@ class BestFitRotation {
     const Samples now = positions(model);
     const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const auto sizes = svd.singularValues();
+    const auto& sizes = svd.singularValues();
     if (!(sizes[1] > kFlat * sizes[0])) return false;  // on one line: no rotation
     // Equal when the motion is rigid, by Cauchy and Schwarz. A body that bends does not turn as a
     // whole.
