@@ -110,11 +110,11 @@ PropagationCounts DisplacementPropagation<BV>::propagate(const UpdateTarget<BV>&
 }
 
 template <typename BV>
-void DisplacementPropagation<BV>::refitted(const UpdateTarget<BV>& target, int i) {
-  const fcl::BVNode<BV>& node = target.model.getBV(i);
-  original_radius_[static_cast<std::size_t>(i)] = Volume<BV>::radius(node.bv);
-  if (node.isLeaf())
-    restartPrimitive(viewOf(target.model), static_cast<unsigned>(node.primitiveId()));
+void DisplacementPropagation<BV>::refitted(const UpdateTarget<BV>& target, int node) {
+  const fcl::BVNode<BV>& fcl_node = target.model.getBV(node);
+  original_radius_[static_cast<std::size_t>(node)] = Volume<BV>::radius(fcl_node.bv);
+  if (fcl_node.isLeaf())
+    restartPrimitive(viewOf(target.model), static_cast<unsigned>(fcl_node.primitiveId()));
 }
 
 /// Its leaf was just fitted to the present positions.

@@ -3,11 +3,11 @@
 namespace adaptive_bvh {
 
 template <typename BV>
-BV fitNode(const UpdateTarget<BV>& target, int i) {
-  const fcl::BVNode<BV>& node = target.model.getBV(i);
-  const auto first = static_cast<std::size_t>(node.first_primitive);
+BV fitNode(const UpdateTarget<BV>& target, int node) {
+  const fcl::BVNode<BV>& fcl_node = target.model.getBV(node);
+  const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
   return Volume<BV>::fit(viewOf(target.model), &target.tree.topology.leaf_vertices[first],
-                         node.num_primitives);
+                         fcl_node.num_primitives);
 }
 
 template <typename BV>
