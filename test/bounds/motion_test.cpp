@@ -126,7 +126,8 @@ TYPED_TEST(Motion, EachStepOfRigidMotionIsBoundedByItself) {
     }
     const Real step = Real(motion.sum()) - Real(before);
     ASSERT_GE(step, farthest * (1 - 1e-15L)) << round;
-    const Real size = exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
+    const Real size =
+        exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
     ASSERT_LE(step, 10 * farthest + Real(before) * 1e-14L +
                         1000 * Real(rounding::epsilon<S>()) * (size + Real(before)))
         << "no larger than it must be";

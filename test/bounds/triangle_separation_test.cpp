@@ -135,8 +135,9 @@ TYPED_TEST(Triangles, NearTheLinesPointsNoDigitIsLost) {
       for (auto& x : *corners) x = far + this->random_.point();
     auto separation = p.separation();
     separation.lookAlong(p.a[0], p.b[0]);
-    ASSERT_LE(Real(separation.separation(kOnly, kOnly)),
-              exact::distance(p.first(), p.second()) + 32 * Real(std::numeric_limits<S>::epsilon()));
+    ASSERT_LE(
+        Real(separation.separation(kOnly, kOnly)),
+        exact::distance(p.first(), p.second()) + 32 * Real(std::numeric_limits<S>::epsilon()));
   }
 }
 

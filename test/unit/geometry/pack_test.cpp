@@ -42,7 +42,8 @@ TYPED_TEST(Packs, WorkLaneByLane) {
   for (int round = 0; round < 5000; ++round) {
     const std::vector<S> x = this->numbers(), y = this->numbers();
     const Pack<S> a = packs::load(x.data()), b = packs::load(y.data());
-    const Pack<S> lower = packs::lower(a, b), upper = packs::upper(a, b), sum = a + b, product = a * b;
+    const Pack<S> lower = packs::lower(a, b), upper = packs::upper(a, b), sum = a + b,
+                  product = a * b;
     const Pack<S> root = packs::squareRoot(packs::upper(a, Pack<S>{}));
     for (std::size_t i = 0; i < this->kSize; ++i) {
       ASSERT_EQ(x[i], a[i]);
