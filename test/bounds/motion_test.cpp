@@ -86,7 +86,7 @@ TYPED_TEST(Motion, RigidMotionIsNeverLessThanAnyVertexsWay) {
     way[computed].assign(last[computed].size(), Real(motion.sum()));
   }
   int restarts = 0;
-  const int steps = manySteps(50000);
+  const int steps = manySteps(100000);
   for (int step = 0; step < steps; ++step) {
     this->move(step % 5 < 2 ? tf1 : tf2);
     const bool goes_on = motion.moveTo(tf1, this->first_, tf2, this->second_);
@@ -167,7 +167,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
   const S unit = frame.unit();
   Real worst = 0;
-  for (int step = 0; step < manySteps(500000); ++step) {
+  for (int step = 0; step < manySteps(1000000); ++step) {
     if (step % 5000 == 0) {  // a refit, somewhere: sums begin anew
       bv = random.volume(random.size(-3, 3), random.size(-6, 6));
       bounds.restart();
@@ -210,7 +210,7 @@ TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
   bounds.extend(0, 1);
   EXPECT_EQ(S(3), bounds.coordinateSum()) << "nothing moved";
   Real least = 3;
-  for (int step = 0; step < manySteps(500000); ++step) {
+  for (int step = 0; step < manySteps(1000000); ++step) {
     const S before = bounds.coordinateSum();
     const S largest = this->random_.size(-30, 1);
     bounds.extend(largest, 1);
@@ -265,7 +265,7 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   std::uint64_t generation = tree.generation;
   Real way = 0;
   int restarts = 0;
-  for (int step = 0; step < manySteps(100000); ++step) {
+  for (int step = 0; step < manySteps(500000); ++step) {
     const Vector3<S> from = positions[vertex];
     const S size = this->random_.size(-12, 0);
     positions[vertex] = mesh.vertices[vertex] + this->random_.vectorOfSize(size);
