@@ -139,6 +139,10 @@ TYPED_TEST(Motion, RigidMotionGrowsWithEveryMoveAndOnlyThen) {
   using S = TypeParam;
   RigidMotion<S> motion;
   fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  for (const S away : {S(1e5), S(0)}) {  // and back: a large sum to begin with
+    tf2.translation()[0] = away;
+    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+  }
   for (int step = 0; step < 20000; ++step) {
     const double before = motion.sum();
     EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
@@ -248,7 +252,7 @@ TYPED_TEST(Motion, BoundsAreKeptByNode) {
   }
 }
 
-/// One vertex of a hose moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
+/// One vertex of a sheet moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
 /// The accumulated motion of every node above it is never less than its way, every step shows in
 /// it, and the volumes, which are never refitted, hold it to the end.
 TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
@@ -268,9 +272,12 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   for (int step = 0; step < manySteps(500000); ++step) {
     const Vector3<S> from = positions[vertex];
     const S size = this->random_.size(-12, 0);
-    positions[vertex] = mesh.vertices[vertex] + this->random_.vectorOfSize(size);
+    const Vector3<S> shift = this->random_.vectorOfSize(size);
+    positions[vertex] = mesh.vertices[vertex] + shift;
+    for (unsigned v : {0u, 2u, 3u})  // with its body in every fourth step, and back in the next
+      positions[v] = mesh.vertices[v] + (step % 4 == 1 ? shift : Vector3<S>(0, 0, 0));
     const float before[] = {tree.motion.accumulatedMotion(0), tree.motion.accumulatedMotion(leaf)};
-    if (step % 2 == 0)
+    if (step % 4 == 0)
       model.update(std::vector<unsigned>{vertex}, {positions[vertex]});
     else
       model.update(positions);
@@ -289,19 +296,30 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   EXPECT_GT(restarts, 10) << "sums begin anew on the way";
 }
 
-/// A step of 1e-30 of the body's size is none that a float could add to a sum of 60: it shows.
+/// Steps whose components single precision can hardly tell from none: the sum holds their length,
+/// from the first one on, and however large it was before.
 TYPED_TEST(Motion, NoStepIsTooSmallForTheSum) {
   using S = TypeParam;
-  AdaptiveBVHModel<fcl::RSS<S>> model;
-  TriangleMesh<S> mesh = plate<S>(1, 1);
-  mesh.vertices[0].setZero();
-  fillModel(mesh, model);
-  const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
-  for (int step = 1; step < 200; ++step) {
-    const float before = tree.motion.accumulatedMotion(0);
-    mesh.vertices[0][2] = S(1e-30) * S(step);
+  for (const S before : {S(0), S(10)}) {
+    AdaptiveBVHModel<fcl::RSS<S>> model;
+    TriangleMesh<S> mesh = plate<S>(1, 1);
+    mesh.vertices[0] = Vector3<S>(before, 0, 0);
+    fillModel(mesh, model);
+    mesh.vertices[0].setZero();
     model.update(mesh.vertices);
-    ASSERT_GT(tree.motion.accumulatedMotion(0), before) << step;
+    const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
+    Real way = before;
+    const S unit = tree.boxes->frame.unit();
+    const S side = S(0.99) * S(BodyFrame<S>::kLeast) * unit;
+    for (int step = 1; step < 200; ++step) {
+      const float last = tree.motion.accumulatedMotion(0);
+      const exact::Point from = exact::of(mesh.vertices[0]);
+      mesh.vertices[0] += Vector3<S>(side, side, -side);
+      model.update(mesh.vertices);
+      way += (exact::of(mesh.vertices[0]) - from).norm();
+      ASSERT_GT(tree.motion.accumulatedMotion(0), last) << step;
+      ASSERT_GE(Real(tree.motion.accumulatedMotion(0)) * Real(unit), way) << step;
+    }
   }
 }
 
