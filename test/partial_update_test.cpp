@@ -238,8 +238,7 @@ TYPED_TEST(PartialUpdate, OfNoVerticesMovesNothing) {
   using S = TypeParam;
   for (const auto& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::ABOrBC)}) {
     this->model_.setRefitPolicy(policy);
-    const auto& report =
-        this->model_.update(std::vector<unsigned>(), std::vector<Vector3<S>>());
+    const auto& report = this->model_.update(std::vector<unsigned>(), std::vector<Vector3<S>>());
     EXPECT_EQ(0, report.largest_displacement);
     EXPECT_EQ(0, report.moved);
     this->expectRight();

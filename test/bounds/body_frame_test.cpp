@@ -84,7 +84,8 @@ TYPED_TEST(Body, PointsAreOffByLessThanTheErrorStated) {
   for (int round = 0; round < 200000; ++round) {
     const S size = this->random_.size(-6, 6);
     const BodyFrame<S> frame = this->frame(size);
-    const Vector3<S> x = frame.origin() + this->random_.vectorOfSize(size * this->random_.size(-3, 3));
+    const Vector3<S> x =
+        frame.origin() + this->random_.vectorOfSize(size * this->random_.size(-3, 3));
     const exact::Point y = this->exactly(frame, x);
     const Real error = (pointOf(frame.toBodyFrame(x)) - y).cwiseAbs().maxCoeff();
     const Real largest = y.cwiseAbs().maxCoeff();
@@ -172,9 +173,9 @@ TYPED_TEST(Body, VolumeAroundABoxHoldsItsContents) {
     const Float4 sides = box.high - box.low;
     const Real shortest = std::min({sides[0], sides[1], sides[2]});
     const Real rounded = Real(rounding::epsilon<S>()) * exact::of(frame.origin()).norm();
-    EXPECT_LE(Real(volume.r), (shortest / 2 + 4 * off) * Real(frame.unit()) * (1 + 1e-5L) +
-                                  100 * rounded + Real(rounding::epsilon<S>()) * 200 *
-                                  Real(extent) * Real(frame.unit()))
+    EXPECT_LE(Real(volume.r),
+              (shortest / 2 + 4 * off) * Real(frame.unit()) * (1 + 1e-5L) + 100 * rounded +
+                  Real(rounding::epsilon<S>()) * 200 * Real(extent) * Real(frame.unit()))
         << "no looser than its terms say";
   }
 }
@@ -186,8 +187,7 @@ TYPED_TEST(Body, VolumeAroundPointsHoldsThem) {
     const S size = this->random_.size(-6, 6);
     const BodyFrame<S> frame = this->frame(size);
     std::vector<Vector3<S>> points;
-    for (int i = 0; i < 6; ++i)
-      points.push_back(frame.origin() + this->random_.vectorOfSize(size));
+    for (int i = 0; i < 6; ++i) points.push_back(frame.origin() + this->random_.vectorOfSize(size));
     Box box{frame.toBodyFrame(points[0]), frame.toBodyFrame(points[0])};
     for (const auto& x : points) box.add(frame.toBodyFrame(x));
     const auto volume = Volume<fcl::RSS<S>>::around(box, frame, box.largestCoordinate());

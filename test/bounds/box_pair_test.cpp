@@ -120,10 +120,9 @@ class Gaps : public testing::Test {
   static double judgePair(const BoxPair& pair, const CenteredBox& a, const CenteredBox& b, Real d) {
     constexpr float kAll = std::numeric_limits<float>::infinity();
     const CenteredBox b_in_first = pair.toFirst()(b), a_in_second = pair.toSecond()(a);
-    const float gaps[] = {pair.gapFromFirst(a, b, b_in_first, kAll),
-                          pair.gapFromSecond(a, b, a_in_second, kAll),
-                          pair.gapFromFirst(a, b, b_in_first, 0),
-                          pair.gapFromSecond(a, b, a_in_second, 0)};
+    const float gaps[] = {
+        pair.gapFromFirst(a, b, b_in_first, kAll), pair.gapFromSecond(a, b, a_in_second, kAll),
+        pair.gapFromFirst(a, b, b_in_first, 0), pair.gapFromSecond(a, b, a_in_second, 0)};
     EXPECT_EQ(gaps[0], gaps[1]) << "the larger of both";
     EXPECT_LE(gaps[2], gaps[0]);
     EXPECT_LE(gaps[3], gaps[0]);

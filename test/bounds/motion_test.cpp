@@ -86,7 +86,7 @@ TYPED_TEST(Motion, RigidMotionIsNeverLessThanAnyVertexsWay) {
     way[computed].assign(last[computed].size(), Real(motion.sum()));
   }
   int restarts = 0;
-  const int steps = manySteps(50000);
+  const int steps = manySteps(100000);
   for (int step = 0; step < steps; ++step) {
     this->move(step % 5 < 2 ? tf1 : tf2);
     const bool goes_on = motion.moveTo(tf1, this->first_, tf2, this->second_);
@@ -126,7 +126,8 @@ TYPED_TEST(Motion, EachStepOfRigidMotionIsBoundedByItself) {
     }
     const Real step = Real(motion.sum()) - Real(before);
     ASSERT_GE(step, farthest * (1 - 1e-15L)) << round;
-    const Real size = exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
+    const Real size =
+        exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
     ASSERT_LE(step, 10 * farthest + Real(before) * 1e-14L +
                         1000 * Real(rounding::epsilon<S>()) * (size + Real(before)))
         << "no larger than it must be";
@@ -138,6 +139,10 @@ TYPED_TEST(Motion, RigidMotionGrowsWithEveryMoveAndOnlyThen) {
   using S = TypeParam;
   RigidMotion<S> motion;
   fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  for (const S away : {S(1e5), S(0)}) {  // and back: a large sum to begin with
+    tf2.translation()[0] = away;
+    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+  }
   for (int step = 0; step < 20000; ++step) {
     const double before = motion.sum();
     EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
@@ -166,7 +171,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
   const S unit = frame.unit();
   Real worst = 0;
-  for (int step = 0; step < manySteps(500000); ++step) {
+  for (int step = 0; step < manySteps(1000000); ++step) {
     if (step % 5000 == 0) {  // a refit, somewhere: sums begin anew
       bv = random.volume(random.size(-3, 3), random.size(-6, 6));
       bounds.restart();
@@ -209,7 +214,7 @@ TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
   bounds.extend(0, 1);
   EXPECT_EQ(S(3), bounds.coordinateSum()) << "nothing moved";
   Real least = 3;
-  for (int step = 0; step < manySteps(500000); ++step) {
+  for (int step = 0; step < manySteps(1000000); ++step) {
     const S before = bounds.coordinateSum();
     const S largest = this->random_.size(-30, 1);
     bounds.extend(largest, 1);
@@ -247,7 +252,7 @@ TYPED_TEST(Motion, BoundsAreKeptByNode) {
   }
 }
 
-/// One vertex of a hose moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
+/// One vertex of a sheet moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
 /// The accumulated motion of every node above it is never less than its way, every step shows in
 /// it, and the volumes, which are never refitted, hold it to the end.
 TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
@@ -264,12 +269,15 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   std::uint64_t generation = tree.generation;
   Real way = 0;
   int restarts = 0;
-  for (int step = 0; step < manySteps(100000); ++step) {
+  for (int step = 0; step < manySteps(500000); ++step) {
     const Vector3<S> from = positions[vertex];
     const S size = this->random_.size(-12, 0);
-    positions[vertex] = mesh.vertices[vertex] + this->random_.vectorOfSize(size);
+    const Vector3<S> shift = this->random_.vectorOfSize(size);
+    positions[vertex] = mesh.vertices[vertex] + shift;
+    for (unsigned v : {0u, 2u, 3u})  // with its body in every fourth step, and back in the next
+      positions[v] = mesh.vertices[v] + (step % 4 == 1 ? shift : Vector3<S>(0, 0, 0));
     const float before[] = {tree.motion.accumulatedMotion(0), tree.motion.accumulatedMotion(leaf)};
-    if (step % 2 == 0)
+    if (step % 4 == 0)
       model.update(std::vector<unsigned>{vertex}, {positions[vertex]});
     else
       model.update(positions);
@@ -288,19 +296,30 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   EXPECT_GT(restarts, 10) << "sums begin anew on the way";
 }
 
-/// A step of 1e-30 of the body's size is none that a float could add to a sum of 60: it shows.
+/// Steps whose components single precision can hardly tell from none: the sum holds their length,
+/// from the first one on, and however large it was before.
 TYPED_TEST(Motion, NoStepIsTooSmallForTheSum) {
   using S = TypeParam;
-  AdaptiveBVHModel<fcl::RSS<S>> model;
-  TriangleMesh<S> mesh = plate<S>(1, 1);
-  mesh.vertices[0].setZero();
-  fillModel(mesh, model);
-  const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
-  for (int step = 1; step < 200; ++step) {
-    const float before = tree.motion.accumulatedMotion(0);
-    mesh.vertices[0][2] = S(1e-30) * S(step);
+  for (const S before : {S(0), S(10)}) {
+    AdaptiveBVHModel<fcl::RSS<S>> model;
+    TriangleMesh<S> mesh = plate<S>(1, 1);
+    mesh.vertices[0] = Vector3<S>(before, 0, 0);
+    fillModel(mesh, model);
+    mesh.vertices[0].setZero();
     model.update(mesh.vertices);
-    ASSERT_GT(tree.motion.accumulatedMotion(0), before) << step;
+    const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
+    Real way = before;
+    const S unit = tree.boxes->frame.unit();
+    const S side = S(0.99) * S(BodyFrame<S>::kLeast) * unit;
+    for (int step = 1; step < 200; ++step) {
+      const float last = tree.motion.accumulatedMotion(0);
+      const exact::Point from = exact::of(mesh.vertices[0]);
+      mesh.vertices[0] += Vector3<S>(side, side, -side);
+      model.update(mesh.vertices);
+      way += (exact::of(mesh.vertices[0]) - from).norm();
+      ASSERT_GT(tree.motion.accumulatedMotion(0), last) << step;
+      ASSERT_GE(Real(tree.motion.accumulatedMotion(0)) * Real(unit), way) << step;
+    }
   }
 }
 

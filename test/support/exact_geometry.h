@@ -72,8 +72,10 @@ inline Real distance(const Point& a, const Point& b, const Point& c, const Point
   Point p = a + u * s, q = nearestOnSegment(c, d, p);
   p = nearestOnSegment(a, b, q);
   Real least = std::min((p - q).norm(), (p - nearestOnSegment(c, d, p)).norm());
-  for (const Point& end : {a, b}) least = std::min(least, (nearestOnSegment(c, d, end) - end).norm());
-  for (const Point& end : {c, d}) least = std::min(least, (nearestOnSegment(a, b, end) - end).norm());
+  for (const Point& end : {a, b})
+    least = std::min(least, (nearestOnSegment(c, d, end) - end).norm());
+  for (const Point& end : {c, d})
+    least = std::min(least, (nearestOnSegment(a, b, end) - end).norm());
   return least;
 }
 

@@ -18,7 +18,9 @@ class RandomGeometry {
   explicit RandomGeometry(unsigned seed) : random_(seed) {}
 
   std::mt19937& engine() { return random_; }
-  S uniform(S low = -1, S high = 1) { return std::uniform_real_distribution<S>(low, high)(random_); }
+  S uniform(S low = -1, S high = 1) {
+    return std::uniform_real_distribution<S>(low, high)(random_);
+  }
   int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
   bool oneIn(int count) { return below(count) == 0; }
 

@@ -42,7 +42,8 @@ TYPED_TEST(Packs, WorkLaneByLane) {
   for (int round = 0; round < 5000; ++round) {
     const std::vector<S> x = this->numbers(), y = this->numbers();
     const Pack<S> a = packs::load(x.data()), b = packs::load(y.data());
-    const Pack<S> lower = packs::lower(a, b), upper = packs::upper(a, b), sum = a + b, product = a * b;
+    const Pack<S> lower = packs::lower(a, b), upper = packs::upper(a, b), sum = a + b,
+                  product = a * b;
     const Pack<S> root = packs::squareRoot(packs::upper(a, Pack<S>{}));
     for (std::size_t i = 0; i < this->kSize; ++i) {
       ASSERT_EQ(x[i], a[i]);
@@ -126,13 +127,14 @@ TEST(Boxes, AreTheLeastAroundTheirPoints) {
     Vector3<float> low = first, high = first;
     for (int i = 0; i < 6; ++i) {
       const Vector3<float> p = random.point() * random.size(-3, 3);
-      const Float4 point{p[0], p[1], p[2], random.uniform()};
+      const Vector3<float> q = i % 2 ? p : Vector3<float>(p + random.point().cwiseAbs());
+      const Float4 from{p[0], p[1], p[2], random.uniform()}, to{q[0], q[1], q[2], 0};
       if (i % 2)
-        box.add(point);
+        box.add(from);
       else
-        box.add(Box{point, point});
+        box.add(Box{from, to});
       low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
+      high = high.cwiseMax(q);
     }
     for (int k = 0; k < 3; ++k) {
       ASSERT_EQ(low[k], box.low[k]);

@@ -166,7 +166,8 @@ TYPED_TEST(Cache, AFrontThatDoesNotPayIsLeftOff) {
       pauses.push_back(0);
   }
   ASSERT_GE(pauses.size(), 6u);
-  EXPECT_EQ((std::vector<int>{1, 3, 7, 15, 15}), std::vector<int>(pauses.begin(), pauses.begin() + 5));
+  EXPECT_EQ((std::vector<int>{1, 3, 7, 15, 15}),
+            std::vector<int>(pauses.begin(), pauses.begin() + 5));
   int until_used = 0;
   for (; until_used < 40 && cache.front->size() == 0; ++until_used) this->ask(cache, tf);
   EXPECT_LT(until_used, 18);
@@ -187,7 +188,8 @@ TYPED_TEST(Cache, AFrontOfAnotherTreeIsDropped) {
   using BV = fcl::RSS<S>;
   Front<BV> front;
   const auto size_before_search = [&] {
-    front.moveTo(this->placed(this->first_, this->origin_), this->placed(this->second_, this->above_));
+    front.moveTo(this->placed(this->first_, this->origin_),
+                 this->placed(this->second_, this->above_));
     return front.size();
   };
   for (auto* model : {&this->first_, &this->second_}) {
@@ -225,9 +227,8 @@ TYPED_TEST(Cache, AWitnessIsAHint) {
   using BV = fcl::RSS<S>;
   PairCache<BV> cache;
   const S distance = this->ask(cache, this->above_);
-  const Real witness =
-      exact::distance(this->triangle(this->first_, cache.witness1, this->origin_),
-                      this->triangle(this->second_, cache.witness2, this->above_));
+  const Real witness = exact::distance(this->triangle(this->first_, cache.witness1, this->origin_),
+                                       this->triangle(this->second_, cache.witness2, this->above_));
   EXPECT_NEAR(distance, S(witness), 1e-5);
   for (const int wrong : {0, 17, -1, 72, 1 << 30}) {
     cache.witness1 = wrong;
@@ -241,8 +242,8 @@ TYPED_TEST(Cache, AWitnessIsAHint) {
 TYPED_TEST(Cache, AnswersHoldFarFromTheWorldsOrigin) {
   using S = TypeParam;
   using BV = fcl::RSS<S>;
-  for (int round = 0; round < 30; ++round) {
-    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_.engine(), S(1e6));
+  for (int round = 0; round < 12; ++round) {
+    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_.engine(), S(3e6));
     fcl::Transform3<S> tf2 = tf1;
     tf2.linear() = randomPose<S>(this->random_.engine(), 0).linear();
     tf2.translation() += this->random_.direction() * 3;
@@ -253,9 +254,9 @@ TYPED_TEST(Cache, AnswersHoldFarFromTheWorldsOrigin) {
                                                       this->triangle(this->second_, t2, tf2)));
     PairCache<BV> cache;
     fcl::DistanceResult<S> result;
-    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
-        this->placed(this->first_, tf1), this->placed(this->second_, tf2),
-        {this->request_, result}, cache);
+    const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(this->placed(this->first_, tf1),
+                                                            this->placed(this->second_, tf2),
+                                                            {this->request_, result}, cache);
     ASSERT_TRUE(by_boxes);
     ASSERT_NEAR(S(expected), result.min_distance, this->kTolerance * 10) << round;
   }

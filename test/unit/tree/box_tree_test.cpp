@@ -69,8 +69,8 @@ TYPED_TEST_SUITE(Trees, Scalars);
 /// range of nodes right after its pair, and the leaves below a node are a range.
 TYPED_TEST(Trees, FclNumbersItsNodesAsAssumed) {
   for (const auto& mesh : this->meshes())
-    for (const auto strategy : {adaptive_bvh::HierarchyStrategy::BottomUp,
-                                adaptive_bvh::HierarchyStrategy::TopDown}) {
+    for (const auto strategy :
+         {adaptive_bvh::HierarchyStrategy::BottomUp, adaptive_bvh::HierarchyStrategy::TopDown}) {
       AdaptiveBVHModel<fcl::RSS<TypeParam>> model(strategy);
       fillModel(mesh, model);
       int inner = 0;

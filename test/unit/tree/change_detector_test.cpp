@@ -61,8 +61,8 @@ TYPED_TEST(Detector, SeesAChangeOfAnyNumber) {
   this->detector_.record(this->root_, this->volume_);
   for (int i = 0; i < V::kNumbers; ++i) {
     const S was = V::number(this->root_, i);
-    for (const S now : {std::nextafter(was, kInfinity), std::nextafter(was, -kInfinity), -was,
-                        S(std::nan(""))}) {
+    for (const S now :
+         {std::nextafter(was, kInfinity), std::nextafter(was, -kInfinity), -was, S(std::nan(""))}) {
       V::number(this->root_, i) = now;
       const bool is_same = std::memcmp(&now, &was, sizeof(S)) == 0;
       EXPECT_EQ(is_same, this->detector_.matches(this->root_)) << i << ' ' << now;

@@ -50,14 +50,15 @@ TEST(Statistics, AreWhatWasRecordedSinceTheLastClear) {
     Seen& seen = expected[std::size_t(node)];
     const float gap = std::ldexp(float(random() % 2000) - 1000, int(random() % 40) - 20);
     switch (random() % 8) {
-      case 0: case 1:
-        statistics.recordVisit(node);
-        break;
+      case 0:
+      case 1: statistics.recordVisit(node); break;
       case 2:
         statistics.recordObstruction(node);
         seen.obstructing = true;
         break;
-      case 3: case 4: case 5:
+      case 3:
+      case 4:
+      case 5:
         statistics.recordChildGap(node, gap);
         seen.gap = std::max(seen.gap, gap);
         break;

@@ -61,14 +61,15 @@ TYPED_TEST(BestFit, FindsTheRotationOfABody) {
   for (int round = 0; round < 60; ++round) {
     const fcl::Matrix3d start = random.rotation().template cast<double>();
     this->start(round % 2 ? tube<S>(5, 6) : plate<S>(6, 4, 2, 1), start);
-    const fcl::Matrix3<S> R =
-        this->turn(0.22 + 2.8 * std::abs(double(random.uniform())), fcl::Vector3d(1, 2, round - 30));
+    const fcl::Matrix3<S> R = this->turn(0.22 + 2.8 * std::abs(double(random.uniform())),
+                                         fcl::Vector3d(1, 2, round - 30));
     const Vector3<S> shift = random.point() * S(10);
     this->place([&](const Vector3<S>& p) -> Vector3<S> { return R * p + shift; });
     ASSERT_TRUE(this->turnsInEightSteps()) << round;
     const fcl::Matrix3d expected = R.template cast<double>() * start;
     ASSERT_TRUE(this->axes_.isApprox(expected, std::is_same<S, float>::value ? 1e-4 : 1e-9))
-        << this->axes_ << "\n\n" << expected;
+        << this->axes_ << "\n\n"
+        << expected;
     EXPECT_FALSE(this->turnsInEightSteps()) << "they are those in use by now";
   }
 }

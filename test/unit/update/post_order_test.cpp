@@ -76,7 +76,8 @@ std::string traverse(const NumberedTree& tree, ExpressionRule& rule) {
 //  / \   / \             .
 // 5   6 7   8
 TEST(PostOrder, HandsValuesUpASmallTree) {
-  const NumberedTree tree{{1, 3, 9, 5, 7, -1, -1, -1, -1, -1, -1}, {-1, 0, 0, 1, 1, 3, 3, 4, 4, 2, 2}, 3};
+  const NumberedTree tree{
+      {1, 3, 9, 5, 7, -1, -1, -1, -1, -1, -1}, {-1, 0, 0, 1, 1, 3, 3, 4, 4, 2, 2}, 3};
   ExpressionRule rule(tree);
   EXPECT_EQ("(((5 6) (7 8)) (9 10))", traverse(tree, rule));
   EXPECT_EQ((std::vector<int>{9, 7, 5, 3, 1}), rule.applied) << "children before parents";
@@ -84,7 +85,8 @@ TEST(PostOrder, HandsValuesUpASmallTree) {
 
 /// Subtrees whose values are known are not walked, and theirs stand where the walk's would.
 TEST(PostOrder, TakesKnownValuesOfSubtreesLeftOut) {
-  const NumberedTree tree{{1, 3, 9, 5, 7, -1, -1, -1, -1, -1, -1}, {-1, 0, 0, 1, 1, 3, 3, 4, 4, 2, 2}, 3};
+  const NumberedTree tree{
+      {1, 3, 9, 5, 7, -1, -1, -1, -1, -1, -1}, {-1, 0, 0, 1, 1, 3, 3, 4, 4, 2, 2}, 3};
   ExpressionRule rule(tree, {2, 3});
   EXPECT_EQ("(([3] (7 8)) [2])", traverse(tree, rule));
   EXPECT_EQ((std::vector<int>{7, 3, 1}), rule.applied);

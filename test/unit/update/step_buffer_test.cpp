@@ -91,7 +91,8 @@ TEST_F(Buffer, RefusesAStepWithWrongPositions) {
   const Point wrong[] = {Point(kNan, 0, 0), Point(0, -HUGE_VAL, 0), Point(0, 0, 1e80)};
   for (const Point& p : wrong) {
     begin();
-    EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA, buffer_.add(StepKind::Replace, state_, kVertices, &p, 1));
+    EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA,
+              buffer_.add(StepKind::Replace, state_, kVertices, &p, 1));
     EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA, add(1)) << "nothing more is taken";
     EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA, end());
     EXPECT_EQ(fcl::BVH_BUILD_STATE_PROCESSED, state_);

@@ -97,8 +97,8 @@ TYPED_TEST(States, MotionsAreWhatIsLeftBeyondACommonTranslation) {
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v) - common);
 }
 
-/// None is found where a vertex of the samples goes another way, or where two frames are kept: there
-/// the frame before did not move.
+/// None is found where a vertex of the samples goes another way, or where two frames are kept:
+/// there the frame before did not move.
 TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
   using S = TypeParam;
   const auto common = [&](StepKind kind) {
