@@ -39,7 +39,7 @@ class Coherent : public testing::Test {
     const S returned = pair_.distance(tf1, tf2, fcl::DistanceRequest<S>(true), result);
     EXPECT_EQ(returned, result.min_distance);
     EXPECT_NEAR(brute.distance(), result.min_distance, tolerance());
-    EXPECT_EQ("", brute.objection(result, tf1, tolerance()));
+    EXPECT_EQ("", brute.findError(result, tf1, tolerance()));
     touching_ += result.min_distance <= 0;
     return result;
   }

@@ -115,13 +115,13 @@ void compareOnce(const Body<S>& a, const Body<S>& b,
     fcl::DistanceResult<S> followed;
     coherent.distance(tf1, tf2, request, followed);
     EXPECT_NEAR(expected, followed.min_distance, tolerance<S>());
-    EXPECT_EQ("", brute.objection(followed, tf1, tolerance<S>()));
+    EXPECT_EQ("", brute.findError(followed, tf1, tolerance<S>()));
   }
   const bool record = frame % 4 != 3;  // every fourth step records no statistics
   if (record) {
     adaptive_bvh::distance(ga, tf1, gb, tf2, request, recorded);
     EXPECT_NEAR(expected, recorded.min_distance, tolerance<S>());
-    EXPECT_EQ("", brute.objection(recorded, tf1, tolerance<S>()));
+    EXPECT_EQ("", brute.findError(recorded, tf1, tolerance<S>()));
     EXPECT_EQ(frame % 5 == 0 ? 2 : 1, a.adaptive.recordedWork().queries);
     ++tally.recorded;
   }

@@ -25,7 +25,7 @@ S BruteForce<S>::distance() const {
 }
 
 template <typename S>
-std::string BruteForce<S>::objection(const fcl::DistanceResult<S>& result,
+std::string BruteForce<S>::findError(const fcl::DistanceResult<S>& result,
                                      const fcl::Transform3<S>& tf1, S tolerance) const {
   if (result.o1 != &first_ || result.o2 != &second_) return "names other objects";
   const Corners p = corners(first_, result.b1), q = corners(second_, result.b2);

@@ -24,7 +24,7 @@ class BruteForce {
   /// What is wrong with a result that claims `result.min_distance`, or nothing: the triangles it
   /// names must be so far apart, and its points that far apart and on them. (Which of several
   /// nearest pairs is named, is open. FCL's points of triangles that touch mean nothing.)
-  std::string objection(const fcl::DistanceResult<S>& result, const fcl::Transform3<S>& tf1,
+  std::string findError(const fcl::DistanceResult<S>& result, const fcl::Transform3<S>& tf1,
                         S tolerance) const;
 
   /// The pairs of triangles that intersect.
