@@ -16,7 +16,7 @@ fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInpu
   const S allowed = common.cwiseAbs().maxCoeff() / 16;
   for (unsigned v : samples)
     if (!((motion(v) - common).cwiseAbs().maxCoeff() <= allowed))
-      return Point::Zero();  // also when a position is not a number
+      return Point::Zero();  // (positions that are not numbers are refused)
   return common;
 }
 
