@@ -233,6 +233,19 @@ TYPED_TEST(PartialUpdate, RefusesWhatIsWrongAndStays) {
   EXPECT_THROW(empty.update({0}, {p}), std::logic_error);
 }
 
+/// Also a position that a later one of the same vertex replaces must be a number.
+TYPED_TEST(PartialUpdate, RefusesAPositionThatIsNotANumberAndNotUsed) {
+  using S = TypeParam;
+  const Vector3<S> there = this->positions_[3] + Vector3<S>(0, 0, S(0.1));
+  const Vector3<S> nowhere(0, std::numeric_limits<S>::quiet_NaN(), 0);
+  for (const auto& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::ABOrBC)}) {
+    this->model_.setRefitPolicy(policy);
+    EXPECT_THROW(this->model_.update(std::vector<unsigned>{3, 3}, {nowhere, there}),
+                 std::invalid_argument);
+    this->expectRight();
+  }
+}
+
 /// A step of no vertices, from vectors that hold nothing and may have no memory, moves nothing.
 TYPED_TEST(PartialUpdate, OfNoVerticesMovesNothing) {
   using S = TypeParam;

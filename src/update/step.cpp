@@ -109,6 +109,8 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   std::vector<Point> aside;
   input.positions = outsideOwnArrays(target.model, input, aside);
   if (input.indices) {
+    // Also those that are not read, because their vertex is named again.
+    if (!usablePositions(input.positions, input.count)) return false;
     if constexpr (Method::kTakesSomeVertices) {
       if (!target.model.prev_vertices) {
         SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
