@@ -5,6 +5,7 @@
 
 #include "geometry/mesh_of_model.h"
 #include "query/nearest_points.h"
+#include "query/search.h"
 
 namespace adaptive_bvh {
 
@@ -58,6 +59,12 @@ void DistanceVisitor<BV>::addWitness(int triangle1, int triangle2) {
                                   viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
   ++work_.leaf_tests;
   if (d < result_.min_distance) improve(d, triangle1, triangle2, on1, on2);
+}
+
+template <typename BV>
+void DistanceVisitor<BV>::search(int node1, int node2) {
+  Pair pair = pairOf(node1, node2);
+  searchPairs(*this, pair);
 }
 
 template <typename BV>
@@ -148,9 +155,10 @@ auto DistanceVisitor<BV>::splitSecond(const Pair& pair) -> std::array<Pair, 2> {
 /// Records for test C, if the volumes of the pair were tested: the distances of the children are
 /// those of their boxes, which are not inflated.
 template <typename BV>
-auto DistanceVisitor<BV>::nearestFirst(const Pair& parent, TraversalStatistics* split_side,
-                                       int split_node, const Pair& a, const Pair& b)
-    -> std::array<Pair, 2> {
+ADAPTIVE_BVH_INLINE auto DistanceVisitor<BV>::nearestFirst(const Pair& parent,
+                                                           TraversalStatistics* split_side,
+                                                           int split_node, const Pair& a,
+                                                           const Pair& b) -> std::array<Pair, 2> {
   work_.box_tests += 2;
   if (!std::isnan(parent.separation))
     split_side->recordChildGap(

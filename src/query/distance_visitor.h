@@ -52,7 +52,8 @@ class DistanceVisitor {
   bool isPossible() const { return boxes_.isPrecise(); }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
-  Pair pairOf(int node1, int node2);
+  /// Searches everything below two nodes.
+  void search(int node1, int node2);
 
   /// True: nothing below a pair of an earlier front is nearer than the limit. The sums are rounded
   /// up, so every motion shows in a difference. Each difference is rounded once, relative to
@@ -96,10 +97,13 @@ class DistanceVisitor {
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
 
+  Pair pairOf(int node1, int node2);
   std::array<Pair, 2> splitFirst(const Pair& pair);
   std::array<Pair, 2> splitSecond(const Pair& pair);
-  std::array<Pair, 2> nearestFirst(const Pair& parent, TraversalStatistics* split_side,
-                                   int split_node, const Pair& a, const Pair& b);
+  ADAPTIVE_BVH_INLINE std::array<Pair, 2> nearestFirst(const Pair& parent,
+                                                       TraversalStatistics* split_side,
+                                                       int split_node, const Pair& a,
+                                                       const Pair& b);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
   void stop(const Pair& pair, double bound) {

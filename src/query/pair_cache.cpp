@@ -2,18 +2,7 @@
 
 #include <algorithm>
 
-#include "query/search.h"
-
 namespace adaptive_bvh {
-namespace {
-
-template <typename BV>
-void searchBelow(DistanceVisitor<BV>& visitor, int node1, int node2) {
-  auto pair = visitor.pairOf(node1, node2);
-  searchPairs(visitor, pair);
-}
-
-}  // namespace
 
 template <typename BV>
 void Front<BV>::moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
@@ -28,13 +17,13 @@ template <typename BV>
 void Front<BV>::search(DistanceVisitor<BV>& visitor) {
   const bool from_roots = pairs_.empty();
   if (from_roots) {
-    searchBelow(visitor, 0, 0);
+    visitor.search(0, 0);
   } else {
     for (const FrontPair& pair : pairs_) {
       if (visitor.isStillPruned(pair))
         next_.push_back(pair);
       else
-        searchBelow(visitor, pair.node1, pair.node2);
+        visitor.search(pair.node1, pair.node2);
       if (visitor.isDone()) break;
     }
   }
@@ -70,7 +59,7 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
     if (with_front)
       cache.front->search(visitor);
     else
-      searchBelow(visitor, 0, 0);
+      visitor.search(0, 0);
   }
   if (visitor.finish()) {
     cache.witness1 = static_cast<int>(query.result.b1);

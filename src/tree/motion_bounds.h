@@ -26,7 +26,7 @@ class MotionBounds {
   /// nothing, then of the root.
   ADAPTIVE_BVH_INLINE float* ofPair(int left) { return of(left); }
 
-  /// Bounds |x| + |y| + |z| of the volumes' corners, and their radii.
+  /// Bounds Volume::cornerSum of all volumes.
   S coordinateSum() const { return coordinate_sum_; }
   /// A volume has been refitted whose Volume::cornerSum this is.
   void include(S corner_sum) { coordinate_sum_ = std::max(coordinate_sum_, corner_sum); }

@@ -43,18 +43,17 @@ template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
   auto& method = scope.method();
+  if (scope.isAtRest()) {
+    target.tree.statistics.clear();
+    report.displacement_seconds = watch.lap();
+    return true;
+  }
   const auto seen = scope.read();
   if (!seen.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
     scope.discard();
     return false;
   }
   report.largest_displacement = static_cast<double>(seen.largestDisplacement());
-  if (scope.mayRest() && !seen.moved) {
-    scope.discard();
-    target.tree.statistics.clear();
-    report.displacement_seconds = watch.lap();
-    return true;
-  }
 
   openStep(target.model, input.kind);
   scope.write(seen);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "update/dirty_pairs.h"
@@ -60,8 +61,14 @@ class AllVertices {
   }
 
   void discard() { method_.discard(); }
-  /// Whether there is nothing to do when nothing moved.
-  bool mayRest() const { return input_.kind == StepKind::Replace && !target_.model.prev_vertices; }
+  /// Are these the positions that the model has? In a body that moves the comparison ends at the
+  /// first vertex that does.
+  bool isAtRest() const {
+    const fcl::BVHModel<BV>& model = target_.model;
+    return input_.kind == StepKind::Replace && !model.prev_vertices &&
+           std::memcmp(model.vertices, input_.positions, input_.count * sizeof(*model.vertices)) ==
+               0;
+  }
 
   /// Also the local bounds.
   void write(const VertexSummary<S>& seen) {
@@ -145,7 +152,7 @@ class SomeVertices {
     method_.discard();
     resetDirty();
   }
-  static bool mayRest() { return false; }
+  static bool isAtRest() { return false; }
 
   void write(const VertexSummary<S>&) {
     for (std::size_t i = 0; i < input_.count; ++i)

@@ -59,6 +59,7 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   ThreadPool alone(1);
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
+  target.tree.motion.include(Volume<BV>::cornerSum(root));
 }
 
 template <typename BV>

@@ -48,20 +48,22 @@ void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& 
 template <typename S>
 VertexSummary<S> VertexStates<S>::read(const Point* present, const StepInput<S>& input, int first,
                                        int last) {
+  // Locals, for the stores below could change what is read through pointers.
   const BodyFrame<S> frame = frame_;
   const Point common = common_;
-  VertexSummary<S> summary;
+  const Point* const positions = input.positions;
+  VertexState* const states = states_.data();
+  VertexSummary<S> seen;
   for (int v = first; v < last; ++v) {
-    const Point to = input.positions[v], displacement = to - present[v];
-    summary.add(to, displacement);
-    VertexState& state = states_[static_cast<std::size_t>(v)];
-    float4::store(frame.toBodyFrame(to), state.position);
-    float4::store(frame.displacement(displacement - common), state.motion);
+    const Point to = positions[v], displacement = to - present[v];
+    seen.add(to, displacement);
+    float4::store(frame.toBodyFrame(to), states[v].position);
+    float4::store(frame.displacement(displacement - common), states[v].motion);
   }
   if (input.kind == StepKind::TwoFrames)
     for (int v = first; v < last; ++v)
       float4::store(frame.toBodyFrame(present[v]), previous_[static_cast<std::size_t>(v)].data());
-  return summary;
+  return VertexSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
 }
 
 /// The model's positions as they stand, without motion.

@@ -26,15 +26,15 @@ struct VertexSummary {
 
   Point low = Point::Constant(std::numeric_limits<S>::max()), high = -low;  ///< of positions
   S squared = 0;  ///< the largest displacement
-  S sum = 0;      ///< of all squares; not finite when an old or a new position was not
-  bool moved = false;
+  /// The sum of all displacements, as |x| + |y| + |z|: 0 only when nothing moved, for it does not
+  /// underflow; not finite when an old or a new position was not.
+  S way = 0;
 
   void add(const Point& position, const Point& displacement) {
     const S square = displacement[0] * displacement[0] + displacement[1] * displacement[1] +
                      displacement[2] * displacement[2];
     squared = std::max(squared, square);
-    sum += square;
-    moved |= (displacement[0] != 0) | (displacement[1] != 0) | (displacement[2] != 0);
+    way += std::abs(displacement[0]) + std::abs(displacement[1]) + std::abs(displacement[2]);
     for (int k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], position[k]);
       high[k] = std::max(high[k], position[k]);
@@ -42,23 +42,25 @@ struct VertexSummary {
   }
   void add(const VertexSummary& other) {
     squared = std::max(squared, other.squared);
-    sum += other.sum;
-    moved |= other.moved;
+    way += other.way;
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);
   }
+
+  bool moved() const { return way != 0; }
 
   /// True: all positions are finite and within the limits. May be false although they are, when an
   /// old position was not finite.
   bool isSurelyUsable() const {
     const S limit = rounding::largestCoordinate<S>();
-    return std::isfinite(sum) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
+    return std::isfinite(way) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
   }
 
   /// Rounded up; not finite when an old position was not.
   S largestDisplacement() const {
-    if (!std::isfinite(sum)) return sum;
-    return moved ? std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>() : 0;
+    if (!std::isfinite(way)) return way;
+    return moved() ? std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>()
+                   : 0;
   }
 };
 

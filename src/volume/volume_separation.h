@@ -18,8 +18,8 @@ class VolumeSeparation {
   using V = Volume<BV>;
   using Point = fcl::Vector3<S>;
 
-  /// (R, T) takes the second model's coordinates to the first's. The sums bound |x| + |y| + |z| of
-  /// what fixes the volumes, each in its own coordinates, and their radii.
+  /// (R, T) takes the second model's coordinates to the first's. The sums bound
+  /// Volume::cornerSum of the volumes, each in its own coordinates.
   VolumeSeparation(const fcl::Matrix3<S>& R, const Point& T, S coordinate_sum1, S coordinate_sum2)
       : R_(R),
         T_(T),
@@ -31,14 +31,13 @@ class VolumeSeparation {
   /// rounding, in the first model's coordinates. Stops once the bound reaches `enough`.
   ///
   /// Along a unit vector a volume extends as Volume::SweptParallelogram says. All quantities are
-  /// sums of a few products no larger than the coordinate sums and the sides: 64 epsilon of those
-  /// covers their rounding and that of the axes' and directions' length.
+  /// sums of a few products no larger than the coordinate sums: 64 epsilon of those covers their
+  /// rounding and that of the axes' and directions' length.
   S operator()(const BV& first, const BV& second, const Point& direction, S enough) const {
     const auto a = V::parallelogram(first), b = V::parallelogram(second);
     const Point b_half[2] = {R_ * b.half[0], R_ * b.half[1]};
     const Point between = R_ * b.middle + T_ - a.middle;
-    const S sides = V::sideSum(first) + V::sideSum(second);
-    const S radii = a.radius + b.radius + error_ + 64 * rounding::epsilon<S>() * sides;
+    const S radii = a.radius + b.radius + error_;
     const auto along = [&](const Point& u) {
       return std::abs(u.dot(between)) - std::abs(u.dot(a.half[0])) - std::abs(u.dot(a.half[1])) -
              std::abs(u.dot(b_half[0])) - std::abs(u.dot(b_half[1])) - radii;

@@ -47,7 +47,7 @@ TYPED_TEST(Summary, IsThatOfAllPositions) {
     for (const auto& summary : {whole, sum}) {
       EXPECT_EQ(low, exact::of(summary.low));
       EXPECT_EQ(high, exact::of(summary.high));
-      EXPECT_EQ(largest > 0, summary.moved);
+      EXPECT_EQ(largest > 0, summary.moved());
       ASSERT_GE(Real(summary.largestDisplacement()), largest);
       ASSERT_LE(Real(summary.largestDisplacement()),
                 largest * (1 + 16 * Real(rounding::epsilon<S>())) + 2 * Real(rounding::tiny<S>()));
@@ -61,13 +61,13 @@ TYPED_TEST(Summary, TheLeastMotionCounts) {
   using S = TypeParam;
   VertexSummary<S> summary;
   summary.add(Vector3<S>(1, 2, 3), Vector3<S>::Zero());
-  EXPECT_FALSE(summary.moved);
+  EXPECT_FALSE(summary.moved());
   EXPECT_EQ(0, summary.largestDisplacement());
   const S least = std::numeric_limits<S>::denorm_min();
   for (int k = 0; k < 3; ++k) {
     VertexSummary<S> one = summary;
     one.add(Vector3<S>(1, 2, 3), Vector3<S>::Unit(k) * -least);
-    EXPECT_TRUE(one.moved);
+    EXPECT_TRUE(one.moved());
     EXPECT_GE(one.largestDisplacement(), least);
   }
 }
@@ -104,7 +104,7 @@ TYPED_TEST(Summary, KnowsADisplacementThatIsNoNumber) {
     second.add(first);
     EXPECT_FALSE(std::isfinite(second.largestDisplacement()));
     EXPECT_FALSE(second.isSurelyUsable());
-    EXPECT_TRUE(second.moved);
+    EXPECT_TRUE(second.moved());
   }
 }
 
