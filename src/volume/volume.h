@@ -30,9 +30,7 @@ struct Volume<fcl::RSS<S_>> {
   /// most epsilon times `cornerSum` of the result.
   static S* corner(BV& bv) { return bv.To.data(); }
   /// Bounds |x| + |y| + |z| of the corner, the radius, and the sides.
-  static S cornerSum(const BV& bv) {
-    return bv.To.template lpNorm<1>() + bv.r + bv.l[0] + bv.l[1];
-  }
+  static S cornerSum(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r + bv.l[0] + bv.l[1]; }
   /// Bounds |x| + |y| + |z| of every point of the volume.
   static S coordinateSum(const BV& bv) {
     return bv.To.template lpNorm<1>() + 2 * (bv.l[0] + bv.l[1] + bv.r);
