@@ -16,6 +16,8 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       second_(second),
       nodes1_(first.tree->boxes->nodes()),
       nodes2_(second.tree->boxes->nodes()),
+      motion1_(first.tree->motion),
+      motion2_(second.tree->motion),
       request_(query.request),
       result_(query.result),
       front_(front),
@@ -24,8 +26,7 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       unit2_(static_cast<double>(second.tree->boxes->frame.unit())),
       boxes_(*first.tree->boxes, first.tf, *second.tree->boxes, second.tf),
       triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
-      volumes_(triangles_.R(), triangles_.T(), first.tree->motion.coordinateSum(),
-               second.tree->motion.coordinateSum()) {
+      volumes_(triangles_.R(), triangles_.T(), motion1_.coordinateSum(), motion2_.coordinateSum()) {
   setLimit();
 }
 
@@ -91,8 +92,8 @@ bool DistanceVisitor<BV>::prune(Pair& pair) {
       stop(pair, double(pair.separation));
       return true;
     }
-    const S inflation1 = S(first_.tree->motion.inflation(pair.node1)) * S(unit1_);
-    const S inflation2 = S(second_.tree->motion.inflation(pair.node2)) * S(unit2_);
+    const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
+    const S inflation2 = S(motion2_.inflation(pair.node2)) * S(unit2_);
     if (pair.separation + inflation1 + inflation2 >= limit_)
       statistics_.recordObstruction(pair.node1, pair.node2);
   }

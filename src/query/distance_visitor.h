@@ -61,10 +61,8 @@ class DistanceVisitor {
   /// the bound is compared as it is: between parallel faces many bounds equal the limit.
   bool isStillPruned(const FrontPair& pair) const {
     const double lost =
-        (double(first_.tree->motion.accumulatedMotion(pair.node1)) - double(pair.motion1)) *
-            unit1_ +
-        (double(second_.tree->motion.accumulatedMotion(pair.node2)) - double(pair.motion2)) *
-            unit2_ +
+        (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
+        (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
         (front_.rigid - pair.rigid);
     const auto limit = static_cast<double>(limit_);
     if (lost == 0) return pair.bound >= limit;
@@ -108,13 +106,13 @@ class DistanceVisitor {
   void setLimit();
   void stop(const Pair& pair, double bound) {
     if (front_.pairs)
-      front_.pairs->push_back(
-          {pair.node1, pair.node2, first_.tree->motion.accumulatedMotion(pair.node1),
-           second_.tree->motion.accumulatedMotion(pair.node2), front_.rigid, bound});
+      front_.pairs->push_back({pair.node1, pair.node2, motion1_.accumulatedMotion(pair.node1),
+                               motion2_.accumulatedMotion(pair.node2), front_.rigid, bound});
   }
 
   const PlacedMesh<BV> first_, second_;
   const BoxNodes<const BoxNode> nodes1_, nodes2_;
+  const MotionBounds<S>&motion1_, &motion2_;
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
   const FrontSink front_;

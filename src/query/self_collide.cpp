@@ -56,9 +56,7 @@ class SelfCollisionVisitor {
   }
 
   void testLeaves(const Pair& pair) {
-    if (node_.areNeighbours(pair.node1, pair.node2)) return;
-    ++work_.leaf_tests;
-    node_.leafTesting(pair.node1, pair.node2);
+    work_.leaf_tests += node_.testUnlessNeighbours(pair.node1, pair.node2);
   }
 
   /// The larger one is split.

@@ -25,10 +25,16 @@ class SelfCollisionNode : public MeshCollisionNode<S> {
     return separation(a, b, fcl::Vector3<S>::Zero(), S(0)) > 0;
   }
 
-  void leafTesting(int b1, int b2) const override {
-    if (!areNeighbours(b1, b2)) MeshCollisionNode<S>::leafTesting(b1, b2);
+  void leafTesting(int b1, int b2) const override { testUnlessNeighbours(b1, b2); }
+
+  /// Returns whether the two triangles were tested.
+  bool testUnlessNeighbours(int b1, int b2) const {
+    if (areNeighbours(b1, b2)) return false;
+    MeshCollisionNode<S>::leafTesting(b1, b2);
+    return true;
   }
 
+ private:
   bool areNeighbours(int leaf1, int leaf2) const {
     if (filter == NeighbourFilter::None) return false;
     const fcl::Triangle &a = this->tri_indices1[this->model1->getBV(leaf1).primitiveId()],
