@@ -178,7 +178,8 @@ bool DistanceVisitor<BV>::finish() {
   return true;
 }
 
-template class DistanceVisitor<fcl::RSS<float>>;
-template class DistanceVisitor<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class DistanceVisitor<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

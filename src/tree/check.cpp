@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "geometry/mesh_of_model.h"
+#include "volume/each_volume.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh {
@@ -79,7 +80,9 @@ bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason) {
   return true;
 }
 
-template bool checkTree(const fcl::BVHModel<fcl::RSS<float>>&, std::string*);
-template bool checkTree(const fcl::BVHModel<fcl::RSS<double>>&, std::string*);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template bool checkTree(const fcl::BVHModel<BV>&, std::string*);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

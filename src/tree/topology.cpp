@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 
 template <typename BV>
@@ -23,7 +25,8 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
   }
 }
 
-template void Topology::adopt(const fcl::BVHModel<fcl::RSS<float>>&);
-template void Topology::adopt(const fcl::BVHModel<fcl::RSS<double>>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template void Topology::adopt(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

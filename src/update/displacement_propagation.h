@@ -8,6 +8,7 @@
 #include "update/thread_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -86,7 +87,8 @@ class DisplacementPropagation {
   std::vector<S> stack_;
 };
 
-extern template class DisplacementPropagation<fcl::RSS<float>>;
-extern template class DisplacementPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class DisplacementPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -116,10 +116,7 @@ class MotionRule {
 
   /// FCL's nodes are large: what the traversal needs of one lies on two cache lines. Saves 10 to 15
   /// % of the traversal.
-  ADAPTIVE_BVH_INLINE void prefetch(int node) const {
-    __builtin_prefetch(Volume<BV>::corner(fcl_nodes_[node].bv), 1);
-    __builtin_prefetch(&Volume<BV>::radius(fcl_nodes_[node].bv), 1);
-  }
+  ADAPTIVE_BVH_INLINE void prefetch(int node) const { Volume<BV>::prefetch(fcl_nodes_[node].bv); }
 
   /// Adds to the motion bounds of two siblings. Returns half the diagonal of the first's motions
   /// and the farthest of them, then those of the second. Both are what is left beyond the common
@@ -149,10 +146,10 @@ class MotionRule {
   /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
   ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
     const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
-    BV& bv = fcl_nodes_[node].bv;
-    S* const corner = Volume<BV>::corner(bv);
-    for (int k = 0; k < 3; ++k) corner[k] += motions_.common[k] + S(middle[k]) * unit_;
-    Volume<BV>::radius(bv) += S(spread) * unit_ + rounding_;
+    const fcl::Vector3<S> translation(motions_.common[0] + S(middle[0]) * unit_,
+                                      motions_.common[1] + S(middle[1]) * unit_,
+                                      motions_.common[2] + S(middle[2]) * unit_);
+    Volume<BV>::move(fcl_nodes_[node].bv, translation, S(spread) * unit_ + rounding_);
     ++counts_.moved;
     counts_.inflated += float4::largest(motion.high - motion.low) > least_inflation_;
   }

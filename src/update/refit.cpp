@@ -1,5 +1,7 @@
 #include "update/refit.h"
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 
 template <typename BV>
@@ -16,11 +18,10 @@ BV refitAllButRoot(const UpdateTarget<BV>& target) {
   return fitNode(target, 0);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                    \
-  template fcl::RSS<S> fitNode(const UpdateTarget<fcl::RSS<S>>&, int); \
-  template fcl::RSS<S> refitAllButRoot(const UpdateTarget<fcl::RSS<S>>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                 \
+  template BV fitNode(const UpdateTarget<BV>&, int); \
+  template BV refitAllButRoot(const UpdateTarget<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

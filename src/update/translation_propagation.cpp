@@ -144,7 +144,8 @@ std::size_t TranslationPropagation<BV>::bytes() const {
   return vertices_.bytes() + stack_.capacity() * sizeof(NodeMotion);
 }
 
-template class TranslationPropagation<fcl::RSS<float>>;
-template class TranslationPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -9,6 +9,7 @@
 #include "update/thread_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -109,7 +110,8 @@ class TranslationPropagation {
   int next_limited_ = 0;
 };
 
-extern template class TranslationPropagation<fcl::RSS<float>>;
-extern template class TranslationPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 
 template <typename BV>
@@ -27,7 +29,9 @@ void VertexLeafMap::adopt(const fcl::BVHModel<BV>& model, const Topology& topolo
   }
 }
 
-template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<float>>&, const Topology&);
-template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<double>>&, const Topology&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template void VertexLeafMap::adopt(const fcl::BVHModel<BV>&, const Topology&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

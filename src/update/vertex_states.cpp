@@ -1,5 +1,7 @@
 #include "update/vertex_states.h"
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -91,13 +93,14 @@ void VertexStates<S>::forgetMotion() {
     for (unsigned v : moving_) stop(states_[v]);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template class VertexStates<S>;                                                              \
-  template void VertexStates<S>::start(const UpdateTarget<fcl::RSS<S>>&, const BodyFrame<S>&); \
-  template void VertexStates<S>::begin(const UpdateTarget<fcl::RSS<S>>&, const StepInput<S>&); \
-  template void VertexStates<S>::readInPlace(const fcl::BVHModel<fcl::RSS<S>>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+template class VertexStates<float>;
+template class VertexStates<double>;
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                          \
+  template void VertexStates<BV::S>::start(const UpdateTarget<BV>&, const BodyFrame<BV::S>&); \
+  template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&); \
+  template void VertexStates<BV::S>::readInPlace(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

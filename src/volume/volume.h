@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include <fcl/math/bv/RSS.h>
 
 #include "geometry/body_frame.h"
@@ -23,12 +26,25 @@ struct Volume<fcl::RSS<S_>> {
   using Point = fcl::Vector3<S>;
 
   static S radius(const BV& bv) { return bv.r; }
-  static S& radius(BV& bv) { return bv.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
 
-  /// The three coordinates that fix the volume in space. Adding to them moves it, rounded by at
-  /// most epsilon times `cornerSum` of the result.
-  static S* corner(BV& bv) { return bv.To.data(); }
+  /// Moves the volume and lets it grow on all sides; rounded by at most epsilon times `cornerSum`
+  /// of the result.
+  static void move(BV& bv, const Point& translation, S growth) {
+    bv.To += translation;
+    bv.r += growth;
+  }
+  /// Lets it grow or shrink on all sides, by the difference to its present radius.
+  static void setRadius(BV& bv, S radius) { bv.r = radius; }
+  /// To the next number above.
+  static void raiseRadius(BV& bv) {
+    bv.r = std::nextafter(bv.r, std::numeric_limits<S>::infinity());
+  }
+  /// Loads what `move` changes into the processor's cache.
+  ADAPTIVE_BVH_INLINE static void prefetch(const BV& bv) {
+    __builtin_prefetch(bv.To.data(), 1);
+    __builtin_prefetch(&bv.r, 1);
+  }
   /// Bounds |x| + |y| + |z| of the corner, the radius, and the sides.
   static S cornerSum(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r + bv.l[0] + bv.l[1]; }
   /// Bounds |x| + |y| + |z| of every point of the volume.

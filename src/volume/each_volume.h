@@ -1,0 +1,7 @@
+#pragma once
+
+#include <fcl/math/bv/RSS.h>
+
+/// Hands every type of bounding volume that the library is compiled for to a macro, for explicit
+/// instantiation.
+#define ADAPTIVE_BVH_FOR_EACH_VOLUME(macro) macro(fcl::RSS<float>) macro(fcl::RSS<double>)
