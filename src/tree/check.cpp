@@ -41,13 +41,6 @@ bool linksHold(const fcl::BVHModel<BV>& model, int i) {
          left.num_primitives + right.num_primitives == node.num_primitives;
 }
 
-template <typename BV>
-bool contains(const BV& bv, const fcl::Vector3<typename BV::S>& p) {
-  using V = Volume<BV>;
-  const auto distance = V::distanceToRectangle(bv, p);
-  return distance <= V::radius(bv) + V::containmentError(bv, distance);
-}
-
 }  // namespace
 
 template <typename BV>
@@ -71,7 +64,8 @@ bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason) {
     for (int k = 0; k < node.num_primitives; ++k) {
       const unsigned primitive = order[node.first_primitive + k];
       bool inside = true;
-      mesh.forEachPosition(primitive, [&](const auto& p) { inside &= contains(node.bv, p); });
+      mesh.forEachPosition(primitive,
+                           [&](const auto& p) { inside &= Volume<BV>::contains(node.bv, p); });
       if (!inside)
         return fail("node " + std::to_string(i) + " does not contain primitive " +
                     std::to_string(primitive));

@@ -53,8 +53,8 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
 
 template <typename BV>
 void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
-  target.tree.boxes->frame =
-      BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), root.center(), root.size() / 2);
+  target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
+                                          Volume<BV>::center(root), Volume<BV>::length(root) / 2);
   vertices_.start(target, target.tree.boxes->frame);
   ThreadPool alone(1);
   propagate(target, RefitPolicy(), alone);

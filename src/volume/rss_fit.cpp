@@ -161,10 +161,12 @@ void putLongerSideFirst(fcl::RSS<S>& bv) {
   bv.axis.col(2) *= -1;
 }
 
+}  // namespace
+
 /// The normal is the direction of least variance. Which sides and which sphere suit it best is
 /// judged on a few points, evenly picked; then all of them are enclosed.
 template <typename S>
-fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
+fcl::RSS<S> fitRss(const PointArrays<S>& points) {
   constexpr std::size_t kJudges = 64;
   static thread_local PointArrays<S> few, local;
   const Matrix3<S> axes = principalAxes(points);
@@ -199,7 +201,12 @@ fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
   return bv;
 }
 
-}  // namespace
+template <typename S, typename Primitive>
+const PointArrays<S>& gatherPositions(const MeshView<S>& mesh, const Primitive* primitives,
+                                      int count) {
+  static thread_local Gathered<S> gathered;
+  return gathered.from(mesh, primitives, count);
+}
 
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
@@ -207,13 +214,18 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
     const VertexIndices& t = cornersOf(mesh, primitives[0]);
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
-  static thread_local Gathered<S> gathered;
-  return fitPositions(gathered.from(mesh, primitives, count));
+  return fitRss(gatherPositions(mesh, primitives, count));
 }
 
-template fcl::RSS<float> fitRss(const MeshView<float>&, const unsigned*, int);
-template fcl::RSS<float> fitRss(const MeshView<float>&, const VertexIndices*, int);
-template fcl::RSS<double> fitRss(const MeshView<double>&, const unsigned*, int);
-template fcl::RSS<double> fitRss(const MeshView<double>&, const VertexIndices*, int);
+#define ADAPTIVE_BVH_INSTANTIATE(S, Primitive)                            \
+  template fcl::RSS<S> fitRss(const MeshView<S>&, const Primitive*, int); \
+  template const PointArrays<S>& gatherPositions(const MeshView<S>&, const Primitive*, int);
+ADAPTIVE_BVH_INSTANTIATE(float, unsigned)
+ADAPTIVE_BVH_INSTANTIATE(float, VertexIndices)
+ADAPTIVE_BVH_INSTANTIATE(double, unsigned)
+ADAPTIVE_BVH_INSTANTIATE(double, VertexIndices)
+#undef ADAPTIVE_BVH_INSTANTIATE
+template fcl::RSS<float> fitRss(const PointArrays<float>&);
+template fcl::RSS<double> fitRss(const PointArrays<double>&);
 
 }  // namespace adaptive_bvh

@@ -31,6 +31,12 @@ S Volume<fcl::RSS<S>>::containmentError(const BV& bv, S distance) {
 }
 
 template <typename S>
+bool Volume<fcl::RSS<S>>::contains(const BV& bv, const Point& p) {
+  const S distance = distanceToRectangle(bv, p);
+  return distance <= bv.r + containmentError(bv, distance);
+}
+
+template <typename S>
 fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const unsigned* primitives,
                                      int count) {
   return fitRss(mesh, primitives, count);
