@@ -174,7 +174,7 @@ bool DistanceVisitor<BV>::finish() {
   statistics_.recordQuery(work_);
   if (!improved_) return false;
   for (auto& point : result_.nearest_points) point = first_.tf * point;
-  settleNearestPoints<S>(first_, second_, {request_, result_});
+  settleNearestPoints<BV>(first_, second_, {request_, result_});
   return true;
 }
 
