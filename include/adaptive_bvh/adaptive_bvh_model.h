@@ -40,7 +40,7 @@ struct Supported {
 /// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
 /// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
 /// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS and
-/// OBBRSS: it misses collisions and overestimates distances.)
+/// OBBRSS: distances come out too large, and collisions of RSS are missed.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
