@@ -6,6 +6,7 @@
 #include "geometry/box.h"
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
+#include "volume/extents.h"
 
 namespace adaptive_bvh {
 
@@ -71,6 +72,11 @@ struct Volume<fcl::RSS<S_>> {
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
   /// Of primitives that are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+
+  /// The volume with these axes, orthonormal up to rounding, that has some extents in units of
+  /// `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
+  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
+                  S error);
 
   /// Holds all that a box in body coordinates holds, exactly, where points there are off by no more
   /// than BodyFrame::toBodyFrame's error in a body whose largest coordinate is `extent`.
