@@ -105,8 +105,8 @@ template <typename BV>
 void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
   const auto index1 = static_cast<std::size_t>(nodes1_.leafIndex(pair.node1)),
              index2 = static_cast<std::size_t>(nodes2_.leafIndex(pair.node2));
-  const VertexIndices &a = first_.tree->topology.leaf_vertices[index1],
-                      &b = second_.tree->topology.leaf_vertices[index2];
+  const VertexIndices a = first_.tree->topology.slots.verticesOf(index1),
+                      b = second_.tree->topology.slots.verticesOf(index2);
   S separation = triangles_.separation(a, b);
   if (separation < limit_)
     separation = std::max(separation, triangles_.separationNearby(a, b, limit_));

@@ -52,7 +52,7 @@ struct InflationRule {
 template <typename BV>
 void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   const auto nodes = static_cast<std::size_t>(target.nodes());
-  const std::size_t primitives = target.tree.topology.leaf_vertices.size();
+  const std::size_t primitives = target.tree.topology.slots.leaves();
   target.tree.boxes.reset();
   target.tree.motion = MotionBounds<S>();
   original_radius_.resize(nodes);
@@ -69,9 +69,10 @@ void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV
 }
 
 template <typename BV>
-VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const fcl::BVHModel<BV>& model,
+VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const UpdateTarget<BV>& target,
                                                                 const StepInput<S>& input,
                                                                 int first, int last) {
+  const fcl::BVHModel<BV>& model = target.model;
   VertexSummary<S> summary;
   for (int v = first; v < last; ++v) {
     const Point displacement = input.positions[v] - model.vertices[v];

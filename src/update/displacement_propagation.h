@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "update/node_fit.h"
 #include "update/step_input.h"
 #include "update/thread_pool.h"
 #include "update/update_target.h"
@@ -40,8 +41,15 @@ class DisplacementPropagation {
   void reset(const UpdateTarget<BV>& target);
   void start(const UpdateTarget<BV>& target, const BV& root);
 
+  struct Fit {
+    const UpdateTarget<BV> target;
+    BV operator()(int node) const { return fitNode(target, node); }
+  };
+  static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
+
   void begin(const UpdateTarget<BV>&, const StepInput<S>&) {}
-  VertexSummary<S> read(const fcl::BVHModel<BV>& model, const StepInput<S>& input, int first,
+  static int readSize(const UpdateTarget<BV>& target) { return target.model.num_vertices; }
+  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                         int last);
   void accept(const UpdateTarget<BV>&, S) {}
   void discard() {}

@@ -38,7 +38,7 @@ class MotionRule {
 
   MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions)
       : fcl_nodes_(&target.model.getBV(0)),
-        leaf_vertices_(target.tree.topology.leaf_vertices.data()),
+        slots_(target.tree.topology.slots),
         motions_(motions),
         boxes_(target.tree.boxes->nodes()),
         bounds_(target.tree.motion.ofPair(0)),
@@ -55,18 +55,18 @@ class MotionRule {
   }
 
   ADAPTIVE_BVH_INLINE void leaf(int node, NodeMotion& value) const {
-    const VertexIndices& vertices = leaf_vertices_[boxes_.leafIndex(node)];
-    const VertexState& a = motions_.states[vertices[0]];
+    const VertexIndices slots = slots_.slotsOf(static_cast<std::size_t>(boxes_.leafIndex(node)));
+    const VertexState& a = motions_.states[slots[0]];
     value.box.low = value.box.high = float4::load(a.position);
     value.motion.low = value.motion.high = float4::load(a.motion);
     for (int k = 1; k < 3; ++k) {
-      const VertexState& b = motions_.states[vertices[k]];
+      const VertexState& b = motions_.states[slots[k]];
       value.box.add(float4::load(b.position));
       value.motion.add(float4::load(b.motion));
     }
     if (!motions_.previous) return;
     // Two-frame update: the volume must hold the vertices where they were, which is motion 0.
-    for (unsigned v : vertices) value.box.add(float4::load(motions_.previous[v].data()));
+    for (unsigned slot : slots) value.box.add(float4::load(motions_.previous[slot].data()));
     value.motion.add(float4::all(0));
   }
 
@@ -155,7 +155,7 @@ class MotionRule {
   }
 
   fcl::BVNode<BV>* const fcl_nodes_;
-  const VertexIndices* const leaf_vertices_;
+  const VertexSlots& slots_;
   const Motions<S> motions_;
   const BoxNodes<BoxNode> boxes_;
   float* const bounds_;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "update/node_fit.h"
 #include "update/refit.h"
 #include "update/step_scope.h"
 #include "update/stopwatch.h"

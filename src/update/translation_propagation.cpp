@@ -46,7 +46,7 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   if (!tree.boxes) tree.boxes.emplace();
   tree.boxes->adopt(target.model);
   tree.motion.reset(target.nodes());
-  vertices_.reset(target.model.num_vertices);
+  vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
   next_limited_ = 0;
 }
@@ -60,6 +60,9 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
+  axes_.resize(static_cast<std::size_t>(target.nodes()));
+  BodyFit<BV> fits = fit(target, RefitPolicy());
+  for (int i = 0; i < target.nodes(); ++i) fits.keepAxes(i, i == 0 ? root : target.volume(i));
 }
 
 template <typename BV>
@@ -141,7 +144,7 @@ void TranslationPropagation<BV>::limitSomeInflations(const UpdateTarget<BV>& tar
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + stack_.capacity() * sizeof(NodeMotion);
+  return vertices_.bytes() + axes_.capacity() * sizeof(PackedRotation) + stack_.capacity() * sizeof(NodeMotion);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;

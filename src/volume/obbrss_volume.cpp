@@ -6,7 +6,7 @@
 #include "volume/rss_fit.h"
 #include "volume/swept_rectangle.h"
 
-// Rounding of the box: docs/bounds.md, 11.
+// Rounding of the box: docs/bounds.md, 12.
 namespace adaptive_bvh {
 namespace {
 
@@ -94,6 +94,24 @@ template <typename S>
 fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::fit(const MeshView<S>& mesh, const VertexIndices* primitives,
                                            int count) {
   return fitBoth(mesh, primitives, count);
+}
+
+template <typename S>
+fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::along(const fcl::Matrix3<S>& axes, const Point& corner,
+                                             const Extents& extents, S unit, S error) {
+  const Interval<float> ranges[3] = {extents.ranges.x, extents.ranges.y, extents.ranges.z};
+  BV bv;
+  bv.rss = Swept::along(axes, corner, extents, unit, error);
+  bv.obb.axis = axes;
+  Point to_middle;
+  for (int k = 0; k < 3; ++k) {
+    const S low = S(ranges[k].low), high = S(ranges[k].high);
+    to_middle[k] = ((low + high) / 2 - S(extents.corner[k])) * unit;
+    bv.obb.extent[k] = (high - low) / 2 * unit;
+  }
+  bv.obb.To = corner + axes * to_middle;
+  bv.obb.extent.array() += error + 2 * kAxes * bv.obb.extent.sum();
+  return bv;
 }
 
 template <typename S>

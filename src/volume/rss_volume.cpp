@@ -48,6 +48,17 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const VertexIndice
   return fitRss(mesh, primitives, count);
 }
 
+template <typename S>
+fcl::RSS<S> Volume<fcl::RSS<S>>::along(const fcl::Matrix3<S>& axes, const Point& corner,
+                                       const Extents& extents, S unit, S error) {
+  BV bv;
+  bv.axis = axes;
+  bv.To = corner;
+  for (int k = 0; k < 2; ++k) bv.l[k] = S(extents.sides[k]) * unit;
+  bv.r = S(extents.radius) * unit + error;
+  return bv;
+}
+
 // A box is within half its shortest side of the rectangle in its middle. The radius also covers
 // the error of the box (BodyFrame::kError in each of three coordinates) and the rounding here, a
 // few epsilon of each term.

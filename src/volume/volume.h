@@ -11,6 +11,7 @@
 #include "geometry/box.h"
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
+#include "volume/extents.h"
 
 namespace adaptive_bvh {
 
@@ -96,6 +97,13 @@ struct Volume<fcl::RSS<S_>> {
   /// Of primitives that are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
 
+  /// The volume with these axes, orthonormal up to rounding, that has some extents in units of
+  /// `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
+  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
+                  S error);
+  /// Whether that needs Extents::ranges.
+  static constexpr bool kHasBox = false;
+
   /// Holds all that a box in body coordinates holds, exactly, where points there are off by no more
   /// than BodyFrame::toBodyFrame's error in a body whose largest coordinate is `extent`.
   static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
@@ -140,7 +148,7 @@ struct Volume<fcl::OBBRSS<S_>> {
   static Point normal(const BV& bv) { return Swept::normal(bv.rss); }
 
   /// Along its axes the box grows by more than `growth`, for these may be too long and askew:
-  /// docs/bounds.md, 11.
+  /// docs/bounds.md, 12.
   static void move(BV& bv, const Point& translation, S growth) {
     Swept::move(bv.rss, translation, growth);
     bv.obb.To += translation;
@@ -175,6 +183,9 @@ struct Volume<fcl::OBBRSS<S_>> {
 
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
+                  S error);
+  static constexpr bool kHasBox = true;
   static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
 
   static double volume(const BV& bv) { return Swept::volume(bv.rss); }

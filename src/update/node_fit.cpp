@@ -1,4 +1,6 @@
-#include "update/refit.h"
+#include "update/node_fit.h"
+
+#include <vector>
 
 #include "volume/each_volume.h"
 
@@ -7,9 +9,12 @@ namespace adaptive_bvh {
 template <typename BV>
 BV fitNode(const UpdateTarget<BV>& target, int node) {
   const fcl::BVNode<BV>& fcl_node = target.model.getBV(node);
+  static thread_local std::vector<VertexIndices> below;
   const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
-  return Volume<BV>::fit(viewOf(target.model), &target.tree.topology.leaf_vertices[first],
-                         fcl_node.num_primitives);
+  below.resize(static_cast<std::size_t>(fcl_node.num_primitives));
+  for (std::size_t i = 0; i < below.size(); ++i)
+    below[i] = target.tree.topology.slots.verticesOf(first + i);
+  return Volume<BV>::fit(viewOf(target.model), below.data(), fcl_node.num_primitives);
 }
 
 template <typename BV>
