@@ -314,19 +314,37 @@ void AdaptiveBVHModel<BV>::requireBuilt() {
 /// first call that reads it repairs it. That call is const for FCL; the repair only restores the
 /// invariant. Any number of threads may come here at once.
 template <typename BV>
-void AdaptiveBVHModel<BV>::resynchronise() const {
+void AdaptiveBVHModel<BV>::repair() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
+}
+
+/// Likewise volumes that wait are brought up to date by the first call that reads them.
+template <typename BV>
+void AdaptiveBVHModel<BV>::updateVolumes() const {
+  adaptive_bvh::updateVolumes<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree},
+                                  state_->update, state_->policy);
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::resynchronise() const {
+  repair();
+  updateVolumes();
+}
+
+template <typename BV>
+fcl::NODE_TYPE AdaptiveBVHModel<BV>::typeOfModel() const {
+  return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
 }
 
 template <typename BV>
 fcl::NODE_TYPE AdaptiveBVHModel<BV>::getNodeType() const {
   resynchronise();
-  return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
+  return typeOfModel();
 }
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::computeLocalAABB() {
-  resynchronise();
+  repair();
   updateLocalBounds(*this);
 }
 
@@ -345,6 +363,7 @@ const RefitPolicy& AdaptiveBVHModel<BV>::refitPolicy() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
+  if (!policy.volumes_on_demand) updateVolumes();
   state_->policy = policy;
   if (state_->update.propagation() == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
@@ -400,6 +419,7 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
+  updateVolumes();
   return checkTree<BV>(*this, reason);
 }
 

@@ -25,6 +25,11 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
+  /// getNodeType, but volumes that wait are left alone.
+  static fcl::NODE_TYPE repairedType(const AdaptiveBVHModel<BV>& model) {
+    model.repair();
+    return model.typeOfModel();
+  }
 };
 
 }  // namespace detail

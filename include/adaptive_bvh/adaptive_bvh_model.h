@@ -232,6 +232,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
+  /// Brings FCL's nodes up to date where RefitPolicy::volumes_on_demand has left them behind, by
+  /// refitting every volume; else nothing. Every query of FCL's does that first, and `validate`.
+  /// Threads that query may call it at once.
+  void updateVolumes() const;
+
   /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or
   /// more. 1 by default. The result has the same bits whatever the number. Throws
   /// std::invalid_argument below 1.
@@ -273,6 +278,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
 
   using Columns = Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>;
 
+  void repair() const;
+  fcl::NODE_TYPE typeOfModel() const;
   void takeOverBuild();
   int addPositions(bool two_frames, const Point* positions, std::size_t count);
   int endPositions(bool two_frames, bool refit);

@@ -89,6 +89,13 @@ struct RefitPolicy {
   /// a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
 
+  /// Propagation::TranslationCompensated only. Updates renew what the queries of query.h (two adaptive
+  /// meshes), coherent_distance.h and self_collision.h read, the boxes, and leave FCL's nodes as they
+  /// are: that takes less than half of the time. The next query of FCL's brings the nodes up to
+  /// date, on whatever thread it runs, and so does AdaptiveBVHModel::updateVolumes. Code that reads
+  /// `getBV` itself has to call that first. Nothing is judged or refitted meanwhile.
+  bool volumes_on_demand = false;
+
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The
   /// thesis (4.3, step 3) only ever raises it; the bound holds as well when a vertex has swung
   /// back, so it may follow downwards too.

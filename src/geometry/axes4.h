@@ -32,18 +32,31 @@ struct Axes4 {
   }
 };
 
-/// Right-handed axes, the first along a, the third orthogonal to a and b; those of the coordinates
-/// where a and b are parallel or 0.
+/// A vector of length 1 that is orthogonal to a given one of length 1.
+inline Float4 anyOrthogonal(const Float4& x) {
+  const Float4 other = std::abs(x[0]) < 0.6f ? Float4{1, 0, 0, 0} : Float4{0, 1, 0, 0};
+  const Float4 y = float4::cross(x, other);
+  return y * float4::all(1 / std::sqrt(float4::dot(y, y)));
+}
+
+/// Right-handed axes, the first along a, the third orthogonal to a and b; any where a and b leave
+/// the choice open. Orthonormal up to 1e-6, also where a and b are nearly parallel: the product of
+/// these is then off, and with it the length of the second axis.
 ADAPTIVE_BVH_INLINE Axes4 axesAlong(const Float4& a, const Float4& b) {
-  constexpr float kTiny = 1e-30f;
+  constexpr float kTiny = 1e-30f, kNoise = 0.02f;
   const Float4 normal = float4::cross(a, b);
   const Float4 squares = float4::sums(a * a, normal * normal, a * a, a * a);
-  if (!(squares[0] > kTiny && squares[1] > kTiny)) return {};
-  const Float4 scales = float4::all(1) / float4::squareRoot(squares);
   Axes4 axes;
+  if (!(squares[0] > kTiny)) return axes;
+  const Float4 scales = float4::all(1) / float4::squareRoot(squares);
   axes.x = a * float4::all(scales[0]);
-  axes.z = normal * float4::all(scales[1]);
-  axes.y = float4::cross(axes.z, axes.x);
+  axes.y = float4::cross(normal * float4::all(scales[1]), axes.x);
+  const float excess = float4::dot(axes.y, axes.y) - 1;
+  if (squares[1] > kTiny && excess > -kNoise)
+    axes.y *= float4::all(1 - excess * (0.5f - 0.375f * excess));
+  else
+    axes.y = anyOrthogonal(axes.x);
+  axes.z = float4::cross(axes.x, axes.y);
   return axes;
 }
 

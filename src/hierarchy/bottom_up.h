@@ -3,7 +3,7 @@
 #include <array>
 
 #include "geometry/mesh_view.h"
-#include "hierarchy/scratch.h"
+#include "geometry/scratch.h"
 
 namespace adaptive_bvh {
 

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "hierarchy/scratch.h"
+#include "geometry/scratch.h"
 
 namespace adaptive_bvh {
 

@@ -50,6 +50,8 @@ nlohmann::json asJson(const RefitPolicy& policy) {
           {"child_distance_ratio", policy.child_distance_ratio},
           {"min_inflation", policy.min_inflation},
           {"reference", nameOf(policy.reference)},
+          {"axes_tolerance", policy.axes_tolerance},
+          {"volumes_on_demand", policy.volumes_on_demand},
           {"leaf_radius_may_shrink", policy.leaf_radius_may_shrink}};
 }
 
@@ -70,6 +72,10 @@ RefitPolicy policyFrom(const nlohmann::json& json) {
       policy.propagation = propagationNamed(value.get<std::string>());
     else if (key == "reference")
       policy.reference = referenceNamed(value.get<std::string>());
+    else if (key == "axes_tolerance")
+      policy.axes_tolerance = value;
+    else if (key == "volumes_on_demand")
+      policy.volumes_on_demand = value;
     else if (key == "leaf_radius_may_shrink")
       policy.leaf_radius_may_shrink = value;
     else

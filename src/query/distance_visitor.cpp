@@ -8,6 +8,19 @@
 #include "query/search.h"
 
 namespace adaptive_bvh {
+namespace {
+
+/// Only while volumes are not being brought up to date by a query on another thread.
+template <typename BV>
+VolumeSeparation<BV> separationOf(const TriangleSeparation<typename BV::S>& placement,
+                                  const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                                  bool are_current) {
+  if (!are_current) return {placement.R(), placement.T(), 0, 0};
+  return {placement.R(), placement.T(), first.tree->motion.coordinateSum(),
+          second.tree->motion.coordinateSum()};
+}
+
+}  // namespace
 
 template <typename BV>
 DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
@@ -26,7 +39,8 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       unit2_(static_cast<double>(second.tree->boxes->frame.unit())),
       boxes_(*first.tree->boxes, first.tf, *second.tree->boxes, second.tf),
       triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
-      volumes_(triangles_.R(), triangles_.T(), motion1_.coordinateSum(), motion2_.coordinateSum()) {
+      has_volumes_(first.tree->volumesAreCurrent() && second.tree->volumesAreCurrent()),
+      volumes_(separationOf(triangles_, first, second, has_volumes_)) {
   setLimit();
 }
 
@@ -85,7 +99,8 @@ bool DistanceVisitor<BV>::prune(Pair& pair) {
     return true;
   }
   const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
-  if (pair.gap >= kNear * limit2_ && a.num_primitives + b.num_primitives > kFew) {
+  if (has_volumes_ && pair.gap >= kNear * limit2_ &&
+      a.num_primitives + b.num_primitives > kFew) {
     ++work_.separation_tests;
     pair.separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
     if (pair.separation >= limit_) {

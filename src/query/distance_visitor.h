@@ -121,6 +121,8 @@ class DistanceVisitor {
   const double unit1_, unit2_;  // of the models, per unit of their boxes
   const BoxPair boxes_;
   TriangleSeparation<S> triangles_;
+  /// FCL's volumes may be read: none waits to be brought up to date.
+  const bool has_volumes_;
   const VolumeSeparation<BV> volumes_;
   S limit_;           // distances from here on do not matter
   float limit2_ = 0;  // as a squared gap of boxes: see BoxPair

@@ -25,16 +25,22 @@ struct Object {
     mesh.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(object.geometry);
     mesh.tree = adaptive ? &detail::ModelAccess<BV>::tree(*adaptive) : nullptr;
     mesh.tf = object.tf;
+    model = adaptive;
   }
 
   bool isShape() const { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
   bool isOctree() const { return type == fcl::GEOM_OCTREE; }
   bool isMesh() const { return mesh.model != nullptr; }
-  bool isAdaptive() const { return mesh.tree != nullptr; }
+  bool isAdaptive() const { return model != nullptr; }
+  /// Before FCL's volumes are read.
+  void updateVolumes() const {
+    if (model) model->updateVolumes();
+  }
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
   PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of BV
+  const AdaptiveBVHModel<BV>* model = nullptr;
 };
 
 /// Hands a pair to its recorded query, the mesh first. False when there is none: FCL's is to run.
@@ -42,7 +48,11 @@ template <typename BV, typename Run>
 bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) {
   for (const Object<BV>* object : {&first, &second})
     if (object->isMesh()) requireTriangles(*object->mesh.model);
-  if (first.isMesh() && second.isMesh() && (first.isAdaptive() || second.isAdaptive()))
+  const bool are_meshes = first.isMesh() && second.isMesh();
+  if (are_meshes && run.byBoxes(first.mesh, second.mesh)) return true;
+  first.updateVolumes();
+  second.updateVolumes();
+  if (are_meshes && (first.isAdaptive() || second.isAdaptive()))
     return run.meshMesh(first.mesh, second.mesh);
   const auto mesh_other = [&](const Object<BV>& mesh, const Object<BV>& other) {
     if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
@@ -53,12 +63,24 @@ bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) 
   return second.isAdaptive() && mesh_other(second, first);
 }
 
+/// What getNodeType says, after it has repaired a tree that was changed without our update. Volumes
+/// that wait are left alone: the query may not need them.
+template <typename S>
+fcl::NODE_TYPE repairedType(const fcl::CollisionGeometry<S>& geometry) {
+  if (geometry.getObjectType() == fcl::OT_BVH) {
+    if (const auto* rss = dynamic_cast<const AdaptiveBVHModel<fcl::RSS<S>>*>(&geometry))
+      return detail::ModelAccess<fcl::RSS<S>>::repairedType(*rss);
+    if (const auto* both = dynamic_cast<const AdaptiveBVHModel<fcl::OBBRSS<S>>*>(&geometry))
+      return detail::ModelAccess<fcl::OBBRSS<S>>::repairedType(*both);
+  }
+  return geometry.getNodeType();
+}
+
 /// As above, of objects of any types. Two meshes have the same volumes: others are refused.
 template <typename S, typename Run>
 bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
-  // Repairs trees that were changed without our update.
-  const fcl::NODE_TYPE type1 = first.geometry->getNodeType(),
-                       type2 = second.geometry->getNodeType();
+  const fcl::NODE_TYPE type1 = repairedType(*first.geometry),
+                       type2 = repairedType(*second.geometry);
   run.require(type1, type2);
   if (type1 == fcl::BV_OBBRSS || type2 == fcl::BV_OBBRSS)
     return runPair(Object<fcl::OBBRSS<S>>(first, type1), Object<fcl::OBBRSS<S>>(second, type2),
@@ -76,8 +98,7 @@ struct RunDistance {
   }
   template <typename BV>
   bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
-    distance =
-        byBoxes(first, second) ? query.result.min_distance : meshMeshDistance(first, second, query);
+    distance = meshMeshDistance(first, second, query);
     return true;
   }
   template <typename BV>
@@ -92,7 +113,6 @@ struct RunDistance {
     return true;
   }
 
- private:
   template <typename BV>
   bool byBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     if (!first.hasBoxes() || !second.hasBoxes()) return false;
@@ -101,6 +121,7 @@ struct RunDistance {
     PairCache<BV> cache{int(last.first), int(last.second), {}};
     if (!distanceByBoxes(first, second, query, cache)) return false;
     witnesses.keep(second.model, {unsigned(cache.witness1), unsigned(cache.witness2)});
+    distance = query.result.min_distance;
     return true;
   }
 };
@@ -117,6 +138,10 @@ struct RunCollision {
   bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     contacts = meshMeshCollide(first, second, query);
     return true;
+  }
+  template <typename BV>
+  static bool byBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&) {
+    return false;
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -26,7 +27,9 @@ struct AdaptiveTree {
         boxes(other.boxes),
         motion(other.motion),
         statistics(other.statistics),
-        detector(other.detector) {}
+        detector(other.detector) {
+    setVolumesCurrent(other.volumesAreCurrent());
+  }
 
   /// A number that no other tree has. A new one whenever accumulated motions or the topology begin
   /// anew.
@@ -39,6 +42,13 @@ struct AdaptiveTree {
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
 
+  /// False while FCL's nodes wait to be brought up to date (RefitPolicy::volumes_on_demand): then
+  /// only the boxes may be read.
+  bool volumesAreCurrent() const { return volumes_current_.load(std::memory_order_acquire); }
+  void setVolumesCurrent(bool current) {
+    volumes_current_.store(current, std::memory_order_release);
+  }
+
   static std::uint64_t newGeneration();
 
   /// Takes over FCL's tree as it stands. Statistics begin anew; boxes and motion are not set.
@@ -50,6 +60,9 @@ struct AdaptiveTree {
   std::size_t bytes() const {
     return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes();
   }
+
+ private:
+  std::atomic<bool> volumes_current_{true};
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template struct AdaptiveTree<BV>;

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -25,9 +23,9 @@ class alignas(32) BoxNode {
   ADAPTIVE_BVH_INLINE bool isLeaf() const { return link() < kFirst; }
   ADAPTIVE_BVH_INLINE int left() const { return link() - kFirst; }
   ADAPTIVE_BVH_INLINE int leafIndex() const { return kFirst - 1 - link(); }
-  /// Of a node's volume, when its axes were last chosen: for its refits.
-  float chosenArea() const { return high_[3]; }
-  void setChosenArea(float area) { high_[3] = std::max(area, std::numeric_limits<float>::min()); }
+  /// The node's number among those with three primitives or more: see BoxTree::adopt.
+  int largeIndex() const { return bitsOf(high_[3]) - kFirst; }
+  void setLargeIndex(int index) { setBits(high_[3], kFirst + index); }
   void setLeft(int node) { setLink(kFirst + node); }
   void setLeafIndex(int index) { setLink(kFirst - 1 - index); }
 
@@ -36,15 +34,19 @@ class alignas(32) BoxNode {
   /// small integers would be denormal ones, with which processors are slow.
   static constexpr std::int32_t kFirst = 0x3f800000;
 
-  std::int32_t link() const {
+  static std::int32_t bitsOf(float number) {
     std::int32_t bits;
-    std::memcpy(&bits, low_ + 3, sizeof(bits));
+    std::memcpy(&bits, &number, sizeof(bits));
     return bits;
   }
-  void setLink(std::int32_t bits) { std::memcpy(low_ + 3, &bits, sizeof(bits)); }
+  static void setBits(float& number, std::int32_t bits) {
+    std::memcpy(&number, &bits, sizeof(bits));
+  }
+  std::int32_t link() const { return bitsOf(low_[3]); }
+  void setLink(std::int32_t bits) { setBits(low_[3], bits); }
 
   float low_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of a link
-  float high_[4] = {0, 0, 0, 1};  ///< the fourth: see chosenArea
+  float high_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of largeIndex
 };
 
 /// The nodes of a BoxTree, by FCL's numbers; cheap to copy. `Node` is BoxNode, or const.
@@ -62,8 +64,7 @@ class BoxNodes {
 
   ADAPTIVE_BVH_INLINE void setBox(int node, const Box& box) const { root_[node].setBox(box); }
 
-  float chosenArea(int node) const { return root_[node].chosenArea(); }
-  void setChosenArea(int node, float area) const { root_[node].setChosenArea(area); }
+  int largeIndex(int node) const { return root_[node].largeIndex(); }
 
  private:
   Node* root_;
@@ -76,11 +77,13 @@ class BoxTree {
  public:
   BodyFrame<S> frame;
 
-  /// Links of the model's tree; the boxes come with the next propagation.
+  /// Links of the model's tree; the boxes come with the next propagation. Numbers the nodes with
+  /// three primitives or more from 0.
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model) {
     const int size = model.getNumBVs();
     nodes_.assign(static_cast<std::size_t>(size) + 1, BoxNode());
+    large_ = 0;
     for (int i = 0; i < size; ++i) {
       const auto& node = model.getBV(i);
       BoxNode& box_node = nodes_[static_cast<std::size_t>(i) + 1];
@@ -88,11 +91,15 @@ class BoxTree {
         box_node.setLeafIndex(node.first_primitive);
       else
         box_node.setLeft(node.leftChild());
+      if (node.num_primitives > 2) box_node.setLargeIndex(large_++);
     }
   }
 
   BoxNodes<const BoxNode> nodes() const { return BoxNodes<const BoxNode>(nodes_.data() + 1); }
   BoxNodes<BoxNode> nodes() { return BoxNodes<BoxNode>(nodes_.data() + 1); }
+
+  /// How many nodes have three primitives or more.
+  int largeNodes() const { return large_; }
 
   Box root() const { return nodes_[1].box(); }
   /// The middle of all triangles, in the model's coordinates.
@@ -101,6 +108,7 @@ class BoxTree {
   std::size_t bytes() const { return nodes_.capacity() * sizeof(BoxNode); }
 
  private:
+  int large_ = 0;
   std::vector<BoxNode> nodes_;  // by node + 1: siblings are then aligned to a cache line
 };
 

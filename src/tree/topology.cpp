@@ -1,7 +1,8 @@
 #include "tree/topology.h"
 
 #include <algorithm>
-#include <vector>
+
+#include "geometry/scratch.h"
 
 #include "volume/each_volume.h"
 
@@ -12,7 +13,7 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
   slots.adopt(model);
   depth = 0;
-  std::vector<int> depth_of(nodes, 0);
+  Scratch<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     depth = std::max(depth, depth_of[i]);

@@ -1,5 +1,7 @@
 #include "tree/vertex_slots.h"
 
+#include "geometry/scratch.h"
+
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -27,7 +29,7 @@ class Numbering {
   bool isNumbered(unsigned v) const { return block_[v] != 0; }
 
  private:
-  std::vector<unsigned> block_, number_;  // by vertex: the last block that it was numbered in
+  Scratch<unsigned> block_, number_;  // by vertex: the last block that it was numbered in
   unsigned blocks_ = 0, count_ = 0;
 };
 
@@ -36,7 +38,7 @@ class Numbering {
 template <typename BV>
 void VertexSlots::adopt(const fcl::BVHModel<BV>& model) {
   const auto mesh = viewOf(model);
-  std::vector<VertexIndices> corners((static_cast<std::size_t>(model.getNumBVs()) + 1) / 2);
+  Scratch<VertexIndices> corners((static_cast<std::size_t>(model.getNumBVs()) + 1) / 2);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     if (node.isLeaf())
@@ -45,6 +47,7 @@ void VertexSlots::adopt(const fcl::BVHModel<BV>& model) {
   }
   leaves_.resize(corners.size());
   vertices_.clear();
+  vertices_.reserve(static_cast<std::size_t>(model.num_vertices));  // as many slots, or more
   Numbering numbers(model.num_vertices);
   const auto fits = [&](std::size_t first, std::size_t count) {
     if (count > 2 * kBlock) return false;  // cheaper than counting; a mesh has fewer vertices
@@ -65,7 +68,7 @@ void VertexSlots::adopt(const fcl::BVHModel<BV>& model) {
       }
     }
   };
-  std::vector<int> open = {0};
+  Scratch<int> open(1, 0);
   while (!open.empty()) {  // in the order of the leaves
     const fcl::BVNode<BV>& node = model.getBV(open.back());
     open.pop_back();
@@ -81,7 +84,6 @@ void VertexSlots::adopt(const fcl::BVHModel<BV>& model) {
   end_ = static_cast<unsigned>(vertices_.size());
   for (unsigned v = 0; v < static_cast<unsigned>(model.num_vertices); ++v)
     if (!numbers.isNumbered(v)) vertices_.push_back(v);
-  vertices_.shrink_to_fit();
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template void VertexSlots::adopt(const fcl::BVHModel<BV>&);

@@ -47,19 +47,23 @@ ADAPTIVE_BVH_INLINE Ranges turn(std::size_t count, const Axes4& axes, PointArray
   return {first_axis.interval(), second_axis.interval(), heights.interval()};
 }
 
-/// The axes in the model's coordinates, orthonormal to 1e-12: a step of Newton's method for the
-/// inverse square root of A^T A, which is off from 1 by less than 1e-6.
+/// A vector as long as 1 up to rounding, from one that is up to 1e-5: the series of 1 / sqrt(n)
+/// about 1, whose next term is below 1e-15.
+fcl::Vector3d unitVector(const fcl::Vector3d& v) {
+  const double d = v.squaredNorm() - 1;
+  return v * (1 - d * (0.5 - d * 0.375));
+}
+
+/// The axes in the model's coordinates, orthonormal up to rounding.
 template <typename S>
 fcl::Matrix3<S> toModel(const fcl::Matrix3d& frame, const Axes4& axes) {
   const auto turned = [&](const Float4& v) -> fcl::Vector3d {
     return frame.col(0) * double(v[0]) + frame.col(1) * double(v[1]) + frame.col(2) * double(v[2]);
   };
-  const fcl::Vector3d x = turned(axes.x), y = turned(axes.y);
-  const double both = x.dot(y) / 2;
-  const fcl::Vector3d x1 = x * (1.5 - x.squaredNorm() / 2) - y * both;
-  const fcl::Vector3d y1 = y * (1.5 - y.squaredNorm() / 2) - x * both;
+  const fcl::Vector3d x = unitVector(turned(axes.x)), askew = turned(axes.y);
+  const fcl::Vector3d y = unitVector(askew - x * x.dot(askew));
   fcl::Matrix3<S> result;
-  result << x1.template cast<S>(), y1.template cast<S>(), x1.cross(y1).template cast<S>();
+  result << x.template cast<S>(), y.template cast<S>(), x.cross(y).template cast<S>();
   return result;
 }
 
@@ -84,13 +88,13 @@ S errorIn(const BodyFrame<S>& frame, float extent) {
 
 template <typename BV>
 BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexState* states,
-                     const std::array<float, 4>* previous, KeptAxes& axes,
+                     const std::array<float, 4>* previous, KeptAxes* kept,
                      const RefitPolicy& policy)
     : target_(target),
       slots_(target.tree.topology.slots),
       states_(states),
       previous_(previous),
-      kept_(axes),
+      kept_(kept),
       limit_(1 + static_cast<float>(policy.axes_tolerance)),
       frame_(target.tree.boxes->frame),
       unit_(frame_.unit()),
@@ -109,20 +113,19 @@ BV BodyFit<BV>::operator()(int node) {
     const Axes4 axes = pairAxes(first, below);
     return volumeAlong(axes, extentsAlong(axes, below));
   }
-  const auto nodes = target_.tree.boxes->nodes();
-  PackedRotation& kept = kept_[static_cast<std::size_t>(node)];
+  KeptAxes& kept = kept_[target_.tree.boxes->nodes().largeIndex(node)];
   const Axes4 frame = nodeFrame(first, count);
-  Axes4 axes = frame * kept.axes();
+  Axes4 axes = frame * kept.rotation.axes();
   Extents extents = extentsAlong(axes, below);
-  if (!(extents.area() <= limit_ * nodes.chosenArea(node))) {
+  if (!(extents.area() <= limit_ * kept.area)) {
     const Axes4 anew = bestAxesOf(below);
     const Extents other = extentsAlong(anew, below);
     if (other.area() < extents.area()) {
       axes = anew;
       extents = other;
-      kept = PackedRotation(frame.components(axes));
+      kept.rotation = PackedRotation(frame.components(axes));
     }
-    nodes.setChosenArea(node, extents.area());
+    kept.area = extents.area();
   }
   return volumeAlong(axes, extents);
 }
@@ -133,10 +136,10 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
   const Axes4 frame = nodeFrame(static_cast<std::size_t>(fcl_node.first_primitive),
                                 static_cast<std::size_t>(fcl_node.num_primitives));
   const Axes4 axes = toBody(frame_.axes(), Volume<BV>::axes(bv).template cast<double>());
-  kept_[static_cast<std::size_t>(node)] = PackedRotation(frame.components(axes));
   const auto scale = static_cast<double>(frame_.scale());
-  target_.tree.boxes->nodes().setChosenArea(
-      node, static_cast<float>(Volume<BV>::surfaceArea(bv) * scale * scale));
+  kept_[target_.tree.boxes->nodes().largeIndex(node)] = {
+      PackedRotation(frame.components(axes)),
+      static_cast<float>(Volume<BV>::surfaceArea(bv) * scale * scale)};
 }
 
 /// The rectangle on the longest edge: twice the area of the triangle, the least any rectangle has.
@@ -233,8 +236,8 @@ Axes4 BodyFit<BV>::nodeFrame(std::size_t first, std::size_t count) const {
 template <typename BV>
 Ranges BodyFit<BV>::turnPoints(const VertexSlots::Set& below, const Axes4& axes) {
   const VertexState* const states = states_ + below.first;
-  const std::array<float, 4>* const previous = previous_ + below.first;
   const auto two_frames = [&](std::size_t count, auto&& slot) {
+    const std::array<float, 4>* const previous = previous_ + below.first;
     return turn<Volume<BV>::kHasBox>(2 * count, axes, points_, [&](std::size_t i) -> Float4 {
       return float4::load(i < count ? states[slot(i)].position : previous[slot(i - count)].data());
     });

@@ -26,12 +26,13 @@ class BodyFit {
 
   /// `previous`: by slot, the step before of two frames, or null.
   BodyFit(const UpdateTarget<BV>& target, const VertexState* states,
-          const std::array<float, 4>* previous, KeptAxes& axes, const RefitPolicy& policy);
+          const std::array<float, 4>* previous, KeptAxes* kept, const RefitPolicy& policy);
 
   /// The volume around the triangles of a node.
   BV operator()(int node);
 
-  /// Begins to keep the axes of a volume that was fitted to these vertex states.
+  /// Begins to keep the axes of a volume with three triangles or more that was fitted to these
+  /// vertex states.
   void keepAxes(int node, const BV& bv);
 
  private:
@@ -50,7 +51,7 @@ class BodyFit {
   const VertexSlots& slots_;
   const VertexState* const states_;
   const std::array<float, 4>* const previous_;
-  KeptAxes& kept_;
+  KeptAxes* const kept_;  ///< by BoxNodes::largeIndex
   const float limit_;  ///< of the growth of a volume's surface
   const BodyFrame<S>& frame_;
   const S unit_, error_;

@@ -36,7 +36,7 @@ class DisplacementPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-  static constexpr bool kTakesSomeVertices = false;
+  static constexpr bool kHasBoxes = false;
 
   void reset(const UpdateTarget<BV>& target);
   void start(const UpdateTarget<BV>& target, const BV& root);
@@ -66,8 +66,10 @@ class DisplacementPropagation {
     return original_radius_[static_cast<std::size_t>(node)];
   }
   void refitted(const UpdateTarget<BV>& target, int node);
-  void limitInflation(const UpdateTarget<BV>&, int) {}
-  void limitSomeInflations(const UpdateTarget<BV>&) {}
+  struct Turn {
+    int first = 0, last = 0;
+  };
+  static Turn nextTurn(const UpdateTarget<BV>&) { return {}; }
 
   /// Largest displacement of a primitive's corners in the last step.
   S latestDisplacement(int primitive) const { return latest_[static_cast<std::size_t>(primitive)]; }

@@ -1,13 +1,15 @@
 #pragma once
 
-#include <vector>
-
 #include "geometry/packed_rotation.h"
 
 namespace adaptive_bvh {
 
-/// By node: the axes of its volume, in a frame that three of its vertices span. So they turn as the
-/// node does. Four bytes a node.
-using KeptAxes = std::vector<PackedRotation>;
+/// What a refit along kept axes needs of a node with three triangles or more: the axes that were
+/// chosen for its volume, in a frame that three of its vertices span, so that they turn as the node
+/// does; and the volume's surface then.
+struct KeptAxes {
+  PackedRotation rotation;
+  float area = 0;
+};
 
 }  // namespace adaptive_bvh

@@ -36,7 +36,8 @@ class MotionRule {
  public:
   using S = typename BV::S;
 
-  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions)
+  /// Without `moves_volumes` FCL's nodes stay as they are.
+  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, bool moves_volumes)
       : fcl_nodes_(&target.model.getBV(0)),
         slots_(target.tree.topology.slots),
         motions_(motions),
@@ -45,7 +46,8 @@ class MotionRule {
         common_length_(lengthOf(motions.common, target.tree.boxes->frame)),
         unit_(target.tree.boxes->frame.unit()),
         rounding_(target.tree.motion.roundingOfMove()),
-        least_inflation_(leastInflation(target)) {}
+        least_inflation_(leastInflation(target)),
+        moves_volumes_(moves_volumes) {}
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return boxes_.isLeaf(node); }
 
@@ -76,11 +78,13 @@ class MotionRule {
   }
 
   ADAPTIVE_BVH_INLINE void apply(int left, const NodeMotion& a, const NodeMotion& b) {
-    const int ahead = std::max(left - 16, 0);
-    prefetch(ahead);
-    prefetch(ahead + 1);
+    if (moves_volumes_) {
+      const int ahead = std::max(left - 16, 0);
+      prefetch(ahead);
+      prefetch(ahead + 1);
+    }
     const Float4 lengths = grow(left, a.motion, b.motion);
-    if (lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
+    if (moves_volumes_ && lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
       move(left, a.motion, lengths[0]);
       move(left + 1, b.motion, lengths[2]);
     }
@@ -91,7 +95,7 @@ class MotionRule {
   /// The root is treated as a right sibling without a left one; the arrays have room for that.
   ADAPTIVE_BVH_INLINE void applyRoot(const NodeMotion& root) {
     const Float4 lengths = grow(-1, root.motion, root.motion);
-    if (lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
+    if (moves_volumes_ && lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
     boxes_.setBox(0, root.box);
   }
 
@@ -162,6 +166,7 @@ class MotionRule {
   const float common_length_;
   const S unit_, rounding_;
   const float least_inflation_;
+  const bool moves_volumes_;
   PropagationCounts counts_;
 };
 
@@ -169,9 +174,9 @@ class MotionRule {
 template <typename BV>
 class RangeRule : public MotionRule<BV> {
  public:
-  RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions, int first,
-            int last)
-      : MotionRule<BV>(target, motions), end_(first - 2), left_(last + 2) {}
+  RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
+            bool moves_volumes, int first, int last)
+      : MotionRule<BV>(target, motions, moves_volumes), end_(first - 2), left_(last + 2) {}
 
   ADAPTIVE_BVH_INLINE int nextPair() {
     left_ -= 2;
@@ -189,8 +194,8 @@ template <typename BV>
 class AboveRule : public MotionRule<BV> {
  public:
   AboveRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            const std::vector<Subtree>& subtrees)
-      : MotionRule<BV>(target, motions),
+            bool moves_volumes, const std::vector<Subtree>& subtrees)
+      : MotionRule<BV>(target, motions, moves_volumes),
         next_(subtrees.begin()),
         end_(subtrees.end()),
         subtrees_(subtrees),
@@ -221,8 +226,8 @@ template <typename BV>
 class DirtyRule : public MotionRule<BV> {
  public:
   DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            const DirtyPairs& dirty)
-      : MotionRule<BV>(target, motions),
+            bool moves_volumes, const DirtyPairs& dirty)
+      : MotionRule<BV>(target, motions, moves_volumes),
         boxes_(target.tree.boxes->nodes()),
         dirty_(dirty),
         left_(target.nodes()) {}

@@ -45,27 +45,49 @@ class Refitter {
         has_statistics_(target.tree.statistics.work().queries > 0),
         only_visited_(has_statistics_ && needsVisit(policy.criterion)) {}
 
+  /// Judges the nodes in [first, last), and refits those that are unfit.
+  void judge(int first, int last) {
+    for (int i = first; i < last; ++i) {
+      if (!only_visited_) prefetch(std::min(i + kAhead, last - 1));
+      judge(i);
+    }
+  }
   void judge(int i) {
-    const TraversalStatistics& seen = target_.tree.statistics;
-    const bool visited = !has_statistics_ || seen.visited(i);
-    if (only_visited_ && !visited) return;
-    const BV& bv = target_.volume(i);
-    const S original_radius = method_.originalRadius(target_, i);
-    NodeFitness fitness;
-    fitness.inflation = method_.inflation(target_, i);
-    fitness.reference = policy_.reference == InflationReference::OriginalRadius
-                            ? original_radius
-                            : Volume<BV>::size(bv, original_radius);
-    fitness.visited = visited;
-    fitness.obstructing = !has_statistics_ || seen.obstructing(i);
-    fitness.child_gap = has_statistics_ ? static_cast<double>(seen.childGap(i))
-                                        : -std::numeric_limits<double>::infinity();
-    if (isUnfit(fitness, policy_)) refit(i);
+    if (only_visited_ && !target_.tree.statistics.visited(i)) return;
+    if (isUnfit(fitnessOf(i), policy_)) refit(i);
+  }
+  /// By test A alone. Without this, volumes that no query visits would be inflated without end.
+  void judgeInflation(int first, int last) {
+    for (int i = first; i < last; ++i)
+      if (testA(fitnessOf(i), policy_)) refit(i);
   }
 
   const RefitCounts<S>& counts() const { return counts_; }
 
  private:
+  static constexpr int kAhead = 6;
+
+  NodeFitness fitnessOf(int i) const {
+    const TraversalStatistics& seen = target_.tree.statistics;
+    const S original_radius = method_.originalRadius(target_, i);
+    NodeFitness fitness;
+    fitness.inflation = method_.inflation(target_, i);
+    fitness.reference = policy_.reference == InflationReference::OriginalRadius
+                            ? original_radius
+                            : Volume<BV>::size(target_.volume(i), original_radius);
+    fitness.visited = !has_statistics_ || seen.visited(i);
+    fitness.obstructing = !has_statistics_ || seen.obstructing(i);
+    fitness.child_gap = has_statistics_ ? static_cast<double>(seen.childGap(i))
+                                        : -std::numeric_limits<double>::infinity();
+    return fitness;
+  }
+
+  /// FCL's nodes are large.
+  void prefetch(int node) const {
+    const auto* const bytes = reinterpret_cast<const char*>(&target_.volume(node));
+    for (std::size_t line = 0; line < sizeof(BV); line += 64) __builtin_prefetch(bytes + line, 1);
+  }
+
   void refit(int i) {
     const fcl::BVNode<BV>& node = target_.model.getBV(i);
     target_.volume(i) = fit_(i);

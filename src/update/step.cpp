@@ -112,7 +112,7 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   if (input.indices) {
     // Also those that are not read, because their vertex is named again.
     if (!usablePositions(input.positions, input.count)) return false;
-    if constexpr (Method::kTakesSomeVertices) {
+    if constexpr (Method::kHasBoxes) {
       if (!target.model.prev_vertices) {
         SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
         return run(target, state, some, input, report, watch);
@@ -182,7 +182,33 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   if (tree.detector.matches(target.volume(0))) return true;  // another thread was first
   reset(target, state);
   start(target, state, refitAllButRoot(target));
+  tree.setVolumesCurrent(true);
   return true;
+}
+
+/// Every volume by extents; the root last, for other threads may be comparing it.
+template <typename BV>
+void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                   const RefitPolicy& policy) {
+  AdaptiveTree<BV>& tree = target.tree;
+  if (tree.volumesAreCurrent()) return;
+  const std::lock_guard<std::mutex> lock(tree.repairing);
+  if (tree.volumesAreCurrent()) return;  // another thread was first
+  std::visit(
+      [&](auto& method) {
+        auto fit = method.fit(target, policy);
+        for (int i = 1; i < target.nodes(); ++i) {
+          target.volume(i) = fit(i);
+          tree.motion.include(Volume<BV>::cornerSum(target.volume(i)));
+          method.refitted(target, i);
+        }
+        const BV root = fit(0);
+        tree.motion.include(Volume<BV>::cornerSum(root));
+        tree.detector.record(target.volume(0), root);
+        method.refitted(target, 0);
+      },
+      state.method);
+  tree.setVolumesCurrent(true);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
@@ -190,7 +216,8 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
                          const StepInput<BV::S>&, UpdateReport&);                       \
   template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
-  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
+  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);             \
+  template void updateVolumes(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

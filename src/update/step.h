@@ -40,6 +40,12 @@ template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
+/// Brings FCL's nodes up to date where updates left them behind: see
+/// RefitPolicy::volumes_on_demand. Threads that query may call it at once.
+template <typename BV>
+void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                   const RefitPolicy& policy);
+
 /// Begins at a tree whose volumes are our own fits of the present positions.
 template <typename BV>
 void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);

@@ -38,6 +38,13 @@ class PerThread {
   std::vector<Slot> others_;
 };
 
+/// Whether a step refits volumes at all.
+template <typename Method>
+bool refitsVolumes(const RefitPolicy& policy) {
+  return policy.criterion != FitnessCriterion::RefitNone &&
+         !(Method::kHasBoxes && policy.volumes_on_demand);
+}
+
 /// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
 /// a pool. `Method`: TranslationPropagation or DisplacementPropagation.
 template <typename BV, typename Method>
@@ -85,23 +92,20 @@ class AllVertices {
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
 
   RefitCounts<S> refit() {
-    if (policy_.criterion == FitnessCriterion::RefitNone) return {};
+    if (!refitsVolumes<Method>(policy_)) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
     const int parts = pool_.size() > 1 ? 512 : 1;
     forEachPart(target_.nodes(), parts, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_);
-      for (int i = first; i < last; ++i) {
-        constexpr int kAhead = 6;
-        const BV& ahead = target_.volume(std::min(i + kAhead, last - 1));
-        for (std::size_t byte = 0; byte < sizeof(BV); byte += 64)
-          __builtin_prefetch(reinterpret_cast<const char*>(&ahead) + byte, 1);
-        refitter.judge(i);
-      }
+      refitter.judge(first, last);
       counts[thread] += refitter.counts();
     });
-    const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
+    RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
+    Refitter<BV, Method> in_turn(target_, method_, policy_);
+    const auto turn = method_.nextTurn(target_);
+    in_turn.judgeInflation(turn.first, turn.last);
+    all += in_turn.counts();
     target_.tree.motion.include(all.corner_sum);
-    method_.limitSomeInflations(target_);
     return all;
   }
 
@@ -167,7 +171,7 @@ class SomeVertices {
 
   /// Also the local bounds, which are searched in the box tree.
   PropagationCounts propagate() {
-    const PropagationCounts counts = method_.propagateDirty(target_, dirty_);
+    const PropagationCounts counts = method_.propagateDirty(target_, policy_, dirty_);
     if (method_.isInRange(target_))
       bounds_.finish(target_.tree.topology, *target_.tree.boxes, leaves_.coversAllVertices());
     return counts;
@@ -175,11 +179,9 @@ class SomeVertices {
 
   RefitCounts<S> refit() {
     Refitter<BV, Method> refitter(target_, method_, policy_);
-    const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
+    const bool may_refit = refitsVolumes<Method>(policy_);
     const auto settle = [&](int node) {
-      if (!may_refit) return;
-      refitter.judge(node);
-      method_.limitInflation(target_, node);
+      if (may_refit) refitter.judge(node);
     };
     for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
       settle(left);

@@ -15,6 +15,11 @@ Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
           vertices.commonTranslation()};
 }
 
+template <typename BV>
+bool movesVolumes(const UpdateTarget<BV>& target) {
+  return target.tree.volumesAreCurrent();
+}
+
 /// About `count` subtrees without a node in common, from the last to the first, as equal in size as
 /// the tree allows. None for small trees.
 template <typename BV>
@@ -48,7 +53,7 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   tree.motion.reset(target.nodes());
   vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
-  next_limited_ = 0;
+  next_turn_ = 0;
 }
 
 template <typename BV>
@@ -60,9 +65,11 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
-  axes_.resize(static_cast<std::size_t>(target.nodes()));
+  kept_.resize(static_cast<std::size_t>(target.tree.boxes->largeNodes()));
   BodyFit<BV> fits = fit(target, RefitPolicy());
-  for (int i = 0; i < target.nodes(); ++i) fits.keepAxes(i, i == 0 ? root : target.volume(i));
+  for (int i = 0; i < target.nodes(); ++i)
+    if (target.model.getBV(i).num_primitives > 2)
+      fits.keepAxes(i, i == 0 ? root : target.volume(i));
 }
 
 template <typename BV>
@@ -77,9 +84,11 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S larges
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
-                                                        const RefitPolicy&, ThreadPool& pool) {
+                                                        const RefitPolicy& policy,
+                                                        ThreadPool& pool) {
+  target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   if (pool.size() > 1) return propagateSubtrees(target, pool);
-  RangeRule<BV> rule(target, motionsOf(target.model, vertices_), 1, target.nodes() - 2);
+  RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1, target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
@@ -94,14 +103,14 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int thread) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
-    RangeRule<BV> rule(target, motionsOf(target.model, vertices_), subtree.first_pair,
+    RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), subtree.first_pair,
                        subtree.last_pair);
     NodeMotion* stack = stacks[static_cast<std::size_t>(thread)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
-  AboveRule<BV> rule(target, motionsOf(target.model, vertices_), subtrees);
+  AboveRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), subtrees);
   traversePostOrder(stack_.data(), rule);
   PropagationCounts sum = rule.counts();
   for (const PropagationCounts& part : counts) sum += part;
@@ -110,41 +119,25 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<BV>& target,
+                                                             const RefitPolicy& policy,
                                                              const DirtyPairs& dirty) {
-  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), dirty);
+  target.tree.setVolumesCurrent(!policy.volumes_on_demand);
+  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), dirty);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
 
 template <typename BV>
-void TranslationPropagation<BV>::limitInflation(const UpdateTarget<BV>& target, int node) {
-  const BoxTree<S>& boxes = *target.tree.boxes;
-  const Box box = boxes.nodes().box(node);
-  const Float4 sides = box.high - box.low;
-  const float inflation = target.tree.motion.inflation(node);
-  if (16 * inflation * inflation <= float4::sum(sides * sides)) return;
-  const BV around = Volume<BV>::around(box, boxes.frame, boxes.root().largestCoordinate());
-  BV& bv = target.volume(node);
-  if (Volume<BV>::radius(around) >= Volume<BV>::radius(bv)) return;  // too small for the boxes
-  bv = around;
-  target.tree.motion.include(Volume<BV>::cornerSum(bv));
-  // Counts as a rectangle that was inflated until it held the box: test A sees how loose it is.
-  target.tree.motion.setInflation(node,
-                                  static_cast<float>(Volume<BV>::radius(bv) * boxes.frame.scale()));
-}
-
-template <typename BV>
-void TranslationPropagation<BV>::limitSomeInflations(const UpdateTarget<BV>& target) {
-  constexpr int kRound = 16;  // updates until every node had its turn
-  for (int count = target.nodes() / kRound + 1; count > 0; --count) {
-    if (next_limited_ >= target.nodes()) next_limited_ = 0;
-    limitInflation(target, next_limited_++);
-  }
+auto TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) -> Turn {
+  constexpr int kRound = 32;  // steps until every node had its turn
+  const int first = next_turn_ < target.nodes() ? next_turn_ : 0;
+  next_turn_ = std::min(first + target.nodes() / kRound + 1, target.nodes());
+  return {first, next_turn_};
 }
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + axes_.capacity() * sizeof(PackedRotation) + stack_.capacity() * sizeof(NodeMotion);
+  return vertices_.bytes() + kept_.capacity() * sizeof(KeptAxes) + stack_.capacity() * sizeof(NodeMotion);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;

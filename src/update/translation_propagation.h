@@ -33,8 +33,8 @@ class TranslationPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-  /// Whether a step may give some vertices only.
-  static constexpr bool kTakesSomeVertices = true;
+  /// Whether boxes are kept. Then a step may give some vertices only, and volumes may wait.
+  static constexpr bool kHasBoxes = true;
 
   /// Makes room for the tree's nodes and the model's vertices; `start` is to follow.
   void reset(const UpdateTarget<BV>& target);
@@ -42,7 +42,7 @@ class TranslationPropagation {
   using Fit = BodyFit<BV>;
   Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
     return {target, vertices_.data(), target.model.prev_vertices ? vertices_.previous() : nullptr,
-            axes_, policy};
+            kept_.data(), policy};
   }
   /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
@@ -75,11 +75,13 @@ class TranslationPropagation {
   static bool canFollow(const UpdateTarget<BV>& target, S largest) {
     return largest * target.tree.boxes->frame.scale() < S(kRange);
   }
-  /// Moves and inflates all volumes and renews all boxes.
-  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy&, ThreadPool& pool);
+  /// Renews all boxes, and moves and inflates all volumes unless the policy wants these on demand.
+  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                              ThreadPool& pool);
   /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
   /// moved below the other nodes.
-  PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const DirtyPairs& dirty);
+  PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                                   const DirtyPairs& dirty);
   /// Whether single precision can still express the body's parts: false when the body has grown or
   /// shrunk to 2^30 times, or a 2^30th of, its size at `start`.
   static bool isInRange(const UpdateTarget<BV>& target) {
@@ -100,13 +102,12 @@ class TranslationPropagation {
     target.tree.motion.setInflation(node, 0);
   }
 
-  /// Limits how over-inflated a volume becomes that is not visited: one that has grown by more than
-  /// a quarter of its box's diagonal is replaced by the volume around that box, when that is
-  /// smaller. It is looser than a fit, but costs next to nothing.
-  void limitInflation(const UpdateTarget<BV>& target, int node);
-  /// limitInflation for a sixteenth of the nodes; the next step takes the next sixteenth. So no
-  /// volume exceeds that limit by more than it grows in sixteen steps.
-  void limitSomeInflations(const UpdateTarget<BV>& target);
+  /// The nodes whose turn it is to be refitted when they are too inflated, whether they were in the
+  /// way of a query or not: [first, last), in other steps others.
+  struct Turn {
+    int first, last;
+  };
+  Turn nextTurn(const UpdateTarget<BV>& target);
 
   std::size_t bytes() const;
 
@@ -116,9 +117,9 @@ class TranslationPropagation {
   PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, ThreadPool& pool);
 
   VertexStates<S> vertices_;
-  KeptAxes axes_;
+  std::vector<KeptAxes> kept_;  ///< by BoxNodes::largeIndex
   std::vector<NodeMotion> stack_;
-  int next_limited_ = 0;
+  int next_turn_ = 0;
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;

@@ -83,8 +83,8 @@ void bodyFit(benchmark::State& state) {
   adaptive_bvh::VertexStates<double> states;
   states.reset(tree.topology.slots.size());
   states.start(target, tree.boxes->frame);
-  adaptive_bvh::KeptAxes axes(std::size_t(model.getNumBVs()));
-  adaptive_bvh::BodyFit<fcl::RSSd> fit(target, states.data(), nullptr, axes,
+  std::vector<adaptive_bvh::KeptAxes> kept(std::size_t(tree.boxes->largeNodes()));
+  adaptive_bvh::BodyFit<fcl::RSSd> fit(target, states.data(), nullptr, kept.data(),
                                        adaptive_bvh::RefitPolicy());
   std::vector<int> nodes;
   for (int i = 0; i < model.getNumBVs(); ++i)
@@ -95,7 +95,7 @@ void bodyFit(benchmark::State& state) {
   const auto boxes = target.tree.boxes->nodes();
   std::size_t i = 0;
   for (auto _ : state) {
-    if (state.range(1)) boxes.setChosenArea(nodes[i], 0);
+    if (state.range(1)) kept[std::size_t(boxes.largeIndex(nodes[i]))].area = 0;
     benchmark::DoNotOptimize(fit(nodes[i]));
     i = i + 1 < nodes.size() ? i + 1 : 0;
   }
