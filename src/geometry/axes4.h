@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "geometry/float4.h"
 
 namespace adaptive_bvh {
@@ -33,16 +35,19 @@ struct Axes4 {
 };
 
 /// Right-handed axes, the first along a, the third orthogonal to a and b; those of the coordinates
-/// where a and b are parallel or 0.
+/// where a and b are parallel or 0. Orthonormal to a few epsilon, also where a and b are nearly
+/// parallel and their cross product is mostly rounding: what of it lies along a is taken out.
 ADAPTIVE_BVH_INLINE Axes4 axesAlong(const Float4& a, const Float4& b) {
   constexpr float kTiny = 1e-30f;
-  const Float4 normal = float4::cross(a, b);
-  const Float4 squares = float4::sums(a * a, normal * normal, a * a, a * a);
-  if (!(squares[0] > kTiny && squares[1] > kTiny)) return {};
-  const Float4 scales = float4::all(1) / float4::squareRoot(squares);
+  const float a_squared = float4::sum(a * a);
+  if (!(a_squared > kTiny)) return {};
   Axes4 axes;
-  axes.x = a * float4::all(scales[0]);
-  axes.z = normal * float4::all(scales[1]);
+  axes.x = a * float4::all(1 / std::sqrt(a_squared));
+  const Float4 product = float4::cross(a, b);
+  const Float4 normal = product - axes.x * float4::all(float4::sum(product * axes.x));
+  const float squared = float4::sum(normal * normal);
+  if (!(squared > kTiny && squared > 0.25f * float4::sum(product * product))) return {};
+  axes.z = normal * float4::all(1 / std::sqrt(squared));
   axes.y = float4::cross(axes.z, axes.x);
   return axes;
 }
