@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "geometry/float4.h"
 
 namespace adaptive_bvh {
@@ -43,7 +45,7 @@ inline Float4 anyOrthogonal(const Float4& x) {
 /// the choice open. Orthonormal up to 1e-6, also where a and b are nearly parallel: the product of
 /// these is then off, and with it the length of the second axis.
 ADAPTIVE_BVH_INLINE Axes4 axesAlong(const Float4& a, const Float4& b) {
-  constexpr float kTiny = 1e-30f, kNoise = 0.02f;
+  constexpr float kTiny = 1e-30f, kNoise = 0.005f;
   const Float4 normal = float4::cross(a, b);
   const Float4 squares = float4::sums(a * a, normal * normal, a * a, a * a);
   Axes4 axes;
