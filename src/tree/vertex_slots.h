@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "geometry/mesh_of_model.h"
+#include "geometry/pack.h"
 
 namespace adaptive_bvh {
 
@@ -48,8 +49,7 @@ class VertexSlots {
     if (block != leaves_[first + count - 1].block)
       return {block, first + count < leaves() ? leaves_[first + count].block : end_, 0};
     std::uint64_t bits = 0;
-    for (std::size_t i = first; i < first + count; ++i)
-      for (const std::uint8_t offset : leaves_[i].offset) bits |= std::uint64_t(1) << offset;
+    for (std::size_t i = first; i < first + count; ++i) bits |= leaves_[i].bits();
     return {block, 0, bits};
   }
 
@@ -61,6 +61,11 @@ class VertexSlots {
   struct Leaf {
     unsigned block;          ///< its first slot
     std::uint8_t offset[3];  ///< from there
+
+    ADAPTIVE_BVH_INLINE std::uint64_t bits() const {
+      constexpr std::uint64_t kOne = 1;
+      return kOne << (offset[0] & 63) | kOne << (offset[1] & 63) | kOne << (offset[2] & 63);
+    }
   };
 
   std::vector<Leaf> leaves_;

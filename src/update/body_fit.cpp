@@ -111,7 +111,7 @@ BV BodyFit<BV>::operator()(int node) {
   const VertexSlots::Set below = slots_.below(first, count);
   if (count == 2) {
     const Axes4 axes = pairAxes(first, below);
-    return volumeAlong(axes, extentsAlong(axes, below));
+    return volumeAlong(axes, pairExtents(axes, below));
   }
   KeptAxes& kept = kept_[target_.tree.boxes->nodes().largeIndex(node)];
   const Axes4 frame = nodeFrame(first, count);
@@ -214,7 +214,7 @@ Axes4 BodyFit<BV>::pairAxes(std::size_t leaf, const VertexSlots::Set& below) {
 
 template <typename BV>
 Axes4 BodyFit<BV>::bestAxesOf(const VertexSlots::Set& below) {
-  turnPoints(below, Axes4());
+  turnPoints<false>(below, Axes4());
   const Eigen::Matrix3f axes = bestAxes(points_, few_, workSpace().local);
   return toBody(fcl::Matrix3d::Identity(), axes.cast<double>());
 }
@@ -233,12 +233,22 @@ Axes4 BodyFit<BV>::nodeFrame(std::size_t first, std::size_t count) const {
   return axesAlong(along, float4::cross(at(middle[0]) - q, at(middle[2]) - q));
 }
 
+/// Four points on two planes: no sphere of half their distance lets the rectangle end within them.
 template <typename BV>
+Extents BodyFit<BV>::pairExtents(const Axes4& axes, const VertexSlots::Set& below) {
+  const Ranges ranges = turnPoints<true>(below, axes);
+  const float a = ranges.x.length(), b = ranges.y.length(), half = ranges.z.length() / 2;
+  if (half > 0.1f * (a + b)) return extentsAlong(axes, below);
+  return {{ranges.x.low, ranges.y.low, (ranges.z.low + ranges.z.high) / 2}, {a, b}, half, ranges};
+}
+
+template <typename BV>
+template <bool kWithBox>
 Ranges BodyFit<BV>::turnPoints(const VertexSlots::Set& below, const Axes4& axes) {
   const VertexState* const states = states_ + below.first;
   const auto two_frames = [&](std::size_t count, auto&& slot) {
     const std::array<float, 4>* const previous = previous_ + below.first;
-    return turn<Volume<BV>::kHasBox>(2 * count, axes, points_, [&](std::size_t i) -> Float4 {
+    return turn<kWithBox>(2 * count, axes, points_, [&](std::size_t i) -> Float4 {
       return float4::load(i < count ? states[slot(i)].position : previous[slot(i - count)].data());
     });
   };
@@ -246,7 +256,7 @@ Ranges BodyFit<BV>::turnPoints(const VertexSlots::Set& below, const Axes4& axes)
     const std::size_t count = below.last - below.first;
     first_ = float4::load(states[0].position);
     if (previous_) return two_frames(count, [](std::size_t i) { return i; });
-    return turn<Volume<BV>::kHasBox>(count, axes, points_, [&](std::size_t i) -> Float4 {
+    return turn<kWithBox>(count, axes, points_, [&](std::size_t i) -> Float4 {
       return float4::load(states[i].position);
     });
   }
@@ -256,14 +266,14 @@ Ranges BodyFit<BV>::turnPoints(const VertexSlots::Set& below, const Axes4& axes)
     offsets[count++] = static_cast<std::uint8_t>(__builtin_ctzll(bits));
   first_ = float4::load(states[offsets[0]].position);
   if (previous_) return two_frames(count, [&](std::size_t i) { return offsets[i]; });
-  return turn<Volume<BV>::kHasBox>(count, axes, points_, [&](std::size_t i) -> Float4 {
+  return turn<kWithBox>(count, axes, points_, [&](std::size_t i) -> Float4 {
     return float4::load(states[offsets[i]].position);
   });
 }
 
 template <typename BV>
 Extents BodyFit<BV>::extentsAlong(const Axes4& axes, const VertexSlots::Set& below) {
-  const Ranges ranges = turnPoints(below, axes);
+  const Ranges ranges = turnPoints<Volume<BV>::kHasBox>(below, axes);
   Extents extents = extentsOf(points_, ranges.z, few_);
   if constexpr (Volume<BV>::kHasBox) extents.ranges = ranges;
   return extents;

@@ -43,6 +43,8 @@ class BodyFit {
   Axes4 pairAxes(std::size_t leaf, const VertexSlots::Set& below);
   Axes4 bestAxesOf(const VertexSlots::Set& below);
   Axes4 nodeFrame(std::size_t first, std::size_t count) const;
+  Extents pairExtents(const Axes4& axes, const VertexSlots::Set& below);
+  template <bool kWithBox>
   Ranges turnPoints(const VertexSlots::Set& below, const Axes4& axes);
   Extents extentsAlong(const Axes4& axes, const VertexSlots::Set& below);
   BV volumeAlong(const Axes4& axes, const Extents& extents) const;

@@ -56,10 +56,11 @@ class Refitter {
     if (only_visited_ && !target_.tree.statistics.visited(i)) return;
     if (isUnfit(fitnessOf(i), policy_)) refit(i);
   }
-  /// By test A alone. Without this, volumes that no query visits would be inflated without end.
-  void judgeInflation(int first, int last) {
+  /// By the inflation alone, which may be twice that of test A: else volumes that no query visits
+  /// would be inflated without end.
+  void limitInflation(int first, int last) {
     for (int i = first; i < last; ++i)
-      if (testA(fitnessOf(i), policy_)) refit(i);
+      if (inflationFactor(fitnessOf(i)) > 2 * policy_.max_inflation) refit(i);
   }
 
   const RefitCounts<S>& counts() const { return counts_; }

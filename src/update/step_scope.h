@@ -103,7 +103,7 @@ class AllVertices {
     RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
     Refitter<BV, Method> in_turn(target_, method_, policy_);
     const auto turn = method_.nextTurn(target_);
-    in_turn.judgeInflation(turn.first, turn.last);
+    in_turn.limitInflation(turn.first, turn.last);
     all += in_turn.counts();
     target_.tree.motion.include(all.corner_sum);
     return all;
