@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 
 template <typename BV>
 DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                                     const DistanceQuery<S>& query, const FrontSink& front)
+                                     const DistanceQuery<S>& query, double rigid_motion)
     : first_(first),
       second_(second),
       nodes1_(first.tree->boxes->nodes()),
@@ -20,7 +20,7 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       motion2_(second.tree->motion),
       request_(query.request),
       result_(query.result),
-      front_(front),
+      rigid_motion_(rigid_motion),
       statistics_(statisticsOf(first, second)),
       unit1_(static_cast<double>(first.tree->boxes->frame.unit())),
       unit2_(static_cast<double>(second.tree->boxes->frame.unit())),
@@ -81,7 +81,7 @@ auto DistanceVisitor<BV>::pairOf(int node1, int node2) -> Pair {
 template <typename BV>
 bool DistanceVisitor<BV>::prune(Pair& pair) {
   if (pair.gap >= limit2_) {
-    stop(pair, boxes_.distanceFor(pair.gap));
+    stop(pair, [&] { return boxes_.distanceFor(pair.gap); });
     return true;
   }
   const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
@@ -89,7 +89,7 @@ bool DistanceVisitor<BV>::prune(Pair& pair) {
     ++work_.separation_tests;
     pair.separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
     if (pair.separation >= limit_) {
-      stop(pair, double(pair.separation));
+      stop(pair, [&] { return pair.separation; });
       return true;
     }
     const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
@@ -118,7 +118,7 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
       improve(d, first_.model->getBV(pair.node1).primitiveId(),
               second_.model->getBV(pair.node2).primitiveId(), on1, on2);
   }
-  stop(pair, double(separation));
+  stop(pair, [&] { return separation; });
 }
 
 /// The larger box is split.
