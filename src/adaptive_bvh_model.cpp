@@ -8,6 +8,7 @@
 #include "position_errors.h"
 #include "tree/check.h"
 #include "update/local_bounds.h"
+#include "volume/each_volume.h"
 #include "volume/fcl_fitter.h"
 
 namespace adaptive_bvh {
@@ -402,7 +403,8 @@ bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
   return checkTree<BV>(*this, reason);
 }
 
-template class AdaptiveBVHModel<fcl::RSS<float>>;
-template class AdaptiveBVHModel<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class AdaptiveBVHModel<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

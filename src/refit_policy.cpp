@@ -46,6 +46,7 @@ void RefitPolicy::check() const {
   require(max_inflation, "max_inflation");
   require(child_distance_ratio, "child_distance_ratio");
   require(min_inflation, "min_inflation");
+  require(axes_tolerance, "axes_tolerance");
 }
 
 const char* toString(FitnessCriterion criterion) {

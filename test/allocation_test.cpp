@@ -10,6 +10,7 @@
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
 #include "support/names.h"
+#include "support/test_volume.h"
 
 namespace {
 long allocations = 0;
@@ -43,7 +44,6 @@ void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); 
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
@@ -58,7 +58,7 @@ TEST(AllocationCounter, Counts) {
 
 TEST_P(Allocation, NoneInASteadyStateFrame) {
   const TriangleMesh<double> mesh = plate<double>(10, 10);
-  AdaptiveBVHModeld model(RefitPolicy::thesis(GetParam())), other;
+  AdaptiveModel model(RefitPolicy::thesis(GetParam())), other;
   fillModel(mesh, model);
   fillModel(tube<double>(6, 8), other);
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
@@ -100,10 +100,10 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
 /// counts.
 TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
   const TriangleMesh<double> mesh = plate<double>(10, 10);
-  AdaptiveBVHModeld model, other;
+  AdaptiveModel model, other;
   fillModel(mesh, model);
   fillModel(tube<double>(6, 8), other);
-  adaptive_bvh::CoherentDistanced pair(model, other);
+  adaptive_bvh::CoherentDistance pair(model, other);
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
   std::vector<std::vector<Vector3<double>>> frames;
@@ -176,8 +176,8 @@ class AllocationOfABuild : public testing::TestWithParam<HierarchyStrategy> {};
 // dozen more for building it would be most of the time that a small one takes.
 TEST_P(AllocationOfABuild, IsThatOfWhatIsKept) {
   for (const TriangleMesh<double>& mesh : {box(), plate<double>(4, 4)}) {
-    fcl::BVHModel<fcl::RSSd> plain;
-    AdaptiveBVHModeld first(GetParam()), model(GetParam());
+    PlainModel plain;
+    AdaptiveModel first(GetParam()), model(GetParam());
     fillModel(mesh, first);  // the thread's own memory
     const long fcls = allocationsOfBuild(mesh, plain), ours = allocationsOfBuild(mesh, model);
     EXPECT_GE(fcls, 4) << "vertices, triangles, nodes and their order";

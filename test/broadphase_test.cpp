@@ -19,6 +19,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
+#include "support/test_volume.h"
 
 /// These managers of FCL's leak, whatever is registered.
 extern "C" const char* __lsan_default_suppressions() {
@@ -29,7 +30,6 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::refresh;
 using Object = fcl::CollisionObjectd;
 using Manager = fcl::BroadPhaseCollisionManagerd;
@@ -76,13 +76,13 @@ class Broadphase : public testing::TestWithParam<const char*> {};
 
 TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
   std::mt19937 random(5);
-  std::vector<std::shared_ptr<AdaptiveBVHModeld>> models;
+  std::vector<std::shared_ptr<AdaptiveModel>> models;
   std::vector<Deformation<double>> deformations;
   std::vector<Object> storage;
   const std::vector<TriangleMesh<double>> meshes = {dome<double>(9, 4), tube<double>(5, 7),
                                                     plate<double>(6, 6)};
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    models.push_back(std::make_shared<AdaptiveBVHModeld>());
+    models.push_back(std::make_shared<AdaptiveModel>());
     fillModel(meshes[i], *models.back());
     deformations.emplace_back(meshes[i], Deformation<double>::Kind::Smooth, unsigned(i) + 1);
     storage.emplace_back(models.back(), randomPose<double>(random, 0.6));

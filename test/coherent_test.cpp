@@ -7,6 +7,7 @@
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -19,7 +20,7 @@ using adaptive_bvh::RefitPolicy;
 template <typename S>
 class Coherent : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
   using Kind = typename Deformation<S>::Kind;
 
   static S tolerance() { return std::is_same<S, float>::value ? S(1e-5) : S(1e-12); }
@@ -46,14 +47,14 @@ class Coherent : public testing::Test {
 
   TriangleMesh<S> sheet_, hose_;
   Model first_, second_;
-  CoherentDistance<fcl::RSS<S>> pair_{first_, second_};
+  CoherentDistance<TestVolume<S>> pair_{first_, second_};
   const fcl::Transform3<S> origin_ = fcl::Transform3<S>::Identity();
   fcl::Transform3<S> above_ = origin_;
   std::mt19937 random_{17};
   int touching_ = 0;
 };
 
-using Scalars = testing::Types<float, double>;
+using Scalars = TestScalars;
 TYPED_TEST_SUITE(Coherent, Scalars);
 
 TYPED_TEST(Coherent, IsExactWhileBothDeform) {
@@ -118,7 +119,7 @@ TYPED_TEST(Coherent, ForgetsWhatNoLongerHolds) {
   this->ask(this->origin_, this->above_);
 
   // FCL's own refit through the base class moves the vertices without accumulated motion.
-  fcl::BVHModel<fcl::RSS<S>>& base = this->second_;
+  fcl::BVHModel<TestVolume<S>>& base = this->second_;
   std::vector<Vector3<S>> moved = this->hose_.vertices;
   for (auto& p : moved) p[2] -= S(0.4);
   base.beginReplaceModel();
@@ -183,7 +184,7 @@ TYPED_TEST(Coherent, IsExactAfterAnExcursion) {
   if (std::is_same<S, double>::value) ways.insert(ways.end(), {1e200, 1e300});
   for (const double way : ways)
     for (const double step : {4e-5, 1e-4, 1e-2}) {
-      CoherentDistance<fcl::RSS<S>> pair(body, ground);
+      CoherentDistance<TestVolume<S>> pair(body, ground);
       fcl::Transform3<S> pose = this->origin_;
       pose.translation() = Vector3<S>(S(-0.3), S(0.2), S(0.9));
       const auto ask = [&](const fcl::Transform3<S>& tf) {
@@ -217,7 +218,7 @@ TYPED_TEST(Coherent, KeepsASmallerDistanceAndTakesTolerances) {
   fcl::DistanceRequest<S> coarse;
   coarse.rel_err = S(0.2);
   fcl::DistanceResult<S> result;
-  CoherentDistance<fcl::RSS<S>> fresh(this->first_, this->second_);
+  CoherentDistance<TestVolume<S>> fresh(this->first_, this->second_);
   fresh.distance(this->origin_, this->above_, coarse, result);
   EXPECT_GE(result.min_distance, exact * (1 - this->tolerance()));
   EXPECT_LE(result.min_distance, exact * S(1.2));
@@ -227,7 +228,7 @@ TYPED_TEST(Coherent, KeepsASmallerDistanceAndTakesTolerances) {
 TYPED_TEST(Coherent, RefusesModelsWithoutTriangles) {
   using S = TypeParam;
   typename TestFixture::Model empty;
-  CoherentDistance<fcl::RSS<S>> pair(empty, this->second_);
+  CoherentDistance<TestVolume<S>> pair(empty, this->second_);
   fcl::DistanceResult<S> result;
   EXPECT_THROW(pair.distance(this->origin_, this->origin_, fcl::DistanceRequest<S>(), result),
                std::invalid_argument);
@@ -241,7 +242,7 @@ TYPED_TEST(Coherent, ManagesExtremes) {
     for (auto& p : mesh.vertices) p *= scale;
     typename TestFixture::Model other;
     fillModel(mesh, other);
-    CoherentDistance<fcl::RSS<S>> pair(this->first_, other);
+    CoherentDistance<TestVolume<S>> pair(this->first_, other);
     for (const S away : {S(0), S(1e3), S(1e9)}) {
       fcl::Transform3<S> tf = this->origin_;
       tf.translation() = Vector3<S>(away, away / 2, S(0.3) * (1 + scale) + away);

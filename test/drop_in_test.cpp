@@ -15,16 +15,16 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
+#include "support/test_volume.h"
 #include "support/trees.h"
 
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
-using Plain = fcl::BVHModel<fcl::RSSd>;
+using Plain = PlainModel;
 using Point = fcl::Vector3d;
 using Positions = std::vector<Point>;
 using Geometry = fcl::CollisionGeometryd;
@@ -60,7 +60,7 @@ class DropIn : public testing::Test {
     above_.translation() = Point(0, 0.3, 0.7);
   }
 
-  void expectSound(const AdaptiveBVHModeld& model) {
+  void expectSound(const AdaptiveModel& model) {
     fcl::DistanceResultd result;
     const double asked = fcl::distance<double>(&model, kIdentity, &obstacle_, above_,
                                                fcl::DistanceRequestd(), result);
@@ -69,14 +69,14 @@ class DropIn : public testing::Test {
     EXPECT_TRUE(model.validate(&reason)) << reason;
   }
 
-  void expectPositions(const AdaptiveBVHModeld& model, const Positions& positions) {
+  void expectPositions(const AdaptiveModel& model, const Positions& positions) {
     ASSERT_EQ(int(positions.size()), model.num_vertices);
     for (std::size_t v = 0; v < positions.size(); ++v) EXPECT_EQ(positions[v], model.vertices[v]);
   }
 
   QuietFcl quiet_;
   TriangleMesh<double> mesh_, other_;
-  AdaptiveBVHModeld model_;
+  AdaptiveModel model_;
   Plain obstacle_;
   fcl::Transform3d above_ = kIdentity;
 };
@@ -91,7 +91,7 @@ void freeWhatFclForgets(Plain& m) {
   m.vertices = nullptr;
   m.tri_indices = nullptr;
 }
-void freeWhatFclForgets(AdaptiveBVHModeld&) {}  // ours forgets nothing
+void freeWhatFclForgets(AdaptiveModel&) {}  // ours forgets nothing
 
 /// Calls out of order, in sequences that FCL survives: both types answer alike, step by step.
 template <typename Model>
@@ -174,12 +174,12 @@ TEST_F(DropIn, ReturnsFclsCodesInAndOutOfOrder) {
   for (const auto& sequence : sequences) {
     std::string name;
     for (const std::string& call : sequence) name += call + " ";
-    EXPECT_EQ(codesOf<Plain>(sequence, mesh_), codesOf<AdaptiveBVHModeld>(sequence, mesh_)) << name;
+    EXPECT_EQ(codesOf<Plain>(sequence, mesh_), codesOf<AdaptiveModel>(sequence, mesh_)) << name;
   }
 }
 
 TEST_F(DropIn, RefusesWhatFclWouldWriteOutOfBounds) {
-  AdaptiveBVHModeld empty;
+  AdaptiveModel empty;
   const Point& p = mesh_.vertices[0];
   EXPECT_EQ(fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE, empty.addTriangle(p, p, p));
   EXPECT_EQ(fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE, empty.addSubModel(mesh_.vertices));
@@ -205,7 +205,7 @@ TEST_F(DropIn, RefusesWhatFclWouldWriteOutOfBounds) {
 }
 
 TEST_F(DropIn, RefusesTrianglesThatNameNoVertex) {
-  AdaptiveBVHModeld model;
+  AdaptiveModel model;
   EXPECT_EQ(fcl::BVH_OK, model.beginModel());
   EXPECT_EQ(fcl::BVH_OK, model.addSubModel(mesh_.vertices, {fcl::Triangle(0, 1, 5000)}));
   EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA, model.endModel());
@@ -253,7 +253,7 @@ TEST_F(DropIn, PositionsThatAreNoNumbersAreRefusedWithoutATrace) {
       expectPositions(model_, mesh_.vertices);
       expectSound(model_);
 
-      AdaptiveBVHModeld fresh;
+      AdaptiveModel fresh;
       EXPECT_EQ(fcl::BVH_OK, fresh.beginModel());
       EXPECT_EQ(fcl::BVH_OK, fresh.addSubModel(next, mesh_.triangles));
       EXPECT_EQ(fcl::BVH_ERR_INCORRECT_DATA, fresh.endModel());
@@ -276,7 +276,7 @@ TEST_F(DropIn, UpdateThrowsASentence) {
   EXPECT_NE(std::string::npos, message([&] {
                                  model_.update(model_.vertices, std::size_t(model_.num_vertices));
                                }).find("own vertices"));
-  AdaptiveBVHModeld empty;
+  AdaptiveModel empty;
   EXPECT_NE(std::string::npos, message([&] { empty.update(Positions()); }).find("endModel"));
   RefitPolicy policy;
   policy.max_inflation = -1;
@@ -362,7 +362,7 @@ TEST_F(DropIn, UpdateTakesRowsAndColumns) {
             message(&model_, Eigen::MatrixXd::Zero(4, n).eval()).find("4 x " + std::to_string(n)));
 
   // Three vertices: rows and columns look alike.
-  AdaptiveBVHModeld triangle;
+  AdaptiveModel triangle;
   triangle.beginModel();
   triangle.addTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   triangle.endModel();
@@ -408,7 +408,7 @@ TEST_F(DropIn, UpdateAbandonsAFrameThatWasBegun) {
 // ---- what FCL leaves stale or moves -------------------------------------------------------------
 
 TEST_F(DropIn, TheLocalAabbIsCurrentAfterEveryUpdate) {
-  const auto expectCurrent = [](AdaptiveBVHModeld& model) {
+  const auto expectCurrent = [](AdaptiveModel& model) {
     const fcl::AABBd box = model.aabb_local;
     const Point center = model.aabb_center;
     const double radius = model.aabb_radius;
@@ -469,7 +469,7 @@ TEST_F(DropIn, TopDownIsFclsOwnTreeAndARebuildMakesANewOne) {
   const Positions start = moved(mesh_.vertices);  // no two directions spread alike: one split only
   Positions rolled = start;
   for (Point& p : rolled) p = Point(0.4 * std::cos(5 * p[0]), p[1], 0.4 * std::sin(5 * p[0]));
-  AdaptiveBVHModeld model(HierarchyStrategy::TopDown);
+  AdaptiveModel model(HierarchyStrategy::TopDown);
   Plain at_start, at_end;
   at_start.bv_fitter = at_end.bv_fitter = model.bv_fitter;
   fillModel(TriangleMesh<double>{start, mesh_.triangles}, model);
@@ -490,15 +490,15 @@ TEST_F(DropIn, TopDownIsFclsOwnTreeAndARebuildMakesANewOne) {
 
 // ---- copies -------------------------------------------------------------------------------------
 
-static_assert(!std::is_copy_assignable<AdaptiveBVHModeld>::value, "FCL's assignment is shallow");
-static_assert(std::is_copy_constructible<AdaptiveBVHModeld>::value, "copies are deep");
-static_assert(std::is_nothrow_move_constructible<AdaptiveBVHModeld>::value &&
-                  std::is_nothrow_move_assignable<AdaptiveBVHModeld>::value,
+static_assert(!std::is_copy_assignable<AdaptiveModel>::value, "FCL's assignment is shallow");
+static_assert(std::is_copy_constructible<AdaptiveModel>::value, "copies are deep");
+static_assert(std::is_nothrow_move_constructible<AdaptiveModel>::value &&
+                  std::is_nothrow_move_assignable<AdaptiveModel>::value,
               "containers may move models");
 
 TEST_F(DropIn, CopiesAreDeep) {
   model_.update(moved(mesh_.vertices));
-  AdaptiveBVHModeld copy(model_);
+  AdaptiveModel copy(model_);
   EXPECT_NE(copy.vertices, model_.vertices);
   EXPECT_EQ(copy.refitPolicy().criterion, model_.refitPolicy().criterion);
   const Positions kept = moved(mesh_.vertices);
@@ -517,7 +517,7 @@ TEST_F(DropIn, MovesTakeEverythingAlong) {
   const Point* const vertices = model_.vertices;
   const auto* const root = &model_.getBV(0);
   const int refits = model_.lastUpdate().refitted();
-  AdaptiveBVHModeld to(std::move(model_));
+  AdaptiveModel to(std::move(model_));
   EXPECT_EQ(vertices, to.vertices) << "nothing is copied";
   EXPECT_EQ(root, &to.getBV(0));
   EXPECT_EQ(refits, to.lastUpdate().refitted());
@@ -535,9 +535,9 @@ TEST_F(DropIn, MovesTakeEverythingAlong) {
   expectSound(model_);
 
   // Assignment frees what was there, and a coherent pair notices the other tree.
-  AdaptiveBVHModeld tool;
+  AdaptiveModel tool;
   fillModel(tube<double>(5, 6), tool);
-  adaptive_bvh::CoherentDistanced pair(model_, tool);
+  adaptive_bvh::CoherentDistance pair(model_, tool);
   fcl::Transform3d above = fcl::Transform3d::Identity();
   above.translation().z() = 1;
   const auto ask = [&] {
@@ -551,14 +551,14 @@ TEST_F(DropIn, MovesTakeEverythingAlong) {
   EXPECT_EQ(vertices, model_.vertices);
   ask();
   expectSound(model_);
-  std::vector<AdaptiveBVHModeld> models;
+  std::vector<AdaptiveModel> models;
   for (int i = 0; i < 5; ++i) {
     models.emplace_back();
     fillModel(mesh_, models.back());
   }
-  for (AdaptiveBVHModeld& model : models) expectSound(model);
+  for (AdaptiveModel& model : models) expectSound(model);
   models.erase(models.begin());
-  for (AdaptiveBVHModeld& model : models) expectSound(model);
+  for (AdaptiveModel& model : models) expectSound(model);
 }
 
 TEST_F(DropIn, ACopyOfAPlainModelIsRepairedOnTheWay) {
@@ -567,7 +567,7 @@ TEST_F(DropIn, ACopyOfAPlainModelIsRepairedOnTheWay) {
   plain.beginReplaceModel();
   plain.replaceSubModel(moved(mesh_.vertices));
   plain.endReplaceModel();  // FCL's wrong default
-  AdaptiveBVHModeld model(plain);
+  AdaptiveModel model(plain);
   expectSound(model);
   model.update(mesh_.vertices);
   expectSound(model);
@@ -614,7 +614,7 @@ const std::vector<Mutation>& mutations() {
        }},
       {"replace with FCL's own fitter",
        [](Plain& m, auto& p, auto&) {
-         m.bv_fitter.reset(new fcl::detail::BVFitter<fcl::RSSd>());
+         m.bv_fitter.reset(new fcl::detail::BVFitter<TestVolume<double>>());
          replace(m, p, true, false);
        }},
       {"build anew",
@@ -651,17 +651,17 @@ TEST_F(DropIn, NoticesChangesMadeThroughTheBase) {
       SCOPED_TRACE(mutation.name);
       RefitPolicy none;
       none.criterion = FitnessCriterion::RefitNone;
-      AdaptiveBVHModeld model(none);
+      AdaptiveModel model(none);
       fillModel(mesh_, model);
       const Positions start = inflated ? moved(mesh_.vertices, 0.3) : mesh_.vertices;
       if (inflated) model.update(start);  // nodes far from a fresh fit, the root included
 
       mutation.apply(model, start, moved(start, 0.2));
-      AdaptiveBVHModeld copy(model);
+      AdaptiveModel copy(model);
       expectSound(model);  // by the next query, on its own
       expectSound(copy);
 
-      AdaptiveBVHModeld again(none);
+      AdaptiveModel again(none);
       fillModel(mesh_, again);
       if (inflated) again.update(start);
       mutation.apply(again, start, moved(start, 0.2));
@@ -685,11 +685,11 @@ TEST(DropInFloat, NoticesChangesMadeThroughTheBase) {
   for (bool same : {false, true})
     for (bool refit : {false, true})
       for (bool bottomup : {false, true}) {
-        adaptive_bvh::AdaptiveBVHModelf model;
+        adaptive_bvh::AdaptiveBVHModel<TestVolume<float>> model;
         fillModel(mesh, model);
         Deformation<float> deformation(mesh, Deformation<float>::Kind::Smooth, 6);
         model.update(deformation.next());
-        fcl::BVHModel<fcl::RSSf>& base = model;
+        fcl::BVHModel<TestVolume<float>>& base = model;
         base.beginReplaceModel();
         base.replaceSubModel(same ? deformation.positions() : deformation.next());
         base.endReplaceModel(refit, bottomup);
@@ -708,7 +708,7 @@ TEST_F(DropIn, NoticesFclsOwnPolynomialContinuousCollision) {
     fcl::ContinuousCollisionRequestd request(10, 1e-4, fcl::CCDM_LINEAR, fcl::GST_LIBCCD,
                                              fcl::CCDC_POLYNOMIAL_SOLVER);
     fcl::ContinuousCollisionResultd result;
-    AdaptiveBVHModeld other;
+    AdaptiveModel other;
     fillModel(other_, other);
     fcl::continuousCollide<double>(&model_, kIdentity, kIdentity, &other, above_, end, request,
                                    result);
@@ -734,12 +734,12 @@ TEST_F(DropIn, RecoversFromPositionsThatWereNoNumbersInTheBase) {
 // ---- unusual meshes -----------------------------------------------------------------------------
 
 TEST_F(DropIn, AnEmptyModelIsHarmless) {
-  AdaptiveBVHModeld empty;
+  AdaptiveModel empty;
   EXPECT_TRUE(empty.validate());
   EXPECT_EQ(fcl::BV_UNKNOWN, empty.getNodeType());
   EXPECT_EQ(0, empty.lastUpdate().nodes);
   empty.computeLocalAABB();
-  const AdaptiveBVHModeld copy(empty);
+  const AdaptiveModel copy(empty);
   fcl::DistanceResultd result;
   EXPECT_EQ(
       std::numeric_limits<double>::max(),
@@ -751,7 +751,7 @@ TEST_F(DropIn, AnEmptyModelIsHarmless) {
 }
 
 TEST_F(DropIn, APointCloudIsBuiltAndUpdated) {
-  AdaptiveBVHModeld cloud;
+  AdaptiveModel cloud;
   EXPECT_EQ(fcl::BVH_OK, cloud.beginModel());
   EXPECT_EQ(fcl::BVH_OK, cloud.addSubModel(mesh_.vertices));
   EXPECT_EQ(fcl::BVH_OK, cloud.endModel());
@@ -777,7 +777,7 @@ TEST_F(DropIn, OddTrianglesAreFine) {
       {{a, b, c, Point(50, 0, 0)}, {fcl::Triangle(0, 1, 2)}},                  // unused vertex
   };
   for (const auto& mesh : meshes) {
-    AdaptiveBVHModeld model;
+    AdaptiveModel model;
     ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
     for (int frame = 0; frame < 6; ++frame) {
       model.update(moved(mesh.vertices, 0.1 * (frame % 3)));
@@ -787,7 +787,7 @@ TEST_F(DropIn, OddTrianglesAreFine) {
                                      result);
     }
   }
-  AdaptiveBVHModeld unused;
+  AdaptiveModel unused;
   fillModel(meshes.back(), unused);
   EXPECT_EQ(50, unused.aabb_local.max_[0]) << "as in FCL";
 }
@@ -795,9 +795,9 @@ TEST_F(DropIn, OddTrianglesAreFine) {
 TEST_F(DropIn, WorksWithTheUsersOwnSplitterAndFitter) {
   for (auto method : {fcl::detail::SPLIT_METHOD_MEAN, fcl::detail::SPLIT_METHOD_MEDIAN,
                       fcl::detail::SPLIT_METHOD_BV_CENTER}) {
-    AdaptiveBVHModeld model;
-    model.bv_splitter.reset(new fcl::detail::BVSplitter<fcl::RSSd>(method));
-    model.bv_fitter.reset(new fcl::detail::BVFitter<fcl::RSSd>());
+    AdaptiveModel model;
+    model.bv_splitter.reset(new fcl::detail::BVSplitter<TestVolume<double>>(method));
+    model.bv_fitter.reset(new fcl::detail::BVFitter<TestVolume<double>>());
     ASSERT_EQ(fcl::BVH_OK, fillModel(mesh_, model));
     expectSound(model);
     model.update(moved(mesh_.vertices));

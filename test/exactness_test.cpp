@@ -32,8 +32,10 @@ constexpr FitnessCriterion kCriteria[] = {FitnessCriterion::A,         FitnessCr
 
 #ifdef ADAPTIVE_BVH_SANITIZED
 constexpr int kFrames = 24;  // brute force is slow there, and the code is the same
+constexpr int kFewFrames = 24;
 #else
 constexpr int kFrames = 150;
+constexpr int kFewFrames = 50;
 #endif
 
 /// Rounding of one distance between bodies of size about 1: FCL's own rectangle and triangle
@@ -44,9 +46,9 @@ S tolerance() {
 }
 
 /// An adaptive model and a plain one of FCL's, which follow the same deformation.
-template <typename S>
+template <typename BV>
 struct Body {
-  using BV = fcl::RSS<S>;
+  using S = typename BV::S;
 
   Body(const TriangleMesh<S>& mesh, typename Deformation<S>::Kind kind, const RefitPolicy& policy,
        unsigned seed)
@@ -92,10 +94,25 @@ struct Tally {
   int queries = 0, touching = 0, recorded = 0;
 };
 
+/// fcl::collide would copy both models of RSS.
 template <typename S>
-void compareOnce(const Body<S>& a, const Body<S>& b,
-                 adaptive_bvh::CoherentDistance<fcl::RSS<S>>& coherent, int frame,
-                 std::mt19937& random, Tally& tally) {
+void collideByFcl(const AdaptiveBVHModel<fcl::RSS<S>>& a, const fcl::Transform3<S>& tf1,
+                  const AdaptiveBVHModel<fcl::RSS<S>>& b, const fcl::Transform3<S>& tf2,
+                  const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+  fcl::detail::orientedMeshCollide<fcl::detail::MeshCollisionTraversalNodeRSS<S>, fcl::RSS<S>>(
+      &a, tf1, &b, tf2, request, result);
+}
+template <typename S>
+void collideByFcl(const AdaptiveBVHModel<fcl::OBBRSS<S>>& a, const fcl::Transform3<S>& tf1,
+                  const AdaptiveBVHModel<fcl::OBBRSS<S>>& b, const fcl::Transform3<S>& tf2,
+                  const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+  fcl::collide<S>(&a, tf1, &b, tf2, request, result);
+}
+
+template <typename BV>
+void compareOnce(const Body<BV>& a, const Body<BV>& b, adaptive_bvh::CoherentDistance<BV>& coherent,
+                 int frame, std::mt19937& random, Tally& tally) {
+  using S = typename BV::S;
   const fcl::Transform3<S> tf1 =
       frame % 5 == 0 ? fcl::Transform3<S>::Identity() : randomPose<S>(random, S(0.6));
   const fcl::Transform3<S> tf2 = randomPose<S>(random, S(0.8));
@@ -132,8 +149,7 @@ void compareOnce(const Body<S>& a, const Body<S>& b,
   if (record) {
     adaptive_bvh::collide(ga, tf1, gb, tf2, all, collision);
   } else {
-    fcl::detail::orientedMeshCollide<fcl::detail::MeshCollisionTraversalNodeRSS<S>, fcl::RSS<S>>(
-        ga, tf1, gb, tf2, all, collision);
+    collideByFcl(a.adaptive, tf1, b.adaptive, tf2, all, collision);
   }
   EXPECT_EQ(contacts, pairsOf(collision));
 
@@ -141,8 +157,9 @@ void compareOnce(const Body<S>& a, const Body<S>& b,
   tally.touching += !contacts.empty();
 }
 
-template <typename S>
-Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigned seed) {
+template <typename BV, typename S = typename BV::S>
+Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigned seed,
+          int frames) {
   std::mt19937 random(seed);
   const TriangleMesh<S> pairs[][2] = {{plate<S>(4, 4), dome<S>(8, 3)},
                                       {tube<S>(5, 6), plate<S>(5, 3)},
@@ -150,11 +167,11 @@ Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigne
                                       {dome<S>(10, 4), plate<S>(6, 6)}};
   Tally tally;
   for (const auto& pair : pairs) {
-    Body<S> a(pair[0], kind, policy, seed + 1), b(pair[1], kind, policy, seed + 2);
-    adaptive_bvh::CoherentDistance<fcl::RSS<S>> coherent(a.adaptive, b.adaptive);
-    for (int frame = 0; frame < kFrames && !testing::Test::HasFailure(); ++frame) {
+    Body<BV> a(pair[0], kind, policy, seed + 1), b(pair[1], kind, policy, seed + 2);
+    adaptive_bvh::CoherentDistance coherent(a.adaptive, b.adaptive);
+    for (int frame = 0; frame < frames && !testing::Test::HasFailure(); ++frame) {
       a.advance(frame);
-      if (frame < kFrames / 2) b.advance(frame);  // then b rests, as a finished body does
+      if (frame < frames / 2) b.advance(frame);  // then b rests, as a finished body does
       compareOnce(a, b, coherent, frame, random, tally);
     }
   }
@@ -164,21 +181,22 @@ Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigne
 /// The nine criteria: as the thesis sets them in smooth motion, by boxes in jerky motion.
 class Exactness : public testing::TestWithParam<FitnessCriterion> {
  protected:
-  template <typename S>
-  void check() {
+  template <typename BV>
+  void check(int frames) {
+    using S = typename BV::S;
     Tally total;
     for (auto kind : {Deformation<S>::Kind::Smooth, Deformation<S>::Kind::Jerky}) {
       RefitPolicy own;
       own.criterion = GetParam();
       const RefitPolicy policy =
           kind == Deformation<S>::Kind::Smooth ? RefitPolicy::thesis(GetParam()) : own;
-      const Tally tally = run<S>(policy, kind, 100 + unsigned(GetParam()));
+      const Tally tally = run<BV>(policy, kind, 100 + unsigned(GetParam()), frames);
       total.queries += tally.queries;
       total.touching += tally.touching;
       total.recorded += tally.recorded;
     }
-    // The ten criteria and two scalars together: 24,000 (model pair, frame) queries.
-    EXPECT_EQ(2 * 4 * kFrames, total.queries);
+    // The ten criteria, two volumes and two scalars together: 28,800 (model pair, frame) queries.
+    EXPECT_EQ(2 * 4 * frames, total.queries);
     EXPECT_GT(total.touching, total.queries / 20) << "the poses must meet often enough";
     EXPECT_LT(total.touching, total.queries * 19 / 20);
     EXPECT_GT(total.recorded, total.queries / 2);
@@ -187,18 +205,26 @@ class Exactness : public testing::TestWithParam<FitnessCriterion> {
   }
 };
 
-TEST_P(Exactness, Double) { check<double>(); }
-TEST_P(Exactness, Float) { check<float>(); }
+TEST_P(Exactness, Double) { check<fcl::RSSd>(kFrames); }
+TEST_P(Exactness, Float) { check<fcl::RSSf>(kFrames); }
+TEST_P(Exactness, DoubleOBBRSS) { check<fcl::OBBRSSd>(kFewFrames); }
 
 INSTANTIATE_TEST_SUITE_P(AllCriteria, Exactness, testing::ValuesIn(kCriteria));
+
+/// FCL's float is compiled without optimisation.
+using ExactnessOfFloat = Exactness;
+TEST_P(ExactnessOfFloat, OBBRSS) { check<fcl::OBBRSSf>(kFewFrames); }
+
+INSTANTIATE_TEST_SUITE_P(SomeCriteria, ExactnessOfFloat,
+                         testing::Values(FitnessCriterion::AOrBC, FitnessCriterion::AD));
 
 /// Sizes beyond the quick ones above: 162 and 1,800 triangles a body, fewer frames.
 TEST(ExactnessLarge, MorePlatesAndHoses) {
   std::mt19937 random(7);
   const auto smooth = Deformation<double>::Kind::Smooth;
   for (const int size : {9, 30}) {
-    Body<double> a(plate<double>(size, size), smooth, RefitPolicy(), 1);
-    Body<double> b(tube<double>(size, size), smooth, RefitPolicy(), 2);
+    Body<fcl::RSSd> a(plate<double>(size, size), smooth, RefitPolicy(), 1);
+    Body<fcl::RSSd> b(tube<double>(size, size), smooth, RefitPolicy(), 2);
     adaptive_bvh::CoherentDistanced coherent(a.adaptive, b.adaptive);
     Tally tally;
     for (int frame = 0; frame < (size == 9 ? 40 : 6); ++frame) {

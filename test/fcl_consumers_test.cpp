@@ -1,4 +1,4 @@
-// Whatever of FCL takes a BVHModel<RSS> takes ours, over deforming frames: judged by brute force,
+// Whatever of FCL takes a BVHModel takes ours, over deforming frames: judged by brute force,
 // or by the same call on a plain model that is built anew in every frame.
 #include <gtest/gtest.h>
 
@@ -15,16 +15,25 @@
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/shapes.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
 using Geometry = fcl::CollisionGeometryd;
-using Plain = fcl::BVHModel<fcl::RSSd>;
+using Plain = PlainModel;
 using Transform = fcl::Transform3d;
 
 constexpr int kFrames = 25;
+
+template <typename BV>
+struct OrientedNode {
+  using Type = fcl::detail::MeshCollisionTraversalNodeRSSd;
+};
+template <>
+struct OrientedNode<fcl::OBBRSSd> {
+  using Type = fcl::detail::MeshCollisionTraversalNodeOBBRSSd;
+};
 
 /// A deforming dome, and the same built anew by FCL in every frame.
 class FclConsumers : public testing::Test {
@@ -43,7 +52,7 @@ class FclConsumers : public testing::Test {
 
   TriangleMesh<double> mesh_;
   Deformation<double> deformation_;
-  AdaptiveBVHModeld model_;
+  AdaptiveModel model_;
   std::unique_ptr<Plain> fresh_;
   std::mt19937 random_{21};
 };
@@ -240,7 +249,7 @@ TEST_F(FclConsumers, NaiveContinuousCollision) {
 /// updates. FCL names a pair more than once then, and so it does here.
 TEST_F(FclConsumers, FrontLists) {
   const TriangleMesh<double> hose = tube<double>(6, 6);
-  AdaptiveBVHModeld other;
+  AdaptiveModel other;
   fillModel(hose, other);
   const Transform tf1 = randomPose<double>(random_, 0.2), tf2 = randomPose<double>(random_, 0.2);
   Deformation<double> bend(hose, Kind::Smooth, 4);
@@ -250,7 +259,7 @@ TEST_F(FclConsumers, FrontLists) {
     nextFrame();
     other.update(bend.next());
     fcl::CollisionResultd result;
-    fcl::detail::MeshCollisionTraversalNodeRSSd node;
+    OrientedNode<TestVolume<double>>::Type node;
     fcl::detail::initialize(node, std::as_const(static_cast<Plain&>(model_)), tf1,
                             std::as_const(static_cast<Plain&>(other)), tf2,
                             fcl::CollisionRequestd(100000), result);
@@ -267,7 +276,7 @@ TEST_F(FclConsumers, FrontLists) {
 
 template <typename Shape>
 void generatesInto(const Shape& shape, std::mt19937& random) {
-  AdaptiveBVHModeld model;
+  AdaptiveModel model;
   Plain plain;
   const Transform pose = randomPose<double>(random, 0.5);
   const auto generate = [&](auto& into) {

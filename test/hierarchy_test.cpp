@@ -453,6 +453,28 @@ TEST(Quality, IsEmptyWithoutATree) {
   EXPECT_TRUE(nodesAtDepth(Plain(), 3).empty());
 }
 
+/// Of OBBRSS the swept sphere is measured, and both strategies build the same tree as of RSS.
+TEST(Quality, OfOBBRSSIsThatOfItsSweptSpheres) {
+  for (const auto strategy : {HierarchyStrategy::BottomUp, HierarchyStrategy::TopDown}) {
+    AdaptiveBVHModeld swept(strategy);
+    AdaptiveOBBRSSModeld both(strategy);
+    fillModel(scenarios::helmet().mesh(), swept);
+    fillModel(scenarios::helmet().mesh(), both);
+    EXPECT_EQ(groupsOf(swept), groupsOf(both));
+    const HierarchyQuality a = measureHierarchy(swept), b = measureHierarchy(both);
+    ASSERT_EQ(a.levels.size(), b.levels.size());
+    for (std::size_t d = 0; d < a.levels.size(); ++d) {
+      EXPECT_EQ(a.levels[d].nodes, b.levels[d].nodes);
+      EXPECT_DOUBLE_EQ(a.levels[d].volume, b.levels[d].volume);
+      EXPECT_DOUBLE_EQ(a.levels[d].area, b.levels[d].area);
+    }
+    EXPECT_DOUBLE_EQ(a.aspect_ratio, b.aspect_ratio);
+    EXPECT_DOUBLE_EQ(a.sibling_overlap, b.sibling_overlap);
+    EXPECT_EQ(nodesAtDepth(swept, 3), nodesAtDepth(both, 3));
+    EXPECT_EQ(primitivesBelow(swept, 1).size(), primitivesBelow(both, 1).size());
+  }
+}
+
 TEST(Quality, CutsHoldEveryTriangleOnce) {
   AdaptiveBVHModeld model;
   fillModel(scenarios::helmet().mesh(), model);

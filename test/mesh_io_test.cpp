@@ -52,6 +52,13 @@ TEST(LoadMesh, ObjWithQuadsTwoMaterialsLinesAndPoints) {
   EXPECT_EQ(6u, mesh.vertices.size()) << "the two materials' meshes are welded along their edge";
   EXPECT_NEAR(2, area(mesh), 1e-12);
 
+  adaptive_bvh::AdaptiveBVHModeld swept;
+  adaptive_bvh::AdaptiveOBBRSSModeld both;
+  ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, swept));
+  ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, both)) << "models of either volume take it";
+  EXPECT_TRUE(swept.validate() && both.validate());
+  EXPECT_EQ(4, both.num_tris);
+
   MeshLoadOptions options;
   options.weld = false;
   const Mesh loose = loadMesh<double>(file.path(), options);

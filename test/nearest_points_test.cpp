@@ -478,6 +478,9 @@ TYPED_TEST(NearestPoints, ARefusalNamesBothTypes) {
       "large "
       "box may stand for the plane or half-space",
       distanceTo(&plane));
+  AdaptiveBVHModel<fcl::OBBRSS<S>> adaptive_other;
+  fillModel(dome<S>(5, 3), adaptive_other);
+  EXPECT_EQ(distanceTo(&other), distanceTo(&adaptive_other)) << "both may be adaptive";
   EXPECT_NE("", refusal([&] {
               fcl::CollisionResult<S> result;
               adaptive_bvh::collide<S>(&other, tf, mesh, tf, fcl::CollisionRequest<S>(), result);

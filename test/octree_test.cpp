@@ -12,13 +12,14 @@
 #include "query/fcl/cell_separation.h"
 #include "support/fcl_float.h"
 #include "support/meshes.h"
+#include "support/test_volume.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
 
 template <typename S>
-using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSS<S>>;
+using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
 template <typename S>
 using Octree = std::shared_ptr<fcl::OcTree<S>>;
 
@@ -171,7 +172,7 @@ class OctreeTest : public testing::Test {
   std::mt19937 random_{5};
 };
 
-using Scalars = testing::Types<float, double>;
+using Scalars = TestScalars;
 TYPED_TEST_SUITE(OctreeTest, Scalars);
 
 TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {

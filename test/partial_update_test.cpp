@@ -9,6 +9,7 @@
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -20,8 +21,8 @@ using adaptive_bvh::RefitPolicy;
 template <typename S>
 class PartialUpdate : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
-  using Plain = fcl::BVHModel<fcl::RSS<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Plain = fcl::BVHModel<TestVolume<S>>;
 
   PartialUpdate() : mesh_(plate<S>(9, 8)), positions_(mesh_.vertices) {
     fillModel(mesh_, model_);
@@ -78,13 +79,13 @@ class PartialUpdate : public testing::Test {
   TriangleMesh<S> mesh_;
   std::vector<Vector3<S>> positions_;
   Model model_, tool_;
-  adaptive_bvh::CoherentDistance<fcl::RSS<S>> pair_{model_, tool_};
+  adaptive_bvh::CoherentDistance<TestVolume<S>> pair_{model_, tool_};
   const fcl::Transform3<S> origin_ = fcl::Transform3<S>::Identity();
   fcl::Transform3<S> above_ = origin_;
   std::mt19937 random_{23};
 };
 
-using Scalars = testing::Types<float, double>;
+using Scalars = TestScalars;
 TYPED_TEST_SUITE(PartialUpdate, Scalars);
 
 TYPED_TEST(PartialUpdate, KeepsTheInvariantAndTheDistance) {
@@ -336,7 +337,7 @@ TYPED_TEST(PartialUpdate, BringsTheLocalBoundsUpToDateAfterAChangeThroughTheBase
 
 TEST(PartialUpdatePoints, ACloudAndASingleTriangle) {
   using Point = fcl::Vector3d;
-  adaptive_bvh::AdaptiveBVHModeld cloud;
+  AdaptiveModel cloud;
   cloud.beginModel();
   cloud.addSubModel(std::vector<Point>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}});
   ASSERT_EQ(fcl::BVH_OK, cloud.endModel());
@@ -344,7 +345,7 @@ TEST(PartialUpdatePoints, ACloudAndASingleTriangle) {
   EXPECT_TRUE(cloud.validate());
   EXPECT_EQ(Point(0, 0, 2), cloud.vertices[3]);
 
-  adaptive_bvh::AdaptiveBVHModeld triangle;
+  AdaptiveModel triangle;
   triangle.beginModel();
   triangle.addTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   ASSERT_EQ(fcl::BVH_OK, triangle.endModel());

@@ -14,6 +14,7 @@
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/shapes.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -76,7 +77,7 @@ bool signedDistanceIsSafe(const Geometry<S>* o1, const fcl::Transform3<S>& tf1,
 template <typename S>
 class Query : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
 
   Query() : deformation_(dome<S>(9, 4), Deformation<S>::Kind::Smooth, 5) {
     fillModel(dome<S>(9, 4), model_);
@@ -89,12 +90,12 @@ class Query : public testing::Test {
   }
 
   Model model_;
-  fcl::BVHModel<fcl::RSS<S>> other_;
+  fcl::BVHModel<TestVolume<S>> other_;
   Deformation<S> deformation_;
   std::mt19937 random_{3};
 };
 
-using Scalars = testing::Types<float, double>;
+using Scalars = TestScalars;
 TYPED_TEST_SUITE(Query, Scalars);
 
 TYPED_TEST(Query, MeshShapeDistanceEqualsFclsInEveryField) {
@@ -227,8 +228,8 @@ TYPED_TEST(Query, KeepsASmallerDistanceThatTheResultBrought) {
 
 TYPED_TEST(Query, TakesCollisionObjectsAndEitherOrder) {
   using S = TypeParam;
-  auto adaptive = std::make_shared<AdaptiveBVHModel<fcl::RSS<S>>>(this->model_);
-  auto plain = std::make_shared<fcl::BVHModel<fcl::RSS<S>>>(this->other_);
+  auto adaptive = std::make_shared<AdaptiveBVHModel<TestVolume<S>>>(this->model_);
+  auto plain = std::make_shared<fcl::BVHModel<TestVolume<S>>>(this->other_);
   const fcl::CollisionObject<S> a(adaptive, randomPose<S>(this->random_, S(0.1)));
   const fcl::CollisionObject<S> b(plain, randomPose<S>(this->random_, S(2)));
   fcl::DistanceResult<S> ab, ba, expected;
@@ -294,10 +295,10 @@ TYPED_TEST(Query, AModelMayMeetItself) {
 TEST(StatisticsInUse, OnlyTraversedNodesAreRefitted) {
   adaptive_bvh::RefitPolicy policy =
       adaptive_bvh::RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::B);
-  AdaptiveBVHModel<fcl::RSSd> model(policy);
+  AdaptiveModel model(policy);
   const TriangleMesh<double> mesh = plate<double>(12, 12);
   fillModel(mesh, model);
-  AdaptiveBVHModel<fcl::RSSd> tool;
+  AdaptiveModel tool;
   fillModel(dome<double>(6, 3), tool);
   const fcl::Transform3d tf = fcl::Transform3d::Identity();
   fcl::Transform3d over_corner = tf;
@@ -316,7 +317,7 @@ TEST(StatisticsInUse, OnlyTraversedNodesAreRefitted) {
   model.update(deformation.next());
   EXPECT_EQ(count, model.lastUpdate().refitted());
   for (int i = 0; i < model.getNumBVs(); ++i) {
-    const bool refitted = model.getBV(i).bv.r == model.originalRadius(i);
+    const bool refitted = radiusOf(model.getBV(i).bv) == model.originalRadius(i);
     EXPECT_EQ(traversed[std::size_t(i)], refitted) << "node " << i;
   }
   EXPECT_EQ(0, model.recordedWork().queries) << "an update clears the statistics";
@@ -326,7 +327,7 @@ TEST(StatisticsInUse, OnlyTraversedNodesAreRefitted) {
 }
 
 TEST(StatisticsInUse, WithoutQueriesTheDefaultBecomesTestA) {
-  AdaptiveBVHModel<fcl::RSSd> by_default, by_a;
+  AdaptiveModel by_default, by_a;
   adaptive_bvh::RefitPolicy a;
   a.criterion = adaptive_bvh::FitnessCriterion::A;
   by_a.setRefitPolicy(a);

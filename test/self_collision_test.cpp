@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/brute_force.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -92,8 +93,8 @@ Pairs pairsOf(const fcl::CollisionResult<S>& contacts) {
 /// Expects that `found` has all pairs that intersect whichever comes first, and none else: FCL's
 /// verdict may depend on the order when triangles just touch.
 template <typename S>
-void expectAll(const fcl::BVHModel<fcl::RSS<S>>& model, NeighbourFilter filter, const Pairs& found,
-               int& contacts) {
+void expectAll(const fcl::BVHModel<TestVolume<S>>& model, NeighbourFilter filter,
+               const Pairs& found, int& contacts) {
   const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
   const Pairs touching = BruteForce<S>(model, still, model, still).contacts();
   int missed = 0, extra = 0;
@@ -113,11 +114,11 @@ void expectAll(const fcl::BVHModel<fcl::RSS<S>>& model, NeighbourFilter filter, 
 template <typename S>
 class SelfCollision : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
   const fcl::CollisionRequest<S> all_{1000000};
 };
 
-using Scalars = testing::Types<float, double>;
+using Scalars = TestScalars;
 TYPED_TEST_SUITE(SelfCollision, Scalars);
 
 TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {

@@ -26,11 +26,9 @@ namespace {
 using tools::Motion;
 using tools::Positions;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
-using Plain = fcl::BVHModel<fcl::RSSd>;
-using Adaptive = adaptive_bvh::AdaptiveBVHModeld;
 
 struct Options {
-  std::string mesh_a, mesh_b, to, csv;
+  std::string mesh_a, mesh_b, to, csv, volume = "rss";
   int frames = 200;
 };
 
@@ -59,10 +57,10 @@ struct Cost {
 };
 
 /// A pair of models of one kind, taken through a frame by FCL's own calls.
-template <typename Model>
+template <typename Model, typename BV>
 struct Pair {
   Model a, b;
-  adaptive_bvh::CoherentDistanced* followed = nullptr;  // where a pair is followed over frames
+  adaptive_bvh::CoherentDistance<BV>* followed = nullptr;  // where a pair is followed over frames
   bool recorded = false;
 
   Pair(const Mesh& mesh_a, const Mesh& mesh_b) {
@@ -73,7 +71,7 @@ struct Pair {
   static void move(Model& model, const Positions& positions) {
     model.beginReplaceModel();
     model.replaceSubModel(positions);
-    model.endReplaceModel(true, false);  // refit, top-down: FCL's bottom-up refit is wrong for RSS
+    model.endReplaceModel(true, false);  // refit, top-down: FCL's bottom-up refit is wrong
   }
 
   Cost frame(const Positions& pa, const Positions& pb) {
@@ -98,8 +96,10 @@ struct Pair {
     return cost;
   }
 
-  static int refitted(const Plain& model) { return model.getNumBVs(); }
-  static int refitted(const Adaptive& model) { return model.lastUpdate().refitted(); }
+  static int refitted(const fcl::BVHModel<BV>& model) { return model.getNumBVs(); }
+  static int refitted(const adaptive_bvh::AdaptiveBVHModel<BV>& model) {
+    return model.lastUpdate().refitted();
+  }
 };
 
 void printRow(const char* name, const Cost& sum, const Cost& fcl, int frames) {
@@ -172,7 +172,10 @@ void printProgress(int frame, int frames, double distance, double speed_up) {
   std::fflush(stdout);
 }
 
+template <typename BV>
 void run(const Options& options) {
+  using Plain = Pair<fcl::BVHModel<BV>, BV>;
+  using Adaptive = Pair<adaptive_bvh::AdaptiveBVHModel<BV>, BV>;
   const Input input(options);
   const auto& [a, b, target] = input;
   Motion motion_a(a.vertices, target.empty() ? Motion::Squeeze : Motion::Interpolate, target);
@@ -181,10 +184,10 @@ void run(const Options& options) {
               a.vertices.size(), a.triangles.size(), b.vertices.size(), b.triangles.size(),
               options.frames);
 
-  Pair<Plain> plain(a, b);
-  Pair<Adaptive> drop_in(a, b), recorded(a, b), coherent(a, b);
+  Plain plain(a, b);
+  Adaptive drop_in(a, b), recorded(a, b), coherent(a, b);
   recorded.recorded = true;
-  adaptive_bvh::CoherentDistanced followed(coherent.a, coherent.b);
+  adaptive_bvh::CoherentDistance followed(coherent.a, coherent.b);
   coherent.followed = &followed;
   Csv csv(options.csv);
 
@@ -227,10 +230,15 @@ int main(int argc, char** argv) {
   app.add_option("MESH_B", options.mesh_b, "Mesh file (default: a plate below MESH_A)");
   app.add_option("--to", options.to, "A second pose of MESH_A: go there and back");
   app.add_option("--frames", options.frames, "Number of frames")->check(CLI::Range(1, 1000000));
+  app.add_option("--volume", options.volume, "Bounding volumes of all models: rss or obbrss")
+      ->check(CLI::IsMember({"rss", "obbrss"}));
   app.add_option("--csv", options.csv, "Write a row per frame to this file");
   try {
     app.parse(argc, argv);
-    run(options);
+    if (options.volume == "obbrss")
+      run<fcl::OBBRSSd>(options);
+    else
+      run<fcl::RSSd>(options);
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const std::exception& error) {

@@ -2,6 +2,7 @@
 // below them, as a mesh file with one colour a node. Open it with any viewer.
 //   tree_pictures helmet --depth 3 --out helmet.ply
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -18,12 +19,11 @@ namespace {
 
 using adaptive_bvh::HierarchyStrategy;
 using tools::Part;
-using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
 using Point = fcl::Vector3d;
 
 struct Options {
-  std::string mesh = "helmet", out = "tree.ply";
+  std::string mesh = "helmet", out = "tree.ply", volume = "rss";
   int depth = 3, resolution = 1;
   bool patches = false;
   HierarchyStrategy strategy = HierarchyStrategy::BottomUp;
@@ -70,6 +70,26 @@ Part surfaceOf(const fcl::RSSd& rss, double least) {
   return part;
 }
 
+/// The box of an OBBRSS. A corner for each face it belongs to: so its faces look flat.
+Part surfaceOf(const fcl::OBBRSSd& bv, double least) {
+  const fcl::OBBd& box = bv.obb;
+  const Point half = box.extent.cwiseMax(least);
+  Part part;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1, 1}) {
+      const std::size_t first = part.mesh.vertices.size();
+      const Point out = side * Point::Unit(axis), u = Point::Unit((axis + 1) % 3), v = out.cross(u);
+      for (const auto& [x, y] : {std::array<double, 2>{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+        part.mesh.vertices.push_back(box.To + box.axis * half.cwiseProduct(out + x * u + y * v));
+        part.normals.push_back(box.axis * out);
+      }
+      part.mesh.triangles.emplace_back(first, first + 1, first + 2);
+      part.mesh.triangles.emplace_back(first, first + 2, first + 3);
+    }
+  return part;
+}
+
+template <typename Model>
 Part patchOf(const Model& model, int node) {
   Mesh mesh;
   std::map<std::size_t, std::size_t> names;
@@ -86,8 +106,9 @@ Part patchOf(const Model& model, int node) {
   return {mesh, {}};
 }
 
+template <typename BV>
 void run(const Options& options) {
-  Model model(options.strategy);
+  adaptive_bvh::AdaptiveBVHModel<BV> model(options.strategy);
   fillModel(meshNamed(options), model);
   const adaptive_bvh::HierarchyQuality quality = measureHierarchy(model);
   std::vector<Part> parts;
@@ -111,6 +132,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 64));
   app.add_option("--out", options.out, "File to write: .ply, .obj, .gltf, .glb or .stl");
   app.add_flag("--patches", options.patches, "The triangles below the nodes, not their volumes");
+  app.add_option("--volume", options.volume, "rss, or obbrss, of which the boxes are drawn")
+      ->check(CLI::IsMember({"rss", "obbrss"}));
   app.add_option("--resolution", options.resolution,
                  "Of helmet, cable and plate: this squared times the triangles")
       ->check(CLI::Range(1, 64));
@@ -119,7 +142,10 @@ int main(int argc, char** argv) {
           {"top-down", HierarchyStrategy::TopDown}, {"bottom-up", HierarchyStrategy::BottomUp}}));
   try {
     app.parse(argc, argv);
-    run(options);
+    if (options.volume == "obbrss")
+      run<fcl::OBBRSSd>(options);
+    else
+      run<fcl::RSSd>(options);
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const std::exception& error) {

@@ -23,7 +23,8 @@ struct ModelAccess;
 template <typename BV>
 struct Supported {
   static constexpr bool kHolds =
-      std::is_same<BV, fcl::RSS<float>>::value || std::is_same<BV, fcl::RSS<double>>::value;
+      std::is_same<BV, fcl::RSS<float>>::value || std::is_same<BV, fcl::RSS<double>>::value ||
+      std::is_same<BV, fcl::OBBRSS<float>>::value || std::is_same<BV, fcl::OBBRSS<double>>::value;
   using Type = std::conditional_t<kHolds, BV, fcl::RSS<double>>;  // one error is enough
 };
 }  // namespace detail
@@ -38,8 +39,8 @@ struct Supported {
 ///
 /// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
 /// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
-/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS: it
-/// misses collisions.)
+/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS and
+/// OBBRSS: distances come out too large, and collisions of RSS are missed.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
@@ -57,15 +58,19 @@ struct Supported {
 /// to any call may lie in the model's own `vertices` and `prev_vertices`: they are read before
 /// anything is written. (`update` then copies them first, and refuses all of `vertices`.)
 ///
-/// BV is fcl::RSS<float> or fcl::RSS<double>; both are compiled into the library.
+/// BV is fcl::RSS<S> or fcl::OBBRSS<S>, S float or double; all four are compiled into the library.
+/// An OBBRSS is a box beside the swept sphere: FCL's collisions test the box, its distances the
+/// swept sphere. Its node is nearly twice as large (256 bytes in double precision), its updates
+/// take longer. As in FCL two meshes of a query have the same volumes.
 template <typename BV>
 class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Type> {
  public:
   using S = typename detail::Supported<BV>::Type::S;  ///< float or double
   using Point = fcl::Vector3<S>;                      ///< x, y, z in the mesh's frame
   using Base = fcl::BVHModel<typename detail::Supported<BV>::Type>;  ///< FCL's own model
-  static_assert(detail::Supported<BV>::kHolds,
-                "adaptive_bvh: the bounding volume must be fcl::RSS<float> or fcl::RSS<double>");
+  static_assert(
+      detail::Supported<BV>::kHolds,
+      "adaptive_bvh: the bounding volume must be fcl::RSS<S> or fcl::OBBRSS<S>, S float or double");
 
   /// `strategy` says how trees are built, by endModel and by endReplaceModel(false). It sits in
   /// FCL's `bv_splitter`; a splitter of your own put there takes its place.
@@ -253,9 +258,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   std::size_t trackingBytes() const;
   /// \}
 
-  /// BV_RSS; BV_UNKNOWN without triangles, on which FCL's distance and collide report that they do
-  /// not support the pair, where they would crash. FCL asks this first in every query, so it is
-  /// also where a tree that was changed through a fcl::BVHModel reference is found and repaired.
+  /// BV_RSS or BV_OBBRSS; BV_UNKNOWN without triangles, on which FCL's distance and collide report
+  /// that they do not support the pair, where they would crash. FCL asks this first in every query,
+  /// so it is also where a tree that was changed through a fcl::BVHModel reference is found and
+  /// repaired.
   fcl::NODE_TYPE getNodeType() const override;
 
   /// FCL calls this when a fcl::CollisionObject is made. Current after every update anyway.
@@ -281,8 +287,12 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
 
 using AdaptiveBVHModelf = AdaptiveBVHModel<fcl::RSS<float>>;
 using AdaptiveBVHModeld = AdaptiveBVHModel<fcl::RSS<double>>;
+using AdaptiveOBBRSSModelf = AdaptiveBVHModel<fcl::OBBRSS<float>>;
+using AdaptiveOBBRSSModeld = AdaptiveBVHModel<fcl::OBBRSS<double>>;
 
 extern template class AdaptiveBVHModel<fcl::RSS<float>>;
 extern template class AdaptiveBVHModel<fcl::RSS<double>>;
+extern template class AdaptiveBVHModel<fcl::OBBRSS<float>>;
+extern template class AdaptiveBVHModel<fcl::OBBRSS<double>>;
 
 }  // namespace adaptive_bvh

@@ -16,7 +16,7 @@ namespace adaptive_bvh {
 /// (generalized front tracking; Ehmann and Lin 2001, "Accurate and fast proximity queries between
 /// polyhedra using convex surface decomposition").
 ///
-///     adaptive_bvh::CoherentDistance<fcl::RSSd> pair(hose, engine);
+///     adaptive_bvh::CoherentDistance pair(hose, engine);  // of AdaptiveBVHModels with one volume
 ///     for (...) {
 ///       hose.update(positions);
 ///       fcl::DistanceResultd result;
@@ -62,8 +62,16 @@ class CoherentDistance {
 
 using CoherentDistancef = CoherentDistance<fcl::RSS<float>>;
 using CoherentDistanced = CoherentDistance<fcl::RSS<double>>;
+using CoherentOBBRSSDistancef = CoherentDistance<fcl::OBBRSS<float>>;
+using CoherentOBBRSSDistanced = CoherentDistance<fcl::OBBRSS<double>>;
+
+/// The models say which volume.
+template <typename BV>
+CoherentDistance(const AdaptiveBVHModel<BV>&, const AdaptiveBVHModel<BV>&) -> CoherentDistance<BV>;
 
 extern template class CoherentDistance<fcl::RSS<float>>;
 extern template class CoherentDistance<fcl::RSS<double>>;
+extern template class CoherentDistance<fcl::OBBRSS<float>>;
+extern template class CoherentDistance<fcl::OBBRSS<double>>;
 
 }  // namespace adaptive_bvh

@@ -49,10 +49,10 @@ struct HierarchyQuality {
   double sibling_overlap = 0;  ///< as in LevelQuality, over all inner nodes
 };
 
-/// Measures any FCL tree of rectangle-swept spheres. Empty (depth 0, no levels) without a tree.
-/// Walks all nodes once; no triangle is read.
-template <typename S>
-HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<S>>& model);
+/// Measures any FCL tree of RSS or OBBRSS; of OBBRSS its rectangle-swept spheres, which distances
+/// use. Empty (depth 0, no levels) without a tree. Walks all nodes once; no triangle is read.
+template <typename BV>
+HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>& model);
 
 /// The nodes that stand for the whole mesh at one depth: those at that depth and the leaves above
 /// it, left to right. Each triangle is below exactly one of them.

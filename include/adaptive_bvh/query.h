@@ -43,8 +43,8 @@ namespace queries {
 /// statistics in the adaptive models: which volumes were in the way of an answer (thesis 4.4.2,
 /// 4.4.3). The next update refits by these. Without them it treats every node as visited.
 ///
-/// Recorded pairs: an AdaptiveBVHModel with another model of fcl::RSS, adaptive or not, with a
-/// primitive shape, or with an octree (but for signed distances and costs), in either order. Any
+/// Recorded pairs: an AdaptiveBVHModel with another model of the same volume, adaptive or not, with
+/// a primitive shape, or with an octree (but for signed distances and costs), in either order. Any
 /// other pair is handed to FCL.
 ///
 /// `distance` of two adaptive models with Propagation::TranslationCompensated is found by their
@@ -89,7 +89,8 @@ namespace queries {
 /// - std::invalid_argument is thrown for a pair that FCL cannot compute, whether one of the objects
 ///   is adaptive or not: meshes of different volumes (RSS and OBBRSS, say), the distance to a plane
 ///   or a half-space, a type that FCL does not know. FCL prints a warning and answers "very far" or
-///   "no contact" there, or crashes. It is also thrown for a mesh of RSS without triangles.
+///   "no contact" there, or crashes. It is also thrown for a mesh of RSS or OBBRSS without
+///   triangles.
 ///
 /// S is float or double. Thread-safe on shared models, like FCL's; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: an older, smaller distance in it is kept.

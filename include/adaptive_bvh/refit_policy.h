@@ -83,6 +83,12 @@ struct RefitPolicy {
   /// What `max_inflation` and `min_inflation` are ratios of.
   InflationReference reference = InflationReference::NodeSize;
 
+  /// Propagation::TranslationCompensated only. A refit keeps the axes of a volume, turned with the
+  /// body, and finds the extents along them anew: that takes a tenth of the time of a fit. Where the
+  /// volume's surface then exceeds the one it had when its axes were chosen by more than this share,
+  /// a ratio >= 0, the axes are chosen anew as well.
+  double axes_tolerance = 0.25;
+
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The
   /// thesis (4.3, step 3) only ever raises it; the bound holds as well when a vertex has swung
   /// back, so it may follow downwards too.

@@ -10,6 +10,15 @@
 
 namespace adaptive_bvh {
 
+/// The axes next to some that are nearly orthonormal (Gram and Schmidt).
+inline fcl::Matrix3d orthonormal(fcl::Matrix3d axes) {
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < k; ++j) axes.col(k) -= axes.col(j) * axes.col(j).dot(axes.col(k));
+    axes.col(k).normalize();
+  }
+  return axes;
+}
+
 /// The coordinates of a model's boxes: y = scale R^T (x - origin). R are the axes of the root's
 /// volume, turned with the body; the origin is near its middle. A flat or long body that lies askew
 /// in the mesh's coordinates lies straight in these, and its boxes are tight. The scale is a power
@@ -72,11 +81,7 @@ class BodyFrame {
 
   void moveOrigin(const Point& origin) { origin_ = origin; }
   void turn(const fcl::Matrix3d& axes) {
-    axes_ = axes;
-    for (int k = 0; k < 3; ++k) {  // Gram and Schmidt: S may be float
-      for (int j = 0; j < k; ++j) axes_.col(k) -= axes_.col(j) * axes_.col(j).dot(axes_.col(k));
-      axes_.col(k).normalize();
-    }
+    axes_ = orthonormal(axes);  // S may be float
     for (int k = 0; k < 3; ++k)
       rows_[k] = Float4{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
   }

@@ -18,6 +18,11 @@ using packs::squareRoot;
 using packs::store;
 using packs::upper;
 
+/// The first three.
+ADAPTIVE_BVH_INLINE void store3(const Float4& v, float* to) {
+  __builtin_memcpy(to, &v, 3 * sizeof(float));
+}
+
 ADAPTIVE_BVH_INLINE Float4 all(float x) { return Float4{x, x, x, x}; }
 
 /// One of the numbers, four times.
@@ -34,17 +39,40 @@ ADAPTIVE_BVH_INLINE float largest(const Float4& v) {
   return std::fmax(std::fmax(v[0], v[1]), v[2]);
 }
 
-/// x + y + z of each of the four.
-ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& c,
-                                const Float4& d) {
+/// y, z, x.
+ADAPTIVE_BVH_INLINE Float4 rotated(const Float4& v) {
+#if defined(__SSE2__)
+  return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 0, 2, 1));
+#else
+  return Float4{v[1], v[2], v[0], v[3]};
+#endif
+}
+ADAPTIVE_BVH_INLINE Float4 cross(const Float4& a, const Float4& b) {
+  return rotated(a * rotated(b) - rotated(a) * b);
+}
+ADAPTIVE_BVH_INLINE float dot(const Float4& a, const Float4& b) { return sum(a * b); }
+
+/// The x, the y and the z of each of the four.
+struct Columns {
+  Float4 x, y, z;
+};
+ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
+                                    const Float4& d) {
 #if defined(__SSE2__)
   const Float4 ab_low = _mm_unpacklo_ps(a, b), cd_low = _mm_unpacklo_ps(c, d);
   const Float4 ab_high = _mm_unpackhi_ps(a, b), cd_high = _mm_unpackhi_ps(c, d);
-  return Float4(_mm_movelh_ps(ab_low, cd_low)) + Float4(_mm_movehl_ps(cd_low, ab_low)) +
-         Float4(_mm_movelh_ps(ab_high, cd_high));
+  return {_mm_movelh_ps(ab_low, cd_low), _mm_movehl_ps(cd_low, ab_low),
+          _mm_movelh_ps(ab_high, cd_high)};
 #else
-  return Float4{sum(a), sum(b), sum(c), sum(d)};
+  return {{a[0], b[0], c[0], d[0]}, {a[1], b[1], c[1], d[1]}, {a[2], b[2], c[2], d[2]}};
 #endif
+}
+
+/// x + y + z of each of the four.
+ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& c,
+                                const Float4& d) {
+  const Columns all = columns(a, b, c, d);
+  return all.x + all.y + all.z;
 }
 
 }  // namespace float4

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "adaptive_bvh/hierarchy.h"
+#include "volume/each_volume.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh {
@@ -42,8 +43,8 @@ const char* toString(HierarchyStrategy strategy) {
   return strategy == HierarchyStrategy::TopDown ? "top-down" : "bottom-up";
 }
 
-template <typename S>
-HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<S>>& model) {
+template <typename BV>
+HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>& model) {
   HierarchyQuality quality;
   Shape overall;
   std::vector<int> level, next;
@@ -52,10 +53,10 @@ HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<S>>& model) {
     LevelQuality now;
     Shape shape;
     for (int i : level) {
-      const fcl::BVNode<fcl::RSS<S>>& node = model.getBV(i);
+      const fcl::BVNode<BV>& node = model.getBV(i);
       ++now.nodes;
-      now.volume += Volume<fcl::RSS<S>>::volume(node.bv);
-      now.area += Volume<fcl::RSS<S>>::surfaceArea(node.bv);
+      now.volume += Volume<BV>::volume(node.bv);
+      now.area += Volume<BV>::surfaceArea(node.bv);
       if (node.isLeaf()) {
         ++now.leaves;
         continue;
@@ -80,7 +81,9 @@ HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<S>>& model) {
   return quality;
 }
 
-template HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<float>>&);
-template HierarchyQuality measureHierarchy(const fcl::BVHModel<fcl::RSS<double>>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -6,6 +6,7 @@
 #include <fcl/geometry/bvh/detail/BV_splitter.h>
 
 #include "hierarchy/bottom_up.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -138,9 +139,9 @@ std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrateg
   return top_down;
 }
 
-template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<float>>> sharedSplitter(
-    HierarchyStrategy);
-template std::shared_ptr<fcl::detail::BVSplitterBase<fcl::RSS<double>>> sharedSplitter(
-    HierarchyStrategy);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

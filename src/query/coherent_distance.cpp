@@ -3,6 +3,7 @@
 #include "adaptive_bvh/query.h"
 #include "model_state.h"
 #include "query/pair_cache.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -57,7 +58,8 @@ std::size_t CoherentDistance<BV>::bytes() const {
   return sizeof(State) + state_->cache.front->bytes();
 }
 
-template class CoherentDistance<fcl::RSS<float>>;
-template class CoherentDistance<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class CoherentDistance<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -105,8 +105,8 @@ template <typename BV>
 void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
   const auto index1 = static_cast<std::size_t>(nodes1_.leafIndex(pair.node1)),
              index2 = static_cast<std::size_t>(nodes2_.leafIndex(pair.node2));
-  const VertexIndices &a = first_.tree->topology.leaf_vertices[index1],
-                      &b = second_.tree->topology.leaf_vertices[index2];
+  const VertexIndices a = first_.tree->topology.slots.verticesOf(index1),
+                      b = second_.tree->topology.slots.verticesOf(index2);
   S separation = triangles_.separation(a, b);
   if (separation < limit_)
     separation = std::max(separation, triangles_.separationNearby(a, b, limit_));
@@ -174,11 +174,12 @@ bool DistanceVisitor<BV>::finish() {
   statistics_.recordQuery(work_);
   if (!improved_) return false;
   for (auto& point : result_.nearest_points) point = first_.tf * point;
-  settleNearestPoints<S>(first_, second_, {request_, result_});
+  settleNearestPoints<BV>(first_, second_, {request_, result_});
   return true;
 }
 
-template class DistanceVisitor<fcl::RSS<float>>;
-template class DistanceVisitor<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class DistanceVisitor<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -7,6 +7,7 @@
 #include "geometry/triangle_separation.h"
 #include "query/box_pair.h"
 #include "query/placed_mesh.h"
+#include "volume/each_volume.h"
 #include "volume/volume_separation.h"
 
 namespace adaptive_bvh {
@@ -130,7 +131,8 @@ class DistanceVisitor {
   QueryWork work_;
 };
 
-extern template class DistanceVisitor<fcl::RSS<float>>;
-extern template class DistanceVisitor<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class DistanceVisitor<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

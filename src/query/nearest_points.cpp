@@ -2,12 +2,14 @@
 
 #include "query/placed_triangle.h"
 #include "query/unset_fields.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
-template <typename S>
-void settleNearestPoints(const PlacedMesh<fcl::RSS<S>>& first,
-                         const PlacedMesh<fcl::RSS<S>>& second, const DistanceQuery<S>& query) {
+template <typename BV>
+void settleNearestPoints(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                         const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   fcl::DistanceResult<S>& result = query.result;
   if (!query.request.enable_nearest_points) return unsetPoints(result);
   if (result.min_distance > 0) return;
@@ -18,10 +20,10 @@ void settleNearestPoints(const PlacedMesh<fcl::RSS<S>>& first,
   result.nearest_points[1] = common.second;
 }
 
-template void settleNearestPoints(const PlacedMesh<fcl::RSS<float>>&,
-                                  const PlacedMesh<fcl::RSS<float>>&, const DistanceQuery<float>&);
-template void settleNearestPoints(const PlacedMesh<fcl::RSS<double>>&,
-                                  const PlacedMesh<fcl::RSS<double>>&,
-                                  const DistanceQuery<double>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                              \
+  template void settleNearestPoints(const PlacedMesh<BV>&, const PlacedMesh<BV>&, \
+                                    const DistanceQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -108,8 +108,7 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
   template class Front<BV>;                                                   \
   template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, \
                                 const DistanceQuery<BV::S>&, PairCache<BV>&);
-ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<float>)
-ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<double>)
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

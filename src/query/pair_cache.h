@@ -8,6 +8,7 @@
 
 #include "query/distance_visitor.h"
 #include "query/rigid_motion.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -100,7 +101,8 @@ template <typename BV>
 bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                      const DistanceQuery<typename BV::S>& query, PairCache<BV>& cache);
 
-extern template class Front<fcl::RSS<float>>;
-extern template class Front<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class Front<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -7,8 +7,8 @@
 namespace adaptive_bvh {
 
 /// A triangle of a mesh, placed.
-template <typename S>
-TrianglePoints<S> triangleInWorld(const fcl::BVHModel<fcl::RSS<S>>& mesh, int triangle,
+template <typename BV, typename S = typename BV::S>
+TrianglePoints<S> triangleInWorld(const fcl::BVHModel<BV>& mesh, int triangle,
                                   const fcl::Transform3<S>& tf) {
   const fcl::Triangle& corners = mesh.tri_indices[triangle];
   const auto corner = [&](int k) -> fcl::Vector3<S> { return tf * mesh.vertices[corners[k]]; };

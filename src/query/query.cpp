@@ -13,19 +13,18 @@
 namespace adaptive_bvh {
 namespace {
 
-/// One object of a query: a mesh of RSS, adaptive or FCL's, or any other geometry.
-template <typename S>
+/// One object of a query: a mesh of BV, adaptive or FCL's, or any other geometry.
+template <typename BV>
 struct Object {
-  using BV = fcl::RSS<S>;
+  using S = typename BV::S;
 
-  Object(const fcl::CollisionGeometry<S>* geometry, const fcl::Transform3<S>& tf)
-      : placed{geometry, tf} {
-    type = geometry->getNodeType();  // repairs a tree that was changed without our update
-    if (geometry->getObjectType() != fcl::OT_BVH) return;
-    const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<BV>*>(geometry);
-    mesh.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(geometry);
+  Object(const PlacedGeometry<S>& object, fcl::NODE_TYPE node_type)
+      : type(node_type), placed(object) {
+    if (object.geometry->getObjectType() != fcl::OT_BVH) return;
+    const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<BV>*>(object.geometry);
+    mesh.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(object.geometry);
     mesh.tree = adaptive ? &detail::ModelAccess<BV>::tree(*adaptive) : nullptr;
-    mesh.tf = tf;
+    mesh.tf = object.tf;
   }
 
   bool isShape() const { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
@@ -35,18 +34,17 @@ struct Object {
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
-  PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of RSS
+  PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of BV
 };
 
 /// Hands a pair to its recorded query, the mesh first. False when there is none: FCL's is to run.
-template <typename S, typename Run>
-bool dispatch(const Object<S>& first, const Object<S>& second, Run&& run) {
-  run.require(first.type, second.type);
-  for (const Object<S>* object : {&first, &second})
+template <typename BV, typename Run>
+bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) {
+  for (const Object<BV>* object : {&first, &second})
     if (object->isMesh()) requireTriangles(*object->mesh.model);
   if (first.isMesh() && second.isMesh() && (first.isAdaptive() || second.isAdaptive()))
     return run.meshMesh(first.mesh, second.mesh);
-  const auto mesh_other = [&](const Object<S>& mesh, const Object<S>& other) {
+  const auto mesh_other = [&](const Object<BV>& mesh, const Object<BV>& other) {
     if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
     if (other.isOctree()) return run.meshOctree(mesh.mesh, other.placed);
     return false;
@@ -55,37 +53,52 @@ bool dispatch(const Object<S>& first, const Object<S>& second, Run&& run) {
   return second.isAdaptive() && mesh_other(second, first);
 }
 
+/// As above, of objects of any types. Two meshes have the same volumes: others are refused.
+template <typename S, typename Run>
+bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
+  // Repairs trees that were changed without our update.
+  const fcl::NODE_TYPE type1 = first.geometry->getNodeType(),
+                       type2 = second.geometry->getNodeType();
+  run.require(type1, type2);
+  if (type1 == fcl::BV_OBBRSS || type2 == fcl::BV_OBBRSS)
+    return runPair(Object<fcl::OBBRSS<S>>(first, type1), Object<fcl::OBBRSS<S>>(second, type2),
+                   run);
+  return runPair(Object<fcl::RSS<S>>(first, type1), Object<fcl::RSS<S>>(second, type2), run);
+}
+
 template <typename S>
 struct RunDistance {
-  using Mesh = PlacedMesh<fcl::RSS<S>>;
-
   const DistanceQuery<S>& query;
   S& distance;
 
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireDistance(first, second);
   }
-  bool meshMesh(const Mesh& first, const Mesh& second) const {
+  template <typename BV>
+  bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     distance =
         byBoxes(first, second) ? query.result.min_distance : meshMeshDistance(first, second, query);
     return true;
   }
-  bool meshShape(const Mesh& mesh, const PlacedGeometry<S>& shape) const {
+  template <typename BV>
+  bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {
     distance = meshShapeDistance(mesh, shape, query);
     return true;
   }
-  bool meshOctree(const Mesh& mesh, const PlacedGeometry<S>& octree) const {
+  template <typename BV>
+  bool meshOctree(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree) const {
     if (query.request.enable_signed_distance) return false;
     distance = meshOctreeDistance(mesh, octree, query);
     return true;
   }
 
  private:
-  bool byBoxes(const Mesh& first, const Mesh& second) const {
+  template <typename BV>
+  bool byBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     if (!first.hasBoxes() || !second.hasBoxes()) return false;
     WitnessCache& witnesses = first.tree->witnesses;
     const WitnessCache::Pair last = witnesses.recall(second.model);
-    PairCache<fcl::RSS<S>> cache{int(last.first), int(last.second), {}};
+    PairCache<BV> cache{int(last.first), int(last.second), {}};
     if (!distanceByBoxes(first, second, query, cache)) return false;
     witnesses.keep(second.model, {unsigned(cache.witness1), unsigned(cache.witness2)});
     return true;
@@ -94,23 +107,24 @@ struct RunDistance {
 
 template <typename S>
 struct RunCollision {
-  using Mesh = PlacedMesh<fcl::RSS<S>>;
-
   const CollisionQuery<S>& query;
   std::size_t& contacts;
 
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
-  bool meshMesh(const Mesh& first, const Mesh& second) const {
+  template <typename BV>
+  bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     contacts = meshMeshCollide(first, second, query);
     return true;
   }
-  bool meshShape(const Mesh& mesh, const PlacedGeometry<S>& shape) const {
+  template <typename BV>
+  bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {
     contacts = meshShapeCollide(mesh, shape, query);
     return true;
   }
-  bool meshOctree(const Mesh& mesh, const PlacedGeometry<S>& octree) const {
+  template <typename BV>
+  bool meshOctree(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree) const {
     if (query.request.enable_cost) return false;
     contacts = meshOctreeCollide(mesh, octree, query);
     return true;
@@ -128,7 +142,7 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       S& distance) {
   if (!result.o1) unsetPoints(result);
   const DistanceQuery<S> query{request, result};
-  return dispatch(Object<S>(o1, tf1), Object<S>(o2, tf2), RunDistance<S>{query, distance});
+  return dispatch<S>({o1, tf1}, {o2, tf2}, RunDistance<S>{query, distance});
 }
 
 template <typename S>
@@ -139,7 +153,7 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
   contacts = 0;
   if (request.num_max_contacts == 0) return true;  // as FCL, without its message
   const CollisionQuery<S> query{request, result};
-  return dispatch(Object<S>(o1, tf1), Object<S>(o2, tf2), RunCollision<S>{query, contacts});
+  return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query, contacts});
 }
 
 template <typename S>

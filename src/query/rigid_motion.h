@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/collision_geometry.h>
 
 #include "geometry/rounding.h"
 
@@ -15,8 +15,8 @@ class RigidMotion {
  public:
   /// Adds the motion since the last call. False when the sum begins anew: bounds from before are
   /// then useless.
-  bool moveTo(const fcl::Transform3<S>& tf1, const fcl::BVHModel<fcl::RSS<S>>& first,
-              const fcl::Transform3<S>& tf2, const fcl::BVHModel<fcl::RSS<S>>& second) {
+  bool moveTo(const fcl::Transform3<S>& tf1, const fcl::CollisionGeometry<S>& first,
+              const fcl::Transform3<S>& tf2, const fcl::CollisionGeometry<S>& second) {
     const bool moved = tf1.matrix() != tf1_.matrix() || tf2.matrix() != tf2_.matrix();
     if (moved) sum_ = rounding::sum(sum_, step(tf1, tf2, second));
     tf1_ = tf1;
@@ -35,7 +35,7 @@ class RigidMotion {
   /// norm bounds the spectral one. The query's own relative transform is off by a few epsilon of
   /// what it is made of, before and now.
   double step(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
-              const fcl::BVHModel<fcl::RSS<S>>& second) const {
+              const fcl::CollisionGeometry<S>& second) const {
     const Eigen::Isometry3d last = relative(tf1_, tf2_), now = relative(tf1, tf2);
     const fcl::Vector3d center = second.aabb_center.template cast<double>();
     const auto radius = static_cast<double>(second.aabb_radius);

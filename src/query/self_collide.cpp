@@ -10,6 +10,7 @@
 #include "query/placed_mesh.h"
 #include "query/search.h"
 #include "query/unset_fields.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -32,7 +33,7 @@ class SelfCollisionVisitor {
     Pair* end() { return pairs.data() + count; }
   };
 
-  SelfCollisionVisitor(const PlacedMesh<BV>& mesh, const SelfCollisionNode<S>& node)
+  SelfCollisionVisitor(const PlacedMesh<BV>& mesh, const SelfCollisionNode<BV>& node)
       : nodes_(mesh.tree->boxes->nodes()),
         statistics_(statisticsOf(mesh, mesh)),
         node_(node),
@@ -84,15 +85,15 @@ class SelfCollisionVisitor {
 
   const BoxNodes<const BoxNode> nodes_;
   const PairStatistics statistics_;
-  const SelfCollisionNode<S>& node_;
+  const SelfCollisionNode<BV>& node_;
   const Float4 slack_;
   QueryWork work_;
 };
 
-template <typename S>
-void initialize(SelfCollisionNode<S>& node, const PlacedMesh<fcl::RSS<S>>& mesh,
-                const CollisionQuery<S>& query, NeighbourFilter filter) {
-  using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+template <typename BV>
+void initialize(SelfCollisionNode<BV>& node, const PlacedMesh<BV>& mesh,
+                const CollisionQuery<typename BV::S>& query, NeighbourFilter filter) {
+  using Base = typename FclMeshCollision<BV>::Node;
   fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, *mesh.model, mesh.tf,
                           query.request, query.result);
   node.R.setIdentity();  // tf to tf, exactly
@@ -100,21 +101,22 @@ void initialize(SelfCollisionNode<S>& node, const PlacedMesh<fcl::RSS<S>>& mesh,
   node.filter = filter;
 }
 
-template <typename S>
-void searchBoxes(const PlacedMesh<fcl::RSS<S>>& mesh, const CollisionQuery<S>& query,
+template <typename BV>
+void searchBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
                  NeighbourFilter filter) {
-  SelfCollisionNode<S> node;
+  SelfCollisionNode<BV> node;
   initialize(node, mesh, query, filter);
-  SelfCollisionVisitor<fcl::RSS<S>> visitor(mesh, node);
-  typename SelfCollisionVisitor<fcl::RSS<S>>::Pair roots{0, 0};
+  SelfCollisionVisitor<BV> visitor(mesh, node);
+  typename SelfCollisionVisitor<BV>::Pair roots{0, 0};
   searchPairs(visitor, roots);
   visitor.finish();
 }
 
-template <typename S>
-void searchVolumes(const PlacedMesh<fcl::RSS<S>>& mesh, const CollisionQuery<S>& query,
+template <typename BV>
+void searchVolumes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
                    NeighbourFilter filter) {
-  RecordingCollisionNode<SelfCollisionNode<S>, S> node(statisticsOf(mesh, mesh));
+  using S = typename BV::S;
+  RecordingCollisionNode<SelfCollisionNode<BV>, S> node(statisticsOf(mesh, mesh));
   initialize(node, mesh, query, filter);
   fcl::detail::selfCollide(static_cast<fcl::detail::CollisionTraversalNodeBase<S>*>(&node));
 }
@@ -141,12 +143,11 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
   return result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template std::size_t selfCollide(const AdaptiveBVHModel<fcl::RSS<S>>&,                       \
-                                   const fcl::Transform3<S>&, const fcl::CollisionRequest<S>&, \
-                                   fcl::CollisionResult<S>&, NeighbourFilter);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                           \
+  template std::size_t selfCollide(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, \
+                                   const fcl::CollisionRequest<BV::S>&,                        \
+                                   fcl::CollisionResult<BV::S>&, NeighbourFilter);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -25,7 +25,8 @@ void AdaptiveTree<BV>::restartMotion(const fcl::BVHModel<BV>& model) {
     motion.include(Volume<BV>::cornerSum(model.getBV(i).bv));
 }
 
-template struct AdaptiveTree<fcl::RSS<float>>;
-template struct AdaptiveTree<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template struct AdaptiveTree<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -10,6 +10,7 @@
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
 #include "tree/witness_cache.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -51,7 +52,8 @@ struct AdaptiveTree {
   }
 };
 
-extern template struct AdaptiveTree<fcl::RSS<float>>;
-extern template struct AdaptiveTree<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template struct AdaptiveTree<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

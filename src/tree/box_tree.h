@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -16,15 +18,16 @@ class alignas(32) BoxNode {
  public:
   ADAPTIVE_BVH_INLINE Box box() const { return {float4::load(low_), float4::load(high_)}; }
   ADAPTIVE_BVH_INLINE void setBox(const Box& box) {
-    const float link = low_[3];
-    float4::store(box.low, low_);
-    float4::store(box.high, high_);
-    low_[3] = link;
+    float4::store3(box.low, low_);
+    float4::store3(box.high, high_);
   }
 
   ADAPTIVE_BVH_INLINE bool isLeaf() const { return link() < kFirst; }
   ADAPTIVE_BVH_INLINE int left() const { return link() - kFirst; }
   ADAPTIVE_BVH_INLINE int leafIndex() const { return kFirst - 1 - link(); }
+  /// Of a node's volume, when its axes were last chosen: for its refits.
+  float chosenArea() const { return high_[3]; }
+  void setChosenArea(float area) { high_[3] = std::max(area, std::numeric_limits<float>::min()); }
   void setLeft(int node) { setLink(kFirst + node); }
   void setLeafIndex(int index) { setLink(kFirst - 1 - index); }
 
@@ -41,7 +44,7 @@ class alignas(32) BoxNode {
   void setLink(std::int32_t bits) { std::memcpy(low_ + 3, &bits, sizeof(bits)); }
 
   float low_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of a link
-  float high_[4] = {0, 0, 0, 0};
+  float high_[4] = {0, 0, 0, 1};  ///< the fourth: see chosenArea
 };
 
 /// The nodes of a BoxTree, by FCL's numbers; cheap to copy. `Node` is BoxNode, or const.
@@ -58,6 +61,9 @@ class BoxNodes {
   ADAPTIVE_BVH_INLINE int leafIndex(int node) const { return root_[node].leafIndex(); }
 
   ADAPTIVE_BVH_INLINE void setBox(int node, const Box& box) const { root_[node].setBox(box); }
+
+  float chosenArea(int node) const { return root_[node].chosenArea(); }
+  void setChosenArea(int node, float area) const { root_[node].setChosenArea(area); }
 
  private:
   Node* root_;

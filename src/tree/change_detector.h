@@ -40,7 +40,7 @@ class ChangeDetector {
   /// Writes `volume`, with its radius one step up, to the root and remembers it. Returns that
   /// radius.
   S record(BV& root, BV volume) {
-    V::radius(volume) = std::nextafter(V::radius(volume), std::numeric_limits<S>::infinity());
+    V::raiseRadius(volume);
     for (BV* target : {&copy_, &root})
       for (int i = 0; i < V::kNumbers; ++i) store(V::number(*target, i), V::number(volume, i));
     store(recorded_, true);

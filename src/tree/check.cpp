@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "geometry/mesh_of_model.h"
+#include "volume/each_volume.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh {
@@ -40,13 +41,6 @@ bool linksHold(const fcl::BVHModel<BV>& model, int i) {
          left.num_primitives + right.num_primitives == node.num_primitives;
 }
 
-template <typename BV>
-bool contains(const BV& bv, const fcl::Vector3<typename BV::S>& p) {
-  using V = Volume<BV>;
-  const auto distance = V::distanceToRectangle(bv, p);
-  return distance <= V::radius(bv) + V::containmentError(bv, distance);
-}
-
 }  // namespace
 
 template <typename BV>
@@ -70,7 +64,8 @@ bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason) {
     for (int k = 0; k < node.num_primitives; ++k) {
       const unsigned primitive = order[node.first_primitive + k];
       bool inside = true;
-      mesh.forEachPosition(primitive, [&](const auto& p) { inside &= contains(node.bv, p); });
+      mesh.forEachPosition(primitive,
+                           [&](const auto& p) { inside &= Volume<BV>::contains(node.bv, p); });
       if (!inside)
         return fail("node " + std::to_string(i) + " does not contain primitive " +
                     std::to_string(primitive));
@@ -79,7 +74,9 @@ bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason) {
   return true;
 }
 
-template bool checkTree(const fcl::BVHModel<fcl::RSS<float>>&, std::string*);
-template bool checkTree(const fcl::BVHModel<fcl::RSS<double>>&, std::string*);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template bool checkTree(const fcl::BVHModel<BV>&, std::string*);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

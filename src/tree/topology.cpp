@@ -1,29 +1,28 @@
 #include "tree/topology.h"
 
 #include <algorithm>
+#include <vector>
+
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
 template <typename BV>
 void Topology::adopt(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
-  const auto mesh = viewOf(model);
-  leaf_vertices.resize((nodes + 1) / 2);  // a binary tree with one leaf a primitive
+  slots.adopt(model);
   depth = 0;
   std::vector<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
     depth = std::max(depth, depth_of[i]);
-    if (node.isLeaf()) {
-      leaf_vertices[node.first_primitive] =
-          mesh.verticesOf(static_cast<unsigned>(node.primitiveId()));
-    } else {
-      for (int child : {node.leftChild(), node.rightChild()}) depth_of[child] = depth_of[i] + 1;
-    }
+    if (node.isLeaf()) continue;
+    for (int child : {node.leftChild(), node.rightChild()}) depth_of[child] = depth_of[i] + 1;
   }
 }
 
-template void Topology::adopt(const fcl::BVHModel<fcl::RSS<float>>&);
-template void Topology::adopt(const fcl::BVHModel<fcl::RSS<double>>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template void Topology::adopt(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <array>
-#include <vector>
-
-#include "geometry/mesh_of_model.h"
+#include "tree/vertex_slots.h"
 
 namespace adaptive_bvh {
 
@@ -15,8 +12,8 @@ namespace adaptive_bvh {
 /// a stack is all the memory that a post-order traversal needs (update/post_order.h).
 struct Topology {
   /// The vertices of every primitive, in the order of the leaves: those below a node are
-  /// [first_primitive, + num_primitives). A point is a triangle with three equal vertices.
-  std::vector<VertexIndices> leaf_vertices;
+  /// [first_primitive, + num_primitives).
+  VertexSlots slots;
   int depth = 0;  ///< links from the root to the deepest leaf
 
   template <typename BV>
@@ -25,7 +22,7 @@ struct Topology {
   /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
 
-  std::size_t bytes() const { return leaf_vertices.capacity() * sizeof(VertexIndices); }
+  std::size_t bytes() const { return slots.bytes(); }
 };
 
 }  // namespace adaptive_bvh

@@ -27,11 +27,11 @@ class BestFitRotation {
     scale_ = static_cast<double>(scale);
     vertices_.clear();
     const std::size_t primitives =
-        topology.leaf_vertices.size();  // in leaf order: near ones together
+        topology.slots.leaves();  // in leaf order: near ones together
     const std::size_t count = std::min<std::size_t>(kSamples, primitives);
     vertices_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
-      vertices_.push_back(topology.leaf_vertices[i * primitives / count][0]);
+      vertices_.push_back(topology.slots.verticesOf(i * primitives / count)[0]);
     rest_ = positions(model);
     steps_left_ = kInterval;
   }

@@ -26,15 +26,15 @@ struct InflationRule {
   void applyRoot(S root) { inflate(0, root); }
 
   void inflate(int i, S d_latest) {
-    S& radius = Volume<BV>::radius(model.getBV(i).bv);
-    const S current = radius;
+    BV& bv = model.getBV(i).bv;
+    const S current = Volume<BV>::radius(bv);
     S inflated = rounding::sum(current, d_latest);
     if (isLeaf(i) && d_latest > 0) {
       inflated = rounding::sum(original_radius[i], overall[primitive(i)]);
       if (!leaf_radius_may_shrink) inflated = std::max(current, inflated);
     }
     if (inflated == current) return;
-    radius = inflated;
+    Volume<BV>::setRadius(bv, inflated);
     ++changed;
   }
 
@@ -52,7 +52,7 @@ struct InflationRule {
 template <typename BV>
 void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   const auto nodes = static_cast<std::size_t>(target.nodes());
-  const std::size_t primitives = target.tree.topology.leaf_vertices.size();
+  const std::size_t primitives = target.tree.topology.slots.leaves();
   target.tree.boxes.reset();
   target.tree.motion = MotionBounds<S>();
   original_radius_.resize(nodes);
@@ -69,9 +69,10 @@ void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV
 }
 
 template <typename BV>
-VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const fcl::BVHModel<BV>& model,
+VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const UpdateTarget<BV>& target,
                                                                 const StepInput<S>& input,
                                                                 int first, int last) {
+  const fcl::BVHModel<BV>& model = target.model;
   VertexSummary<S> summary;
   for (int v = first; v < last; ++v) {
     const Point displacement = input.positions[v] - model.vertices[v];
@@ -132,7 +133,8 @@ std::size_t DisplacementPropagation<BV>::bytes() const {
          size(vertex_motion_) + size(stack_);
 }
 
-template class DisplacementPropagation<fcl::RSS<float>>;
-template class DisplacementPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class DisplacementPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

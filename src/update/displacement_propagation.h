@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "update/node_fit.h"
 #include "update/step_input.h"
 #include "update/thread_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -39,8 +41,15 @@ class DisplacementPropagation {
   void reset(const UpdateTarget<BV>& target);
   void start(const UpdateTarget<BV>& target, const BV& root);
 
+  struct Fit {
+    const UpdateTarget<BV> target;
+    BV operator()(int node) const { return fitNode(target, node); }
+  };
+  static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
+
   void begin(const UpdateTarget<BV>&, const StepInput<S>&) {}
-  VertexSummary<S> read(const fcl::BVHModel<BV>& model, const StepInput<S>& input, int first,
+  static int readSize(const UpdateTarget<BV>& target) { return target.model.num_vertices; }
+  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                         int last);
   void accept(const UpdateTarget<BV>&, S) {}
   void discard() {}
@@ -86,7 +95,8 @@ class DisplacementPropagation {
   std::vector<S> stack_;
 };
 
-extern template class DisplacementPropagation<fcl::RSS<float>>;
-extern template class DisplacementPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class DisplacementPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

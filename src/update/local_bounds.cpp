@@ -6,6 +6,8 @@
 
 #include <fcl/math/bv/RSS.h>
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -67,14 +69,13 @@ typename BV::S squaredRadius(const fcl::BVHModel<BV>& model) {
   return squared;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
-  template void updateLocalBounds(fcl::BVHModel<fcl::RSS<S>>&);                             \
-  template void setLocalBox(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>&,            \
-                            const fcl::Vector3<S>&);                                        \
-  template S writePositions(fcl::BVHModel<fcl::RSS<S>>&, const fcl::Vector3<S>*, int, int); \
-  template S squaredRadius(const fcl::BVHModel<fcl::RSS<S>>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                       \
+  template void updateLocalBounds(fcl::BVHModel<BV>&);                                     \
+  template void setLocalBox(fcl::BVHModel<BV>&, const fcl::Vector3<BV::S>&,                \
+                            const fcl::Vector3<BV::S>&);                                   \
+  template BV::S writePositions(fcl::BVHModel<BV>&, const fcl::Vector3<BV::S>*, int, int); \
+  template BV::S squaredRadius(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -38,7 +38,7 @@ class MotionRule {
 
   MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions)
       : fcl_nodes_(&target.model.getBV(0)),
-        leaf_vertices_(target.tree.topology.leaf_vertices.data()),
+        slots_(target.tree.topology.slots),
         motions_(motions),
         boxes_(target.tree.boxes->nodes()),
         bounds_(target.tree.motion.ofPair(0)),
@@ -55,18 +55,18 @@ class MotionRule {
   }
 
   ADAPTIVE_BVH_INLINE void leaf(int node, NodeMotion& value) const {
-    const VertexIndices& vertices = leaf_vertices_[boxes_.leafIndex(node)];
-    const VertexState& a = motions_.states[vertices[0]];
+    const VertexIndices slots = slots_.slotsOf(static_cast<std::size_t>(boxes_.leafIndex(node)));
+    const VertexState& a = motions_.states[slots[0]];
     value.box.low = value.box.high = float4::load(a.position);
     value.motion.low = value.motion.high = float4::load(a.motion);
     for (int k = 1; k < 3; ++k) {
-      const VertexState& b = motions_.states[vertices[k]];
+      const VertexState& b = motions_.states[slots[k]];
       value.box.add(float4::load(b.position));
       value.motion.add(float4::load(b.motion));
     }
     if (!motions_.previous) return;
     // Two-frame update: the volume must hold the vertices where they were, which is motion 0.
-    for (unsigned v : vertices) value.box.add(float4::load(motions_.previous[v].data()));
+    for (unsigned slot : slots) value.box.add(float4::load(motions_.previous[slot].data()));
     value.motion.add(float4::all(0));
   }
 
@@ -116,10 +116,7 @@ class MotionRule {
 
   /// FCL's nodes are large: what the traversal needs of one lies on two cache lines. Saves 10 to 15
   /// % of the traversal.
-  ADAPTIVE_BVH_INLINE void prefetch(int node) const {
-    __builtin_prefetch(Volume<BV>::corner(fcl_nodes_[node].bv), 1);
-    __builtin_prefetch(&Volume<BV>::radius(fcl_nodes_[node].bv), 1);
-  }
+  ADAPTIVE_BVH_INLINE void prefetch(int node) const { Volume<BV>::prefetch(fcl_nodes_[node].bv); }
 
   /// Adds to the motion bounds of two siblings. Returns half the diagonal of the first's motions
   /// and the farthest of them, then those of the second. Both are what is left beyond the common
@@ -149,16 +146,16 @@ class MotionRule {
   /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
   ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
     const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
-    BV& bv = fcl_nodes_[node].bv;
-    S* const corner = Volume<BV>::corner(bv);
-    for (int k = 0; k < 3; ++k) corner[k] += motions_.common[k] + S(middle[k]) * unit_;
-    Volume<BV>::radius(bv) += S(spread) * unit_ + rounding_;
+    const fcl::Vector3<S> translation(motions_.common[0] + S(middle[0]) * unit_,
+                                      motions_.common[1] + S(middle[1]) * unit_,
+                                      motions_.common[2] + S(middle[2]) * unit_);
+    Volume<BV>::move(fcl_nodes_[node].bv, translation, S(spread) * unit_ + rounding_);
     ++counts_.moved;
     counts_.inflated += float4::largest(motion.high - motion.low) > least_inflation_;
   }
 
   fcl::BVNode<BV>* const fcl_nodes_;
-  const VertexIndices* const leaf_vertices_;
+  const VertexSlots& slots_;
   const Motions<S> motions_;
   const BoxNodes<BoxNode> boxes_;
   float* const bounds_;

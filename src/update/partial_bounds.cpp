@@ -8,6 +8,7 @@
 
 #include "geometry/rounding.h"
 #include "update/local_bounds.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -41,7 +42,7 @@ class LargestSearch {
  private:
   bool visit(int node) {
     if (boxes_.isLeaf(node)) {
-      for (unsigned v : topology_.leaf_vertices[static_cast<std::size_t>(boxes_.leafIndex(node))])
+      for (unsigned v : topology_.slots.verticesOf(static_cast<std::size_t>(boxes_.leafIndex(node))))
         largest_ = std::max(largest_, measure_.value(model_.vertices[v]));
       return true;
     }
@@ -166,7 +167,8 @@ void PartialBounds<BV>::finish(const Topology& topology, const BoxTree<S>& boxes
   model_.aabb_radius = std::sqrt(squared);
 }
 
-template class PartialBounds<fcl::RSS<float>>;
-template class PartialBounds<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class PartialBounds<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -10,15 +10,6 @@
 
 namespace adaptive_bvh {
 
-/// The volume around a node's triangles as they stand.
-template <typename BV>
-BV fitNode(const UpdateTarget<BV>& target, int node);
-
-/// Recomputes every volume in place but the root's. That fit is returned, for the change detector
-/// to write last: queries on other threads may be reading the root meanwhile.
-template <typename BV>
-BV refitAllButRoot(const UpdateTarget<BV>& target);
-
 /// What refits did. Adds up over threads.
 template <typename S>
 struct RefitCounts {
@@ -50,6 +41,7 @@ class Refitter {
       : target_(target),
         method_(method),
         policy_(policy),
+        fit_(method.fit(target, policy)),
         has_statistics_(target.tree.statistics.work().queries > 0),
         only_visited_(has_statistics_ && needsVisit(policy.criterion)) {}
 
@@ -76,7 +68,7 @@ class Refitter {
  private:
   void refit(int i) {
     const fcl::BVNode<BV>& node = target_.model.getBV(i);
-    target_.volume(i) = fitNode(target_, i);
+    target_.volume(i) = fit_(i);
     method_.refitted(target_, i);
     counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives, Volume<BV>::cornerSum(node.bv),
                 i == 0};
@@ -85,6 +77,7 @@ class Refitter {
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
+  typename Method::Fit fit_;
   const bool has_statistics_, only_visited_;
   RefitCounts<S> counts_;
 };

@@ -4,9 +4,11 @@
 #include <functional>
 #include <utility>
 
+#include "update/node_fit.h"
 #include "update/refit.h"
 #include "update/step_scope.h"
 #include "update/stopwatch.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -189,8 +191,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
                          const StepInput<BV::S>&, UpdateReport&);                       \
   template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
   template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
-ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<float>)
-ADAPTIVE_BVH_INSTANTIATE(fcl::RSS<double>)
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

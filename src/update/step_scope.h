@@ -54,8 +54,8 @@ class AllVertices {
   VertexSummary<S> read() {
     method_.begin(target_, input_);
     PerThread<VertexSummary<S>> seen(pool_.size());
-    forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
-      seen[thread].add(method_.read(target_.model, input_, first, last));
+    forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int thread) {
+      seen[thread].add(method_.read(target_, input_, first, last));
     });
     return seen.sum([](auto& all, const auto& some) { all.add(some); });
   }
@@ -90,7 +90,13 @@ class AllVertices {
     const int parts = pool_.size() > 1 ? 512 : 1;
     forEachPart(target_.nodes(), parts, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_);
-      for (int i = first; i < last; ++i) refitter.judge(i);
+      for (int i = first; i < last; ++i) {
+        constexpr int kAhead = 6;
+        const BV& ahead = target_.volume(std::min(i + kAhead, last - 1));
+        for (std::size_t byte = 0; byte < sizeof(BV); byte += 64)
+          __builtin_prefetch(reinterpret_cast<const char*>(&ahead) + byte, 1);
+        refitter.judge(i);
+      }
       counts[thread] += refitter.counts();
     });
     const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
@@ -142,7 +148,7 @@ class SomeVertices {
       resetDirty();
     }
     method_.begin(target_, input_);
-    return method_.readSome(target_.model, input_, [&](unsigned v, const Point& to) {
+    return method_.readSome(target_, input_, leaves_, [&](unsigned v, const Point& to) {
       bounds_.move(target_.model.vertices[v], to);
       leaves_.markAncestors(v, dirty_);
     });
@@ -186,7 +192,7 @@ class SomeVertices {
   }
 
  private:
-  void resetDirty() { dirty_.reset(target_.tree.topology.leaf_vertices.size() - 1); }
+  void resetDirty() { dirty_.reset(target_.tree.topology.slots.leaves() - 1); }
 
   const UpdateTarget<BV> target_;
   Method& method_;

@@ -46,20 +46,23 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   if (!tree.boxes) tree.boxes.emplace();
   tree.boxes->adopt(target.model);
   tree.motion.reset(target.nodes());
-  vertices_.reset(target.model.num_vertices);
+  vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
   next_limited_ = 0;
 }
 
 template <typename BV>
 void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
-  target.tree.boxes->frame =
-      BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(), root.center(), root.size() / 2);
+  target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
+                                          Volume<BV>::center(root), Volume<BV>::length(root) / 2);
   vertices_.start(target, target.tree.boxes->frame);
   ThreadPool alone(1);
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
+  axes_.resize(static_cast<std::size_t>(target.nodes()));
+  BodyFit<BV> fits = fit(target, RefitPolicy());
+  for (int i = 0; i < target.nodes(); ++i) fits.keepAxes(i, i == 0 ? root : target.volume(i));
 }
 
 template <typename BV>
@@ -141,10 +144,11 @@ void TranslationPropagation<BV>::limitSomeInflations(const UpdateTarget<BV>& tar
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + stack_.capacity() * sizeof(NodeMotion);
+  return vertices_.bytes() + axes_.capacity() * sizeof(PackedRotation) + stack_.capacity() * sizeof(NodeMotion);
 }
 
-template class TranslationPropagation<fcl::RSS<float>>;
-template class TranslationPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

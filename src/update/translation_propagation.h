@@ -4,11 +4,13 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "update/body_fit.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
 #include "update/thread_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -36,6 +38,12 @@ class TranslationPropagation {
 
   /// Makes room for the tree's nodes and the model's vertices; `start` is to follow.
   void reset(const UpdateTarget<BV>& target);
+  /// The refits of this step.
+  using Fit = BodyFit<BV>;
+  Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
+    return {target, vertices_.data(), target.model.prev_vertices ? vertices_.previous() : nullptr,
+            axes_, policy};
+  }
   /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
 
@@ -44,16 +52,19 @@ class TranslationPropagation {
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
     vertices_.begin(target, input);
   }
-  /// Of all vertices those in [first, last), on any thread.
-  VertexSummary<S> read(const fcl::BVHModel<BV>& model, const StepInput<S>& input, int first,
+  /// All vertices are read in so many parts, on any threads: those in [first, last) of them.
+  static int readSize(const UpdateTarget<BV>& target) {
+    return static_cast<int>(target.tree.topology.slots.size());
+  }
+  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                         int last) {
-    return vertices_.read(model.vertices, input, first, last);
+    return vertices_.read(target, input, first, last);
   }
   /// Of some vertices: see VertexStates.
   template <typename Moving>
-  VertexSummary<S> readSome(const fcl::BVHModel<BV>& model, const StepInput<S>& input,
-                            Moving&& moving) {
-    return vertices_.readSome(model, input, moving);
+  VertexSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                            const VertexLeafMap& leaves, Moving&& moving) {
+    return vertices_.readSome(target, input, leaves, moving);
   }
   /// The step takes place; its largest displacement can be followed.
   void accept(const UpdateTarget<BV>& target, S largest);
@@ -105,11 +116,13 @@ class TranslationPropagation {
   PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, ThreadPool& pool);
 
   VertexStates<S> vertices_;
+  KeptAxes axes_;
   std::vector<NodeMotion> stack_;
   int next_limited_ = 0;
 };
 
-extern template class TranslationPropagation<fcl::RSS<float>>;
-extern template class TranslationPropagation<fcl::RSS<double>>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -2,17 +2,19 @@
 
 #include <algorithm>
 
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 
 template <typename BV>
 void VertexLeafMap::adopt(const fcl::BVHModel<BV>& model, const Topology& topology) {
-  const auto pairs = topology.leaf_vertices.size() - 1;
+  const auto pairs = topology.slots.leaves() - 1;
   parent_.assign(pairs, 0);
   first_.assign(static_cast<std::size_t>(model.num_vertices) + 1, 0);
-  leaf_.resize(3 * topology.leaf_vertices.size());
+  leaf_.resize(3 * topology.slots.leaves());
 
-  for (const VertexIndices& vertices : topology.leaf_vertices)
-    for (unsigned v : vertices) ++first_[v];
+  for (std::size_t leaf = 0; leaf < topology.slots.leaves(); ++leaf)
+    for (unsigned v : topology.slots.verticesOf(leaf)) ++first_[v];
   covers_all_ = std::find(first_.begin(), first_.end() - 1, 0) == first_.end() - 1;
   int sum = 0;
   for (int& first : first_) first = sum += first;  // where the vertex's leaves end
@@ -22,12 +24,14 @@ void VertexLeafMap::adopt(const fcl::BVHModel<BV>& model, const Topology& topolo
       parent_[static_cast<std::size_t>(node.leftChild() - 1) / 2] = i;
       continue;
     }
-    for (unsigned v : topology.leaf_vertices[static_cast<std::size_t>(node.first_primitive)])
+    for (unsigned v : topology.slots.verticesOf(static_cast<std::size_t>(node.first_primitive)))
       leaf_[static_cast<std::size_t>(--first_[v])] = i;
   }
 }
 
-template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<float>>&, const Topology&);
-template void VertexLeafMap::adopt(const fcl::BVHModel<fcl::RSS<double>>&, const Topology&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template void VertexLeafMap::adopt(const fcl::BVHModel<BV>&, const Topology&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -1,5 +1,9 @@
 #include "update/vertex_states.h"
 
+#include <algorithm>
+
+#include "volume/each_volume.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -27,7 +31,7 @@ template <typename BV>
 void VertexStates<S>::start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame) {
   frame_ = frame;
   rotation_.start(target.model, target.tree.topology, frame.axes(), frame.scale());
-  readInPlace(target.model);
+  readInPlace(target);
 }
 
 template <typename S>
@@ -42,40 +46,52 @@ void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& 
   frame_.moveOrigin(boxes.middle());
   fcl::Matrix3d axes = boxes.frame.axes();
   if (rotation_.turn(target.model, axes)) frame_.turn(axes);
-  if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size());
+  if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size() - 1);
 }
 
 template <typename S>
-VertexSummary<S> VertexStates<S>::read(const Point* present, const StepInput<S>& input, int first,
-                                       int last) {
+template <typename BV>
+VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                                       int first, int last) {
+  constexpr int kAhead = 8;  // the mesh's order is another
   // Locals, for the stores below could change what is read through pointers.
   const BodyFrame<S> frame = frame_;
   const Point common = common_;
-  const Point* const positions = input.positions;
+  const Point *const positions = input.positions, *const present = target.model.vertices;
+  const unsigned* const vertices = target.tree.topology.slots.vertices().data();
+  const int end = static_cast<int>(target.tree.topology.slots.size());
   VertexState* const states = states_.data();
   VertexSummary<S> seen;
-  for (int v = first; v < last; ++v) {
+  for (int i = first; i < last; ++i) {
+    const unsigned ahead = vertices[std::min(i + kAhead, end - 1)];
+    __builtin_prefetch(&positions[ahead]);
+    __builtin_prefetch(&present[ahead]);
+    const unsigned v = vertices[i];
     const Point to = positions[v], displacement = to - present[v];
     seen.add(to, displacement);
-    float4::store(frame.toBodyFrame(to), states[v].position);
-    float4::store(frame.displacement(displacement - common), states[v].motion);
+    float4::store3(frame.toBodyFrame(to), states[i].position);
+    float4::store3(frame.displacement(displacement - common), states[i].motion);
   }
   if (input.kind == StepKind::TwoFrames)
-    for (int v = first; v < last; ++v)
-      float4::store(frame.toBodyFrame(present[v]), previous_[static_cast<std::size_t>(v)].data());
+    for (int i = first; i < last; ++i)
+      float4::store(frame.toBodyFrame(present[vertices[i]]),
+                    previous_[static_cast<std::size_t>(i)].data());
   return VertexSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
 }
 
 /// The model's positions as they stand, without motion.
 template <typename S>
 template <typename BV>
-void VertexStates<S>::readInPlace(const fcl::BVHModel<BV>& model) {
-  if (model.prev_vertices) previous_.resize(states_.size());
-  for (std::size_t v = 0; v < states_.size(); ++v) {
-    float4::store(frame_.toBodyFrame(model.vertices[v]), states_[v].position);
-    float4::store(float4::all(0), states_[v].motion);
+void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {
+  const fcl::BVHModel<BV>& model = target.model;
+  const std::vector<unsigned>& vertices = target.tree.topology.slots.vertices();
+  if (model.prev_vertices) previous_.resize(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const unsigned v = vertices[i];
+    float4::store3(frame_.toBodyFrame(model.vertices[v]), states_[i].position);
+    float4::store3(float4::all(0), states_[i].motion);
     if (model.prev_vertices)
-      float4::store(frame_.toBodyFrame(model.prev_vertices[v]), previous_[v].data());
+      float4::store(frame_.toBodyFrame(model.prev_vertices[v]), previous_[i].data());
   }
   all_moving_ = true;
   stale_ = false;
@@ -84,20 +100,23 @@ void VertexStates<S>::readInPlace(const fcl::BVHModel<BV>& model) {
 
 template <typename S>
 void VertexStates<S>::forgetMotion() {
-  const auto stop = [](VertexState& state) { float4::store(float4::all(0), state.motion); };
+  const auto stop = [](VertexState& state) { float4::store3(float4::all(0), state.motion); };
   if (all_moving_)
     for (VertexState& state : states_) stop(state);
   else
-    for (unsigned v : moving_) stop(states_[v]);
+    for (unsigned slot : moving_) stop(states_[slot]);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template class VertexStates<S>;                                                              \
-  template void VertexStates<S>::start(const UpdateTarget<fcl::RSS<S>>&, const BodyFrame<S>&); \
-  template void VertexStates<S>::begin(const UpdateTarget<fcl::RSS<S>>&, const StepInput<S>&); \
-  template void VertexStates<S>::readInPlace(const fcl::BVHModel<fcl::RSS<S>>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+template class VertexStates<float>;
+template class VertexStates<double>;
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                          \
+  template void VertexStates<BV::S>::start(const UpdateTarget<BV>&, const BodyFrame<BV::S>&); \
+  template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&); \
+  template VertexSummary<BV::S> VertexStates<BV::S>::read(const UpdateTarget<BV>&,            \
+                                                          const StepInput<BV::S>&, int, int); \
+  template void VertexStates<BV::S>::readInPlace(const UpdateTarget<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -1,30 +1,34 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "update/best_fit_rotation.h"
 #include "update/step_input.h"
 #include "update/update_target.h"
+#include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
 
 namespace adaptive_bvh {
 
 /// A vertex in this step: where it is, in body coordinates, and its motion beyond the common
-/// translation, in the model's axes and body units.
-struct alignas(32) VertexState {
-  float position[4];
-  float motion[4];
+/// translation, in the model's axes and body units. Loads of four numbers take one of what follows
+/// in memory.
+struct VertexState {
+  float position[3];
+  float motion[3];
 };
 
-/// The vertex pass of TranslationPropagation: reads the positions of a step, once, into the states
-/// that the propagation uses. Changes nothing that queries see.
+/// The vertex pass of TranslationPropagation: reads the positions of a step into the states that
+/// the propagation uses, by slot (VertexSlots). Changes nothing that queries see.
 template <typename S>
 class VertexStates {
  public:
   using Point = fcl::Vector3<S>;
 
-  void reset(int vertices) { states_.resize(static_cast<std::size_t>(vertices)); }
+  void reset(std::size_t slots) { states_.resize(slots + 1); }
   /// Begins anew, at the model's positions without motion, in a frame.
   template <typename BV>
   void start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame);
@@ -32,14 +36,16 @@ class VertexStates {
   /// Before the positions of a step are read: chooses its frame and its common translation.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
-  /// Reads the positions of the vertices in [first, last), where all are given. Several threads may
-  /// do so.
-  VertexSummary<S> read(const Point* present, const StepInput<S>& input, int first, int last);
+  /// Reads the positions of the slots in [first, last), where all are given. Several threads may do
+  /// so.
+  template <typename BV>
+  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
+                        int last);
   /// Reads the positions of some vertices. Calls moving(vertex, position) once for each vertex
   /// named, with the last position given for it.
   template <typename BV, typename Moving>
-  VertexSummary<S> readSome(const fcl::BVHModel<BV>& model, const StepInput<S>& input,
-                            Moving&& moving);
+  VertexSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                            const VertexLeafMap& leaves, Moving&& moving);
   /// The step does not take place: what was read is not the model's state.
   void discard() { stale_ = true; }
   void accept() { stale_ = false; }
@@ -48,24 +54,25 @@ class VertexStates {
   const BodyFrame<S>& frame() const { return frame_; }
   const Point& commonTranslation() const { return common_; }
   const VertexState* data() const { return states_.data(); }
-  /// By vertex, where two frames are kept: where it was in the step before, in body coordinates.
+  /// By slot, where two frames are kept: where it was in the step before, in body coordinates.
   const std::array<float, 4>* previous() const { return previous_.data(); }
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(states_) + size(previous_) + size(moving_) + rotation_.bytes();
+    return size(states_) + size(previous_) + size(moving_) + size(named_) + rotation_.bytes();
   }
 
  private:
   template <typename BV>
-  void readInPlace(const fcl::BVHModel<BV>& model);
+  void readInPlace(const UpdateTarget<BV>& target);
   void forgetMotion();
 
-  std::vector<VertexState> states_;
+  std::vector<VertexState> states_;  ///< and one more, for loads of four numbers
   std::vector<std::array<float, 4>> previous_;
-  /// Which vertices may have a motion other than 0: all, or those listed.
+  /// Which slots may have a motion other than 0: all, or those listed.
   bool all_moving_ = true;
   std::vector<unsigned> moving_;
+  std::vector<std::uint64_t> named_;  ///< a bit a vertex; none between steps
   /// The states are not those of the model's present positions.
   bool stale_ = false;
 
@@ -78,26 +85,32 @@ class VertexStates {
 
 template <typename S>
 template <typename BV, typename Moving>
-VertexSummary<S> VertexStates<S>::readSome(const fcl::BVHModel<BV>& model,
-                                           const StepInput<S>& input, Moving&& moving) {
-  if (stale_) readInPlace(model);
+VertexSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target,
+                                           const StepInput<S>& input, const VertexLeafMap& leaves,
+                                           Moving&& moving) {
+  if (stale_) readInPlace(target);
   forgetMotion();
   moving_.clear();
   all_moving_ = false;
+  const auto nodes = std::as_const(*target.tree.boxes).nodes();
   VertexSummary<S> summary;
+  named_.resize((static_cast<std::size_t>(target.model.num_vertices) + 63) / 64);
   for (std::size_t i = input.count; i-- > 0;) {
     const unsigned v = input.indices[i];
-    VertexState& state = states_[v];
-    if (state.motion[3] != 0) continue;  // was named again, later
-    moving_.push_back(v);
+    if (named_[v / 64] >> (v % 64) & 1) continue;  // was named again, later
+    named_[v / 64] |= std::uint64_t(1) << (v % 64);
     const Point& to = input.positions[i];
-    const Point displacement = to - model.vertices[v];
+    const Point displacement = to - target.model.vertices[v];
     summary.add(to, displacement);
     moving(v, to);
-    float4::store(frame_.toBodyFrame(to), state.position);
-    float4::store(frame_.displacement(displacement), state.motion);
-    state.motion[3] = 1;
+    const Float4 position = frame_.toBodyFrame(to), motion = frame_.displacement(displacement);
+    leaves.forEachSlot(v, target.tree.topology.slots, nodes, [&](unsigned slot) {
+      float4::store3(position, states_[slot].position);
+      float4::store3(motion, states_[slot].motion);
+      moving_.push_back(slot);
+    });
   }
+  for (std::size_t i = 0; i < input.count; ++i) named_[input.indices[i] / 64] = 0;
   return summary;
 }
 

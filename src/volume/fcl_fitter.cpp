@@ -1,5 +1,6 @@
 #include "volume/fcl_fitter.h"
 
+#include "volume/each_volume.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh {
@@ -42,7 +43,9 @@ std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter() {
   return fitter;
 }
 
-template std::shared_ptr<fcl::detail::BVFitterBase<fcl::RSS<float>>> sharedFitter();
-template std::shared_ptr<fcl::detail::BVFitterBase<fcl::RSS<double>>> sharedFitter();
+#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+  template std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -5,8 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "volume/principal_axes.h"
-#include "volume/swept_rectangle.h"
+#include "volume/swept_fit.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh {
@@ -114,44 +113,6 @@ class Gathered {
   std::uint64_t fit_ = 0;
 };
 
-/// A choice of sides and sphere, with what they need around some points.
-template <typename S>
-struct Shape {
-  Direction<S> side;
-  Slab<S> slab;
-  Rectangle<S> rectangle;
-  S area = std::numeric_limits<S>::infinity();
-};
-
-/// Keeps the better of a shape and the one with another slab. Returns the rectangle of the latter:
-/// without its corners when it is larger already, for these only add to the area.
-template <typename S>
-Rectangle<S> attempt(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side,
-                     const Slab<S>& slab) {
-  Rectangle<S> rectangle = rectangleWithoutCorners(turned, slab);
-  if (!(rectangle.sweptArea(slab.radius) < best.area)) return rectangle;
-  growCorners(rectangle, turned, slab);
-  const S area = rectangle.sweptArea(slab.radius);
-  if (area < best.area) best = {side, slab, rectangle, area};
-  return rectangle;
-}
-
-/// Keeps the best of the shapes with a given side, along which the points are turned. A sphere of
-/// half the thickness is the least that will do, but not always the best: over a dome, a larger one
-/// lets the rectangle end far within the rim. Returns false for a set so flat that this cannot
-/// matter.
-template <typename S>
-bool improve(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side) {
-  const Interval<S> z = heights(turned);
-  const S middle = (z.low + z.high) / 2, half = z.length() / 2;
-  const Rectangle<S> least = attempt(best, turned, side, {middle, half});
-  const bool thick = half > S(0.1) * (least.x.length() + least.y.length());
-  if (thick)
-    for (S shift : {-half / 2, half / 2})
-      attempt(best, turned, side, {middle + shift, S(1.5) * half});
-  return thick;
-}
-
 /// Names the sides so that the first is the longer one: along it FCL's splitter cuts.
 template <typename S>
 void putLongerSideFirst(fcl::RSS<S>& bv) {
@@ -161,35 +122,14 @@ void putLongerSideFirst(fcl::RSS<S>& bv) {
   bv.axis.col(2) *= -1;
 }
 
-/// The normal is the direction of least variance. Which sides and which sphere suit it best is
-/// judged on a few points, evenly picked; then all of them are enclosed.
-template <typename S>
-fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
-  constexpr std::size_t kJudges = 64;
-  static thread_local PointArrays<S> few, local;
-  const Matrix3<S> axes = principalAxes(points);
-  const std::size_t stride = (points.size() + kJudges - 1) / kJudges;
-  if (stride > 1) few.assign(points, stride);
-  local.assign(stride > 1 ? few : points, axes);
-  Shape<S> shape;
-  const Direction<S> side = bestDirection(local);
-  if (side.y != 0) local.turn(side.x, side.y);
-  if (improve(shape, local, side) && side.y != 0) {
-    local.turn(side.x, -side.y);
-    improve(shape, local, Direction<S>());
-  }
+}  // namespace
 
+template <typename S>
+fcl::RSS<S> fitRss(const PointArrays<S>& points) {
+  static thread_local PointArrays<S> few, local;
   fcl::RSS<S> bv;
-  const auto& [x, y] = shape.side;
-  bv.axis << axes.col(0) * x + axes.col(1) * y, axes.col(1) * x - axes.col(0) * y, axes.col(2);
-  if (local.size() < points.size()) {
-    local.assign(points, bv.axis);
-    const Interval<S> z = heights(local);
-    Slab<S>& slab = shape.slab;
-    slab.radius = std::max({slab.radius, z.high - slab.middle, slab.middle - z.low});
-    shape.rectangle = rectangleWithoutCorners(local, slab);
-    growCorners(shape.rectangle, local, slab);
-  }
+  bv.axis = bestAxes(points, few, local);
+  const Shape<S> shape = shapeAlong(bv.axis, points, few, local);
   const auto& [along, across] = shape.rectangle;
   bv.To = points[0] + bv.axis * Vector3<S>(along.low, across.low, shape.slab.middle);
   bv.l[0] = along.length();
@@ -199,7 +139,12 @@ fcl::RSS<S> fitPositions(const PointArrays<S>& points) {
   return bv;
 }
 
-}  // namespace
+template <typename S, typename Primitive>
+const PointArrays<S>& gatherPositions(const MeshView<S>& mesh, const Primitive* primitives,
+                                      int count) {
+  static thread_local Gathered<S> gathered;
+  return gathered.from(mesh, primitives, count);
+}
 
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
@@ -207,13 +152,18 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
     const VertexIndices& t = cornersOf(mesh, primitives[0]);
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
-  static thread_local Gathered<S> gathered;
-  return fitPositions(gathered.from(mesh, primitives, count));
+  return fitRss(gatherPositions(mesh, primitives, count));
 }
 
-template fcl::RSS<float> fitRss(const MeshView<float>&, const unsigned*, int);
-template fcl::RSS<float> fitRss(const MeshView<float>&, const VertexIndices*, int);
-template fcl::RSS<double> fitRss(const MeshView<double>&, const unsigned*, int);
-template fcl::RSS<double> fitRss(const MeshView<double>&, const VertexIndices*, int);
+#define ADAPTIVE_BVH_INSTANTIATE(S, Primitive)                            \
+  template fcl::RSS<S> fitRss(const MeshView<S>&, const Primitive*, int); \
+  template const PointArrays<S>& gatherPositions(const MeshView<S>&, const Primitive*, int);
+ADAPTIVE_BVH_INSTANTIATE(float, unsigned)
+ADAPTIVE_BVH_INSTANTIATE(float, VertexIndices)
+ADAPTIVE_BVH_INSTANTIATE(double, unsigned)
+ADAPTIVE_BVH_INSTANTIATE(double, VertexIndices)
+#undef ADAPTIVE_BVH_INSTANTIATE
+template fcl::RSS<float> fitRss(const PointArrays<float>&);
+template fcl::RSS<double> fitRss(const PointArrays<double>&);
 
 }  // namespace adaptive_bvh

@@ -5,10 +5,20 @@
 #include <fcl/math/bv/RSS.h>
 
 #include "geometry/mesh_view.h"
+#include "volume/point_arrays.h"
 
 namespace adaptive_bvh {
 
-/// See Volume<fcl::RSS<S>>::fit.
+/// The positions of some primitives, of each vertex once. Good until the next call on this thread.
+template <typename S, typename Primitive>
+const PointArrays<S>& gatherPositions(const MeshView<S>& mesh, const Primitive* primitives,
+                                      int count);
+
+/// The volume around such positions.
+template <typename S>
+fcl::RSS<S> fitRss(const PointArrays<S>& positions);
+
+/// See Volume<fcl::RSS<S>>::fit. One triangle without a second frame gets a closer look.
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count);
 

@@ -31,6 +31,12 @@ S Volume<fcl::RSS<S>>::containmentError(const BV& bv, S distance) {
 }
 
 template <typename S>
+bool Volume<fcl::RSS<S>>::contains(const BV& bv, const Point& p) {
+  const S distance = distanceToRectangle(bv, p);
+  return distance <= bv.r + containmentError(bv, distance);
+}
+
+template <typename S>
 fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const unsigned* primitives,
                                      int count) {
   return fitRss(mesh, primitives, count);
@@ -40,6 +46,17 @@ template <typename S>
 fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const VertexIndices* primitives,
                                      int count) {
   return fitRss(mesh, primitives, count);
+}
+
+template <typename S>
+fcl::RSS<S> Volume<fcl::RSS<S>>::along(const fcl::Matrix3<S>& axes, const Point& corner,
+                                       const Extents& extents, S unit, S error) {
+  BV bv;
+  bv.axis = axes;
+  bv.To = corner;
+  for (int k = 0; k < 2; ++k) bv.l[k] = S(extents.sides[k]) * unit;
+  bv.r = S(extents.radius) * unit + error;
+  return bv;
 }
 
 // A box is within half its shortest side of the rectangle in its middle. The radius also covers

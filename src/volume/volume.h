@@ -1,11 +1,17 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fcl/math/bv/OBBRSS.h>
 #include <fcl/math/bv/RSS.h>
 
 #include "geometry/body_frame.h"
 #include "geometry/box.h"
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
+#include "volume/extents.h"
 
 namespace adaptive_bvh {
 
@@ -23,12 +29,28 @@ struct Volume<fcl::RSS<S_>> {
   using Point = fcl::Vector3<S>;
 
   static S radius(const BV& bv) { return bv.r; }
-  static S& radius(BV& bv) { return bv.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
+  static Point center(const BV& bv) { return bv.center(); }
+  /// The longest way through it.
+  static S length(const BV& bv) { return bv.size(); }
 
-  /// The three coordinates that fix the volume in space. Adding to them moves it, rounded by at
-  /// most epsilon times `cornerSum` of the result.
-  static S* corner(BV& bv) { return bv.To.data(); }
+  /// Moves the volume and lets it grow on all sides; rounded by at most epsilon times `cornerSum`
+  /// of the result.
+  static void move(BV& bv, const Point& translation, S growth) {
+    bv.To += translation;
+    bv.r += growth;
+  }
+  /// Lets it grow or shrink on all sides, by the difference to its present radius.
+  static void setRadius(BV& bv, S radius) { bv.r = radius; }
+  /// To the next number above.
+  static void raiseRadius(BV& bv) {
+    bv.r = std::nextafter(bv.r, std::numeric_limits<S>::infinity());
+  }
+  /// Loads what `move` changes into the processor's cache.
+  ADAPTIVE_BVH_INLINE static void prefetch(const BV& bv) {
+    __builtin_prefetch(bv.To.data(), 1);
+    __builtin_prefetch(&bv.r, 1);
+  }
   /// Bounds |x| + |y| + |z| of the corner, the radius, and the sides.
   static S cornerSum(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r + bv.l[0] + bv.l[1]; }
   /// Bounds |x| + |y| + |z| of every point of the volume.
@@ -59,6 +81,9 @@ struct Volume<fcl::RSS<S_>> {
   /// Bound on the rounding error of `distanceToRectangle` when that returned `distance`.
   static S containmentError(const BV& bv, S distance);
 
+  /// Whether p lies inside, or no farther outside than this computation rounds.
+  static bool contains(const BV& bv, const Point& p);
+
   /// The numbers that make up a volume, for bitwise comparison.
   static constexpr int kNumbers = 15;
   static S& number(BV& bv, int i) {
@@ -71,6 +96,13 @@ struct Volume<fcl::RSS<S_>> {
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
   /// Of primitives that are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+
+  /// The volume with these axes, orthonormal up to rounding, that has some extents in units of
+  /// `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
+  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
+                  S error);
+  /// Whether that needs Extents::ranges.
+  static constexpr bool kHasBox = false;
 
   /// Holds all that a box in body coordinates holds, exactly, where points there are off by no more
   /// than BodyFrame::toBodyFrame's error in a body whose largest coordinate is `extent`.
@@ -91,5 +123,80 @@ struct Volume<fcl::RSS<S_>> {
 
 extern template struct Volume<fcl::RSS<float>>;
 extern template struct Volume<fcl::RSS<double>>;
+
+/// A box and a rectangle-swept sphere with the same axes around the same points. The box is
+/// { obb.To + x axis.col(0) + y axis.col(1) + z axis.col(2) : |x|, |y|, |z| <= obb.extent }. FCL's
+/// collisions test the box, its distances the swept sphere. What Volume<fcl::RSS<S>> says holds for
+/// both; radius, size, shape and tightness are those of the swept sphere.
+template <typename S_>
+struct Volume<fcl::OBBRSS<S_>> {
+  using S = S_;
+  using BV = fcl::OBBRSS<S>;
+  using Point = fcl::Vector3<S>;
+  using Swept = Volume<fcl::RSS<S>>;
+  using SweptParallelogram = typename Swept::SweptParallelogram;
+
+  /// By how much the products of two axes may be off those of an orthonormal frame.
+  static constexpr S kAxes = 32 * rounding::epsilon<S>();
+
+  static S radius(const BV& bv) { return bv.rss.r; }
+  static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.rss.axis; }
+  static Point center(const BV& bv) { return Swept::center(bv.rss); }
+  static S length(const BV& bv) { return Swept::length(bv.rss); }
+  static S size(const BV& bv, S radius) { return Swept::size(bv.rss, radius); }
+  static SweptParallelogram parallelogram(const BV& bv) { return Swept::parallelogram(bv.rss); }
+  static Point normal(const BV& bv) { return Swept::normal(bv.rss); }
+
+  /// Along its axes the box grows by more than `growth`, for these may be too long and askew:
+  /// docs/bounds.md, 12.
+  static void move(BV& bv, const Point& translation, S growth) {
+    Swept::move(bv.rss, translation, growth);
+    bv.obb.To += translation;
+    bv.obb.extent.array() += growth * (1 + 4 * kAxes);
+  }
+  static void setRadius(BV& bv, S radius);
+  static void raiseRadius(BV& bv) { Swept::raiseRadius(bv.rss); }
+  ADAPTIVE_BVH_INLINE static void prefetch(const BV& bv) {
+    Swept::prefetch(bv.rss);
+    __builtin_prefetch(bv.obb.To.data(), 1);
+    __builtin_prefetch(bv.obb.extent.data() + 2, 1);
+  }
+
+  /// Of either part the larger; of the box the corner is the middle, and its side the longest half.
+  static S cornerSum(const BV& bv) {
+    return std::max(Swept::cornerSum(bv.rss),
+                    bv.obb.To.template lpNorm<1>() + bv.obb.extent.maxCoeff());
+  }
+  static S coordinateSum(const BV& bv) {
+    return std::max(Swept::coordinateSum(bv.rss),
+                    bv.obb.To.template lpNorm<1>() + 2 * bv.obb.extent.sum());
+  }
+
+  static bool contains(const BV& bv, const Point& p);
+
+  static constexpr int kNumbers = 2 * Swept::kNumbers;
+  static S& number(BV& bv, int i) {
+    if (i < Swept::kNumbers) return Swept::number(bv.rss, i);
+    i -= Swept::kNumbers;
+    return i < 9 ? bv.obb.axis.data()[i] : i < 12 ? bv.obb.To[i - 9] : bv.obb.extent[i - 12];
+  }
+
+  static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
+  static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
+                  S error);
+  static constexpr bool kHasBox = true;
+  static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
+
+  static double volume(const BV& bv) { return Swept::volume(bv.rss); }
+  static double surfaceArea(const BV& bv) { return Swept::surfaceArea(bv.rss); }
+  static double aspectRatio(const BV& bv) { return Swept::aspectRatio(bv.rss); }
+  static double shareWithin(const BV& inner, const BV& outer) {
+    return Swept::shareWithin(inner.rss, outer.rss);
+  }
+};
+
+extern template struct Volume<fcl::OBBRSS<float>>;
+extern template struct Volume<fcl::OBBRSS<double>>;
 
 }  // namespace adaptive_bvh

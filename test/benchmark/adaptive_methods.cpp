@@ -1,4 +1,5 @@
-// The thesis's nine rows with the parameters of its Table 2, and this library's own defaults.
+// The thesis's nine rows with the parameters of its Table 2, and this library's own defaults, with
+// either volume.
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
@@ -12,10 +13,11 @@ namespace {
 
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
-using Model = adaptive_bvh::AdaptiveBVHModeld;
 
 enum class Query { DropIn, Recorded, Coherent };
 
+/// `Node`: the traversal that fcl::distance uses for BV; here for counting only.
+template <typename BV, typename Node>
 class AdaptivePair : public Method {
  public:
   AdaptivePair(const scenarios::Scenario& scenario, const RefitPolicy& policy, Query query)
@@ -52,8 +54,7 @@ class AdaptivePair : public Method {
       work.leaf_tests = recorded.leaf_tests;
     } else {
       fcl::DistanceResultd result;
-      work = countedDistance<fcl::detail::MeshDistanceTraversalNodeRSSd, fcl::RSSd>(first_, second_,
-                                                                                    frame, result);
+      work = countedDistance<Node, BV>(first_, second_, frame, result);
     }
     work.refitted = first_.lastUpdate().refitted() + second_.lastUpdate().refitted();
     return work;
@@ -65,16 +66,20 @@ class AdaptivePair : public Method {
   }
 
  private:
-  Model first_, second_;
-  adaptive_bvh::CoherentDistanced coherent_;
+  adaptive_bvh::AdaptiveBVHModel<BV> first_, second_;
+  adaptive_bvh::CoherentDistance<BV> coherent_;
   Query query_;
 };
 
+using RssPair = AdaptivePair<fcl::RSSd, fcl::detail::MeshDistanceTraversalNodeRSSd>;
+using ObbrssPair = AdaptivePair<fcl::OBBRSSd, fcl::detail::MeshDistanceTraversalNodeOBBRSSd>;
+
+template <typename Pair = RssPair>
 MethodKind row(std::string key, std::string title, const RefitPolicy& policy,
                Query query = Query::Recorded, MethodKind::Note note = MethodKind::Plain) {
   return {std::move(key), std::move(title), note, false,
           [policy, query](const scenarios::Scenario& scenario) {
-            return std::make_unique<AdaptivePair>(scenario, policy, query);
+            return std::make_unique<Pair>(scenario, policy, query);
           }};
 }
 
@@ -90,6 +95,12 @@ std::vector<MethodKind> adaptiveMethods() {
       row("coherent", "CoherentDistance", RefitPolicy(), Query::Coherent),
       row("recorded", "adaptive_bvh::distance", RefitPolicy()),
       row("drop-in", "drop-in, fcl::distance", RefitPolicy(), Query::DropIn),
+      row<ObbrssPair>("coherent-obbrss", "OBBRSS: CoherentDistance", RefitPolicy(), Query::Coherent,
+                      MethodKind::Slow),
+      row<ObbrssPair>("recorded-obbrss", "OBBRSS: adaptive_bvh::distance", RefitPolicy(),
+                      Query::Recorded, MethodKind::Slow),
+      row<ObbrssPair>("drop-in-obbrss", "OBBRSS: drop-in, fcl::distance", RefitPolicy(),
+                      Query::DropIn, MethodKind::Slow),
       thesis("thesis-a", FitnessCriterion::A),
       thesis("thesis-b", FitnessCriterion::B),
       thesis("thesis-ab", FitnessCriterion::AB),

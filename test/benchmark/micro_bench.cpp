@@ -7,7 +7,9 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/hierarchy.h"
+#include "model_state.h"
 #include "scenarios.h"
+#include "update/body_fit.h"
 #include "volume/volume.h"
 
 namespace {
@@ -69,6 +71,37 @@ void refit(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(refit)->RangeMultiplier(4)->Range(1, 4096);
+
+/// An inner refit by extents, of nodes with so many triangles, hot in the cache; then with axes
+/// anew.
+void bodyFit(benchmark::State& state) {
+  Model model = helmetOf(4);
+  const adaptive_bvh::AdaptiveTree<fcl::RSSd>& tree =
+      adaptive_bvh::detail::ModelAccess<fcl::RSSd>::tree(model);
+  const adaptive_bvh::UpdateTarget<fcl::RSSd> target{
+      model, const_cast<adaptive_bvh::AdaptiveTree<fcl::RSSd>&>(tree)};
+  adaptive_bvh::VertexStates<double> states;
+  states.reset(tree.topology.slots.size());
+  states.start(target, tree.boxes->frame);
+  adaptive_bvh::KeptAxes axes(std::size_t(model.getNumBVs()));
+  adaptive_bvh::BodyFit<fcl::RSSd> fit(target, states.data(), nullptr, axes,
+                                       adaptive_bvh::RefitPolicy());
+  std::vector<int> nodes;
+  for (int i = 0; i < model.getNumBVs(); ++i)
+    if (model.getBV(i).num_primitives == state.range(0) && nodes.size() < 32) {
+      nodes.push_back(i);
+      fit.keepAxes(i, model.getBV(i).bv);
+    }
+  const auto boxes = target.tree.boxes->nodes();
+  std::size_t i = 0;
+  for (auto _ : state) {
+    if (state.range(1)) boxes.setChosenArea(nodes[i], 0);
+    benchmark::DoNotOptimize(fit(nodes[i]));
+    i = i + 1 < nodes.size() ? i + 1 : 0;
+  }
+  state.counters["nodes"] = double(nodes.size());
+}
+BENCHMARK(bodyFit)->ArgsProduct({{1, 2, 4, 8, 16, 64, 256}, {0, 1}});
 
 /// An update without refits; its phase `seconds`.
 template <typename Seconds>

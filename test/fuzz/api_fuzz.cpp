@@ -3,8 +3,8 @@
 // as brute force does; or the call must have been refused by its documented error and have left
 // everything as it was.
 //
-// LLVMFuzzerTestOneInput is libFuzzer's entry (preset "fuzz"); replay.cpp calls it for ctest.
-// With FUZZ_TRACE in the environment, it says what it calls.
+// The first bit chooses RSS or OBBRSS. LLVMFuzzerTestOneInput is libFuzzer's entry (preset "fuzz");
+// replay.cpp calls it for ctest. With FUZZ_TRACE in the environment, it says what it calls.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -25,10 +25,9 @@
 namespace adaptive_bvh_test {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
-using Plain = fcl::BVHModel<fcl::RSSd>;
 using Point = fcl::Vector3d;
 using Points = std::vector<Point>;
 
@@ -95,18 +94,24 @@ bool same(const Points& a, const Points& b) {
 }
 
 /// A body that does not change, to ask distances to.
-const AdaptiveBVHModeld& obstacle() {
+template <typename BV>
+const AdaptiveBVHModel<BV>& obstacleOf() {
   static const auto* const model = [] {
-    auto* built = new AdaptiveBVHModeld;
+    auto* built = new AdaptiveBVHModel<BV>;
     fillModel(tube<double>(3, 2), *built);
     return built;
   }();
   return *model;
 }
 
+template <typename BV>
 class Subject {
  public:
-  Subject() : model_(std::make_unique<AdaptiveBVHModeld>()) {}
+  using Model = AdaptiveBVHModel<BV>;
+  using Plain = fcl::BVHModel<BV>;
+  using Coherent = adaptive_bvh::CoherentDistance<BV>;
+
+  Subject() : model_(std::make_unique<Model>()) {}
 
   void step(Bytes& in) {
     const Points before = frame();
@@ -157,6 +162,7 @@ class Subject {
   }
 
  private:
+  static const Model& obstacle() { return obstacleOf<BV>(); }
   Points frame() const { return Points(model_->vertices, model_->vertices + model_->num_vertices); }
   bool isBuilt() const {
     return model_->build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
@@ -178,9 +184,8 @@ class Subject {
   void begin(Bytes& in) {
     // FCL says so on stderr, and forgets what it allocated, when a model is begun twice.
     if (model_->build_state != fcl::BVH_BUILD_STATE_EMPTY)
-      model_ = std::make_unique<AdaptiveBVHModeld>(in.oneIn(2)
-                                                       ? adaptive_bvh::HierarchyStrategy::TopDown
-                                                       : adaptive_bvh::HierarchyStrategy::BottomUp);
+      model_ = std::make_unique<Model>(in.oneIn(2) ? adaptive_bvh::HierarchyStrategy::TopDown
+                                                   : adaptive_bvh::HierarchyStrategy::BottomUp);
     REQUIRE(model_->beginModel(in.below(6), in.below(6)) == fcl::BVH_OK);
   }
 
@@ -317,7 +322,7 @@ class Subject {
     const Points before = frame();
     const Point* const vertices = model_->vertices;
     const int state = model_->build_state;
-    AdaptiveBVHModeld other(std::move(*model_));
+    Model other(std::move(*model_));
     REQUIRE(model_->vertices == nullptr && model_->getNumBVs() == 0);
     REQUIRE(model_->build_state == fcl::BVH_BUILD_STATE_EMPTY);
     REQUIRE(other.vertices == vertices && other.build_state == state);
@@ -332,7 +337,7 @@ class Subject {
     fcl::Transform3d tf = pose(in);
     const double way = ways[in.below(8)], step = in.oneIn(2) ? 1e-5 : 1e-2;
     if (!isQueryable() || !isPlainFrame()) return;
-    adaptive_bvh::CoherentDistanced& pair = coherent();
+    Coherent& pair = coherent();
     const auto ask = [&](const fcl::Transform3d& at) {
       fcl::DistanceResultd result;
       return pair.distance(fcl::Transform3d::Identity(), at, fcl::DistanceRequestd(), result);
@@ -442,16 +447,18 @@ class Subject {
 
   /// A pair that FCL cannot compute is refused, not answered.
   void otherVolumes() {
+    using OtherBV = std::conditional_t<std::is_same<BV, fcl::RSSd>::value, fcl::OBBRSSd, fcl::RSSd>;
     static const auto* const other = [] {
-      auto* built = new fcl::BVHModel<fcl::OBBRSSd>;
+      auto* built = new fcl::BVHModel<OtherBV>;
       fillModel(tube<double>(3, 2), *built);
       return built;
     }();
     if (!isQueryable()) return;
     const fcl::Transform3d still = fcl::Transform3d::Identity();
-    for (int order = 0; order < 2; ++order) {
-      const fcl::CollisionGeometryd *a = model_.get(), *b = other;
-      if (order == 1) std::swap(a, b);
+    const fcl::CollisionGeometryd* const others[] = {other, &obstacleOf<OtherBV>()};
+    for (int order = 0; order < 4; ++order) {
+      const fcl::CollisionGeometryd *a = model_.get(), *b = others[order / 2];
+      if (order % 2 == 1) std::swap(a, b);
       fcl::DistanceResultd distance;
       fcl::CollisionResultd contacts;
       int refused = 0;
@@ -479,9 +486,9 @@ class Subject {
     model_->setRefitPolicy(policy);
   }
 
-  adaptive_bvh::CoherentDistanced& coherent() {
+  Coherent& coherent() {
     if (!coherent_ || coherent_of_ != model_.get()) {
-      coherent_ = std::make_unique<adaptive_bvh::CoherentDistanced>(*model_, obstacle());
+      coherent_ = std::make_unique<Coherent>(*model_, obstacle());
       coherent_of_ = model_.get();
     }
     return *coherent_;
@@ -515,11 +522,11 @@ class Subject {
   void copy(Bytes& in) {
     if (!isBuilt()) return;  // FCL copies what a model that is being built has no room for
     switch (in.below(3)) {
-      case 0: model_ = std::make_unique<AdaptiveBVHModeld>(*model_); break;
-      case 1: model_ = std::make_unique<AdaptiveBVHModeld>(std::move(*model_)); break;
+      case 0: model_ = std::make_unique<Model>(*model_); break;
+      case 1: model_ = std::make_unique<Model>(std::move(*model_)); break;
       default: {
         const Plain plain(*model_);
-        model_ = std::make_unique<AdaptiveBVHModeld>(plain, model_->refitPolicy());
+        model_ = std::make_unique<Model>(plain, model_->refitPolicy());
       }
     }
   }
@@ -620,8 +627,7 @@ class Subject {
   /// What is reported intersects, by FCL's verdict on the two triangles; what is not, but should be
   /// by that verdict, is apart all the same: FCL finds that a triangle without area intersects
   /// whatever is in line with it. Of a pair within one model either order counts.
-  static void checkContacts(const AdaptiveBVHModeld& a, const AdaptiveBVHModeld& b,
-                            const fcl::Transform3d& tf,
+  static void checkContacts(const Model& a, const Model& b, const fcl::Transform3d& tf,
                             const std::set<std::pair<int, int>>& verdicts,
                             const fcl::CollisionResultd& contacts) {
     const bool own = &a == &b;
@@ -658,18 +664,26 @@ class Subject {
     if (open && state_before == model_->build_state) REQUIRE(same(frame(), before));
   }
 
-  std::unique_ptr<AdaptiveBVHModeld> model_;
-  std::unique_ptr<adaptive_bvh::CoherentDistanced> coherent_;
-  const AdaptiveBVHModeld* coherent_of_ = nullptr;
+  std::unique_ptr<Model> model_;
+  std::unique_ptr<Coherent> coherent_;
+  const Model* coherent_of_ = nullptr;
 };
+
+template <typename BV>
+void run(Bytes in) {
+  Subject<BV> subjects[2];
+  for (int steps = 0; steps < 200 && !in.isEmpty(); ++steps) subjects[in.below(8) == 7].step(in);
+}
 
 }  // namespace
 }  // namespace adaptive_bvh_test
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace adaptive_bvh_test;
-  Bytes in(data, size);
-  Subject subjects[2];
-  for (int steps = 0; steps < 200 && !in.isEmpty(); ++steps) subjects[in.below(8) == 7].step(in);
+  const Bytes in(data, size);
+  if (size > 0 && data[0] >= 128)  // a bit that nothing else depends on
+    run<fcl::OBBRSSd>(in);
+  else
+    run<fcl::RSSd>(in);
   return 0;
 }

@@ -1,4 +1,5 @@
-// Runs the fuzz target without libFuzzer: on every file of a corpus, and on as many random inputs
+// Runs the fuzz target without libFuzzer: on every file of a corpus, with
+// either volume, and on as many random inputs
 // as asked for. replay CORPUS_DIR [RANDOM_INPUTS [SEED]]
 #include <cstdint>
 #include <cstdio>
@@ -20,7 +21,10 @@ int main(int argc, char** argv) {
   for (const auto& entry : std::filesystem::directory_iterator(argv[1])) {
     std::ifstream file(entry.path(), std::ios::binary);
     const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    std::vector<std::uint8_t> input(bytes.begin(), bytes.end());
+    LLVMFuzzerTestOneInput(input.data(), input.size());
+    if (!input.empty()) input[0] ^= 128;  // with the other volume
+    LLVMFuzzerTestOneInput(input.data(), input.size());
     ++files;
   }
   const int inputs = argc > 2 ? std::atoi(argv[2]) : 0;

@@ -9,11 +9,6 @@
 namespace adaptive_bvh_test {
 
 template <typename S>
-BruteForce<S>::BruteForce(const fcl::BVHModel<fcl::RSS<S>>& first, const fcl::Transform3<S>& tf1,
-                          const fcl::BVHModel<fcl::RSS<S>>& second, const fcl::Transform3<S>& tf2)
-    : first_(first), second_(second), relative_(tf1.inverse(Eigen::Isometry) * tf2) {}
-
-template <typename S>
 S BruteForce<S>::distance() const {
   S least = std::numeric_limits<S>::max();
   forEachPair([&](int, int, const Corners& p, const Corners& q) {
@@ -27,7 +22,7 @@ S BruteForce<S>::distance() const {
 template <typename S>
 std::string BruteForce<S>::findError(const fcl::DistanceResult<S>& result,
                                      const fcl::Transform3<S>& tf1, S tolerance) const {
-  if (result.o1 != &first_ || result.o2 != &second_) return "names other objects";
+  if (result.o1 != first_.model || result.o2 != second_.model) return "names other objects";
   const Corners p = corners(first_, result.b1), q = corners(second_, result.b2);
   Vector3<S> on_p, on_q;
   const S d = fcl::detail::TriangleDistance<S>::triDistance(*p[0], *p[1], *p[2], *q[0], *q[1],
@@ -59,10 +54,9 @@ std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
 }
 
 template <typename S>
-typename BruteForce<S>::Corners BruteForce<S>::corners(const fcl::BVHModel<fcl::RSS<S>>& model,
-                                                       int t) {
-  const fcl::Triangle& triangle = model.tri_indices[t];
-  return {&model.vertices[triangle[0]], &model.vertices[triangle[1]], &model.vertices[triangle[2]]};
+typename BruteForce<S>::Corners BruteForce<S>::corners(const Mesh& mesh, int t) {
+  const fcl::Triangle& triangle = mesh.triangles[t];
+  return {&mesh.vertices[triangle[0]], &mesh.vertices[triangle[1]], &mesh.vertices[triangle[2]]};
 }
 
 template <typename S>
@@ -74,8 +68,8 @@ S BruteForce<S>::offTriangle(const Vector3<S>& x, const Corners& t) {
 template <typename S>
 template <typename Visit>
 void BruteForce<S>::forEachPair(Visit&& visit) const {
-  for (int i = 0; i < first_.num_tris; ++i)
-    for (int j = 0; j < second_.num_tris; ++j) visit(i, j, corners(first_, i), corners(second_, j));
+  for (int i = 0; i < first_.size; ++i)
+    for (int j = 0; j < second_.size; ++j) visit(i, j, corners(first_, i), corners(second_, j));
 }
 
 template class BruteForce<float>;

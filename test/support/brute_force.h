@@ -16,8 +16,10 @@ namespace adaptive_bvh_test {
 template <typename S>
 class BruteForce {
  public:
-  BruteForce(const fcl::BVHModel<fcl::RSS<S>>& first, const fcl::Transform3<S>& tf1,
-             const fcl::BVHModel<fcl::RSS<S>>& second, const fcl::Transform3<S>& tf2);
+  template <typename BV1, typename BV2>
+  BruteForce(const fcl::BVHModel<BV1>& first, const fcl::Transform3<S>& tf1,
+             const fcl::BVHModel<BV2>& second, const fcl::Transform3<S>& tf2)
+      : first_(first), second_(second), relative_(tf1.inverse(Eigen::Isometry) * tf2) {}
 
   S distance() const;
 
@@ -32,14 +34,23 @@ class BruteForce {
 
  private:
   using Corners = std::array<const Vector3<S>*, 3>;
+  /// A model's triangles, whatever its volumes.
+  struct Mesh {
+    template <typename BV>
+    explicit Mesh(const fcl::BVHModel<BV>& m)
+        : model(&m), vertices(m.vertices), triangles(m.tri_indices), size(m.num_tris) {}
+    const fcl::CollisionGeometry<S>* model;
+    const Vector3<S>* vertices;
+    const fcl::Triangle* triangles;
+    int size;
+  };
 
-  static Corners corners(const fcl::BVHModel<fcl::RSS<S>>& model, int t);
+  static Corners corners(const Mesh& mesh, int t);
   static S offTriangle(const Vector3<S>& x, const Corners& t);
   template <typename Visit>
   void forEachPair(Visit&& visit) const;
 
-  const fcl::BVHModel<fcl::RSS<S>>& first_;
-  const fcl::BVHModel<fcl::RSS<S>>& second_;
+  const Mesh first_, second_;
   fcl::Transform3<S> relative_;
 };
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <fcl/math/bv/RSS.h>
+#include <Eigen/LU>
+
+#include <fcl/math/bv/OBBRSS.h>
 
 namespace adaptive_bvh_test {
 
@@ -126,6 +128,20 @@ template <typename S>
 Real excess(const fcl::RSS<S>& bv, const Point& x) {
   const auto halves = rectangle(bv);
   return std::min(distance(halves[0], x), distance(halves[1], x)) - Real(bv.r);
+}
+
+/// Of a box as it may be read: by what it covers along its axes, and by the sums of its axes.
+/// (Their difference is the axes' rounding.)
+template <typename S>
+Real excess(const fcl::OBB<S>& box, const Point& x) {
+  const Matrix axes = of(box.axis);
+  const Point d = x - of(box.To), extent = of(box.extent);
+  const Point along = axes.transpose() * d, sums = axes.inverse() * d;
+  return std::max((along.cwiseAbs() - extent).maxCoeff(), (sums.cwiseAbs() - extent).maxCoeff());
+}
+template <typename S>
+Real excess(const fcl::OBBRSS<S>& bv, const Point& x) {
+  return std::max(excess(bv.obb, x), excess(bv.rss, x));
 }
 
 }  // namespace exact

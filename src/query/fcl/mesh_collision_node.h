@@ -7,12 +7,25 @@
 
 namespace adaptive_bvh {
 
-/// FCL's traversal of two meshes, with a test of two triangles of our own: every pair that touches
+/// FCL's traversal of two meshes with volumes of one type.
+template <typename BV>
+struct FclMeshCollision;
+template <typename S>
+struct FclMeshCollision<fcl::RSS<S>> {
+  using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+};
+template <typename S>
+struct FclMeshCollision<fcl::OBBRSS<S>> {
+  using Node = fcl::detail::MeshCollisionTraversalNodeOBBRSS<S>;
+};
+
+/// That traversal, with a test of two triangles of our own: every pair that touches
 /// has a contact, with all its fields when they are requested. (When a triangle is a segment or a
 /// point, FCL reads a plane that it did not set, and then often omits the pair.)
-template <typename S>
-class MeshCollisionNode : public fcl::detail::MeshCollisionTraversalNodeRSS<S> {
-  using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+template <typename BV>
+class MeshCollisionNode : public FclMeshCollision<BV>::Node {
+  using S = typename BV::S;
+  using Base = typename FclMeshCollision<BV>::Node;
 
  public:
   unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2

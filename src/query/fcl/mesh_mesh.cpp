@@ -6,14 +6,31 @@
 #include "query/fcl/mesh_collision_node.h"
 #include "query/fcl/recording_node.h"
 #include "query/nearest_points.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
+namespace {
 
+/// FCL's traversal of two meshes with volumes of one type.
+template <typename BV>
+struct FclMeshDistance;
 template <typename S>
-S meshMeshDistance(const PlacedMesh<fcl::RSS<S>>& first, const PlacedMesh<fcl::RSS<S>>& second,
-                   const DistanceQuery<S>& query) {
-  if (query.isSatisfied()) return query.result.min_distance;
+struct FclMeshDistance<fcl::RSS<S>> {
   using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
+};
+template <typename S>
+struct FclMeshDistance<fcl::OBBRSS<S>> {
+  using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSS<S>;
+};
+
+}  // namespace
+
+template <typename BV>
+typename BV::S meshMeshDistance(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                                const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
+  if (query.isSatisfied()) return query.result.min_distance;
+  using Node = typename FclMeshDistance<BV>::Node;
   // A result of its own: FCL moves the points to the world at the end, also those that an older
   // query of the same pair left there.
   fcl::DistanceResult<S> found(query.result.min_distance);
@@ -22,31 +39,30 @@ S meshMeshDistance(const PlacedMesh<fcl::RSS<S>>& first, const PlacedMesh<fcl::R
                           second.tf, query.request, found);
   fcl::detail::distance(&node);
   if (found.o1) {
-    settleNearestPoints<S>(first, second, {query.request, found});
+    settleNearestPoints<BV>(first, second, {query.request, found});
     query.result.update(found);
   }
   return query.result.min_distance;
 }
 
-template <typename S>
-std::size_t meshMeshCollide(const PlacedMesh<fcl::RSS<S>>& first,
-                            const PlacedMesh<fcl::RSS<S>>& second, const CollisionQuery<S>& query) {
+template <typename BV>
+std::size_t meshMeshCollide(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                            const CollisionQuery<typename BV::S>& query) {
   if (query.isSatisfied()) return query.result.numContacts();
-  RecordingCollisionNode<MeshCollisionNode<S>, S> node(statisticsOf(first, second));
-  using Base = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+  RecordingCollisionNode<MeshCollisionNode<BV>, typename BV::S> node(statisticsOf(first, second));
+  using Base = typename FclMeshCollision<BV>::Node;
   fcl::detail::initialize(static_cast<Base&>(node), *first.model, first.tf, *second.model,
                           second.tf, query.request, query.result);
   fcl::detail::collide(&node);
   return query.result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
-  template S meshMeshDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedMesh<fcl::RSS<S>>&, \
-                              const DistanceQuery<S>&);                                       \
-  template std::size_t meshMeshCollide(const PlacedMesh<fcl::RSS<S>>&,                        \
-                                       const PlacedMesh<fcl::RSS<S>>&, const CollisionQuery<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                 \
+  template BV::S meshMeshDistance(const PlacedMesh<BV>&, const PlacedMesh<BV>&,      \
+                                  const DistanceQuery<BV::S>&);                      \
+  template std::size_t meshMeshCollide(const PlacedMesh<BV>&, const PlacedMesh<BV>&, \
+                                       const CollisionQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -8,6 +8,7 @@
 #include "query/fcl/gjk_solver.h"
 #include "query/fcl/octree_pair.h"
 #include "query/fcl/shape_triangle.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -17,10 +18,12 @@ namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
 /// until it returns true. In FCL's order, so that a request for few contacts gets those of FCL.
-template <typename S, typename Test>
+template <typename BV, typename Test>
 class OverlapSearch {
  public:
-  OverlapSearch(MeshOctreePair<S>& pair, Test& test) : pair_(pair), test_(test) {}
+  using S = typename BV::S;
+
+  OverlapSearch(MeshOctreePair<BV>& pair, Test& test) : pair_(pair), test_(test) {}
 
   void operator()(const Cell<S>& root) { visitNode(root, 0); }
 
@@ -43,7 +46,7 @@ class OverlapSearch {
     return descendOctree(cell, b, triangle);
   }
 
-  bool descend(const Cell<S>& cell, int b, VolumeInOctree<fcl::RSS<S>>& volume) {
+  bool descend(const Cell<S>& cell, int b, VolumeInOctree<BV>& volume) {
     if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
     return visitNode(cell, pair_.node(b).leftChild()) ||
            visitNode(cell, pair_.node(b).rightChild());
@@ -62,16 +65,18 @@ class OverlapSearch {
     return bound.isApart(cell.extent);
   }
 
-  MeshOctreePair<S>& pair_;
+  MeshOctreePair<BV>& pair_;
   Test& test_;
 };
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
 /// than limit(), the nearer ones first, until it returns true.
-template <typename S, typename Limit, typename Test>
+template <typename BV, typename Limit, typename Test>
 class NearestSearch {
  public:
-  NearestSearch(MeshOctreePair<S>& pair, Limit& limit, Test& test)
+  using S = typename BV::S;
+
+  NearestSearch(MeshOctreePair<BV>& pair, Limit& limit, Test& test)
       : pair_(pair), limit_(limit), test_(test) {}
 
   void operator()(const Cell<S>& root) { visitNode(root, 0); }
@@ -90,7 +95,7 @@ class NearestSearch {
     return test_(cell, pair_.node(b).primitiveId());
   }
 
-  bool descend(const Cell<S>& cell, int b, const VolumeInOctree<fcl::RSS<S>>& volume) {
+  bool descend(const Cell<S>& cell, int b, const VolumeInOctree<BV>& volume) {
     if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
     int near = pair_.node(b).leftChild(), far = pair_.node(b).rightChild();
     S to_near = distance(cell, near), to_far = distance(cell, far);
@@ -127,20 +132,22 @@ class NearestSearch {
     return false;
   }
 
-  MeshOctreePair<S>& pair_;
+  MeshOctreePair<BV>& pair_;
   Limit& limit_;
   Test& test_;
 };
 
 }  // namespace
 
-template <typename S>
-S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
-                     const DistanceQuery<S>& query) {
+template <typename BV>
+typename BV::S meshOctreeDistance(const PlacedMesh<BV>& mesh,
+                                  const PlacedGeometry<typename BV::S>& octree,
+                                  const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   fcl::DistanceResult<S>& result = query.result;
   if (query.isSatisfied()) return result.min_distance;
   return withSolver(query.request, [&](const auto& solver) {
-    MeshOctreePair<S> pair(mesh, octree, 0);
+    MeshOctreePair<BV> pair(mesh, octree, 0);
     const auto limit = [&] { return result.min_distance; };
     const auto test = [&](const Cell<S>& cell, int triangle) {
       const ShapeTriangleDistance<S> found = pair.askSolver(cell, [&](const auto&... box) {
@@ -155,20 +162,22 @@ S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S
       test(cell, triangle);
       return true;
     };
-    pair.run(OverlapSearch<S, decltype(once)>(pair, once));
+    pair.run(OverlapSearch<BV, decltype(once)>(pair, once));
     if (!query.isSatisfied())
-      pair.run(NearestSearch<S, decltype(limit), decltype(test)>(pair, limit, test));
+      pair.run(NearestSearch<BV, decltype(limit), decltype(test)>(pair, limit, test));
     return result.min_distance;
   });
 }
 
-template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
-                              const CollisionQuery<S>& query) {
+template <typename BV>
+std::size_t meshOctreeCollide(const PlacedMesh<BV>& mesh,
+                              const PlacedGeometry<typename BV::S>& octree,
+                              const CollisionQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   fcl::CollisionResult<S>& result = query.result;
   if (query.isSatisfied() || !mesh.model->isOccupied()) return result.numContacts();
   return withSolver(query.request, [&](const auto& solver) {
-    MeshOctreePair<S> pair(mesh, octree, query.request.gjk_tolerance);
+    MeshOctreePair<BV> pair(mesh, octree, query.request.gjk_tolerance);
     const auto test = [&](const Cell<S>& cell, int triangle) {
       const fcl::Triangle& t = mesh.model->tri_indices[triangle];
       const fcl::Vector3<S>* v = mesh.model->vertices;
@@ -185,34 +194,33 @@ std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedG
         result.addContact(contact);
       return query.isSatisfied();
     };
-    pair.run(OverlapSearch<S, decltype(test)>(pair, test));
+    pair.run(OverlapSearch<BV, decltype(test)>(pair, test));
     return result.numContacts();
   });
 }
 
 #else
 
-template <typename S>
-S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,
-                     const DistanceQuery<S>&) {
+template <typename BV>
+typename BV::S meshOctreeDistance(const PlacedMesh<BV>&, const PlacedGeometry<typename BV::S>&,
+                                  const DistanceQuery<typename BV::S>&) {
   throw std::logic_error("adaptive_bvh: FCL was built without octomap");
 }
 
-template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,
-                              const CollisionQuery<S>&) {
+template <typename BV>
+std::size_t meshOctreeCollide(const PlacedMesh<BV>&, const PlacedGeometry<typename BV::S>&,
+                              const CollisionQuery<typename BV::S>&) {
   throw std::logic_error("adaptive_bvh: FCL was built without octomap");
 }
 
 #endif
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                                \
-  template S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&,          \
-                                const DistanceQuery<S>&);                                          \
-  template std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
-                                         const CollisionQuery<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                          \
+  template BV::S meshOctreeDistance(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&,      \
+                                    const DistanceQuery<BV::S>&);                             \
+  template std::size_t meshOctreeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
+                                         const CollisionQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -9,12 +9,14 @@ namespace adaptive_bvh {
 /// FCL's solver for a cell and a triangle. In the result the octree is the first object, as in FCL
 /// for both orders. Throw std::logic_error where FCL was built without octomap: there no octree can
 /// exist.
-template <typename S>
-S meshOctreeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
-                     const DistanceQuery<S>& query);
+template <typename BV>
+typename BV::S meshOctreeDistance(const PlacedMesh<BV>& mesh,
+                                  const PlacedGeometry<typename BV::S>& octree,
+                                  const DistanceQuery<typename BV::S>& query);
 
-template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree,
-                              const CollisionQuery<S>& query);
+template <typename BV>
+std::size_t meshOctreeCollide(const PlacedMesh<BV>& mesh,
+                              const PlacedGeometry<typename BV::S>& octree,
+                              const CollisionQuery<typename BV::S>& query);
 
 }  // namespace adaptive_bvh

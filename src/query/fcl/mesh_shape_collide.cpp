@@ -9,19 +9,32 @@
 #include "query/fcl/recording_node.h"
 #include "query/fcl/shape_visitor.h"
 #include "query/placed_triangle.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
 
-template <typename Shape, typename Solver>
-class ShapeCollisionNode : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver> {};
+/// FCL's traversal of a mesh with volumes of some type, and a shape.
+template <typename BV, typename Shape, typename Solver>
+struct FclShapeCollision;
+template <typename S, typename Shape, typename Solver>
+struct FclShapeCollision<fcl::RSS<S>, Shape, Solver> {
+  using Node = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
+};
+template <typename S, typename Shape, typename Solver>
+struct FclShapeCollision<fcl::OBBRSS<S>, Shape, Solver> {
+  using Node = fcl::detail::MeshShapeCollisionTraversalNodeOBBRSS<Shape, Solver>;
+};
+
+template <typename BV, typename Shape, typename Solver>
+class ShapeCollisionNode : public FclShapeCollision<BV, Shape, Solver>::Node {};
 
 /// FCL reports that a sphere touches every triangle without a normal, at the sphere's middle. Here
 /// the distance decides, and the contact is at the nearest point.
-template <typename S, typename Solver>
-class ShapeCollisionNode<fcl::Sphere<S>, Solver>
-    : public fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Sphere<S>, Solver> {
-  using Base = fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Sphere<S>, Solver>;
+template <typename BV, typename S, typename Solver>
+class ShapeCollisionNode<BV, fcl::Sphere<S>, Solver>
+    : public FclShapeCollision<BV, fcl::Sphere<S>, Solver>::Node {
+  using Base = typename FclShapeCollision<BV, fcl::Sphere<S>, Solver>::Node;
 
  public:
   using Base::leafTesting;
@@ -55,11 +68,12 @@ class ShapeCollisionNode<fcl::Sphere<S>, Solver>
 
 /// FCL's approximate cost: the mesh's root volume as a box against the shape. (FCL centres that box
 /// on the rectangle's corner; kept, so that the field is FCL's.)
-template <typename S, typename Shape, typename Solver>
-void addApproximateCost(const PlacedMesh<fcl::RSS<S>>& placed, const Shape& shape,
-                        const fcl::Transform3<S>& shape_tf, const Solver& solver,
-                        const CollisionQuery<S>& query) {
-  const fcl::BVHModel<fcl::RSS<S>>& mesh = *placed.model;
+template <typename BV, typename Shape, typename Solver>
+void addApproximateCost(const PlacedMesh<BV>& placed, const Shape& shape,
+                        const fcl::Transform3<typename BV::S>& shape_tf, const Solver& solver,
+                        const CollisionQuery<typename BV::S>& query) {
+  using S = typename BV::S;
+  const fcl::BVHModel<BV>& mesh = *placed.model;
   fcl::Box<S> box;
   fcl::Transform3<S> box_tf;
   fcl::constructBox(mesh.getBV(0).bv, placed.tf, box, box_tf);
@@ -78,9 +92,11 @@ void addApproximateCost(const PlacedMesh<fcl::RSS<S>>& placed, const Shape& shap
 
 }  // namespace
 
-template <typename S, typename Solver>
-std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
-                             const Solver& solver, const CollisionQuery<S>& query) {
+template <typename BV, typename Solver>
+std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
+                             const PlacedGeometry<typename BV::S>& shape, const Solver& solver,
+                             const CollisionQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   if (query.isSatisfied()) return query.result.numContacts();
   const bool approximate_cost = query.request.enable_cost && query.request.use_approximate_cost;
   fcl::CollisionRequest<S> mesh_request(query.request);
@@ -88,8 +104,8 @@ std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGe
 
   return visitShape(*shape.geometry, [&](const auto& typed_shape) -> std::size_t {
     using Shape = std::decay_t<decltype(typed_shape)>;
-    using Base = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
-    RecordingCollisionNode<ShapeCollisionNode<Shape, Solver>, S> node(statisticsOf(mesh));
+    using Base = typename FclShapeCollision<BV, Shape, Solver>::Node;
+    RecordingCollisionNode<ShapeCollisionNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
     fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
                             &solver, mesh_request, query.result);
     fcl::detail::collide(&node);
@@ -98,24 +114,24 @@ std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGe
   });
 }
 
-template <typename S>
-std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
-                             const CollisionQuery<S>& query) {
+template <typename BV>
+std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
+                             const PlacedGeometry<typename BV::S>& shape,
+                             const CollisionQuery<typename BV::S>& query) {
   return withSolver(query.request, [&](const auto& solver) {
     return meshShapeCollide(mesh, shape, solver, query);
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, Solver)                                                \
-  template std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
-                                        const Solver&, const CollisionQuery<S>&);
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template std::size_t meshShapeCollide(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
-                                        const CollisionQuery<S>&);                                \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_libccd<S>)                            \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(S, fcl::detail::GJKSolver_indep<S>)
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, Solver)                                          \
+  template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
+                                        const Solver&, const CollisionQuery<BV::S>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \
+  template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
+                                        const CollisionQuery<BV::S>&);                       \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_libccd<BV::S>)                  \
+  ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_indep<BV::S>)
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 #undef ADAPTIVE_BVH_INSTANTIATE_SOLVER
 

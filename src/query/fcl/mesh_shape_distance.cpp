@@ -10,13 +10,26 @@
 #include "query/fcl/recording_node.h"
 #include "query/fcl/shape_triangle.h"
 #include "query/fcl/shape_visitor.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversal, with nearest points in the world for every shape, and none when it touches.
-template <typename Shape, typename Solver>
-class ShapeDistanceNode : public fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver> {
+/// FCL's traversal of a mesh with volumes of some type, and a shape.
+template <typename BV, typename Shape, typename Solver>
+struct FclShapeDistance;
+template <typename S, typename Shape, typename Solver>
+struct FclShapeDistance<fcl::RSS<S>, Shape, Solver> {
+  using Node = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
+};
+template <typename S, typename Shape, typename Solver>
+struct FclShapeDistance<fcl::OBBRSS<S>, Shape, Solver> {
+  using Node = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<Shape, Solver>;
+};
+
+/// That traversal, with nearest points in the world for every shape, and none when it touches.
+template <typename BV, typename Shape, typename Solver>
+class ShapeDistanceNode : public FclShapeDistance<BV, Shape, Solver>::Node {
  public:
   void preprocess() override { test(0); }
   void leafTesting(int b1, int) const override { test(this->model1->getBV(b1).primitiveId()); }
@@ -34,12 +47,13 @@ class ShapeDistanceNode : public fcl::detail::MeshShapeDistanceTraversalNodeRSS<
 /// What fcl::distance does for enable_signed_distance: the deepest contact of a collision query, as
 /// a negative distance. Where none has a positive depth FCL answers with the least positive number,
 /// negated, and the last contact's position.
-template <typename S, typename Solver>
-void replaceByPenetration(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
-                          const Solver& solver, const DistanceQuery<S>& query) {
+template <typename BV, typename Solver>
+void replaceByPenetration(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& shape,
+                          const Solver& solver, const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   const fcl::CollisionRequest<S> with_contact(1, true);
   fcl::CollisionResult<S> contacts;
-  meshShapeCollide<S>(mesh, shape, solver, {with_contact, contacts});
+  meshShapeCollide<BV>(mesh, shape, solver, {with_contact, contacts});
 
   S depth = std::numeric_limits<S>::min();
   const fcl::Contact<S>* deepest = nullptr;
@@ -53,14 +67,15 @@ void replaceByPenetration(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeome
     query.result.nearest_points[0] = query.result.nearest_points[1] = deepest->pos;
 }
 
-template <typename S, typename Solver>
-S run(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape, const Solver& solver,
-      const DistanceQuery<S>& query) {
+template <typename BV, typename Solver>
+typename BV::S run(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& shape,
+                   const Solver& solver, const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
   if (query.isSatisfied()) return query.result.min_distance;
   visitBoundedShape(*shape.geometry, [&](const auto& typed_shape) {
     using Shape = std::decay_t<decltype(typed_shape)>;
-    using Base = fcl::detail::MeshShapeDistanceTraversalNodeRSS<Shape, Solver>;
-    RecordingDistanceNode<ShapeDistanceNode<Shape, Solver>, S> node(statisticsOf(mesh));
+    using Base = typename FclShapeDistance<BV, Shape, Solver>::Node;
+    RecordingDistanceNode<ShapeDistanceNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
     fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
                             &solver, query.request, query.result);
     fcl::detail::distance(&node);
@@ -73,18 +88,18 @@ S run(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape, const
 
 }  // namespace
 
-template <typename S>
-S meshShapeDistance(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& shape,
-                    const DistanceQuery<S>& query) {
+template <typename BV>
+typename BV::S meshShapeDistance(const PlacedMesh<BV>& mesh,
+                                 const PlacedGeometry<typename BV::S>& shape,
+                                 const DistanceQuery<typename BV::S>& query) {
   return withSolver(query.request,
                     [&](const auto& solver) { return run(mesh, shape, solver, query); });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
-  template S meshShapeDistance(const PlacedMesh<fcl::RSS<S>>&, const PlacedGeometry<S>&, \
-                               const DistanceQuery<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
+  template BV::S meshShapeDistance(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
+                                   const DistanceQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -23,12 +23,13 @@ struct Cell {
 };
 
 /// What both queries need of a mesh and an octree.
-template <typename S>
+template <typename BV>
 class MeshOctreePair {
  public:
+  using S = typename BV::S;
   using Node = typename fcl::OcTree<S>::OcTreeNode;
 
-  MeshOctreePair(const PlacedMesh<fcl::RSS<S>>& mesh, const PlacedGeometry<S>& octree, S tolerance)
+  MeshOctreePair(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree, S tolerance)
       : mesh_(*mesh.model),
         octree_(static_cast<const fcl::OcTree<S>&>(*octree.geometry)),
         octree_tf_(octree.tf),
@@ -44,7 +45,7 @@ class MeshOctreePair {
   }
 
   bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
-  const fcl::BVNode<fcl::RSS<S>>& node(int b) const { return mesh_.getBV(b); }
+  const fcl::BVNode<BV>& node(int b) const { return mesh_.getBV(b); }
 
   /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
   bool goesDownTheOctree(const Cell<S>& cell, int b) const {
@@ -66,7 +67,7 @@ class MeshOctreePair {
     return false;
   }
 
-  VolumeInOctree<fcl::RSS<S>> volume(int b) const { return {node(b).bv, into_octree_}; }
+  VolumeInOctree<BV> volume(int b) const { return {node(b).bv, into_octree_}; }
 
   /// The triangle of a leaf, as Bound.
   template <typename Bound>
@@ -92,7 +93,7 @@ class MeshOctreePair {
   std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
 
  private:
-  const fcl::BVHModel<fcl::RSS<S>>& mesh_;
+  const fcl::BVHModel<BV>& mesh_;
   const fcl::OcTree<S>& octree_;
   const fcl::Transform3<S> octree_tf_;
   const IntoOctree<S> into_octree_;

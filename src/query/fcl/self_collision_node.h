@@ -8,8 +8,10 @@ namespace adaptive_bvh {
 
 /// Volumes and triangles of one mesh against each other, all in its own frame, for FCL's
 /// self-collision recursion.
-template <typename S>
-class SelfCollisionNode : public MeshCollisionNode<S> {
+template <typename BV>
+class SelfCollisionNode : public MeshCollisionNode<BV> {
+  using S = typename BV::S;
+
  public:
   SelfCollisionNode() { this->contacts_per_pair = 1; }
 
@@ -18,7 +20,6 @@ class SelfCollisionNode : public MeshCollisionNode<S> {
   /// FCL's own test takes the distance of their rectangles, which may be too large where these are
   /// nearly parallel, as neighbours are.
   bool BVTesting(int b1, int b2) const override {
-    using BV = fcl::RSS<S>;
     const BV &a = this->model1->getBV(b1).bv, &b = this->model1->getBV(b2).bv;
     const VolumeSeparation<BV> separation(this->R, this->T, Volume<BV>::coordinateSum(a),
                                           Volume<BV>::coordinateSum(b));
@@ -30,7 +31,7 @@ class SelfCollisionNode : public MeshCollisionNode<S> {
   /// Returns whether the two triangles were tested.
   bool testUnlessNeighbours(int b1, int b2) const {
     if (areNeighbours(b1, b2)) return false;
-    MeshCollisionNode<S>::leafTesting(b1, b2);
+    MeshCollisionNode<BV>::leafTesting(b1, b2);
     return true;
   }
 

@@ -17,10 +17,10 @@ struct ShapeTriangleDistance {
   fcl::Vector3<S> on_shape = unsetPoint<S>(), on_triangle = unsetPoint<S>();  ///< in the world
 };
 
-template <typename S, typename Shape, typename Solver>
+template <typename BV, typename Shape, typename Solver, typename S = typename BV::S>
 ShapeTriangleDistance<S> shapeTriangleDistance(const Solver& solver, const Shape& shape,
                                                const fcl::Transform3<S>& shape_tf,
-                                               const fcl::BVHModel<fcl::RSS<S>>& mesh,
+                                               const fcl::BVHModel<BV>& mesh,
                                                const fcl::Transform3<S>& mesh_tf, int triangle) {
   const fcl::Triangle& corners = mesh.tri_indices[triangle];
   ShapeTriangleDistance<S> found;
@@ -32,13 +32,14 @@ ShapeTriangleDistance<S> shapeTriangleDistance(const Solver& solver, const Shape
 }
 
 /// For a sphere FCL's solvers give the points in two frames, and no distance when it touches.
-template <typename S, typename Solver>
+template <typename BV, typename Solver, typename S = typename BV::S>
 ShapeTriangleDistance<S> shapeTriangleDistance(const Solver&, const fcl::Sphere<S>& sphere,
                                                const fcl::Transform3<S>& sphere_tf,
-                                               const fcl::BVHModel<fcl::RSS<S>>& mesh,
+                                               const fcl::BVHModel<BV>& mesh,
                                                const fcl::Transform3<S>& mesh_tf, int triangle) {
   const fcl::Vector3<S> center = sphere_tf.translation();
-  const fcl::Vector3<S> nearest = nearestPoint<S>(triangleInWorld(mesh, triangle, mesh_tf), center);
+  const fcl::Vector3<S> nearest =
+      nearestPoint<S>(triangleInWorld<BV>(mesh, triangle, mesh_tf), center);
   const S to_center = (nearest - center).norm();
   if (!(to_center > sphere.radius)) return {};
   return {to_center - sphere.radius, center + (nearest - center) * (sphere.radius / to_center),

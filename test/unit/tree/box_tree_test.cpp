@@ -104,14 +104,14 @@ TYPED_TEST(Trees, TopologyTellsLeavesAndDepth) {
     topology.adopt(model);
     EXPECT_EQ(this->depthBelow(model, 0), topology.depth);
     EXPECT_GT(topology.stackCapacity(), std::size_t(topology.depth));
-    ASSERT_EQ(mesh.triangles.size(), topology.leaf_vertices.size());
-    EXPECT_GE(topology.bytes(), 12 * mesh.triangles.size());
+    ASSERT_EQ(mesh.triangles.size(), topology.slots.leaves());
+    EXPECT_GE(topology.bytes(), 8 * mesh.triangles.size());
     for (int i = 0; i < model.getNumBVs(); ++i) {
       const auto& node = model.getBV(i);
       if (!node.isLeaf()) continue;
       for (int k = 0; k < 3; ++k)
         EXPECT_EQ(mesh.triangles[std::size_t(node.primitiveId())][k],
-                  topology.leaf_vertices[std::size_t(node.first_primitive)][std::size_t(k)]);
+                  topology.slots.verticesOf(std::size_t(node.first_primitive))[std::size_t(k)]);
     }
   }
 }
@@ -157,7 +157,7 @@ TYPED_TEST(Trees, BoxesOfAModelAreTightAfterEveryStep) {
         Box expected{{1e9f, 1e9f, 1e9f, 0}, {-1e9f, -1e9f, -1e9f, 0}};
         for (int leaf = 0; leaf < node.num_primitives; ++leaf)
           for (const unsigned v :
-               tree.topology.leaf_vertices[std::size_t(node.first_primitive + leaf)])
+               tree.topology.slots.verticesOf(std::size_t(node.first_primitive + leaf)))
             expected.add(tree.boxes->frame.toBodyFrame(model.vertices[v]));
         expectEqual(expected, tree.boxes->nodes().box(i));
       }

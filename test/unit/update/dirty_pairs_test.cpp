@@ -78,7 +78,7 @@ class VertexLeaves : public testing::Test {
     fillModel(mesh, model_);
     topology_.adopt(model_);
     leaves_.adopt(model_, topology_);
-    dirty_.reset(topology_.leaf_vertices.size() - 1);
+    dirty_.reset(topology_.slots.leaves() - 1);
   }
 
   /// The pairs of siblings on the ways from the leaves of a vertex to the root, by FCL's links.

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "geometry/axes4.h"
+#include "update/kept_axes.h"
+#include "update/update_target.h"
+#include "update/vertex_states.h"
+#include "volume/point_arrays.h"
+
+namespace adaptive_bvh {
+
+/// The refits of TranslationPropagation, from the vertex states of a step. They have two prices:
+/// - extents along axes that are known: those that the node had, turned as its vertices have turned
+///   since they were chosen; for one or two triangles those that their shape gives.
+/// - axes anew, where the volume along the kept ones has grown beyond RefitPolicy::axes_tolerance:
+///   principal axes, and a search for the best sides.
+///
+/// docs/bounds.md, 11: what is computed in single precision here holds all triangles. One object a
+/// thread; allocates only while a thread's fits grow in size.
+template <typename BV>
+class BodyFit {
+ public:
+  using S = typename BV::S;
+
+  /// `previous`: by slot, the step before of two frames, or null.
+  BodyFit(const UpdateTarget<BV>& target, const VertexState* states,
+          const std::array<float, 4>* previous, KeptAxes& axes, const RefitPolicy& policy);
+
+  /// The volume around the triangles of a node.
+  BV operator()(int node);
+
+  /// Begins to keep the axes of a volume that was fitted to these vertex states.
+  void keepAxes(int node, const BV& bv);
+
+ private:
+  ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const {
+    return float4::load(states_[slot].position);
+  }
+  BV fitTriangle(std::size_t leaf);
+  Axes4 pairAxes(std::size_t leaf, const VertexSlots::Set& below);
+  Axes4 bestAxesOf(const VertexSlots::Set& below);
+  Axes4 nodeFrame(std::size_t first, std::size_t count) const;
+  Ranges turnPoints(const VertexSlots::Set& below, const Axes4& axes);
+  Extents extentsAlong(const Axes4& axes, const VertexSlots::Set& below);
+  BV volumeAlong(const Axes4& axes, const Extents& extents) const;
+
+  const UpdateTarget<BV> target_;
+  const VertexSlots& slots_;
+  const VertexState* const states_;
+  const std::array<float, 4>* const previous_;
+  KeptAxes& kept_;
+  const float limit_;  ///< of the growth of a volume's surface
+  const BodyFrame<S>& frame_;
+  const S unit_, error_;
+  Float4 first_;                      ///< of the points of this fit
+  PointArrays<float>&points_, &few_;  ///< all along some axes, from the first; some of them
+};
+
+}  // namespace adaptive_bvh
