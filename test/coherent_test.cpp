@@ -92,10 +92,11 @@ TYPED_TEST(Coherent, IsExactWhileObjectsMove) {
 
 TYPED_TEST(Coherent, RemembersAFrontAndSkipsWhatItSettles) {
   this->ask(this->origin_, this->above_);
-  EXPECT_GT(this->pair_.frontSize(), 0u);
+  EXPECT_EQ(0u, this->pair_.frontSize()) << "nothing says yet that one would pay";
   const auto fresh = this->first_.recordedWork();
   EXPECT_EQ(1, fresh.queries);
   this->ask(this->origin_, this->above_);  // now with a good bound from the start
+  EXPECT_GT(this->pair_.frontSize(), 0u);
   const auto second = this->first_.recordedWork();
   this->ask(this->origin_, this->above_);  // and nothing moved
   const auto third = this->first_.recordedWork();
@@ -134,6 +135,7 @@ TYPED_TEST(Coherent, ForgetsWhatNoLongerHolds) {
   this->first_.setRefitPolicy(RefitPolicy());
   this->first_.update(bend.next());
   this->ask(this->origin_, this->above_);
+  for (int i = 0; i < 9; ++i) this->ask(this->origin_, this->above_);
   EXPECT_GT(this->pair_.frontSize(), 0u);
 
   // Many updates without a question.
@@ -151,14 +153,14 @@ TYPED_TEST(Coherent, ForgetsWhatNoLongerHolds) {
 TYPED_TEST(Coherent, SurvivesLongWays) {
   using S = TypeParam;
   std::vector<Vector3<S>> positions = this->sheet_.vertices;
-  const auto generations = [this] { return this->pair_.frontSize(); };
   for (int frame = 0; frame < 400; ++frame) {
     const Vector3<S> by(S(0.9) * S(frame % 2 == 0 ? 1 : -1), 0, S(0.001));
     for (auto& p : positions) p += by;
     this->first_.update(positions);
     if (frame % 20 == 0) this->ask(this->origin_, this->above_);
   }
-  EXPECT_GT(generations(), 0u);
+  for (int i = 0; i < 9; ++i) this->ask(this->origin_, this->above_);
+  EXPECT_GT(this->pair_.frontSize(), 0u);
   std::string reason;
   EXPECT_TRUE(this->first_.validate(&reason)) << reason;
 }

@@ -5,6 +5,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "poses.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -150,6 +151,57 @@ TEST(Scenarios, InterpolateThereAndBack) {
   EXPECT_GT(distances(scenario)[9], 0);
   to.pop_back();
   EXPECT_THROW(scenarios::interpolated("helmet", mesh, to, 10), std::invalid_argument);
+}
+
+/// A helmet, a plate far above it and another far below, in one mesh; every triangle has its own
+/// vertices, so that only their positions connect them.
+Mesh threePartSoup() {
+  Mesh soup;
+  for (const Body& body :
+       {scenarios::plate().placed(scenarios::Pose(Eigen::Translation3d(0, 0, 3))),
+        scenarios::helmet(),
+        scenarios::plate().placed(scenarios::Pose(Eigen::Translation3d(0, 0, -3)))}) {
+    const Mesh mesh = body.mesh();
+    for (const fcl::Triangle& t : mesh.triangles) {
+      const std::size_t v = soup.vertices.size();
+      for (int k = 0; k < 3; ++k) soup.vertices.push_back(mesh.vertices[t[k]]);
+      soup.triangles.emplace_back(v, v + 1, v + 2);
+    }
+  }
+  return soup;
+}
+
+TEST(Scenarios, SplitAMeshIntoItsLargestPartAndTheOthers) {
+  const Mesh soup = threePartSoup();
+  std::vector<Point> to = soup.vertices;
+  for (std::size_t v = 0; v < to.size(); ++v) to[v] += Point(0, 0, double(v));
+  const Scenario scenario = scenarios::interpolatedParts("three", soup, to, 10);
+  EXPECT_EQ(scenarios::helmet().triangles().size(), scenario.first.triangles().size());
+  EXPECT_EQ(2 * scenarios::plate().triangles().size(), scenario.second.triangles().size());
+  EXPECT_EQ(soup.vertices.size(), scenario.first.vertices() + scenario.second.vertices());
+
+  // Each goes its own way, and back.
+  const std::size_t before = 3 * scenarios::plate().triangles().size();  // the plate's come first
+  EXPECT_NEAR(0, (scenario.first.positions(5)[7] - to[before + 7]).norm(), 1e-9);
+  EXPECT_NEAR(0, (scenario.second.positions(5).back() - to.back()).norm(), 1e-9);
+  EXPECT_NEAR(0, (scenario.second.positions(10)[7] - soup.vertices[7]).norm(), 1e-9);
+
+  const Mesh one = scenarios::helmet().mesh();
+  EXPECT_THROW(scenarios::interpolatedParts("one", one, one.vertices, 10), std::invalid_argument);
+  to.pop_back();
+  EXPECT_THROW(scenarios::interpolatedParts("three", soup, to, 10), std::invalid_argument);
+}
+
+TEST(Scenarios, WithAStrideLeaveOutFrames) {
+  for (const Scenario& scenario : all()) {
+    const Scenario every_fourth = scenarios::withStride(scenario, 4);
+    EXPECT_EQ(scenario.frames() / 4, every_fourth.frames()) << scenario.name;
+    for (int frame : {0, 1, 5, 30, 100}) {
+      EXPECT_EQ(scenario.first.positions(4 * frame), every_fourth.first.positions(frame));
+      EXPECT_EQ(scenario.second.positions(4 * frame), every_fourth.second.positions(frame));
+    }
+  }
+  EXPECT_EQ(1, scenarios::withStride(all().front(), 1000).frames());
 }
 
 }  // namespace

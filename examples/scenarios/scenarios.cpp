@@ -130,7 +130,7 @@ Mesh Body::mesh() const {
 }
 
 void Body::positions(int frame, std::vector<Point>& out) const {
-  const double t = std::min(1., double(frame) / frames_);
+  const double t = std::min(1., double(frame) * stride_ / frames_);
   out.resize(rest_.vertices.size());
   motion_(rest_.vertices, t, out);
   for (Point& p : out) p = pose_ * p;
@@ -145,6 +145,12 @@ std::vector<Point> Body::positions(int frame) const {
 Body Body::placed(const Pose& pose) const {
   Body body = *this;
   body.pose_ = pose * pose_;
+  return body;
+}
+
+Body Body::withStride(int stride) const {
+  Body body = *this;
+  body.stride_ = stride * stride_;
   return body;
 }
 
@@ -196,28 +202,13 @@ std::vector<Scenario> furtherScenarios(const Options& options) {
   return oriented(std::move(all), options);
 }
 
-Scenario interpolated(const std::string& name, const Mesh& from, const std::vector<Point>& to,
-                      int frames) {
-  if (from.vertices.size() != to.size())
-    throw std::invalid_argument(name + ": the two poses differ in their number of vertices");
-  Eigen::AlignedBox3d box;
-  for (const Point& p : from.vertices) box.extend(p);
-  const double size = box.sizes().maxCoeff();
-  const Point below(box.center()[0], box.center()[1], box.min()[2] - 0.15 * size);
-  return {
-      name,
-      {name, from, frames,
-       [to](const std::vector<Point>& rest, double t, std::vector<Point>& out) {
-         const double there = (1 - std::cos(2 * M_PI * t)) / 2;  // and back
-         for (std::size_t v = 0; v < rest.size(); ++v)
-           out[v] = (1 - there) * rest[v] + there * to[v];
-       }},
-      Body("plate", grid(9, 9, size, size), 1, still).placed(Pose(Eigen::Translation3d(below)))};
-}
-
 Scenario turnedGenerically(const Scenario& scenario) {
   const Pose generic = turned(67.3, {0.48, -0.31, 0.82});
   return {scenario.name, scenario.first.placed(generic), scenario.second.placed(generic)};
+}
+
+Scenario withStride(const Scenario& scenario, int stride) {
+  return {scenario.name, scenario.first.withStride(stride), scenario.second.withStride(stride)};
 }
 
 MotionSize measureMotion(const Body& body) {

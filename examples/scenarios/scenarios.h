@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ class Body {
   Body(std::string name, Mesh rest, int frames, PointMotion motion);
 
   const std::string& name() const { return name_; }
-  int frames() const { return frames_; }
+  /// At least 1.
+  int frames() const { return std::max(1, frames_ / stride_); }
   /// The mesh at frame 0, placed.
   Mesh mesh() const;
   const std::vector<fcl::Triangle>& triangles() const { return rest_.triangles; }
@@ -40,11 +42,13 @@ class Body {
 
   /// Places the body further: `pose` after what it already has.
   Body placed(const Pose& pose) const;
+  /// Only every stride-th frame: motions are that much larger, frames that much fewer.
+  Body withStride(int stride) const;
 
  private:
   std::string name_;
   Mesh rest_;
-  int frames_;
+  int frames_, stride_ = 1;
   Motion motion_;
   Pose pose_ = Pose::Identity();
 };
@@ -88,13 +92,11 @@ std::vector<Scenario> thesisScenarios(const Options& options = {});
 /// - rigid tumble: a helmet turns as a whole, twice, above a plate; no strain. 60 frames.
 std::vector<Scenario> furtherScenarios(const Options& options = {});
 
-/// A body that goes from one pose of a mesh to another and back, above a plate of its own size.
-/// Throws std::invalid_argument when the poses differ in their number of vertices.
-Scenario interpolated(const std::string& name, const Mesh& from, const std::vector<Point>& to,
-                      int frames);
-
 /// Both bodies placed further, by the generic rotation of Options.
 Scenario turnedGenerically(const Scenario& scenario);
+
+/// Only every stride-th frame of both bodies.
+Scenario withStride(const Scenario& scenario, int stride);
 
 /// How far a body's vertices move from frame to frame while it deforms.
 struct MotionSize {

@@ -23,6 +23,9 @@ namespace adaptive_bvh {
 ///       pair.distance(hose_pose, engine_pose, fcl::DistanceRequestd(), result);
 ///     }
 ///
+/// It remembers only what promises to save more than it costs: where steps are large against the
+/// distance, its search is that of adaptive_bvh::distance.
+///
 /// Any number of updates, also none, may come between two calls; so may large motions, builds and
 /// other queries. They cost time, never exactness.
 ///

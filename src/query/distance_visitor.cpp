@@ -24,7 +24,7 @@ VolumeSeparation<BV> separationOf(const TriangleSeparation<typename BV::S>& plac
 
 template <typename BV>
 DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                                     const DistanceQuery<S>& query, const FrontSink& front)
+                                     const DistanceQuery<S>& query, double rigid_motion)
     : first_(first),
       second_(second),
       nodes1_(first.tree->boxes->nodes()),
@@ -33,7 +33,7 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       motion2_(second.tree->motion),
       request_(query.request),
       result_(query.result),
-      front_(front),
+      rigid_motion_(rigid_motion),
       statistics_(statisticsOf(first, second)),
       unit1_(static_cast<double>(first.tree->boxes->frame.unit())),
       unit2_(static_cast<double>(second.tree->boxes->frame.unit())),
@@ -95,7 +95,7 @@ auto DistanceVisitor<BV>::pairOf(int node1, int node2) -> Pair {
 template <typename BV>
 bool DistanceVisitor<BV>::prune(Pair& pair) {
   if (pair.gap >= limit2_) {
-    stop(pair, boxes_.distanceFor(pair.gap));
+    stop(pair, [&] { return boxes_.distanceFor(pair.gap); });
     return true;
   }
   const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
@@ -104,7 +104,7 @@ bool DistanceVisitor<BV>::prune(Pair& pair) {
     ++work_.separation_tests;
     pair.separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
     if (pair.separation >= limit_) {
-      stop(pair, double(pair.separation));
+      stop(pair, [&] { return pair.separation; });
       return true;
     }
     const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
@@ -133,7 +133,7 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
       improve(d, first_.model->getBV(pair.node1).primitiveId(),
               second_.model->getBV(pair.node2).primitiveId(), on1, on2);
   }
-  stop(pair, double(separation));
+  stop(pair, [&] { return separation; });
 }
 
 /// The larger box is split.

@@ -23,12 +23,6 @@ struct FrontPair {
   double bound;
 };
 
-/// Where a search writes its front. Nowhere, by default.
-struct FrontSink {
-  std::vector<FrontPair>* pairs = nullptr;
-  double rigid = 0;  ///< RigidMotion::sum
-};
-
 /// The exact distance of two meshes, as a visitor of searchPairs: branch and bound, the nearest
 /// pair first, on the boxes beside FCL's volumes, and with a cheap bound before each distance of
 /// two triangles. Fills the result as FCL's query does, by FCL's triangle distances.
@@ -44,15 +38,19 @@ class DistanceVisitor {
     S separation = std::numeric_limits<S>::quiet_NaN();  ///< of the volumes; NaN: not computed
   };
 
-  /// Both meshes must have boxes. `front` gets every pair at which the search stops, unless it ends
-  /// with isDone.
+  /// Both meshes must have boxes. `rigid_motion`: RigidMotion::sum, of a query with a front.
   DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                  const DistanceQuery<S>& query, const FrontSink& front);
+                  const DistanceQuery<S>& query, double rigid_motion = 0);
 
   /// False when the objects are so far apart, for their sizes, that single precision will not do.
   bool isPossible() const { return boxes_.isPrecise(); }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
+  /// From now on, adds one in `every` of the pairs at which a search stops to `pairs`.
+  void keepStops(std::vector<FrontPair>& pairs, std::size_t every) {
+    stops_ = &pairs;
+    every_ = until_kept_ = every;
+  }
   /// Searches everything below two nodes.
   void search(int node1, int node2);
 
@@ -64,7 +62,7 @@ class DistanceVisitor {
     const double lost =
         (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
         (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
-        (front_.rigid - pair.rigid);
+        (rigid_motion_ - pair.rigid);
     const auto limit = static_cast<double>(limit_);
     if (lost == 0) return pair.bound >= limit;
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
@@ -105,10 +103,13 @@ class DistanceVisitor {
                                                        const Pair& b);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
-  void stop(const Pair& pair, double bound) {
-    if (front_.pairs)
-      front_.pairs->push_back({pair.node1, pair.node2, motion1_.accumulatedMotion(pair.node1),
-                               motion2_.accumulatedMotion(pair.node2), front_.rigid, bound});
+  /// `bound()` bounds the distance below the pair.
+  template <typename Bound>
+  void stop(const Pair& pair, const Bound& bound) {
+    if (--until_kept_ > 0) return;
+    until_kept_ = every_;
+    stops_->push_back({pair.node1, pair.node2, motion1_.accumulatedMotion(pair.node1),
+                       motion2_.accumulatedMotion(pair.node2), rigid_motion_, double(bound())});
   }
 
   const PlacedMesh<BV> first_, second_;
@@ -116,7 +117,9 @@ class DistanceVisitor {
   const MotionBounds<S>&motion1_, &motion2_;
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
-  const FrontSink front_;
+  const double rigid_motion_;
+  std::vector<FrontPair>* stops_ = nullptr;
+  std::size_t every_ = std::numeric_limits<std::size_t>::max(), until_kept_ = every_;  // never
   const PairStatistics statistics_;
   const double unit1_, unit2_;  // of the models, per unit of their boxes
   const BoxPair boxes_;

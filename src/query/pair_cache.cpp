@@ -10,40 +10,75 @@ void Front<BV>::moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second
   const bool same_trees = std::equal(now, now + 2, generations_);
   std::copy(now, now + 2, generations_);
   if (!rigid_.moveTo(first.tf, *first.model, second.tf, *second.model) || !same_trees) clear();
-  next_.clear();
+}
+
+/// Of a search from the pairs, judged by some of them.
+template <typename BV>
+double Front<BV>::expectedCost(const DistanceVisitor<BV>& visitor) const {
+  if (pairs_.empty()) return std::numeric_limits<double>::max();
+  const std::size_t pairs = pairs_.size() * every_;
+  const std::size_t step = std::max<std::size_t>(1, samplingStride(pairs) / every_);
+  double checked = 0, ended = 0;
+  for (std::size_t i = 0; i < pairs_.size(); i += step) {
+    ++checked;
+    ended += !visitor.isStillPruned(pairs_[i]);
+  }
+  return double(pairs) * (kCheck + searchBelow() * ended / checked);
 }
 
 template <typename BV>
 void Front<BV>::search(DistanceVisitor<BV>& visitor) {
-  const bool from_roots = pairs_.empty();
-  if (from_roots) {
-    visitor.search(0, 0);
-  } else {
-    for (const FrontPair& pair : pairs_) {
-      if (visitor.isStillPruned(pair))
-        next_.push_back(pair);
-      else
-        visitor.search(pair.node1, pair.node2);
-      if (visitor.isDone()) break;
-    }
+  const double expected = expectedCost(visitor);
+  if (isWhole()) {
+    const bool worn =
+        account_.excess > cost_from_roots_ || account_.spent > kRenewal * cost_from_roots_;
+    if (!worn && expected < cost_from_roots_) return searchFromPairs(visitor);
+    needed_promises_ = account_.saved > 0 ? 1 : std::min(2 * needed_promises_, kMostPromises);
+    promises_ = 0;
   }
-  const double cost = kCheck * double(pairs_.size()) + visitor.cost();
-  if (from_roots) {
-    cost_from_roots_ = cost;
-    for (auto* pairs : {&pairs_, &next_}) pairs->reserve(2 * next_.size());  // it will grow finer
-    pause_left_ -= pause_left_ > 0;
-  } else if (cost > cost_from_roots_) {
-    next_.clear();
-    pause_left_ = pause_ = std::min(2 * pause_ + 1, kLongestPause);
-  } else {
-    pause_ = 0;
-  }
+  promises_ = expected < kPays * cost_from_roots_ ? promises_ + 1 : 0;
+  searchFromRoots(visitor, promises_ >= needed_promises_ ? 1 : samplingStride(stops_));
 }
 
 template <typename BV>
-void Front<BV>::finish(const DistanceVisitor<BV>& visitor) {
-  if (visitor.isDone()) next_.clear();  // not complete
-  pairs_.swap(next_);
+void Front<BV>::searchFromRoots(DistanceVisitor<BV>& visitor, std::size_t every) {
+  clear();
+  if (every == 1) pairs_.reserve(stops_ * 5 / 4);
+  visitor.keepStops(pairs_, every);
+  visitor.search(0, 0);
+  if (visitor.isDone()) {
+    clear();  // not complete
+  } else {
+    stops_ = pairs_.size() * every;
+    every_ = every;
+  }
+  cost_from_roots_ = visitor.cost();
+  search_below_ += (1 - search_below_) / 16;
+  account_ = {};
+  account_.saved = -kWrite * double(stops_);
+}
+
+/// A pair that no longer prunes gives its place to one of those that replace it.
+template <typename BV>
+void Front<BV>::searchFromPairs(DistanceVisitor<BV>& visitor) {
+  every_ = kSparse;  // not whole until the end
+  added_.clear();
+  visitor.keepStops(added_, 1);
+  double ended = 0;
+  for (FrontPair& pair : pairs_) {
+    if (visitor.isStillPruned(pair)) continue;
+    ++ended;
+    visitor.search(pair.node1, pair.node2);
+    if (visitor.isDone()) return clear();  // not complete
+    pair = added_.back();
+    added_.pop_back();
+  }
+  const double below = visitor.cost() + kWrite * (double(added_.size()) + ended);
+  const double cost = kCheck * double(pairs_.size()) + below;
+  pairs_.insert(pairs_.end(), added_.begin(), added_.end());
+  every_ = 1;
+  if (ended > 0) search_below_ *= (1 + below / ended / searchBelow()) / 2;
+  account_.add(cost, cost_from_roots_);
 }
 
 template <typename BV>
@@ -52,20 +87,20 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
   if (query.isSatisfied()) return true;
   const bool with_front = cache.front.has_value();
   if (with_front) cache.front->moveTo(first, second);
-  DistanceVisitor<BV> visitor(first, second, query, with_front ? cache.front->sink() : FrontSink());
+  DistanceVisitor<BV> visitor(first, second, query, with_front ? cache.front->rigidMotion() : 0);
   if (!visitor.isPossible()) return false;
   visitor.addWitness(cache.witness1, cache.witness2);
-  if (!visitor.isDone()) {
-    if (with_front)
-      cache.front->search(visitor);
-    else
-      visitor.search(0, 0);
+  if (visitor.isDone()) {
+    if (with_front) cache.front->clear();
+  } else if (with_front) {
+    cache.front->search(visitor);
+  } else {
+    visitor.search(0, 0);
   }
   if (visitor.finish()) {
     cache.witness1 = static_cast<int>(query.result.b1);
     cache.witness2 = static_cast<int>(query.result.b2);
   }
-  if (with_front) cache.front->finish(visitor);
   return true;
 }
 

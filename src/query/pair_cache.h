@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,13 +12,17 @@
 
 namespace adaptive_bvh {
 
-/// Where the searches of one pair of models stopped, kept over steps, and whether it pays to begin
-/// there (generalized front tracking; Ehmann and Lin 2001).
+/// Where the last search of one pair of models stopped, kept over steps, and whether it pays to
+/// begin there (generalized front tracking; Ehmann and Lin 2001).
 ///
-/// A front only grows finer. When motions are large against the distance, most of its bounds no
-/// longer prune after one step, and a search from the roots is cheaper. So the costs of the last
-/// search of either kind are compared. After a front that cost more, the next search leaves none;
-/// after another, the next 3, then 7, up to kLongestPause.
+/// A front pays when most of its bounds still prune after a step. A sample of the pairs where the
+/// last search stopped says so beforehand. A search from the roots writes no more than such a
+/// sample, until one promises enough; then it writes a whole front, which is used while a sample of
+/// it promises something. After a front that saved less than it took to write, twice as many
+/// samples in a row must promise enough.
+///
+/// A front only grows finer. It is written anew, by a search from the roots, when what it has cost
+/// beyond its cheapest search adds up to such a search; and now and then, to see what one costs.
 template <typename BV>
 class Front {
  public:
@@ -25,26 +31,60 @@ class Front {
   /// Before a search: adds how the transforms changed since the last one.
   void moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second);
   /// For the visitor of that search.
-  FrontSink sink() { return {pause_left_ > 0 ? nullptr : &next_, rigid_.sum()}; }
+  double rigidMotion() const { return rigid_.sum(); }
   /// Searches from the front, or from the roots.
   void search(DistanceVisitor<BV>& visitor);
-  /// After it.
-  void finish(const DistanceVisitor<BV>& visitor);
 
-  void clear() { pairs_.clear(); }
-  std::size_t size() const { return pairs_.size(); }
-  std::size_t bytes() const { return (pairs_.capacity() + next_.capacity()) * sizeof(FrontPair); }
+  void clear() {
+    every_ = kSparse;
+    pairs_.clear();
+  }
+  /// Of pairs where the next search may begin; 0 while there is but a sample.
+  std::size_t size() const { return isWhole() ? pairs_.size() : 0; }
+  /// They, or the sample.
+  const std::vector<FrontPair>& pairs() const { return pairs_; }
+  std::size_t bytes() const { return (pairs_.capacity() + added_.capacity()) * sizeof(FrontPair); }
 
  private:
-  /// Cost of checking a pair of the front, in tests of boxes.
-  static constexpr double kCheck = 0.4;
-  static constexpr int kLongestPause = 15;
+  /// Costs, in tests of boxes: to check a pair of the front, and to write one.
+  static constexpr double kCheck = 0.5, kWrite = 0.5;
+  /// A front is written for a search that promises to cost this share of one from the roots.
+  static constexpr double kPays = 0.8;
+  /// After searches that cost so many from the roots, a front is written anew.
+  static constexpr double kRenewal = 12;
+  static constexpr std::size_t kSample = 64, kSparse = 16;
+  static constexpr int kMostPromises = 1 << 20;
+
+  bool isWhole() const { return every_ == 1; }
+  /// A sample has kSample of many pairs; of fewer, one in kSparse, but not less than kSparse.
+  static std::size_t samplingStride(std::size_t pairs) {
+    return std::max({std::size_t(2), pairs / kSample, std::min(kSparse, pairs / kSparse)});
+  }
+  /// What it costs to search below a pair that no longer prunes.
+  double searchBelow() const { return search_below_ * cost_from_roots_ / double(stops_ + 1); }
+  double expectedCost(const DistanceVisitor<BV>& visitor) const;
+  void searchFromRoots(DistanceVisitor<BV>& visitor, std::size_t every);
+  void searchFromPairs(DistanceVisitor<BV>& visitor);
 
   RigidMotion<S> rigid_;
   std::uint64_t generations_[2] = {0, 0};
-  std::vector<FrontPair> pairs_, next_;
-  double cost_from_roots_ = 0;      // of the last search from the roots
-  int pause_ = 0, pause_left_ = 0;  // searches from the roots that leave no front
+  std::vector<FrontPair> pairs_, added_;
+  std::size_t every_ = kSparse;             // 1: a whole front; else one pair in so many
+  std::size_t stops_ = kSparse * kSample;   // pairs where the last search from the roots stopped
+  double cost_from_roots_ = 0;              // of that search
+  double search_below_ = 1;                 // see searchBelow; as measured, smoothed
+  int promises_ = 0, needed_promises_ = 1;  // in a row
+  /// Of the searches from the front since it was written: what they cost, the cheapest of them,
+  /// what the others cost more, and what all saved, less the writing.
+  struct Account {
+    double spent = 0, cheapest = std::numeric_limits<double>::max(), excess = 0, saved = 0;
+    void add(double cost, double cost_from_roots) {
+      spent += cost;
+      cheapest = std::min(cheapest, cost);
+      excess += cost - cheapest;
+      saved += cost_from_roots - cost;
+    }
+  } account_;
 };
 
 /// What is kept of a pair of models between two distance queries.

@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "poses.h"
 #include "report.h"
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
 #include "adaptive_bvh/mesh_io.h"
@@ -18,12 +19,15 @@ namespace {
 using namespace adaptive_bvh_bench;  // NOLINT: this is its program
 using scenarios::Scenario;
 
+/// From one pose to the other and back; at stride 8 a step goes all the way.
+constexpr int kPoseSteps = 16;
+
 struct Options {
-  std::vector<int> resolutions = {1};
+  std::vector<int> resolutions = {1}, strides = {1};
   std::string orientation = "general";
   std::vector<std::string> scenarios, methods, poses;
   std::string json, csv;
-  bool further = false, slow = false, quiet = false, describe = false;
+  bool further = false, split = false, slow = false, quiet = false, describe = false;
   RunOptions run;
 };
 
@@ -70,39 +74,56 @@ std::vector<MethodKind> chosenMethods(const Options& options) {
   return chosen;
 }
 
-std::vector<Scenario> chosenScenarios(const Options& options, int resolution, bool aligned) {
+#ifdef ADAPTIVE_BVH_HAS_MESH_IO
+Scenario loadPoses(const std::string& from_path, const std::string& to_path, bool split) {
+  adaptive_bvh::MeshLoadOptions keep;
+  keep.weld = false;  // two poses of one mesh pair their vertices by number
+  const auto from = adaptive_bvh::loadMesh<double>(from_path, keep);
+  const auto to = adaptive_bvh::loadMesh<double>(to_path, keep);
+  const std::string name = from_path.substr(from_path.find_last_of('/') + 1);
+  return (split ? scenarios::interpolatedParts : scenarios::interpolated)(name, from, to.vertices,
+                                                                          kPoseSteps);
+}
+#endif
+
+std::vector<Scenario> chosenScenarios(const Options& options, int resolution, int stride,
+                                      bool aligned) {
   const scenarios::Options scene = {resolution, aligned};
   std::vector<Scenario> all = scenarios::thesisScenarios(scene);
   if (options.further)
     for (Scenario& scenario : scenarios::furtherScenarios(scene))
       all.push_back(std::move(scenario));
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-  for (std::size_t i = 0; i + 1 < options.poses.size(); i += 2) {
-    adaptive_bvh::MeshLoadOptions keep;
-    keep.weld = false;  // two poses of one mesh pair their vertices by number
-    const auto from = adaptive_bvh::loadMesh<double>(options.poses[i], keep);
-    const auto to = adaptive_bvh::loadMesh<double>(options.poses[i + 1], keep);
-    const std::string name = options.poses[i].substr(options.poses[i].find_last_of('/') + 1);
-    const Scenario scenario = scenarios::interpolated(name, from, to.vertices, 50);
+  if (options.poses.size() % 2 != 0) throw std::runtime_error("--poses needs pairs of files");
+  for (std::size_t i = 0; i < options.poses.size(); i += 2) {
+    const Scenario scenario = loadPoses(options.poses[i], options.poses[i + 1], options.split);
     all.push_back(aligned ? scenario : scenarios::turnedGenerically(scenario));
   }
 #endif
   std::vector<Scenario> chosen;
   for (const Scenario& scenario : all)
-    if (isNamed(scenario.name, options.scenarios)) chosen.push_back(scenario);
+    if (isNamed(scenario.name, options.scenarios))
+      chosen.push_back(scenarios::withStride(scenario, stride));
   if (chosen.empty()) throw std::runtime_error("no scenario of that name");
   return chosen;
 }
 
+/// Calls what(resolution, stride) for all that were asked for.
+template <typename What>
+void forEachSize(const Options& options, const What& what) {
+  for (int resolution : options.resolutions)
+    for (int stride : options.strides) what(resolution, stride);
+}
+
 /// What the scenarios are: sizes, and how far vertices move a frame.
 void describe(const Options& options) {
-  for (int resolution : options.resolutions) {
+  forEachSize(options, [&](int resolution, int stride) {
     std::printf(
-        "\n| scenario, resolution %d | body | vertices | triangles | frames | step in edges, "
-        "mean | largest | in diagonals, mean | largest |\n| --- | --- | ---: | ---: | ---: | "
-        "---: | ---: | ---: | ---: |\n",
-        resolution);
-    for (const Scenario& scenario : chosenScenarios(options, resolution, false))
+        "\n| scenario, resolution %d, stride %d | body | vertices | triangles | frames | step in "
+        "edges, mean | largest | in diagonals, mean | largest |\n| --- | --- | ---: | ---: | "
+        "---: | ---: | ---: | ---: | ---: |\n",
+        resolution, stride);
+    for (const Scenario& scenario : chosenScenarios(options, resolution, stride, false))
       for (const scenarios::Body* body : {&scenario.first, &scenario.second}) {
         const scenarios::MotionSize step = scenarios::measureMotion(*body);
         std::printf("| %s | %s | %zu | %zu | %d | %.3f | %.2f | %.4f | %.3f |\n",
@@ -110,19 +131,20 @@ void describe(const Options& options) {
                     body->vertices(), body->triangles().size(), body->frames(), step.mean_in_edges,
                     step.largest_in_edges, step.mean_in_diagonals, step.largest_in_diagonals);
       }
-  }
+  });
 }
 
 void run(Options options) {
   const std::vector<MethodKind> kinds = chosenMethods(options);
   std::vector<Series> all;
-  for (int resolution : options.resolutions)
+  forEachSize(options, [&](int resolution, int stride) {
     for (bool aligned : {false, true}) {
       if (options.orientation == (aligned ? "general" : "aligned")) continue;
       Series series;
       series.resolution = resolution;
+      series.stride = stride;
       series.aligned = aligned;
-      const std::vector<Scenario> chosen = chosenScenarios(options, resolution, aligned);
+      const std::vector<Scenario> chosen = chosenScenarios(options, resolution, stride, aligned);
       {
         const ProgressBar bar(!options.quiet);
         for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -135,6 +157,7 @@ void run(Options options) {
       writeTables(std::cout, series, kinds);
       all.push_back(std::move(series));
     }
+  });
   if (!options.json.empty()) writeJson(options.json, all, kinds);
   if (!options.csv.empty()) writeCsv(options.csv, all, kinds);
 
@@ -164,9 +187,16 @@ int main(int argc, char** argv) {
   app.add_option("--scenario", options.scenarios, "Only scenarios whose name holds this");
   app.add_flag("--further", options.further, "The four further scenarios as well");
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-  app.add_option("--poses", options.poses, "Two poses of one mesh as a scenario: FROM TO ...");
+  app.add_option("--poses", options.poses,
+                 "Two poses of one mesh as a scenario: FROM TO ... It goes there and back in " +
+                     std::to_string(kPoseSteps) + " steps, above a plate");
+  app.add_flag("--split", options.split,
+               "Of --poses: not a plate, but the mesh's largest connected part against its others");
 #endif
   app.add_option("--resolution", options.resolutions, "Triangles times this squared; several do");
+  app.add_option("--stride", options.strides,
+                 "Only every STRIDE-th step, so that motions are larger; several do")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--orientation", options.orientation, "general, aligned, or both")
       ->check(CLI::IsMember({"general", "aligned", "both"}));
   app.add_flag("--moving", options.run.moving, "The objects move too: their transforms change");

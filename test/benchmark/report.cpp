@@ -122,11 +122,10 @@ void writeTables(std::ostream& out, const Series& series, const std::vector<Meth
   }
   const std::size_t repeats = series.scenarios.front().methods.front().update_ms.size();
   out << text(
-      "\n%s orientation, resolution %d (triangles x %d, %zu in all), %d frames, %d of them "
-      "touching; "
-      "medians of %zu\n\n",
+      "\n%s orientation, resolution %d (triangles x %d, %zu in all), stride %d, %d frames, %d of "
+      "them touching; medians of %zu\n\n",
       series.aligned ? "Aligned" : "General", series.resolution,
-      series.resolution * series.resolution, triangles, frames, touching, repeats);
+      series.resolution * series.resolution, triangles, series.stride, frames, touching, repeats);
   out << "| method | ms | ± % | faster than FCL RSS | than FCL's best | update | query | touching "
          "| box tests | volume tests | triangle tests | refits | wrong frames | bytes a triangle "
          "|\n"
@@ -168,7 +167,8 @@ void writeJson(const std::string& path, const std::vector<Series>& all,
                const std::vector<MethodKind>& kinds) {
   nlohmann::json root = nlohmann::json::array();
   for (const Series& series : all) {
-    nlohmann::json s = {{"resolution", series.resolution}, {"aligned", series.aligned}};
+    nlohmann::json s = {
+        {"resolution", series.resolution}, {"stride", series.stride}, {"aligned", series.aligned}};
     for (const ScenarioResult& scenario : series.scenarios) {
       nlohmann::json entry = {{"name", scenario.name},
                               {"frames", scenario.frames},
@@ -200,18 +200,20 @@ void writeJson(const std::string& path, const std::vector<Series>& all,
 void writeCsv(const std::string& path, const std::vector<Series>& all,
               const std::vector<MethodKind>& kinds) {
   std::ofstream out = opened(path);
-  out << "resolution,aligned,scenario,frames,triangles,method,update_ms,query_ms,box_tests,bv_"
+  out << "resolution,stride,aligned,scenario,frames,triangles,method,update_ms,query_ms,box_tests,"
+         "bv_"
          "tests,"
          "leaf_tests,refitted,wrong_frames,worst_error,bytes_per_triangle\n";
   for (const Series& series : all)
     for (const ScenarioResult& scenario : series.scenarios)
       for (std::size_t k = 0; k < kinds.size(); ++k) {
         const Measurement& m = scenario.methods[k];
-        out << series.resolution << ',' << series.aligned << ',' << scenario.name << ','
-            << scenario.frames << ',' << scenario.triangles << ',' << kinds[k].key << ','
-            << median(m.update_ms) << ',' << median(m.query_ms) << ',' << m.work.box_tests << ','
-            << m.work.bv_tests << ',' << m.work.leaf_tests << ',' << m.work.refitted << ','
-            << m.wrong_frames << ',' << m.worst_error << ',' << m.bytes_per_triangle << '\n';
+        out << series.resolution << ',' << series.stride << ',' << series.aligned << ','
+            << scenario.name << ',' << scenario.frames << ',' << scenario.triangles << ','
+            << kinds[k].key << ',' << median(m.update_ms) << ',' << median(m.query_ms) << ','
+            << m.work.box_tests << ',' << m.work.bv_tests << ',' << m.work.leaf_tests << ','
+            << m.work.refitted << ',' << m.wrong_frames << ',' << m.worst_error << ','
+            << m.bytes_per_triangle << '\n';
       }
 }
 

@@ -8,9 +8,9 @@
 
 namespace adaptive_bvh_bench {
 
-/// All scenarios in one orientation at one resolution.
+/// All scenarios in one orientation at one resolution and stride.
 struct Series {
-  int resolution = 1;
+  int resolution = 1, stride = 1;
   bool aligned = false;
   std::vector<ScenarioResult> scenarios;
 };
