@@ -84,16 +84,16 @@ struct RefitPolicy {
   InflationReference reference = InflationReference::NodeSize;
 
   /// Propagation::TranslationCompensated only. A refit keeps the axes of a volume, turned with the
-  /// body, and finds the extents along them anew: that takes a tenth of the time of a fit. Where the
-  /// volume's surface then exceeds the one it had when its axes were chosen by more than this share,
-  /// a ratio >= 0, the axes are chosen anew as well.
+  /// body, and finds the extents along them anew: that takes a tenth of the time of a fit. Where
+  /// the volume's surface then exceeds the one it had when its axes were chosen by more than this
+  /// share, a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
 
-  /// Propagation::TranslationCompensated only. Updates renew what the queries of query.h (two adaptive
-  /// meshes), coherent_distance.h and self_collision.h read, the boxes, and leave FCL's nodes as they
-  /// are: that takes less than half of the time. The next query of FCL's brings the nodes up to
-  /// date, on whatever thread it runs, and so does AdaptiveBVHModel::updateVolumes. Code that reads
-  /// `getBV` itself has to call that first. Nothing is judged or refitted meanwhile.
+  /// Propagation::TranslationCompensated only. Updates renew the boxes, which are all that
+  /// CoherentDistance, `selfCollide` and the `distance` of two adaptive models need, and leave
+  /// FCL's nodes as they are. The next query of FCL's brings the nodes up to date, on whatever
+  /// thread it runs, and so does AdaptiveBVHModel::updateVolumes; code that reads `getBV` itself
+  /// has to call that first. No criterion is asked meanwhile.
   bool volumes_on_demand = false;
 
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The

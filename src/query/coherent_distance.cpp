@@ -33,9 +33,8 @@ typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
   using Access = detail::ModelAccess<BV>;
   const AdaptiveBVHModel<BV>&first = state_->first, &second = state_->second;
   // Before anything reads the trees: this repairs one that was changed without our update.
-  const bool has_triangles =
-      Access::repairedType(first) != fcl::BV_UNKNOWN &&
-      Access::repairedType(second) != fcl::BV_UNKNOWN;
+  const bool has_triangles = Access::repairedType(first) != fcl::BV_UNKNOWN &&
+                             Access::repairedType(second) != fcl::BV_UNKNOWN;
   const PlacedMesh<BV> a{&first, &Access::tree(first), tf1}, b{&second, &Access::tree(second), tf2};
   if (has_triangles && a.hasBoxes() && b.hasBoxes() &&
       distanceByBoxes<BV>(a, b, {request, result}, state_->cache))

@@ -99,8 +99,7 @@ bool DistanceVisitor<BV>::prune(Pair& pair) {
     return true;
   }
   const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
-  if (has_volumes_ && pair.gap >= kNear * limit2_ &&
-      a.num_primitives + b.num_primitives > kFew) {
+  if (has_volumes_ && pair.gap >= kNear * limit2_ && a.num_primitives + b.num_primitives > kFew) {
     ++work_.separation_tests;
     pair.separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
     if (pair.separation >= limit_) {

@@ -129,7 +129,8 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::CollisionRequest<typename BV::S>& request,
                         fcl::CollisionResult<typename BV::S>& result, NeighbourFilter filter) {
   using S = typename BV::S;
-  detail::ModelAccess<BV>::repairedType(model);  // repairs a tree that was changed without our update
+  detail::ModelAccess<BV>::repairedType(
+      model);  // repairs a tree that was changed without our update
   requireTriangles<BV>(model);
   const CollisionQuery<S> query{request, result};
   if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();

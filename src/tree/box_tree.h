@@ -45,7 +45,7 @@ class alignas(32) BoxNode {
   std::int32_t link() const { return bitsOf(low_[3]); }
   void setLink(std::int32_t bits) { setBits(low_[3], bits); }
 
-  float low_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of a link
+  float low_[4] = {0, 0, 0, 1};   ///< the fourth: the bits of a link
   float high_[4] = {0, 0, 0, 1};  ///< the fourth: the bits of largeIndex
 };
 

@@ -26,8 +26,7 @@ class BestFitRotation {
     axes_ = axes;
     scale_ = static_cast<double>(scale);
     vertices_.clear();
-    const std::size_t primitives =
-        topology.slots.leaves();  // in leaf order: near ones together
+    const std::size_t primitives = topology.slots.leaves();  // in leaf order: near ones together
     const std::size_t count = std::min<std::size_t>(kSamples, primitives);
     vertices_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)

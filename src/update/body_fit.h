@@ -54,7 +54,7 @@ class BodyFit {
   const VertexState* const states_;
   const std::array<float, 4>* const previous_;
   KeptAxes* const kept_;  ///< by BoxNodes::largeIndex
-  const float limit_;  ///< of the growth of a volume's surface
+  const float limit_;     ///< of the growth of a volume's surface
   const BodyFrame<S>& frame_;
   const S unit_, error_;
   Float4 first_;                      ///< of the points of this fit

@@ -42,7 +42,8 @@ class LargestSearch {
  private:
   bool visit(int node) {
     if (boxes_.isLeaf(node)) {
-      for (unsigned v : topology_.slots.verticesOf(static_cast<std::size_t>(boxes_.leafIndex(node))))
+      for (unsigned v :
+           topology_.slots.verticesOf(static_cast<std::size_t>(boxes_.leafIndex(node))))
         largest_ = std::max(largest_, measure_.value(model_.vertices[v]));
       return true;
     }

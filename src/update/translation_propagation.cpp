@@ -88,7 +88,8 @@ PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& 
                                                         ThreadPool& pool) {
   target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   if (pool.size() > 1) return propagateSubtrees(target, pool);
-  RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1, target.nodes() - 2);
+  RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1,
+                     target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
@@ -103,8 +104,8 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int thread) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
-    RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), subtree.first_pair,
-                       subtree.last_pair);
+    RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
+                       subtree.first_pair, subtree.last_pair);
     NodeMotion* stack = stacks[static_cast<std::size_t>(thread)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
@@ -137,7 +138,8 @@ auto TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) -> Tur
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + kept_.capacity() * sizeof(KeptAxes) + stack_.capacity() * sizeof(NodeMotion);
+  return vertices_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
+         stack_.capacity() * sizeof(NodeMotion);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;

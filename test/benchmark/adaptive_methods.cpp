@@ -91,10 +91,14 @@ std::vector<MethodKind> adaptiveMethods() {
     return row(key, std::string("thesis: ") + toString(criterion), RefitPolicy::thesis(criterion),
                Query::Recorded, note);
   };
+  RefitPolicy on_demand;
+  on_demand.volumes_on_demand = true;
   return {
       row("coherent", "CoherentDistance", RefitPolicy(), Query::Coherent),
       row("recorded", "adaptive_bvh::distance", RefitPolicy()),
       row("drop-in", "drop-in, fcl::distance", RefitPolicy(), Query::DropIn),
+      row("coherent-on-demand", "CoherentDistance, volumes on demand", on_demand, Query::Coherent),
+      row("recorded-on-demand", "adaptive_bvh::distance, the same", on_demand),
       row<ObbrssPair>("coherent-obbrss", "OBBRSS: CoherentDistance", RefitPolicy(), Query::Coherent,
                       MethodKind::Slow),
       row<ObbrssPair>("recorded-obbrss", "OBBRSS: adaptive_bvh::distance", RefitPolicy(),
