@@ -56,7 +56,7 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
                                           Volume<BV>::center(root), Volume<BV>::length(root) / 2);
   vertices_.start(target, target.tree.boxes->frame);
-  ThreadPool alone(1);
+  TaskPool alone(1);
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
@@ -77,7 +77,7 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S larges
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
-                                                        const RefitPolicy&, ThreadPool& pool) {
+                                                        const RefitPolicy&, TaskPool& pool) {
   if (pool.size() > 1) return propagateSubtrees(target, pool);
   RangeRule<BV> rule(target, motionsOf(target.model, vertices_), 1, target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
@@ -87,16 +87,16 @@ PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& 
 /// First below every subtree's root, on any thread; then the rest.
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
-                                                                ThreadPool& pool) {
+                                                                TaskPool& pool) {
   std::vector<Subtree> subtrees = subtreesOf(target.model, 8 * pool.size());
   std::vector<std::vector<NodeMotion>> stacks(static_cast<std::size_t>(pool.size()));
   for (auto& stack : stacks) stack.resize(stack_.size());
   std::vector<PropagationCounts> counts(subtrees.size());
-  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int thread) {
+  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
     RangeRule<BV> rule(target, motionsOf(target.model, vertices_), subtree.first_pair,
                        subtree.last_pair);
-    NodeMotion* stack = stacks[static_cast<std::size_t>(thread)].data();
+    NodeMotion* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();
@@ -144,7 +144,8 @@ void TranslationPropagation<BV>::limitSomeInflations(const UpdateTarget<BV>& tar
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + axes_.capacity() * sizeof(PackedRotation) + stack_.capacity() * sizeof(NodeMotion);
+  return vertices_.bytes() + axes_.capacity() * sizeof(PackedRotation) +
+         stack_.capacity() * sizeof(NodeMotion);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;

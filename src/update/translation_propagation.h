@@ -7,7 +7,7 @@
 #include "update/body_fit.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
-#include "update/thread_pool.h"
+#include "update/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"
@@ -76,7 +76,7 @@ class TranslationPropagation {
     return largest * target.tree.boxes->frame.scale() < S(kRange);
   }
   /// Moves and inflates all volumes and renews all boxes.
-  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy&, ThreadPool& pool);
+  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy&, TaskPool& pool);
   /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
   /// moved below the other nodes.
   PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const DirtyPairs& dirty);
@@ -113,7 +113,7 @@ class TranslationPropagation {
  private:
   static constexpr float kRange = 1 << 30;
 
-  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, ThreadPool& pool);
+  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, TaskPool& pool);
 
   VertexStates<S> vertices_;
   KeptAxes axes_;
