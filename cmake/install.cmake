@@ -14,6 +14,13 @@ foreach(component mesh_io policy_json tuning)
   endif()
 endforeach()
 
+# Whoever links the static library links what it uses.
+get_target_property(type adaptive_bvh TYPE)
+if(TBB_FOUND AND ADAPTIVE_BVH_TBB AND type STREQUAL "STATIC_LIBRARY")
+  set(find_tbb "find_dependency(TBB)")
+  set(pc_tbb " tbb")
+endif()
+
 configure_package_config_file(cmake/adaptive_bvh-config.cmake.in
   ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake INSTALL_DESTINATION ${cmake_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/adaptive_bvh-config-version.cmake

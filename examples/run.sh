@@ -6,7 +6,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
-  libassimp-dev nlohmann-json3-dev libcli11-dev
+  libassimp-dev nlohmann-json3-dev libcli11-dev libtbb-dev
 # The tests would ask for GoogleTest; a build folder that test/run.sh made keeps them.
 [ -f "$build/CMakeCache.txt" ] || tests_off=-DADAPTIVE_BVH_TESTS=OFF
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release ${tests_off:-} >/dev/null

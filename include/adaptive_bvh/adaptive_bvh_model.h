@@ -237,9 +237,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Threads that query may call it at once.
   void updateVolumes() const;
 
-  /// Lets updates of all vertices use so many threads, where the model has 50,000 triangles or
-  /// more. 1 by default. The result has the same bits whatever the number. Throws
-  /// std::invalid_argument below 1.
+  /// Lets updates of all vertices use so many threads of the caller's oneTBB task arena, where the
+  /// model has 50,000 triangles or more. 1 by default. The result has the same bits whatever the
+  /// number. On more than one thread an update allocates. Without effect where the library was
+  /// built without oneTBB. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
   /// Checks the invariant: every volume contains every triangle below it (after a two-frame

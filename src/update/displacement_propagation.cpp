@@ -102,7 +102,7 @@ void DisplacementPropagation<BV>::measurePrimitives(const fcl::BVHModel<BV>& mod
 
 template <typename BV>
 PropagationCounts DisplacementPropagation<BV>::propagate(const UpdateTarget<BV>& target,
-                                                         const RefitPolicy& policy, ThreadPool&) {
+                                                         const RefitPolicy& policy, TaskPool&) {
   measurePrimitives(target.model);
   InflationRule<BV> rule{target.model,    original_radius_.data(),       latest_.data(),
                          overall_.data(), policy.leaf_radius_may_shrink, target.nodes()};

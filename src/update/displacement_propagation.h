@@ -6,7 +6,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "update/node_fit.h"
 #include "update/step_input.h"
-#include "update/thread_pool.h"
+#include "update/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
 #include "volume/each_volume.h"
@@ -56,7 +56,7 @@ class DisplacementPropagation {
 
   static bool canFollow(const UpdateTarget<BV>&, S largest) { return std::isfinite(largest); }
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
-                              ThreadPool& pool);
+                              TaskPool& pool);
   static bool isInRange(const UpdateTarget<BV>&) { return true; }
 
   S inflation(const UpdateTarget<BV>& target, int node) const {

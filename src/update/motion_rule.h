@@ -155,7 +155,8 @@ class MotionRule {
                                       motions_.common[2] + S(middle[2]) * unit_);
     Volume<BV>::move(fcl_nodes_[node].bv, translation, S(spread) * unit_ + rounding_);
     ++counts_.moved;
-    counts_.inflated += float4::largest(motion.high - motion.low) > least_inflation_;
+    const Float4 sides = motion.high - motion.low;  // compared without a call of std::fmax
+    counts_.inflated += std::max(std::max(sides[0], sides[1]), sides[2]) > least_inflation_;
   }
 
   fcl::BVNode<BV>* const fcl_nodes_;

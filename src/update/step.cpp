@@ -13,7 +13,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// With fewer primitives, starting threads costs more than they gain.
+/// With fewer primitives, handing tasks to threads costs more than they gain.
 constexpr int kParallelPrimitives = 50000;
 
 /// Makes `vertices` the array to write the new positions to.
@@ -125,7 +125,7 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
                   report);
   }
   const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
-  ThreadPool pool(parallel ? state.threads : 1);
+  TaskPool pool(parallel ? state.threads : 1);
   AllVertices<BV, Method> all(target, method, policy, input, pool);
   return run(target, state, all, input, report, watch);
 }

@@ -9,13 +9,13 @@
 #include "update/partial_bounds.h"
 #include "update/refit.h"
 #include "update/step_input.h"
-#include "update/thread_pool.h"
+#include "update/task_pool.h"
 #include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
 
 namespace adaptive_bvh {
 
-/// One value for each thread, on cache lines of their own.
+/// One value for each slot of a TaskPool, on cache lines of their own.
 template <typename T>
 class PerThread {
  public:
@@ -53,7 +53,7 @@ class AllVertices {
   using S = typename BV::S;
 
   AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
-              const StepInput<S>& input, ThreadPool& pool)
+              const StepInput<S>& input, TaskPool& pool)
       : target_(target), method_(method), policy_(policy), input_(input), pool_(pool) {}
 
   Method& method() const { return method_; }
@@ -124,7 +124,7 @@ class AllVertices {
   Method& method_;
   const RefitPolicy& policy_;
   const StepInput<S>& input_;
-  ThreadPool& pool_;
+  TaskPool& pool_;
 };
 
 /// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.

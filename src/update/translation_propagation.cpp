@@ -61,7 +61,7 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
                                           Volume<BV>::center(root), Volume<BV>::length(root) / 2);
   vertices_.start(target, target.tree.boxes->frame);
-  ThreadPool alone(1);
+  TaskPool alone(1);
   propagate(target, RefitPolicy(), alone);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
@@ -85,7 +85,7 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S larges
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy,
-                                                        ThreadPool& pool) {
+                                                        TaskPool& pool) {
   target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   if (pool.size() > 1) return propagateSubtrees(target, pool);
   RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1,
@@ -97,16 +97,16 @@ PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& 
 /// First below every subtree's root, on any thread; then the rest.
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
-                                                                ThreadPool& pool) {
+                                                                TaskPool& pool) {
   std::vector<Subtree> subtrees = subtreesOf(target.model, 8 * pool.size());
   std::vector<std::vector<NodeMotion>> stacks(static_cast<std::size_t>(pool.size()));
   for (auto& stack : stacks) stack.resize(stack_.size());
   std::vector<PropagationCounts> counts(subtrees.size());
-  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int thread) {
+  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
     RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
                        subtree.first_pair, subtree.last_pair);
-    NodeMotion* stack = stacks[static_cast<std::size_t>(thread)].data();
+    NodeMotion* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();

@@ -7,7 +7,7 @@
 #include "update/body_fit.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
-#include "update/thread_pool.h"
+#include "update/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"
@@ -77,7 +77,7 @@ class TranslationPropagation {
   }
   /// Renews all boxes, and moves and inflates all volumes unless the policy wants these on demand.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
-                              ThreadPool& pool);
+                              TaskPool& pool);
   /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
   /// moved below the other nodes.
   PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const RefitPolicy& policy,
@@ -114,7 +114,7 @@ class TranslationPropagation {
  private:
   static constexpr float kRange = 1 << 30;
 
-  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, ThreadPool& pool);
+  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, TaskPool& pool);
 
   VertexStates<S> vertices_;
   std::vector<KeptAxes> kept_;  ///< by BoxNodes::largeIndex

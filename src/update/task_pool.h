@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+
+namespace adaptive_bvh {
+
+/// Whether there is something to run tasks on besides the caller: oneTBB.
+bool canRunTasks();
+/// Calls call(with, i) for 0 <= i < count, by oneTBB, in the caller's task arena, and returns when
+/// all that began are done. Some may never begin when oneTBB cannot start.
+void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept;
+
+/// The threads for the phases of an update: those that the caller's task arena has free, but at
+/// most `size`. Starts none of its own.
+class TaskPool {
+ public:
+  /// Of size 1 without oneTBB.
+  explicit TaskPool(int size) : size_(size > 1 && canRunTasks() ? size : 1) {}
+
+  int size() const { return size_; }
+
+  /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no
+  /// two that have the same slot at the same time. Returns when all are done; what they did is then
+  /// visible to the caller. `run` must not throw.
+  template <typename Run>
+  void forEach(int count, Run&& run) const {
+    if (size_ == 1) {
+      for (int task = 0; task < count; ++task) run(task, 0);
+      return;
+    }
+    std::atomic<int> next, finished{0};
+    next.store(0, std::memory_order_release);
+    auto work = [&](int slot) noexcept {
+      for (int task; (task = next.fetch_add(1, std::memory_order_acq_rel)) < count;)
+        run(task, slot);
+      finished.fetch_add(1, std::memory_order_release);
+    };
+    runTasks(
+        std::min(size_, count),
+        [](void* with, int slot) { (*static_cast<decltype(work)*>(with))(slot); }, &work);
+    work(0);  // what none began
+    finished.load(std::memory_order_acquire);
+  }
+
+ private:
+  int size_;
+};
+
+/// The end of part `i` - 1 and the beginning of part `i` of [0, size), cut in `parts`.
+inline int partBegin(int size, int parts, int i) {
+  return static_cast<int>(static_cast<long long>(size) * i / parts);
+}
+
+}  // namespace adaptive_bvh
