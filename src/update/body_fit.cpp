@@ -109,8 +109,8 @@ BV BodyFit<BV>::operator()(int node) {
   const auto count = static_cast<std::size_t>(fcl_node.num_primitives);
   if (count == 1 && !previous_) return fitTriangle(first);
   const VertexSlots::Set below = slots_.below(first, count);
-  if (count == 2) {
-    const Axes4 axes = pairAxes(first, below);
+  if (count <= 2) {
+    const Axes4 axes = count == 2 ? pairAxes(first, below) : bestAxesOf(below);
     return volumeAlong(axes, extentsAlong(axes, below));
   }
   KeptAxes& kept = kept_[target_.tree.boxes->nodes().largeIndex(node)];
@@ -216,7 +216,10 @@ template <typename BV>
 Axes4 BodyFit<BV>::bestAxesOf(const VertexSlots::Set& below) {
   turnPoints(below, Axes4());
   const Eigen::Matrix3f axes = bestAxes(points_, few_, workSpace().local);
-  return toBody(fcl::Matrix3d::Identity(), axes.cast<double>());
+  const auto column = [&](int k) -> Float4 {
+    return Float4{axes(0, k), axes(1, k), axes(2, k), 0};
+  };
+  return axesAlong(column(0), column(1));  // orthonormal as all other axes are
 }
 
 /// A frame that turns as the node's vertices do: spanned by three of them, far apart; where these
