@@ -318,17 +318,22 @@ void AdaptiveBVHModel<BV>::repair() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
 }
 
-/// Likewise volumes that wait are brought up to date by the first call that reads them.
 template <typename BV>
 void AdaptiveBVHModel<BV>::updateVolumes() const {
-  adaptive_bvh::updateVolumes<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree},
-                                  state_->update, state_->policy);
+  if (!state_->tree.volumesAreCurrent()) resynchronise();
 }
 
+/// Volumes that wait are brought up to date by the first call that reads them, too.
 template <typename BV>
 void AdaptiveBVHModel<BV>::resynchronise() const {
   repair();
-  updateVolumes();
+  refitWaiting();
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::refitWaiting() const {
+  adaptive_bvh::updateVolumes<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree},
+                                  state_->update, state_->policy);
 }
 
 template <typename BV>
@@ -419,7 +424,7 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
-  updateVolumes();
+  refitWaiting();
   return checkTree<BV>(*this, reason);
 }
 

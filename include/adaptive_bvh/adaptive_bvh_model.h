@@ -289,6 +289,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
   void resynchronise() const;
+  void refitWaiting() const;
 
   std::unique_ptr<State> state_;
 };

@@ -113,6 +113,10 @@ BV BodyFit<BV>::operator()(int node) {
     const Axes4 axes = pairAxes(first, below);
     return volumeAlong(axes, pairExtents(axes, below));
   }
+  if (count == 1) {  // in two frames
+    const Axes4 axes = bestAxesOf(below);
+    return volumeAlong(axes, extentsAlong(axes, below));
+  }
   KeptAxes& kept = kept_[target_.tree.boxes->nodes().largeIndex(node)];
   const Axes4 frame = nodeFrame(first, count);
   Axes4 axes = frame * kept.rotation.axes();
@@ -216,7 +220,10 @@ template <typename BV>
 Axes4 BodyFit<BV>::bestAxesOf(const VertexSlots::Set& below) {
   turnPoints<false>(below, Axes4());
   const Eigen::Matrix3f axes = bestAxes(points_, few_, workSpace().local);
-  return toBody(fcl::Matrix3d::Identity(), axes.cast<double>());
+  const auto column = [&](int k) -> Float4 {
+    return Float4{axes(0, k), axes(1, k), axes(2, k), 0};
+  };
+  return axesAlong(column(0), column(1));  // orthonormal as all other axes are
 }
 
 /// A frame that turns as the node's vertices do: spanned by three of them, far apart; where these

@@ -53,6 +53,7 @@ class DisplacementPropagation {
                         int last);
   void accept(const UpdateTarget<BV>&, S) {}
   void discard() {}
+  static void restore(const UpdateTarget<BV>&) {}
 
   static bool canFollow(const UpdateTarget<BV>&, S largest) { return std::isfinite(largest); }
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,

@@ -194,8 +194,10 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
   if (tree.volumesAreCurrent()) return;
   const std::lock_guard<std::mutex> lock(tree.repairing);
   if (tree.volumesAreCurrent()) return;  // another thread was first
+  if (!tree.detector.matches(target.volume(0))) return;
   std::visit(
       [&](auto& method) {
+        method.restore(target);
         auto fit = method.fit(target, policy);
         for (int i = 1; i < target.nodes(); ++i) {
           target.volume(i) = fit(i);

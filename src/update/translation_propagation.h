@@ -70,6 +70,8 @@ class TranslationPropagation {
   void accept(const UpdateTarget<BV>& target, S largest);
   /// The step does not take place, or nothing has moved.
   void discard() { vertices_.discard(); }
+  /// Between steps, before a fit: a step may have been discarded.
+  void restore(const UpdateTarget<BV>& target) { vertices_.restore(target); }
 
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   static bool canFollow(const UpdateTarget<BV>& target, S largest) {

@@ -79,6 +79,14 @@ VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const Ste
   return VertexSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
 }
 
+template <typename S>
+template <typename BV>
+void VertexStates<S>::restore(const UpdateTarget<BV>& target) {
+  if (!stale_) return;
+  frame_ = target.tree.boxes->frame;
+  readInPlace(target);
+}
+
 /// The model's positions as they stand, without motion.
 template <typename S>
 template <typename BV>
@@ -115,6 +123,7 @@ template class VertexStates<double>;
   template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&); \
   template VertexSummary<BV::S> VertexStates<BV::S>::read(const UpdateTarget<BV>&,            \
                                                           const StepInput<BV::S>&, int, int); \
+  template void VertexStates<BV::S>::restore(const UpdateTarget<BV>&);                        \
   template void VertexStates<BV::S>::readInPlace(const UpdateTarget<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -49,6 +49,9 @@ class VertexStates {
   /// The step does not take place: what was read is not the model's state.
   void discard() { stale_ = true; }
   void accept() { stale_ = false; }
+  /// After a step that did not take place: back to the model's positions, in the boxes' frame.
+  template <typename BV>
+  void restore(const UpdateTarget<BV>& target);
 
   /// Body coordinates of the step that is being read.
   const BodyFrame<S>& frame() const { return frame_; }

@@ -1,7 +1,6 @@
 #include "volume/volume.h"
 
 #include <algorithm>
-#include <functional>
 
 #include "volume/rss_fit.h"
 #include "volume/swept_rectangle.h"
@@ -111,24 +110,6 @@ fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::along(const fcl::Matrix3<S>& axes, const 
   }
   bv.obb.To = corner + axes * to_middle;
   bv.obb.extent.array() += error + 2 * kAxes * bv.obb.extent.sum();
-  return bv;
-}
-
-template <typename S>
-fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::around(const Box& box, const BodyFrame<S>& frame,
-                                              float extent) {
-  const S unit = frame.unit(), reach = S(extent) * unit;
-  BV bv;
-  bv.rss = Swept::around(box, frame, extent);
-  bv.obb.axis = bv.rss.axis;  // the longest side first
-  bv.obb.To = frame.fromBodyFrame(box.center());
-  const Float4 half = box.halfSides();
-  for (int k = 0; k < 3; ++k) bv.obb.extent[k] = S(half[k]) * unit;
-  std::sort(bv.obb.extent.data(), bv.obb.extent.data() + 3, std::greater<S>());
-  const S terms = bv.obb.To.template lpNorm<1>() + frame.origin().template lpNorm<1>() + reach;
-  bv.obb.extent.array() += 2 * S(BodyFrame<S>::kError) * reach +
-                           16 * rounding::epsilon<S>() * terms + 2 * kAxes * bv.obb.extent.sum() +
-                           rounding::tiny<S>();
   return bv;
 }
 

@@ -59,35 +59,6 @@ fcl::RSS<S> Volume<fcl::RSS<S>>::along(const fcl::Matrix3<S>& axes, const Point&
   return bv;
 }
 
-// A box is within half its shortest side of the rectangle in its middle. The radius also covers
-// the error of the box (BodyFrame::kError in each of three coordinates) and the rounding here, a
-// few epsilon of each term.
-template <typename S>
-fcl::RSS<S> Volume<fcl::RSS<S>>::around(const Box& box, const BodyFrame<S>& frame, float extent) {
-  const Float4 sides = box.high - box.low;
-  int order[3] = {0, 1, 2};
-  std::sort(order, order + 3, [&](int a, int b) { return sides[a] > sides[b]; });
-  const S unit = frame.unit();
-  fcl::Vector3<double> from_origin(double(box.low[0]), double(box.low[1]), double(box.low[2]));
-  from_origin[order[2]] += double(sides[order[2]]) / 2;
-  const fcl::Matrix3<S> axes = frame.axes().template cast<S>();
-
-  BV bv;
-  for (int k = 0; k < 2; ++k) {
-    bv.axis.col(k) = axes.col(order[k]);
-    bv.l[k] = S(sides[order[k]]) * unit;
-  }
-  bv.axis.col(2) = bv.axis.col(0).cross(bv.axis.col(1));
-  bv.To = frame.origin() + (frame.axes() * from_origin).template cast<S>() * unit;
-  const S length = S(extent) * unit;
-  bv.r = S(sides[order[2]]) / 2 * unit + 2 * S(BodyFrame<S>::kError) * length +
-         16 * rounding::epsilon<S>() *
-             (bv.To.template lpNorm<1>() + frame.origin().template lpNorm<1>() + bv.l[0] + bv.l[1] +
-              length) +
-         rounding::tiny<S>();
-  return bv;
-}
-
 // Steiner's formula for the points within r of an a x b rectangle.
 template <typename S>
 double Volume<fcl::RSS<S>>::volume(const BV& bv) {

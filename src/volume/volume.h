@@ -7,8 +7,6 @@
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/math/bv/RSS.h>
 
-#include "geometry/body_frame.h"
-#include "geometry/box.h"
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
 #include "volume/extents.h"
@@ -104,10 +102,6 @@ struct Volume<fcl::RSS<S_>> {
   /// Whether that needs Extents::ranges.
   static constexpr bool kHasBox = false;
 
-  /// Holds all that a box in body coordinates holds, exactly, where points there are off by no more
-  /// than BodyFrame::toBodyFrame's error in a body whose largest coordinate is `extent`.
-  static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
-
   /// \name Measures of tightness, in double precision
   /// \{
   static double volume(const BV& bv);
@@ -186,7 +180,6 @@ struct Volume<fcl::OBBRSS<S_>> {
   static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
                   S error);
   static constexpr bool kHasBox = true;
-  static BV around(const Box& box, const BodyFrame<S>& frame, float extent);
 
   static double volume(const BV& bv) { return Swept::volume(bv.rss); }
   static double surfaceArea(const BV& bv) { return Swept::surfaceArea(bv.rss); }

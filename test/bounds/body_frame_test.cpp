@@ -1,5 +1,5 @@
-// BodyFrame: what is lost on the way to body coordinates and back; and Volume::around, which turns
-// a box of that frame into a volume that holds all that the box stands for.
+// BodyFrame: what is lost on the way to body coordinates and back; and the extents and sums of
+// volumes.
 #include "geometry/body_frame.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,6 @@ namespace adaptive_bvh_test {
 namespace {
 
 using adaptive_bvh::BodyFrame;
-using adaptive_bvh::Box;
 using adaptive_bvh::Float4;
 using adaptive_bvh::Volume;
 using exact::Real;
@@ -144,62 +143,6 @@ TYPED_TEST(Body, ComesBack) {
     const Real largest = exact::of(frame.origin()).template lpNorm<1>() + 4 * Real(frame.unit());
     ASSERT_LE((exact::of(frame.fromBodyFrame(stored)) - x).norm(),
               4 * Real(rounding::epsilon<S>()) * largest);
-  }
-}
-
-/// The volume around a box holds its eight corners even where each is off by kError of the body,
-/// whatever the sign: that is what the points of a mesh may be off.
-TYPED_TEST(Body, VolumeAroundABoxHoldsItsContents) {
-  using S = TypeParam;
-  for (int round = 0; round < 5000; ++round) {
-    const BodyFrame<S> frame = this->frame(this->random_.size(-6, 6));
-    Box box;
-    box.low = box.high = Float4{0, 0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      const auto a = float(this->random_.uniform()), side = float(this->random_.size(-6, 0));
-      box.low[k] = a;
-      box.high[k] = this->random_.oneIn(3) ? a : a + side;  // flat ones, segments and points, too
-    }
-    const float extent = box.largestCoordinate() * (1 + float(this->random_.below(3)));
-    const fcl::RSS<S> volume = Volume<fcl::RSS<S>>::around(box, frame, extent);
-    const auto both = Volume<fcl::OBBRSS<S>>::around(box, frame, extent);
-    const Real off = Real(BodyFrame<S>::kError) * Real(extent);
-    for (int corner = 0; corner < 8; ++corner)
-      for (int sign = 0; sign < 8; ++sign) {
-        exact::Point y;
-        for (int k = 0; k < 3; ++k)
-          y[k] = Real(corner >> k & 1 ? box.high[k] : box.low[k]) + (sign >> k & 1 ? off : -off);
-        ASSERT_LE(exact::excess(volume, this->back(frame, y)), 0) << round;
-        ASSERT_LE(exact::excess(both, this->back(frame, y)), 0) << round;
-      }
-    const Float4 sides = box.high - box.low;
-    const Real shortest = std::min({sides[0], sides[1], sides[2]});
-    const Real rounded = Real(rounding::epsilon<S>()) * exact::of(frame.origin()).norm();
-    EXPECT_LE(Real(volume.r),
-              (shortest / 2 + 4 * off) * Real(frame.unit()) * (1 + 1e-5L) + 100 * rounded +
-                  Real(rounding::epsilon<S>()) * 200 * Real(extent) * Real(frame.unit()))
-        << "no looser than its terms say";
-    const Real extents = Real(sides[0]) + Real(sides[1]) + Real(sides[2]);
-    EXPECT_LE(exact::of(both.obb.extent).sum(),
-              (extents / 2 + 9 * off) * Real(frame.unit()) * (1 + 1e-4L) + 300 * rounded +
-                  Real(rounding::epsilon<S>()) * 200 * Real(extent) * Real(frame.unit()));
-  }
-}
-
-/// Points of a mesh, through toBodyFrame, are held by the volume around their box.
-TYPED_TEST(Body, VolumeAroundPointsHoldsThem) {
-  using S = TypeParam;
-  for (int round = 0; round < 20000; ++round) {
-    const S size = this->random_.size(-6, 6);
-    const BodyFrame<S> frame = this->frame(size);
-    std::vector<Vector3<S>> points;
-    for (int i = 0; i < 6; ++i) points.push_back(frame.origin() + this->random_.vectorOfSize(size));
-    Box box{frame.toBodyFrame(points[0]), frame.toBodyFrame(points[0])};
-    for (const auto& x : points) box.add(frame.toBodyFrame(x));
-    const auto volume = Volume<fcl::RSS<S>>::around(box, frame, box.largestCoordinate());
-    for (const auto& x : points) ASSERT_LE(exact::excess(volume, exact::of(x)), 0) << round;
-    const auto both = Volume<fcl::OBBRSS<S>>::around(box, frame, box.largestCoordinate());
-    for (const auto& x : points) ASSERT_LE(exact::excess(both, exact::of(x)), 0) << round;
   }
 }
 
