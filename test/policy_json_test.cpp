@@ -19,6 +19,8 @@ TEST(PolicyJson, PoliciesGoThereAndBack) {
        {FitnessCriterion::A, FitnessCriterion::ABOrBC, FitnessCriterion::RefitNone}) {
     RefitPolicy policy = RefitPolicy::thesis(criterion);
     policy.max_inflation = 1. / 3;
+    policy.axes_tolerance = 1. / 7;
+    policy.volumes_on_demand = criterion == FitnessCriterion::A;
     if (criterion == FitnessCriterion::A)
       policy.propagation = adaptive_bvh::Propagation::TranslationCompensated;
     const RefitPolicy back = policyFromJson(toJson(policy));
@@ -29,6 +31,8 @@ TEST(PolicyJson, PoliciesGoThereAndBack) {
     EXPECT_EQ(policy.propagation, back.propagation);
     EXPECT_EQ(policy.reference, back.reference);
     EXPECT_EQ(policy.leaf_radius_may_shrink, back.leaf_radius_may_shrink);
+    EXPECT_EQ(policy.axes_tolerance, back.axes_tolerance);
+    EXPECT_EQ(policy.volumes_on_demand, back.volumes_on_demand);
   }
 }
 
@@ -44,7 +48,8 @@ TEST(PolicyJson, RefusesWhatIsNoPolicy) {
   EXPECT_EQ(0.7, policyFromJson("{\"max_inflation\": 0.7}").max_inflation);
   for (const char* text : {"", "{", "[]", "7", "{\"criterion\": \"D\"}", "{\"criterion\": 1}",
                            "{\"max_inflation\": -1}", "{\"max_inflation\": \"much\"}",
-                           "{\"p_max\": 1}", "{\"reference\": \"moon\"}",
+                           "{\"axes_tolerance\": -0.5}", "{\"volumes_on_demand\": 2}",
+                           "{\"volumes_on_demand\": \"yes\"}", "{\"p_max\": 1}", "{\"reference\": \"moon\"}",
                            "{\"propagation\": \"by air\"}", "{\"best\": {}}", "{\"best\": 1}"})
     EXPECT_THROW(policyFromJson(text), std::invalid_argument) << text;
 }

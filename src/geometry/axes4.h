@@ -42,8 +42,8 @@ inline Float4 anyOrthogonal(const Float4& x) {
 }
 
 /// Right-handed axes, the first along a, the third orthogonal to a and b; any where a and b leave
-/// the choice open. Orthonormal up to 1e-6, also where a and b are nearly parallel: the product of
-/// these is then off, and with it the length of the second axis.
+/// the choice open. Orthonormal up to 27 * 2^-24, also where a and b are nearly parallel: the
+/// product of these is then off, and with it the length of the second axis. docs/bounds.md, 11.
 ADAPTIVE_BVH_INLINE Axes4 axesAlong(const Float4& a, const Float4& b) {
   constexpr float kTiny = 1e-30f, kNoise = 0.005f;
   const Float4 normal = float4::cross(a, b);

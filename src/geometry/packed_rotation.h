@@ -10,7 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// A rotation in four bytes, off by less than a quarter of a degree: of its unit quaternion the
+/// A rotation in four bytes, off by less than 0.3 degrees: of its unit quaternion the
 /// three smaller components, in ten bits each, and which one is the largest.
 class PackedRotation {
  public:

@@ -286,14 +286,13 @@ Extents BodyFit<BV>::extentsAlong(const Axes4& axes, const VertexSlots::Set& bel
   return extents;
 }
 
-/// Let e be the extent. A point of the body is off by kError e in each of three coordinates, less
-/// than 2 kError e. Along the axes it is off by 18 u times its distance from the first point, u =
-/// 2^-24, which is at most the sides and the diameter; the distance from the rectangle, a root of
-/// three squares, by 8 u of itself and of these. 64 u of their sum covers that, and what the axes
-/// are rounded to. docs/bounds.md, 11.
+/// Let e be the extent, u = 2^-24. A point of the body is off by less than 35 u e, and the corner by
+/// 7 u e: 2 kError e = 64 u e covers both. The rest is relative to the sides and the diameter: axes
+/// that are orthonormal to 90 u only, twice that, and 13 u for local coordinates, distances and the
+/// corner. docs/bounds.md, 11.
 template <typename BV>
 BV BodyFit<BV>::volumeAlong(const Axes4& axes, const Extents& extents) const {
-  constexpr float kOperations = 1.f / (1 << 18);
+  constexpr float kOperations = 1.f / (1 << 16);
   const float error = kOperations * (extents.sides[0] + extents.sides[1] + 2 * extents.radius);
   const Float4 corner =
       first_ + axes.combine(extents.corner[0], extents.corner[1], extents.corner[2]);

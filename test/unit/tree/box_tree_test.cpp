@@ -41,7 +41,14 @@ TEST(BoxNode, KeepsBoxAndLinkApart) {
     EXPECT_FALSE(node.isLeaf());
     EXPECT_EQ(number, node.left());
     expectEqual(other, node.box());
+    EXPECT_EQ(0, node.largeIndex());
+    node.setLargeIndex(number);
+    node.setBox(box);
+    EXPECT_EQ(number, node.largeIndex());
+    EXPECT_EQ(number, node.left());
+    expectEqual(box, node.box());
     EXPECT_TRUE(std::isnormal(node.box().low[3])) << "the fourth lane takes part in arithmetic";
+    EXPECT_TRUE(std::isnormal(node.box().high[3]));
   }
   EXPECT_EQ(32u, sizeof(BoxNode)) << "siblings share a cache line";
 }
@@ -113,6 +120,25 @@ TYPED_TEST(Trees, TopologyTellsLeavesAndDepth) {
         EXPECT_EQ(mesh.triangles[std::size_t(node.primitiveId())][k],
                   topology.slots.verticesOf(std::size_t(node.first_primitive))[std::size_t(k)]);
     }
+  }
+}
+
+/// Nodes with three triangles or more are numbered from 0.
+TYPED_TEST(Trees, LargeNodesHaveNumbersOfTheirOwn) {
+  using S = TypeParam;
+  for (const auto& mesh : this->meshes()) {
+    fcl::BVHModel<fcl::RSS<S>> model;
+    fillModel(mesh, model);
+    BoxTree<S> boxes;
+    boxes.adopt(model);
+    int large = 0;
+    for (int i = 0; i < model.getNumBVs(); ++i) {
+      boxes.nodes().setBox(i, {{7, 8, 9, 0}, {7, 8, 9, 0}});
+      if (model.getBV(i).num_primitives > 2) {
+        EXPECT_EQ(large++, boxes.nodes().largeIndex(i));
+      }
+    }
+    EXPECT_EQ(large, boxes.largeNodes());
   }
 }
 

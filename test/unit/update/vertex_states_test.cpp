@@ -16,6 +16,7 @@ using adaptive_bvh::Float4;
 using adaptive_bvh::StepInput;
 using adaptive_bvh::StepKind;
 using adaptive_bvh::UpdateTarget;
+using adaptive_bvh::VertexLeafMap;
 using adaptive_bvh::VertexStates;
 
 template <typename S>
@@ -25,7 +26,7 @@ class States : public testing::Test {
   using P = Vector3<S>;
 
   States() {
-    fillModel(plate<S>(3, 3), model_);
+    fillModel(plate<S>(9, 9), model_);
     model_.computeLocalAABB();
     tree_.adopt(model_);
     tree_.boxes.emplace();
@@ -33,12 +34,17 @@ class States : public testing::Test {
     const BodyFrame<S> frame(Eigen::AngleAxisd(0.5, fcl::Vector3d::UnitZ()).toRotationMatrix(),
                              P(S(0.5), S(0.5), 0), 3);
     tree_.boxes->frame = frame;
-    states_.reset(model_.num_vertices);
+    states_.reset(slots().size());
     states_.start(UpdateTarget<BV>{model_, tree_}, frame);
     positions_.assign(model_.vertices, model_.vertices + model_.num_vertices);
   }
 
   UpdateTarget<BV> target() { return {model_, tree_}; }
+  const adaptive_bvh::VertexSlots& slots() const { return tree_.topology.slots; }
+  int vertices() const { return model_.num_vertices; }
+  adaptive_bvh::VertexSummary<S> readAll(const StepInput<S>& input) {
+    return states_.read(target(), input, 0, int(slots().size()));
+  }
   StepInput<S> input(StepKind kind = StepKind::Replace) const {
     return {kind, positions_.data(), positions_.size(), nullptr};
   }
@@ -47,9 +53,16 @@ class States : public testing::Test {
   static void expectSame(const Float4& expected, const float* found) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(expected[k], found[k]);
   }
+  /// In every slot of the vertex.
   void expectState(int v, const P& position, const P& rest) const {
-    expectSame(states_.frame().toBodyFrame(position), states_.data()[v].position);
-    expectSame(states_.frame().displacement(rest), states_.data()[v].motion);
+    int found = 0;
+    for (std::size_t slot = 0; slot < slots().size(); ++slot) {
+      if (slots().vertices()[slot] != unsigned(v)) continue;
+      ++found;
+      expectSame(states_.frame().toBodyFrame(position), states_.data()[slot].position);
+      expectSame(states_.frame().displacement(rest), states_.data()[slot].motion);
+    }
+    EXPECT_GT(found, 0);
   }
 
   fcl::BVHModel<BV> model_;
@@ -64,7 +77,7 @@ TYPED_TEST_SUITE(States, Scalars);
 
 /// At the start all stand at the model's positions and nothing moves.
 TYPED_TEST(States, StartAtTheModelsPositions) {
-  for (int v = 0; v < 16; ++v)
+  for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->model_.vertices[v], Vector3<TypeParam>::Zero());
 }
 
@@ -74,12 +87,14 @@ TYPED_TEST(States, ReadPositionsAndMotions) {
   using S = TypeParam;
   S largest = 0;
   for (auto& p : this->positions_) p += this->random_.point();
-  for (int v = 0; v < 16; ++v) largest = std::max(largest, this->motion(v).norm());
+  for (int v = 0; v < this->vertices(); ++v) largest = std::max(largest, this->motion(v).norm());
   this->states_.begin(this->target(), this->input());
   EXPECT_EQ(Vector3<S>(0, 0, 0), this->states_.commonTranslation());
-  auto summary = this->states_.read(this->model_.vertices, this->input(), 0, 5);
-  summary.add(this->states_.read(this->model_.vertices, this->input(), 5, 16));
-  for (int v = 0; v < 16; ++v)
+  const int slots = int(this->slots().size());
+  EXPECT_GT(slots, this->vertices()) << "some vertices have several";
+  auto summary = this->states_.read(this->target(), this->input(), 0, 5);
+  summary.add(this->states_.read(this->target(), this->input(), 5, slots));
+  for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
   EXPECT_NEAR(largest, summary.largestDisplacement(), 1e-5);
 }
@@ -90,10 +105,10 @@ TYPED_TEST(States, MotionsAreWhatIsLeftBeyondACommonTranslation) {
   const Vector3<S> shift(300, -200, 100);
   for (auto& p : this->positions_) p += shift + this->random_.point() / 10;
   this->states_.begin(this->target(), this->input());
-  this->states_.read(this->model_.vertices, this->input(), 0, 16);
+  this->readAll(this->input());
   const Vector3<S> common = this->states_.commonTranslation();
   EXPECT_LT((common - shift).norm(), S(0.2));
-  for (int v = 0; v < 16; ++v)
+  for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v) - common);
 }
 
@@ -132,37 +147,40 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
   for (auto& p : this->positions_) p += this->random_.point();
   const auto input = this->input(StepKind::TwoFrames);
   this->states_.begin(this->target(), input);
-  this->states_.read(this->model_.vertices, input, 0, 16);
-  for (int v = 0; v < 16; ++v) {
+  this->readAll(input);
+  for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
-    this->expectSame(this->states_.frame().toBodyFrame(this->model_.vertices[v]),
-                     this->states_.previous()[v].data());
-  }
+  for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
+    this->expectSame(
+        this->states_.frame().toBodyFrame(this->model_.vertices[this->slots().vertices()[slot]]),
+        this->states_.previous()[slot].data());
 }
 
 /// Some vertices: each is reported once, with the last of its positions; those named in the step
 /// before rest again, and all others do.
 TYPED_TEST(States, ReadSomeVertices) {
   using S = TypeParam;
+  VertexLeafMap leaves;
+  leaves.adopt(this->model_, this->tree_.topology);
   const auto read = [&](const std::vector<unsigned>& indices, const std::vector<Vector3<S>>& to) {
     const unsigned none = 0;
     const StepInput<S> input{StepKind::Replace, to.data(), to.size(),
                              indices.empty() ? &none : indices.data()};
     std::map<unsigned, Vector3<S>> seen;
     this->states_.begin(this->target(), input);
-    this->states_.readSome(this->model_, input, [&](unsigned v, const Vector3<S>& p) {
+    this->states_.readSome(this->target(), input, leaves, [&](unsigned v, const Vector3<S>& p) {
       EXPECT_TRUE(seen.emplace(v, p).second) << v << " twice";
     });
     this->states_.accept();
     for (const auto& [v, p] : seen) this->positions_[v] = p;
-    for (int v = 0; v < 16; ++v)
+    for (int v = 0; v < this->vertices(); ++v)
       this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
     for (const auto& [v, p] : seen) this->model_.vertices[v] = p;
     return seen;
   };
   for (auto& p : this->positions_) p += this->random_.point();  // first a step of all
   this->states_.begin(this->target(), this->input());
-  this->states_.read(this->model_.vertices, this->input(), 0, 16);
+  this->readAll(this->input());
   std::copy(this->positions_.begin(), this->positions_.end(), this->model_.vertices);
   using P = Vector3<S>;
   const auto seen = read({3, 7, 3}, {P(1, 1, 1), P(2, 2, 2), P(3, 3, 3)});
@@ -177,16 +195,38 @@ TYPED_TEST(States, ForgetWhatWasDiscarded) {
   using S = TypeParam;
   for (auto& p : this->positions_) p += Vector3<S>(0, 0, 5);
   this->states_.begin(this->target(), this->input());
-  this->states_.read(this->model_.vertices, this->input(), 0, 16);
+  this->readAll(this->input());
   this->states_.discard();
   const std::vector<unsigned> index = {2};
   const std::vector<Vector3<S>> to = {Vector3<S>(1, 1, 1)};
   const StepInput<S> input{StepKind::Replace, to.data(), 1, index.data()};
   this->states_.begin(this->target(), input);
-  this->states_.readSome(this->model_, input, [](unsigned, const Vector3<S>&) {});
-  for (int v = 0; v < 16; ++v)
+  VertexLeafMap leaves;
+  leaves.adopt(this->model_, this->tree_.topology);
+  this->states_.readSome(this->target(), input, leaves, [](unsigned, const Vector3<S>&) {});
+  for (int v = 0; v < this->vertices(); ++v)
     if (v != 2) this->expectState(v, this->model_.vertices[v], Vector3<S>::Zero());
   this->expectState(2, to[0], to[0] - this->model_.vertices[2]);
+}
+
+/// A fit between two steps reads what the model has, not what was refused; of both frames.
+TYPED_TEST(States, AreRestoredAfterWhatWasDiscarded) {
+  using S = TypeParam;
+  const auto rest = this->positions_;
+  this->model_.prev_vertices = new Vector3<S>[rest.size()];
+  std::copy(rest.rbegin(), rest.rend(), this->model_.prev_vertices);
+  for (auto& p : this->positions_) p = Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());
+  this->states_.begin(this->target(), this->input(StepKind::TwoFrames));
+  this->readAll(this->input(StepKind::TwoFrames));
+  this->states_.discard();
+  this->states_.restore(this->target());
+  EXPECT_EQ(this->tree_.boxes->frame.origin(), this->states_.frame().origin());
+  for (int v = 0; v < this->vertices(); ++v)
+    this->expectState(v, rest[std::size_t(v)], Vector3<S>::Zero());
+  for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
+    this->expectSame(this->states_.frame().toBodyFrame(
+                         rest[rest.size() - 1 - this->slots().vertices()[slot]]),
+                     this->states_.previous()[slot].data());
 }
 
 }  // namespace
