@@ -136,6 +136,47 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
+/// Volumes that wait are brought up to date by whichever query reads FCL's nodes first, while others
+/// search the boxes.
+TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
+  const Answers expected = ask();
+  const fcl::CollisionRequestd all(1000);
+  fcl::CollisionResultd own;
+  selfCollide(a_, all, own);
+  adaptive_bvh::RefitPolicy policy;
+  policy.volumes_on_demand = true;
+  a_.setRefitPolicy(policy);
+  std::vector<Vector3<double>> away = last_;
+  for (auto& p : away) p = Vector3<double>(p[1], -p[0], 2 + p[2] * p[0]);
+  for (int round = 0; round < 5; ++round) {
+    a_.update(away);
+    a_.updateVolumes();
+    a_.update(last_);
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < kThreads / 2; ++t)
+      threads.emplace_back([&] {
+        adaptive_bvh::CoherentDistance pair(a_, b_);
+        for (int i = 0; i < kPoses; ++i) {
+          fcl::DistanceResultd distance;
+          pair.distance(poses_[std::size_t(2 * i)], poses_[std::size_t(2 * i + 1)], {}, distance);
+          wrong += std::abs(distance.min_distance - expected.distances[std::size_t(4 * i)]) > 1e-9;
+          fcl::CollisionResultd found;
+          wrong += selfCollide(a_, all, found) != own.numContacts();
+        }
+      });
+    for (const Answers& answers : askInParallel()) {
+      ASSERT_EQ(expected.distances.size(), answers.distances.size());
+      for (std::size_t i = 0; i < expected.distances.size(); ++i)
+        EXPECT_NEAR(expected.distances[i], answers.distances[i], 1e-9);
+      EXPECT_EQ(expected.contacts, answers.contacts);
+    }
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(0, wrong);
+    EXPECT_TRUE(a_.validate());
+  }
+}
+
 /// The documented way to deform what others look at: a std::shared_mutex. Two threads update the
 /// model in turns. Every reader gets the answers that one thread alone gets in that frame,
 /// whichever way it asks.

@@ -95,8 +95,8 @@ TEST_F(Axes, AlongTwoVectorsAreOrthonormal) {
 TEST_F(Axes, StayOrthonormal) {
   for (int round = 0; round < 50000; ++round) {
     const Axes4 frame = anyAxes(), kept = PackedRotation(axesOf(anyRotation())).axes();
-    ASSERT_LE(askew(kept), 40 * kUnitRoundoff);
-    ASSERT_LE(askew(frame * kept), 85 * kUnitRoundoff);
+    ASSERT_LE(askew(kept), 42 * kUnitRoundoff);
+    ASSERT_LE(askew(frame * kept), 87 * kUnitRoundoff);
     const float angle = random_.uniform() * 4;
     ASSERT_LE(askew(frame.turned(std::cos(angle), std::sin(angle))), 42 * kUnitRoundoff);
   }

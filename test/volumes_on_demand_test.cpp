@@ -1,0 +1,447 @@
+// RefitPolicy::volumes_on_demand: our queries are exact while FCL's nodes wait, and the first query
+// that reads the nodes finds them up to date, whatever happened since the update.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/geometry/octree/octree.h>
+#include <fcl/geometry/shape/box.h>
+#include <octomap/octomap.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/broadphase.h"
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "support/brute_force.h"
+#include "support/exact_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::CoherentDistance;
+using adaptive_bvh::RefitPolicy;
+using Points = std::vector<Vector3<double>>;
+using Pairs = std::set<std::pair<int, int>>;
+
+template <typename BV>
+class OnDemand : public testing::Test {
+ protected:
+  using Model = AdaptiveBVHModel<BV>;
+  using Plain = fcl::BVHModel<BV>;
+
+  OnDemand() {
+    beside_.translation() = Vector3<double>(-0.6, 0.3, 0.45);
+    for (Model* model : {&a_, &b_}) model->setRefitPolicy(onDemand(true));
+    fillModel(sheet_, a_);
+    fillModel(tube<double>(6, 8), b_);
+  }
+
+  static RefitPolicy onDemand(bool wait) {
+    RefitPolicy policy;
+    policy.volumes_on_demand = wait;
+    return policy;
+  }
+  static const fcl::Transform3d& still() {
+    static const fcl::Transform3d identity = fcl::Transform3d::Identity();
+    return identity;
+  }
+
+  /// The sheet goes through itself, and turns.
+  const Points& nextPositions() {
+    const Points& wave = wave_.next();
+    const fcl::Matrix3d turn =
+        Eigen::AngleAxisd(0.3 * ++steps_, fcl::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    now_.clear();
+    for (std::size_t v = 0; v < wave.size(); ++v)
+      now_.push_back(turn * (wave[v] + fcl::Vector3d(0, 0, 0.2 * double(v * 7 % 5))));
+    return now_;
+  }
+  void update() { a_.update(nextPositions()); }
+
+  /// Whether every node holds every vertex of its triangles, of both frames of a two-frame update.
+  static bool holdsAll(const Plain& model) {
+    for (int i = 0; i < model.getNumBVs(); ++i)
+      if (!holds(model, i, i)) return false;
+    return true;
+  }
+  static bool holds(const Plain& model, int volume, int node) {
+    const auto& below = model.getBV(node);
+    if (!below.isLeaf())
+      return holds(model, volume, below.leftChild()) && holds(model, volume, below.rightChild());
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t v = model.tri_indices[below.primitiveId()][k];
+      for (const Vector3<double>* vertices : {model.vertices, model.prev_vertices})
+        if (vertices && exact::excess(model.getBV(volume).bv, exact::of(vertices[v])) > 0)
+          return false;
+    }
+    return true;
+  }
+  static void expectUpToDate(const Model& model) {
+    EXPECT_TRUE(holdsAll(model));
+    std::string reason;
+    EXPECT_TRUE(model.validate(&reason)) << reason;
+  }
+
+  double bruteDistance() const { return BruteForce<double>(a_, still(), b_, beside_).distance(); }
+  double ourDistance() const {
+    fcl::DistanceResultd result;
+    return adaptive_bvh::distance<double>(&a_, still(), &b_, beside_, {}, result);
+  }
+  double fclDistance() const {
+    fcl::DistanceResultd result;
+    return fcl::distance<double>(&a_, still(), &b_, beside_, {}, result);
+  }
+
+  /// Of the sheet with itself: all that brute force finds, whichever triangle comes first, and no
+  /// other.
+  void expectSelfCollisions() const {
+    fcl::CollisionResultd result;
+    selfCollide(a_, fcl::CollisionRequestd(100000), result);
+    Pairs found;
+    for (std::size_t i = 0; i < result.numContacts(); ++i)
+      found.insert(std::minmax(int(result.getContact(i).b1), int(result.getContact(i).b2)));
+    const Pairs touching = BruteForce<double>(a_, still(), a_, still()).contacts();
+    for (int i = 0; i < a_.num_tris; ++i)
+      for (int j = i + 1; j < a_.num_tris; ++j) {
+        if (shareAVertex(a_.tri_indices[i], a_.tri_indices[j])) continue;
+        const std::size_t verdicts = touching.count({i, j}) + touching.count({j, i});
+        EXPECT_TRUE(verdicts == 1 || found.count({i, j}) == (verdicts == 2 ? 1 : 0));
+        self_contacts_ += verdicts == 2;
+      }
+  }
+  static bool shareAVertex(const fcl::Triangle& s, const fcl::Triangle& t) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        if (s[i] == t[j]) return true;
+    return false;
+  }
+
+  const TriangleMesh<double> sheet_ = plate<double>(7, 7);
+  Model a_, b_;
+  fcl::Transform3d beside_ = fcl::Transform3d::Identity();
+  Deformation<double> wave_{sheet_, Deformation<double>::Kind::Smooth, 4};
+  Points now_;
+  int steps_ = 0;
+  mutable int self_contacts_ = 0;
+};
+
+using Volumes = testing::Types<fcl::RSSd, fcl::OBBRSSd>;
+TYPED_TEST_SUITE(OnDemand, Volumes);
+
+/// Ours answer from the boxes, and leave the nodes behind.
+TYPED_TEST(OnDemand, OurQueriesAreExactWhileVolumesWait) {
+  CoherentDistance<TypeParam> pair(this->a_, this->b_);
+  for (int step = 0; step < 10; ++step) {
+    this->update();
+    const auto& report = this->a_.lastUpdate();
+    EXPECT_EQ(0, report.moved + report.inflated + report.refitted());
+    const double expected = this->bruteDistance();
+    EXPECT_NEAR(expected, this->ourDistance(), 1e-12);
+    fcl::DistanceResultd result;
+    EXPECT_NEAR(expected, pair.distance(this->still(), this->beside_, {}, result), 1e-12);
+    this->expectSelfCollisions();
+    ASSERT_FALSE(this->holdsAll(this->a_)) << "nothing waits";
+  }
+  EXPECT_GT(this->self_contacts_, 20);
+}
+
+/// Whichever query that reads nodes comes first.
+TYPED_TEST(OnDemand, TheFirstQueryOfTheNodesIsExact) {
+  using Model = typename TestFixture::Model;
+  const fcl::Boxd box(0.5, 0.4, 0.6);
+  auto cells = std::make_shared<octomap::OcTree>(0.15);
+  for (int i = 0; i < 40; ++i)
+    cells->updateNode(octomap::point3d(0.07f * float(i % 8), 0.1f * float(i % 5), 0.1f), true);
+  const fcl::OcTreed octree(cells);
+  const fcl::CollisionRequestd all(100000);
+  const std::shared_ptr<Model> shared(&this->a_, [](Model*) {});
+  fcl::CollisionObjectd object(shared), other(std::make_shared<fcl::Boxd>(box));
+  fcl::DynamicAABBTreeCollisionManagerd manager;
+  manager.registerObject(&object);
+  manager.registerObject(&other);
+  manager.setup();
+
+  int touching = 0;
+  for (int step = 0; step < 21; ++step) {
+    this->update();
+    ASSERT_FALSE(this->holdsAll(this->a_));
+    fcl::BVHModel<TypeParam> fresh;  // FCL's alone, built here
+    fillModel(TriangleMesh<double>{this->now_, this->sheet_.triangles}, fresh);
+    const auto against = [&](const fcl::CollisionGeometryd& geometry, bool ours) {
+      fcl::CollisionResultd found, expected;
+      if (ours)
+        adaptive_bvh::collide<double>(&this->a_, this->still(), &geometry, this->still(), all,
+                                      found);
+      else
+        fcl::collide<double>(&this->a_, this->still(), &geometry, this->still(), all, found);
+      fcl::collide<double>(&fresh, this->still(), &geometry, this->still(), all, expected);
+      EXPECT_EQ(expected.isCollision(), found.isCollision()) << step;
+      if (!ours) {
+        EXPECT_EQ(expected.numContacts(), found.numContacts()) << step;
+      }
+      touching += found.isCollision();
+    };
+    switch (step % 7) {
+      case 0: EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12); break;
+      case 1: {
+        fcl::CollisionResultd found;
+        fcl::collide<double>(&this->a_, this->still(), &this->b_, this->still(), all, found);
+        EXPECT_EQ(BruteForce<double>(this->a_, this->still(), this->b_, this->still())
+                      .contacts()
+                      .size(),
+                  found.numContacts());
+        break;
+      }
+      case 2: against(box, false); break;
+      case 3: against(box, true); break;
+      case 4: against(octree, true); break;
+      case 5: {
+        adaptive_bvh::refresh(object, manager);
+        bool found = false;
+        manager.collide(&found, [](fcl::CollisionObjectd* x, fcl::CollisionObjectd* y, void* hit) {
+          fcl::CollisionResultd result;
+          *static_cast<bool*>(hit) |= fcl::collide(x, y, fcl::CollisionRequestd(), result) > 0;
+          return false;
+        });
+        fcl::CollisionResultd expected;
+        fcl::collide<double>(&fresh, this->still(), &box, this->still(), all, expected);
+        EXPECT_EQ(expected.isCollision(), found);
+        if (!found) this->a_.updateVolumes();  // their boxes may have been apart
+        break;
+      }
+      default: {
+        const fcl::DistanceRequestd request;
+        fcl::DistanceResultd found, expected;
+        fcl::Transform3d away = this->still();
+        away.translation() = Vector3<double>(2, 1, 1);
+        adaptive_bvh::distance<double>(&this->a_, this->still(), &box, away, request, found);
+        fcl::distance<double>(&fresh, this->still(), &box, away, request, expected);
+        EXPECT_NEAR(expected.min_distance, found.min_distance, 1e-6);
+      }
+    }
+    ASSERT_TRUE(this->holdsAll(this->a_)) << step;
+    this->expectUpToDate(this->a_);
+  }
+  EXPECT_GT(touching, 3);
+}
+
+/// Boxes do not serve bodies that are very far apart; then FCL's nodes do.
+TYPED_TEST(OnDemand, FarAwayBodiesHaveTheirVolumesBroughtUpToDate) {
+  this->beside_.translation() = Vector3<double>(1e14, 0, 0);
+  CoherentDistance<TypeParam> pair(this->a_, this->b_);
+  this->update();
+  fcl::DistanceResultd result;
+  EXPECT_NEAR(1, pair.distance(this->still(), this->beside_, {}, result) / this->bruteDistance(),
+              1e-12);
+  this->expectUpToDate(this->a_);
+}
+
+/// By the call, by other policies, and by what looks into the tree.
+TYPED_TEST(OnDemand, CanBeAskedForAndSwitchedOff) {
+  const auto& volume = this->a_.getBV(0).bv;
+  this->update();
+  ASSERT_FALSE(this->holdsAll(this->a_));
+  this->a_.updateVolumes();
+  ASSERT_TRUE(this->holdsAll(this->a_));
+  const auto first = volume;
+  this->a_.updateVolumes();
+  EXPECT_EQ(0, std::memcmp(&first, &volume, sizeof(first))) << "nothing waited";
+
+  this->update();
+  EXPECT_TRUE(this->a_.validate());
+  ASSERT_TRUE(this->holdsAll(this->a_));
+  this->update();
+  this->a_.originalRadius(3);
+  ASSERT_TRUE(this->holdsAll(this->a_));
+
+  this->update();
+  this->a_.setRefitPolicy(this->onDemand(true));
+  ASSERT_FALSE(this->holdsAll(this->a_));
+  this->a_.setRefitPolicy(this->onDemand(false));
+  ASSERT_TRUE(this->holdsAll(this->a_));
+  for (int step = 0; step < 3; ++step) {
+    this->update();
+    ASSERT_TRUE(this->holdsAll(this->a_)) << "volumes move with the update again";
+    EXPECT_GT(this->a_.lastUpdate().moved, 0);
+  }
+  this->a_.setRefitPolicy(this->onDemand(true));
+  this->update();
+  ASSERT_FALSE(this->holdsAll(this->a_));
+  EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+  this->expectUpToDate(this->a_);
+}
+
+/// A copy has what its source has; then each goes its own way. A move takes what waits along.
+TYPED_TEST(OnDemand, CopiesAndMovesAreExact) {
+  using Model = typename TestFixture::Model;
+  this->update();
+  Model copy(this->a_);
+  EXPECT_TRUE(copy.refitPolicy().volumes_on_demand);
+  this->expectUpToDate(copy);
+  const double there = this->bruteDistance();
+  this->update();
+  fcl::DistanceResultd result;
+  EXPECT_NEAR(there,
+              fcl::distance<double>(&copy, this->still(), &this->b_, this->beside_, {}, result),
+              1e-12);
+  ASSERT_FALSE(this->holdsAll(this->a_)) << "it still waits";
+  copy.update(this->now_);
+  ASSERT_FALSE(this->holdsAll(copy));
+
+  const double here = this->bruteDistance();
+  Model moved(std::move(this->a_));
+  ASSERT_FALSE(this->holdsAll(moved));
+  fcl::DistanceResultd by_boxes, by_nodes;
+  EXPECT_NEAR(here,
+              adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {},
+                                             by_boxes),
+              1e-12);
+  EXPECT_NEAR(here,
+              fcl::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_nodes),
+              1e-12);
+  this->expectUpToDate(moved);
+  this->a_ = std::move(copy);
+  EXPECT_NEAR(here, this->fclDistance(), 1e-12);
+  this->expectUpToDate(this->a_);
+}
+
+/// Both frames of a two-frame update; then one again.
+TYPED_TEST(OnDemand, HoldsBothFrames) {
+  for (int step = 0; step < 4; ++step) {
+    ASSERT_EQ(fcl::BVH_OK, this->a_.beginUpdateModel());
+    this->a_.updateSubModel(this->nextPositions());
+    ASSERT_EQ(fcl::BVH_OK, this->a_.endUpdateModel());
+    ASSERT_FALSE(this->holdsAll(this->a_));
+    EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12);
+    if (step % 2) continue;
+    EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+    ASSERT_NE(nullptr, this->a_.prev_vertices);
+    this->expectUpToDate(this->a_);
+  }
+  this->update();
+  ASSERT_EQ(nullptr, this->a_.prev_vertices);
+  EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+  this->expectUpToDate(this->a_);
+}
+
+/// Also of a single triangle, whose leaf is the root.
+TYPED_TEST(OnDemand, HoldsBothFramesOfATriangle) {
+  for (int triangles : {1, 2}) {
+    TriangleMesh<double> mesh = plate<double>(1, 1);
+    mesh.triangles.resize(std::size_t(triangles));
+    typename TestFixture::Model model(this->onDemand(true));
+    fillModel(mesh, model);
+    for (int step = 0; step < 3; ++step) {
+      for (auto& p : mesh.vertices) p += Vector3<double>(p[1], 0.3, p[0] * p[0]);
+      model.beginUpdateModel();
+      model.updateSubModel(mesh.vertices);
+      ASSERT_EQ(fcl::BVH_OK, model.endUpdateModel());
+      ASSERT_FALSE(this->holdsAll(model));
+      model.updateVolumes();
+      this->expectUpToDate(model);
+    }
+  }
+}
+
+TYPED_TEST(OnDemand, UpdatesOfSomeVerticesMayWaitToo) {
+  std::mt19937 random(9);
+  std::uniform_int_distribution<unsigned> vertex(0, unsigned(this->a_.num_vertices) - 1);
+  for (int step = 0; step < 12; ++step) {
+    const Points& all = this->nextPositions();
+    std::vector<unsigned> indices;
+    Points positions;
+    for (int k = 0; k < 9; ++k) {
+      indices.push_back(vertex(random));
+      positions.push_back(all[indices.back()]);
+    }
+    this->a_.update(indices, positions);
+    EXPECT_EQ(0, this->a_.lastUpdate().refitted());
+    EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12);
+    ASSERT_FALSE(this->holdsAll(this->a_));
+    if (step % 3 != 2) continue;
+    EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+    this->expectUpToDate(this->a_);
+  }
+}
+
+/// What a step left behind that was refused is not what volumes are fitted to.
+TYPED_TEST(OnDemand, RefusedUpdatesLeaveNothingBehind) {
+  for (const bool some : {false, true}) {
+    this->update();
+    const double expected = this->bruteDistance();
+    Points wrong = this->now_;
+    for (auto& p : wrong) p += Vector3<double>(5, 6, 7);
+    wrong.back()[1] = std::numeric_limits<double>::quiet_NaN();
+    if (some)
+      EXPECT_THROW(this->a_.update(std::vector<unsigned>{3, 4}, {wrong[3], wrong.back()}),
+                   std::invalid_argument);
+    else
+      EXPECT_THROW(this->a_.update(wrong), std::invalid_argument);
+    EXPECT_NEAR(expected, this->ourDistance(), 1e-12);
+    ASSERT_FALSE(this->holdsAll(this->a_));
+    EXPECT_NEAR(expected, this->fclDistance(), 1e-12);
+    this->expectUpToDate(this->a_);
+  }
+}
+
+/// A change by FCL's own functions while volumes wait is repaired by whatever comes first.
+TYPED_TEST(OnDemand, ForeignChangesMeanwhileAreRepaired) {
+  for (int first = 0; first < 6; ++first) {
+    this->update();
+    ASSERT_FALSE(this->holdsAll(this->a_));
+    fcl::BVHModel<TypeParam>& base = this->a_;
+    base.beginReplaceModel();
+    base.replaceSubModel(this->nextPositions());
+    base.endReplaceModel();  // FCL's wrong default
+    const double expected = this->bruteDistance();
+    switch (first) {
+      case 0: EXPECT_NEAR(expected, this->ourDistance(), 1e-12); break;
+      case 1: EXPECT_NEAR(expected, this->fclDistance(), 1e-12); break;
+      case 2: this->a_.updateVolumes(); break;
+      case 3: this->a_.validate(); break;  // which says what it finds
+      case 4: this->a_.setRefitPolicy(this->onDemand(false)); break;
+      default:
+        this->update();
+        EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
+    }
+    EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12) << first;
+    EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12) << first;
+    this->expectUpToDate(this->a_);
+    this->a_.setRefitPolicy(this->onDemand(true));
+  }
+}
+
+/// A body that leaves the range of single precision begins anew, with all its volumes.
+TYPED_TEST(OnDemand, BodiesOutOfRangeBeginAnew) {
+  this->update();
+  for (auto& p : this->now_) p *= 1e12;
+  this->a_.update(this->now_);
+  EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
+  ASSERT_TRUE(this->holdsAll(this->a_));
+  this->update();
+  EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+}
+
+/// The other propagation has nothing but FCL's nodes, and keeps them up to date.
+TYPED_TEST(OnDemand, DisplacementsIgnoreIt) {
+  this->update();
+  RefitPolicy thesis = RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::ABOrBC);
+  thesis.volumes_on_demand = true;
+  this->a_.setRefitPolicy(thesis);  // while volumes wait
+  this->expectUpToDate(this->a_);
+  for (int step = 0; step < 3; ++step) {
+    this->update();
+    ASSERT_TRUE(this->holdsAll(this->a_));
+    EXPECT_GT(this->a_.lastUpdate().inflated, 0);
+    EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+  }
+  this->a_.setRefitPolicy(this->onDemand(true));
+  this->update();
+  EXPECT_FALSE(this->holdsAll(this->a_));
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
