@@ -35,7 +35,7 @@ struct Volume<fcl::RSS<S_>> {
   /// Moves the volume and lets it grow on all sides; rounded by at most epsilon times `cornerSum`
   /// of the result.
   static void move(BV& bv, const Point& translation, S growth) {
-    bv.To += translation;
+    for (int k = 0; k < 3; ++k) bv.To[k] += translation[k];  // by Eigen: through memory
     bv.r += growth;
   }
   /// Lets it grow or shrink on all sides, by the difference to its present radius.
@@ -145,7 +145,7 @@ struct Volume<fcl::OBBRSS<S_>> {
   /// docs/bounds.md, 12.
   static void move(BV& bv, const Point& translation, S growth) {
     Swept::move(bv.rss, translation, growth);
-    bv.obb.To += translation;
+    for (int k = 0; k < 3; ++k) bv.obb.To[k] += translation[k];
     bv.obb.extent.array() += growth * (1 + 4 * kAxes);
   }
   static void setRadius(BV& bv, S radius);
