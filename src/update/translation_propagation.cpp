@@ -130,7 +130,7 @@ PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<
 
 template <typename BV>
 auto TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) -> Turn {
-  constexpr int kRound = 16;  // steps until every node had its turn
+  constexpr int kRound = 32;  // steps until every node had its turn
   const int first = next_turn_ < target.nodes() ? next_turn_ : 0;
   next_turn_ = std::min(first + target.nodes() / kRound + 1, target.nodes());
   return {first, next_turn_};
