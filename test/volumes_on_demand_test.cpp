@@ -59,8 +59,7 @@ class OnDemand : public testing::Test {
     const fcl::Matrix3d turn =
         Eigen::AngleAxisd(0.3 * ++steps_, fcl::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
     now_.clear();
-    for (std::size_t v = 0; v < wave.size(); ++v)
-      now_.push_back(turn * (wave[v] + creases_[v]));
+    for (std::size_t v = 0; v < wave.size(); ++v) now_.push_back(turn * (wave[v] + creases_[v]));
     return now_;
   }
   void update() { a_.update(nextPositions()); }
@@ -193,10 +192,9 @@ TYPED_TEST(OnDemand, TheFirstQueryOfTheNodesIsExact) {
       case 1: {
         fcl::CollisionResultd found;
         fcl::collide<double>(&this->a_, this->still(), &this->b_, this->still(), all, found);
-        EXPECT_EQ(BruteForce<double>(this->a_, this->still(), this->b_, this->still())
-                      .contacts()
-                      .size(),
-                  found.numContacts());
+        EXPECT_EQ(
+            BruteForce<double>(this->a_, this->still(), this->b_, this->still()).contacts().size(),
+            found.numContacts());
         break;
       }
       case 2: against(box, false); break;
@@ -299,10 +297,10 @@ TYPED_TEST(OnDemand, CopiesAndMovesAreExact) {
   Model moved(std::move(this->a_));
   ASSERT_FALSE(this->holdsAll(moved));
   fcl::DistanceResultd by_boxes, by_nodes;
-  EXPECT_NEAR(here,
-              adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {},
-                                             by_boxes),
-              1e-12);
+  EXPECT_NEAR(
+      here,
+      adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_boxes),
+      1e-12);
   EXPECT_NEAR(here,
               fcl::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_nodes),
               1e-12);
@@ -407,9 +405,7 @@ TYPED_TEST(OnDemand, ForeignChangesMeanwhileAreRepaired) {
       case 2: this->a_.updateVolumes(); break;
       case 3: this->a_.validate(); break;  // which says what it finds
       case 4: this->a_.setRefitPolicy(this->onDemand(false)); break;
-      default:
-        this->update();
-        EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
+      default: this->update(); EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
     }
     EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12) << first;
     EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12) << first;

@@ -75,7 +75,8 @@ class Axes : public testing::Test {
   RandomGeometry<float> random_{67};
 };
 
-/// Right-handed, the first along a, the third orthogonal to b where that has a direction of its own.
+/// Right-handed, the first along a, the third orthogonal to b where that has a direction of its
+/// own.
 TEST_F(Axes, AlongTwoVectorsAreOrthonormal) {
   for (int round = 0; round < 100000; ++round) {
     const auto [a, b] = pair();
@@ -123,8 +124,8 @@ TEST_F(Axes, PackedRotationsAreClose) {
   Real worst = 0;
   for (int round = 0; round < 200000; ++round) {
     const fcl::Matrix3f rotation = anyRotation();
-    const Real off = angleBetween(matrixOf(PackedRotation(axesOf(rotation)).axes()),
-                                  exact::of(rotation));
+    const Real off =
+        angleBetween(matrixOf(PackedRotation(axesOf(rotation)).axes()), exact::of(rotation));
     ASSERT_LT(off, 0.3L) << rotation;
     worst = std::max(worst, off);
   }

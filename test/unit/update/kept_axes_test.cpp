@@ -107,8 +107,8 @@ TYPED_TEST(KeptAxesOf, AreChosenAnewBeyondTheTolerance) {
 }
 
 TEST(RefitPolicyCheck, AxesToleranceIsFiniteAndNotNegative) {
-  for (const double wrong : {-0.01, std::numeric_limits<double>::infinity(),
-                             std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double wrong :
+       {-0.01, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     RefitPolicy policy;
     policy.axes_tolerance = wrong;
     try {
