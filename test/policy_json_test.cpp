@@ -46,11 +46,12 @@ TEST(PolicyJson, OfATuningResultIsItsBest) {
 
 TEST(PolicyJson, RefusesWhatIsNoPolicy) {
   EXPECT_EQ(0.7, policyFromJson("{\"max_inflation\": 0.7}").max_inflation);
-  for (const char* text : {"", "{", "[]", "7", "{\"criterion\": \"D\"}", "{\"criterion\": 1}",
-                           "{\"max_inflation\": -1}", "{\"max_inflation\": \"much\"}",
-                           "{\"axes_tolerance\": -0.5}", "{\"volumes_on_demand\": 2}",
-                           "{\"volumes_on_demand\": \"yes\"}", "{\"p_max\": 1}", "{\"reference\": \"moon\"}",
-                           "{\"propagation\": \"by air\"}", "{\"best\": {}}", "{\"best\": 1}"})
+  for (const char* text :
+       {"", "{", "[]", "7", "{\"criterion\": \"D\"}", "{\"criterion\": 1}",
+        "{\"max_inflation\": -1}", "{\"max_inflation\": \"much\"}", "{\"axes_tolerance\": -0.5}",
+        "{\"volumes_on_demand\": 2}", "{\"volumes_on_demand\": \"yes\"}", "{\"p_max\": 1}",
+        "{\"reference\": \"moon\"}", "{\"propagation\": \"by air\"}", "{\"best\": {}}",
+        "{\"best\": 1}"})
     EXPECT_THROW(policyFromJson(text), std::invalid_argument) << text;
 }
 

@@ -136,8 +136,8 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
-/// Volumes that wait are brought up to date by whichever query reads FCL's nodes first, while others
-/// search the boxes.
+/// Volumes that wait are brought up to date by whichever query reads FCL's nodes first, while
+/// others search the boxes.
 TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
   const Answers expected = ask();
   const fcl::CollisionRequestd all(1000);

@@ -37,6 +37,10 @@ class OnDemand : public testing::Test {
     for (Model* model : {&a_, &b_}) model->setRefitPolicy(onDemand(true));
     fillModel(sheet_, a_);
     fillModel(tube<double>(6, 8), b_);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> one(-0.15, 0.15);
+    for (std::size_t v = 0; v < sheet_.vertices.size(); ++v)
+      creases_.emplace_back(one(random), one(random), one(random));
   }
 
   static RefitPolicy onDemand(bool wait) {
@@ -49,14 +53,13 @@ class OnDemand : public testing::Test {
     return identity;
   }
 
-  /// The sheet goes through itself, and turns.
+  /// The sheet is crumpled, goes through itself, and turns.
   const Points& nextPositions() {
     const Points& wave = wave_.next();
     const fcl::Matrix3d turn =
         Eigen::AngleAxisd(0.3 * ++steps_, fcl::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
     now_.clear();
-    for (std::size_t v = 0; v < wave.size(); ++v)
-      now_.push_back(turn * (wave[v] + fcl::Vector3d(0, 0, 0.2 * double(v * 7 % 5))));
+    for (std::size_t v = 0; v < wave.size(); ++v) now_.push_back(turn * (wave[v] + creases_[v]));
     return now_;
   }
   void update() { a_.update(nextPositions()); }
@@ -123,7 +126,7 @@ class OnDemand : public testing::Test {
   Model a_, b_;
   fcl::Transform3d beside_ = fcl::Transform3d::Identity();
   Deformation<double> wave_{sheet_, Deformation<double>::Kind::Smooth, 4};
-  Points now_;
+  Points creases_, now_;
   int steps_ = 0;
   mutable int self_contacts_ = 0;
 };
@@ -189,10 +192,9 @@ TYPED_TEST(OnDemand, TheFirstQueryOfTheNodesIsExact) {
       case 1: {
         fcl::CollisionResultd found;
         fcl::collide<double>(&this->a_, this->still(), &this->b_, this->still(), all, found);
-        EXPECT_EQ(BruteForce<double>(this->a_, this->still(), this->b_, this->still())
-                      .contacts()
-                      .size(),
-                  found.numContacts());
+        EXPECT_EQ(
+            BruteForce<double>(this->a_, this->still(), this->b_, this->still()).contacts().size(),
+            found.numContacts());
         break;
       }
       case 2: against(box, false); break;
@@ -230,7 +232,7 @@ TYPED_TEST(OnDemand, TheFirstQueryOfTheNodesIsExact) {
 
 /// Boxes do not serve bodies that are very far apart; then FCL's nodes do.
 TYPED_TEST(OnDemand, FarAwayBodiesHaveTheirVolumesBroughtUpToDate) {
-  this->beside_.translation() = Vector3<double>(1e14, 0, 0);
+  this->beside_.translation() = Vector3<double>(1e20, 0, 0);
   CoherentDistance<TypeParam> pair(this->a_, this->b_);
   this->update();
   fcl::DistanceResultd result;
@@ -295,10 +297,10 @@ TYPED_TEST(OnDemand, CopiesAndMovesAreExact) {
   Model moved(std::move(this->a_));
   ASSERT_FALSE(this->holdsAll(moved));
   fcl::DistanceResultd by_boxes, by_nodes;
-  EXPECT_NEAR(here,
-              adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {},
-                                             by_boxes),
-              1e-12);
+  EXPECT_NEAR(
+      here,
+      adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_boxes),
+      1e-12);
   EXPECT_NEAR(here,
               fcl::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_nodes),
               1e-12);
@@ -403,9 +405,7 @@ TYPED_TEST(OnDemand, ForeignChangesMeanwhileAreRepaired) {
       case 2: this->a_.updateVolumes(); break;
       case 3: this->a_.validate(); break;  // which says what it finds
       case 4: this->a_.setRefitPolicy(this->onDemand(false)); break;
-      default:
-        this->update();
-        EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
+      default: this->update(); EXPECT_TRUE(this->a_.lastUpdate().resynchronised);
     }
     EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12) << first;
     EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12) << first;

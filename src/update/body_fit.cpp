@@ -286,10 +286,10 @@ Extents BodyFit<BV>::extentsAlong(const Axes4& axes, const VertexSlots::Set& bel
   return extents;
 }
 
-/// Let e be the extent, u = 2^-24. A point of the body is off by less than 35 u e, and the corner by
-/// 8 u e: 2 kError e = 64 u e covers both. The rest is relative to the sides and the diameter: axes
-/// that are orthonormal to 90 u only, twice that, and 16 u for local coordinates, distances and the
-/// corner. docs/bounds.md, 11.
+/// Let e be the extent, u = 2^-24. A point of the body is off by less than 35 u e, and the corner
+/// by 8 u e: 2 kError e = 64 u e covers both. The rest is relative to the sides and the diameter:
+/// axes that are orthonormal to 90 u only, twice that, and 16 u for local coordinates, distances
+/// and the corner. docs/bounds.md, 11.
 template <typename BV>
 BV BodyFit<BV>::volumeAlong(const Axes4& axes, const Extents& extents) const {
   constexpr float kOperations = 1.f / (1 << 16);

@@ -41,8 +41,8 @@ bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const Refi
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
 /// Brings FCL's nodes up to date where updates left them behind: see
-/// RefitPolicy::volumes_on_demand. Nothing when the change detector does not match: `repairIfChanged`
-/// is to come first. Threads that query may call it at once.
+/// RefitPolicy::volumes_on_demand. Nothing when the change detector does not match:
+/// `repairIfChanged` is to come first. Threads that query may call it at once.
 template <typename BV>
 void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
                    const RefitPolicy& policy);

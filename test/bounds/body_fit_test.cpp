@@ -149,14 +149,16 @@ class BodyFits : public testing::Test {
       case 2: return tube<S>(5, 2 + random_.below(4));
       case 3: return dome<S>(6, 2 + random_.below(3));
       case 4: return strewn(plate<S>(2, 1), 3, S(1e-5));  // tiny triangles of a large body
-      case 5: return triangles(12, [this](P& p, P& q, P& r) {  // needles
-        r = p + (q - p) * S(0.3) + random_.point() * random_.size(-9, -2);
-      });
+      case 5:
+        return triangles(12, [this](P& p, P& q, P& r) {  // needles
+          r = p + (q - p) * S(0.3) + random_.point() * random_.size(-9, -2);
+        });
       case 6: return triangles(8, [](P& p, P& q, P& r) { r = p + (q - p) * S(0.25); });
-      case 7: return triangles(8, [this](P& p, P& q, P& r) {  // corners that are equal
-        r = q;
-        if (random_.oneIn(2)) q = r = p;
-      });
+      case 7:
+        return triangles(8, [this](P& p, P& q, P& r) {  // corners that are equal
+          r = q;
+          if (random_.oneIn(2)) q = r = p;
+        });
       case 8: return triangles(8, [](P& p, P& q, P& r) { p[2] = q[2] = r[2] = S(0.5); });
       default: return soup<S>(70, engine);  // several blocks of vertices
     }
@@ -216,8 +218,8 @@ class BodyFits : public testing::Test {
   int volumes_ = 0;
 };
 
-using Volumes = testing::Types<fcl::RSS<float>, fcl::RSS<double>, fcl::OBBRSS<float>,
-                               fcl::OBBRSS<double>>;
+using Volumes =
+    testing::Types<fcl::RSS<float>, fcl::RSS<double>, fcl::OBBRSS<float>, fcl::OBBRSS<double>>;
 TYPED_TEST_SUITE(BodyFits, Volumes);
 
 /// Of any size, anywhere, also many steps after the axes were chosen, and of both frames of a

@@ -54,7 +54,7 @@ class Axes : public testing::Test {
     if (random_.oneIn(50)) b = a;
     if (random_.oneIn(50)) a.setZero();
     if (random_.oneIn(50)) b.setZero();
-    const float scale = random_.oneIn(4) ? random_.size(-17, 9) : 1;
+    const float scale = random_.oneIn(4) ? random_.size(-17, 8) : 1;
     return {a * scale, b * scale};
   }
   Axes4 anyAxes() {
@@ -75,7 +75,8 @@ class Axes : public testing::Test {
   RandomGeometry<float> random_{67};
 };
 
-/// Right-handed, the first along a, the third orthogonal to b where that has a direction of its own.
+/// Right-handed, the first along a, the third orthogonal to b where that has a direction of its
+/// own.
 TEST_F(Axes, AlongTwoVectorsAreOrthonormal) {
   for (int round = 0; round < 100000; ++round) {
     const auto [a, b] = pair();
@@ -86,8 +87,9 @@ TEST_F(Axes, AlongTwoVectorsAreOrthonormal) {
     ASSERT_GT(m.determinant(), 0.99L);
     if (!(a.norm() > 1e-14f)) continue;
     ASSERT_LE((pointOf(axes.x) - exact::of(a).normalized()).norm(), 8 * kUnitRoundoff);
+    if (!(exact::of(a).cross(exact::of(b)).norm() > 1e-14L)) continue;  // no direction of its own
     const Real height = std::abs(pointOf(axes.z).dot(exact::of(b)));
-    ASSERT_LE(height, 32 * kUnitRoundoff * exact::of(b).norm() + 1e-14L);
+    ASSERT_LE(height, 64 * kUnitRoundoff * exact::of(b).norm());
   }
 }
 
@@ -122,8 +124,8 @@ TEST_F(Axes, PackedRotationsAreClose) {
   Real worst = 0;
   for (int round = 0; round < 200000; ++round) {
     const fcl::Matrix3f rotation = anyRotation();
-    const Real off = angleBetween(matrixOf(PackedRotation(axesOf(rotation)).axes()),
-                                  exact::of(rotation));
+    const Real off =
+        angleBetween(matrixOf(PackedRotation(axesOf(rotation)).axes()), exact::of(rotation));
     ASSERT_LT(off, 0.3L) << rotation;
     worst = std::max(worst, off);
   }

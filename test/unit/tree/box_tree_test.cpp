@@ -133,7 +133,7 @@ TYPED_TEST(Trees, LargeNodesHaveNumbersOfTheirOwn) {
     boxes.adopt(model);
     int large = 0;
     for (int i = 0; i < model.getNumBVs(); ++i) {
-      boxes.nodes().setBox(i, {{7, 8, 9, 0}, {7, 8, 9, 0}});
+      boxes.nodes().setBox(i, Box{{7, 8, 9, 0}, {7, 8, 9, 0}});
       if (model.getBV(i).num_primitives > 2) {
         EXPECT_EQ(large++, boxes.nodes().largeIndex(i));
       }

@@ -24,13 +24,19 @@ std::vector<TriangleMesh<double>> meshes() {
   for (int i = 0; i < 5; ++i) loose.vertices.emplace_back(i, 7, 7);  // of no triangle
   TriangleMesh<double> repeated = soup<double>(30, random);
   for (fcl::Triangle& t : repeated.triangles) t.set(t[0], t[1], t[1]);
-  return {plate<double>(1, 1), plate<double>(7, 7),     plate<double>(20, 9), tube<double>(6, 40),
-          soup<double>(1, random), soup<double>(300, random), loose, repeated};
+  return {plate<double>(1, 1),
+          plate<double>(7, 7),
+          plate<double>(20, 9),
+          tube<double>(6, 40),
+          soup<double>(1, random),
+          soup<double>(300, random),
+          loose,
+          repeated};
 }
 
 std::vector<unsigned> slotsBelow(const VertexSlots& slots, const fcl::BVNode<BV>& node) {
-  const VertexSlots::Set set = slots.below(std::size_t(node.first_primitive),
-                                           std::size_t(node.num_primitives));
+  const VertexSlots::Set set =
+      slots.below(std::size_t(node.first_primitive), std::size_t(node.num_primitives));
   std::vector<unsigned> below;
   if (set.bits == 0)
     for (unsigned slot = set.first; slot < set.last; ++slot) below.push_back(slot);
@@ -98,8 +104,9 @@ TEST(VertexSlots, BlocksAreTheLargestSubtreesThatFit) {
       const auto& node = model.getBV(i);
       std::set<unsigned> vertices;
       for (const unsigned slot : slotsBelow(slots, node)) vertices.insert(slots.vertices()[slot]);
-      const bool in_a_block = slots.below(std::size_t(node.first_primitive),
-                                          std::size_t(node.num_primitives)).bits != 0;
+      const bool in_a_block =
+          slots.below(std::size_t(node.first_primitive), std::size_t(node.num_primitives)).bits !=
+          0;
       ASSERT_EQ(vertices.size() <= std::size_t(VertexSlots::kBlock), in_a_block) << i;
       if (in_a_block) {
         ASSERT_EQ(vertices.size(), slotsBelow(slots, node).size()) << "a vertex twice";
@@ -119,7 +126,7 @@ TEST(VertexSlots, VerticesWithoutATriangleComeLast) {
     for (std::size_t slot = 0; slot < slots.size(); ++slot) {
       const unsigned v = slots.vertices()[slot];
       ++times[v];
-      ASSERT_EQ(slot < of_leaves, used.count(v) > 0);
+      ASSERT_EQ(slot<of_leaves, used.count(v)> 0);
     }
     ASSERT_EQ(mesh.vertices.size(), times.size());
     for (const auto& [v, count] : times) {

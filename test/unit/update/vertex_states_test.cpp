@@ -224,9 +224,9 @@ TYPED_TEST(States, AreRestoredAfterWhatWasDiscarded) {
   for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, rest[std::size_t(v)], Vector3<S>::Zero());
   for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
-    this->expectSame(this->states_.frame().toBodyFrame(
-                         rest[rest.size() - 1 - this->slots().vertices()[slot]]),
-                     this->states_.previous()[slot].data());
+    this->expectSame(
+        this->states_.frame().toBodyFrame(rest[rest.size() - 1 - this->slots().vertices()[slot]]),
+        this->states_.previous()[slot].data());
 }
 
 }  // namespace
