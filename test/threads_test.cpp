@@ -159,7 +159,8 @@ TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
         adaptive_bvh::CoherentDistance pair(a_, b_);
         for (int i = 0; i < kPoses; ++i) {
           fcl::DistanceResultd distance;
-          pair.distance(poses_[std::size_t(2 * i)], poses_[std::size_t(2 * i + 1)], {}, distance);
+          pair.distance(poses_[std::size_t(2 * i)], poses_[std::size_t(2 * i + 1)],
+                        fcl::DistanceRequestd(), distance);
           wrong += std::abs(distance.min_distance - expected.distances[std::size_t(4 * i)]) > 1e-9;
           fcl::CollisionResultd found;
           wrong += selfCollide(a_, all, found) != own.numContacts();

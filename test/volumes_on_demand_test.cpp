@@ -91,11 +91,12 @@ class OnDemand : public testing::Test {
   double bruteDistance() const { return BruteForce<double>(a_, still(), b_, beside_).distance(); }
   double ourDistance() const {
     fcl::DistanceResultd result;
-    return adaptive_bvh::distance<double>(&a_, still(), &b_, beside_, {}, result);
+    return adaptive_bvh::distance<double>(&a_, still(), &b_, beside_, fcl::DistanceRequestd(),
+                                          result);
   }
   double fclDistance() const {
     fcl::DistanceResultd result;
-    return fcl::distance<double>(&a_, still(), &b_, beside_, {}, result);
+    return fcl::distance<double>(&a_, still(), &b_, beside_, fcl::DistanceRequestd(), result);
   }
 
   /// Of the sheet with itself: all that brute force finds, whichever triangle comes first, and no
@@ -144,7 +145,9 @@ TYPED_TEST(OnDemand, OurQueriesAreExactWhileVolumesWait) {
     const double expected = this->bruteDistance();
     EXPECT_NEAR(expected, this->ourDistance(), 1e-12);
     fcl::DistanceResultd result;
-    EXPECT_NEAR(expected, pair.distance(this->still(), this->beside_, {}, result), 1e-12);
+    EXPECT_NEAR(expected,
+                pair.distance(this->still(), this->beside_, fcl::DistanceRequestd(), result),
+                1e-12);
     this->expectSelfCollisions();
     ASSERT_FALSE(this->holdsAll(this->a_)) << "nothing waits";
   }
@@ -236,7 +239,9 @@ TYPED_TEST(OnDemand, FarAwayBodiesHaveTheirVolumesBroughtUpToDate) {
   CoherentDistance<TypeParam> pair(this->a_, this->b_);
   this->update();
   fcl::DistanceResultd result;
-  EXPECT_NEAR(1, pair.distance(this->still(), this->beside_, {}, result) / this->bruteDistance(),
+  EXPECT_NEAR(1,
+              pair.distance(this->still(), this->beside_, fcl::DistanceRequestd(), result) /
+                  this->bruteDistance(),
               1e-12);
   this->expectUpToDate(this->a_);
 }
@@ -287,7 +292,8 @@ TYPED_TEST(OnDemand, CopiesAndMovesAreExact) {
   this->update();
   fcl::DistanceResultd result;
   EXPECT_NEAR(there,
-              fcl::distance<double>(&copy, this->still(), &this->b_, this->beside_, {}, result),
+              fcl::distance<double>(&copy, this->still(), &this->b_, this->beside_,
+                                    fcl::DistanceRequestd(), result),
               1e-12);
   ASSERT_FALSE(this->holdsAll(this->a_)) << "it still waits";
   copy.update(this->now_);
@@ -297,12 +303,13 @@ TYPED_TEST(OnDemand, CopiesAndMovesAreExact) {
   Model moved(std::move(this->a_));
   ASSERT_FALSE(this->holdsAll(moved));
   fcl::DistanceResultd by_boxes, by_nodes;
-  EXPECT_NEAR(
-      here,
-      adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_boxes),
-      1e-12);
   EXPECT_NEAR(here,
-              fcl::distance<double>(&moved, this->still(), &this->b_, this->beside_, {}, by_nodes),
+              adaptive_bvh::distance<double>(&moved, this->still(), &this->b_, this->beside_,
+                                             fcl::DistanceRequestd(), by_boxes),
+              1e-12);
+  EXPECT_NEAR(here,
+              fcl::distance<double>(&moved, this->still(), &this->b_, this->beside_,
+                                    fcl::DistanceRequestd(), by_nodes),
               1e-12);
   this->expectUpToDate(moved);
   this->a_ = std::move(copy);

@@ -84,8 +84,7 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S larges
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
-                                                        const RefitPolicy& policy,
-                                                        TaskPool& pool) {
+                                                        const RefitPolicy& policy, TaskPool& pool) {
   target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   if (pool.size() > 1) return propagateSubtrees(target, pool);
   RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1,
