@@ -205,8 +205,8 @@ TYPED_TEST(SelfCollision, RecordsStatistics) {
     const auto& root = model.getBV(0);
     EXPECT_TRUE(model.traversed(root.leftChild()));
     model.update(crumple<S>(1, random));
-    // By boxes no volume was tested, so none was in the way.
-    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > 0);
+    // By boxes no volume was tested, so none was in the way: at most those whose turn it is.
+    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 32 + 1);
     EXPECT_FALSE(model.traversed(root.leftChild()));
   }
 }
