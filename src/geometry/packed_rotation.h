@@ -27,7 +27,7 @@ class PackedRotation {
     for (int k = 1; k < 4; ++k) {
       const float share = sign * q[(largest + k) % 4] * kScale + kMiddle;
       const float bounded = std::min(std::max(share, 0.f), 1023.f);
-      bits_ = bits_ << 10 | static_cast<std::uint32_t>(bounded + 0.5f);
+      bits_ = bits_ << 10 | static_cast<std::uint32_t>(std::lround(bounded));
     }
   }
 

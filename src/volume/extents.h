@@ -26,9 +26,9 @@ struct Extents {
   }
 };
 
-/// Of points along the axes, whose third coordinates are in `heights`. Which sphere suits them is
+/// Of points along the axes, whose third coordinates are in `z`. Which sphere suits them is
 /// judged on a few of them; `few` is work space.
-Extents extentsOf(const LocalPoints<float>& points, const Interval<float>& heights,
+Extents extentsOf(const LocalPoints<float>& points, const Interval<float>& z,
                   LocalPoints<float>& few);
 
 }  // namespace adaptive_bvh

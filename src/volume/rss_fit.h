@@ -14,9 +14,9 @@ template <typename S, typename Primitive>
 const PointArrays<S>& gatherPositions(const MeshView<S>& mesh, const Primitive* primitives,
                                       int count);
 
-/// The volume around such positions.
+/// The volume around such points.
 template <typename S>
-fcl::RSS<S> fitRss(const PointArrays<S>& positions);
+fcl::RSS<S> fitRss(const PointArrays<S>& points);
 
 /// See Volume<fcl::RSS<S>>::fit. One triangle without a second frame gets a closer look.
 template <typename S, typename Primitive>
