@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "volume/swept_fit.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -76,10 +78,8 @@ Extents bestSphere(const LocalPoints<float>& points, const Interval<float>& z, S
 
 Extents extentsOf(const LocalPoints<float>& points, const Interval<float>& z,
                   LocalPoints<float>& few) {
-  constexpr std::size_t kJudges = 64;
   Slab<float> slab;
-  if (points.size() <= kJudges) return bestSphere(points, z, slab);
-  few.assign(points, (points.size() + kJudges - 1) / kJudges);
+  if (&judges(points, few) == &points) return bestSphere(points, z, slab);
   bestSphere(few, heights(few), slab);
   slab.radius = std::max({slab.radius, z.high - slab.middle, slab.middle - z.low});
   return SlabFit(points, slab).extents();
