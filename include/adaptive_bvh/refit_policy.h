@@ -83,10 +83,10 @@ struct RefitPolicy {
   /// What `max_inflation` and `min_inflation` are ratios of.
   InflationReference reference = InflationReference::NodeSize;
 
-  /// Propagation::TranslationCompensated only. A refit keeps the axes of a volume, turned with the
-  /// body, and finds the extents along them anew: that takes a tenth of the time of a fit. Where
-  /// the volume's surface then exceeds the one it had when its axes were chosen by more than this
-  /// share, a ratio >= 0, the axes are chosen anew as well.
+  /// Propagation::TranslationCompensated only. A refit keeps the axes of a volume, turned as its
+  /// vertices turn, and finds the extents along them anew: that takes a fifth of the time of a fit.
+  /// Where the volume's surface then exceeds the one it had when its axes were chosen by more than
+  /// this share, a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
 
   /// Propagation::TranslationCompensated only. Updates renew the boxes, which are all that

@@ -14,12 +14,22 @@ struct Axes4 {
   ADAPTIVE_BVH_INLINE Float4 combine(float a, float b, float c) const {
     return x * float4::all(a) + y * float4::all(b) + z * float4::all(c);
   }
+  /// Of some vectors along these axes.
+  class Components {
+   public:
+    ADAPTIVE_BVH_INLINE explicit Components(const Axes4& axes)
+        : rows_(float4::columns(axes.x, axes.y, axes.z, axes.z)) {}
+    ADAPTIVE_BVH_INLINE Float4 operator()(const Float4& v) const {
+      return rows_.x * float4::all(v[0]) + rows_.y * float4::all(v[1]) +
+             rows_.z * float4::all(v[2]);
+    }
+
+   private:
+    const float4::Columns rows_;
+  };
   /// The other axes' components along these.
   ADAPTIVE_BVH_INLINE Axes4 components(const Axes4& other) const {
-    const float4::Columns c = float4::columns(x, y, z, z);
-    const auto along = [&](const Float4& v) -> Float4 {
-      return c.x * float4::all(v[0]) + c.y * float4::all(v[1]) + c.z * float4::all(v[2]);
-    };
+    const Components along(*this);
     return {along(other.x), along(other.y), along(other.z)};
   }
   /// Axes whose components along these are given.

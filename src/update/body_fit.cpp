@@ -67,10 +67,10 @@ fcl::Matrix3<S> toModel(const fcl::Matrix3d& frame, const Axes4& axes) {
   return result;
 }
 
-Axes4 toBody(const fcl::Matrix3d& frame, const fcl::Matrix3d& axes) {
-  const fcl::Matrix3d a = frame.transpose() * axes;
+template <typename Matrix>
+Axes4 columnsOf(const Matrix& axes) {
   const auto column = [&](int k) -> Float4 {
-    return Float4{float(a(0, k)), float(a(1, k)), float(a(2, k)), 0};
+    return Float4{float(axes(0, k)), float(axes(1, k)), float(axes(2, k)), 0};
   };
   return {column(0), column(1), column(2)};
 }
@@ -139,7 +139,9 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
   const fcl::BVNode<BV>& fcl_node = target_.model.getBV(node);
   const Axes4 frame = nodeFrame(static_cast<std::size_t>(fcl_node.first_primitive),
                                 static_cast<std::size_t>(fcl_node.num_primitives));
-  const Axes4 axes = toBody(frame_.axes(), Volume<BV>::axes(bv).template cast<double>());
+  const fcl::Matrix3d in_body =
+      frame_.axes().transpose() * Volume<BV>::axes(bv).template cast<double>();
+  const Axes4 axes = columnsOf(in_body);
   const auto scale = static_cast<double>(frame_.scale());
   kept_[target_.tree.boxes->nodes().largeIndex(node)] = {
       PackedRotation(frame.components(axes)),
@@ -160,10 +162,7 @@ BV BodyFit<BV>::fitTriangle(std::size_t leaf) {
   const Float4 along = edges[longest], apex = -edges[longest > 0 ? longest - 1 : 2];
   first_ = longest == 0 ? p : longest == 1 ? q : r;
   const Axes4 axes = axesAlong(along, apex);
-  const float4::Columns c = float4::columns(axes.x, axes.y, axes.z, axes.z);
-  const auto coordinates = [&](const Float4& v) -> Float4 {
-    return c.x * float4::all(v[0]) + c.y * float4::all(v[1]) + c.z * float4::all(v[2]);
-  };
+  const Axes4::Components coordinates(axes);
   const Float4 none = float4::all(0), a = coordinates(along), b = coordinates(apex);
   const Float4 low = float4::lower(float4::lower(a, b), none),
                high = float4::upper(float4::upper(a, b), none);
@@ -219,11 +218,8 @@ Axes4 BodyFit<BV>::pairAxes(std::size_t leaf, const VertexSlots::Set& below) {
 template <typename BV>
 Axes4 BodyFit<BV>::bestAxesOf(const VertexSlots::Set& below) {
   turnPoints<false>(below, Axes4());
-  const Eigen::Matrix3f axes = bestAxes(points_, few_, workSpace().local);
-  const auto column = [&](int k) -> Float4 {
-    return Float4{axes(0, k), axes(1, k), axes(2, k), 0};
-  };
-  return axesAlong(column(0), column(1));  // orthonormal as all other axes are
+  const Axes4 axes = columnsOf(bestAxes(points_, few_, workSpace().local));
+  return axesAlong(axes.x, axes.y);  // orthonormal as all other axes are
 }
 
 /// A frame that turns as the node's vertices do: spanned by three of them, far apart; where these
