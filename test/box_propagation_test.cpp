@@ -190,14 +190,14 @@ TYPED_TEST(BoxPropagation, VolumesThatAreNotVisitedDoNotOutgrowTheirBoxes) {
     // A query that saw nothing: no node counts as visited.
     this->tree().statistics.recordQuery(adaptive_bvh::QueryWork());
     this->update();
-    ASSERT_LE(this->model_.lastUpdate().refitted(), this->model_.getNumBVs() / 32 + 1)
+    ASSERT_LE(this->model_.lastUpdate().refitted(), this->model_.getNumBVs() / 64 + 1)
         << "those whose turn it is";
     for (int i = 0; i < this->model_.getNumBVs(); ++i) {
       const adaptive_bvh::Box box = this->boxes().nodes().box(i);
       const auto sides =
           (box.high - box.low) * adaptive_bvh::float4::all(float(this->boxes().frame.unit()));
       const S diagonal = std::sqrt(S(adaptive_bvh::float4::sum(sides * sides)));
-      const S one_round = S(33 * 0.1);
+      const S one_round = S(65 * 0.1);
       ASSERT_LE(this->model_.getBV(i).bv.r, diagonal + one_round) << i;
       largest = std::max(largest, this->model_.getBV(i).bv.r);
     }

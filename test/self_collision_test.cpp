@@ -206,7 +206,7 @@ TYPED_TEST(SelfCollision, RecordsStatistics) {
     EXPECT_TRUE(model.traversed(root.leftChild()));
     model.update(crumple<S>(1, random));
     // By boxes no volume was tested, so none was in the way: at most those whose turn it is.
-    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 32 + 1);
+    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 64 + 1);
     EXPECT_FALSE(model.traversed(root.leftChild()));
   }
 }

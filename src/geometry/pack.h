@@ -85,6 +85,12 @@ ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
+/// Whether it holds for all of them.
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool every(const Mask& mask) {
+  return !any(mask == 0);
+}
+
 ADAPTIVE_BVH_INLINE float sum(const Pack<float>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 ADAPTIVE_BVH_INLINE double sum(const Pack<double>& v) { return v[0] + v[1]; }
 ADAPTIVE_BVH_INLINE float smallest(const Pack<float>& v) {

@@ -7,6 +7,8 @@
 
 #include <Eigen/LU>
 
+#include <numeric>
+
 #include "support/exact_geometry.h"
 #include "support/many_steps.h"
 #include "support/random_geometry.h"
@@ -95,7 +97,19 @@ class Body {
     RefitPolicy policy;
     policy.axes_tolerance = axes_tolerance;
     auto fit = method_->fit(target(), policy);
-    for (int i = 0; i < nodes(); ++i) visit(fit(i), i);
+    std::vector<int> all(static_cast<std::size_t>(nodes()));
+    std::iota(all.begin(), all.end(), 0);
+    std::vector<BV> volumes(all.size());
+    std::vector<BV*> to;
+    for (BV& bv : volumes) to.push_back(&bv);
+    fit(all.data(), to.data(), nodes());
+    for (int i = 0; i < nodes(); ++i) {
+      BV& bv = volumes[std::size_t(i)];
+      BV alone = fit(i);
+      if (model_->getBV(i).num_primitives <= 2) expectSame(alone, bv);  // no axes are kept
+      visit(bv, i);
+      visit(alone, i);
+    }
   }
 
   /// The largest excess of a vertex of the node's triangles over a volume; negative inside.
@@ -113,6 +127,12 @@ class Body {
   }
 
  private:
+  static void expectSame(BV& a, BV& b) {
+    using Volume = adaptive_bvh::Volume<BV>;
+    for (int k = 0; k < Volume::kNumbers; ++k)
+      ASSERT_EQ(Volume::number(a, k), Volume::number(b, k));
+  }
+
   Body(const TriangleMesh<S>& mesh, const BV* root) {
     fillModel(mesh, *model_);
     model_->computeLocalAABB();
