@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/local_bounds.h"
 #include "update/partial_bounds.h"
