@@ -8,6 +8,8 @@
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 #include <fcl/narrowphase/distance.h>
 
+#include "contact_pairs.h"
+
 namespace adaptive_bvh_bench {
 namespace {
 
@@ -68,7 +70,7 @@ bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
       corner(second, b, 1), corner(second, b, 2));
 }
 
-std::vector<TrianglePair> touchingPairs(const Mesh& first, const Mesh& second) {
+TouchingPairs touchingPairs(const Mesh& first, const Mesh& second) {
   const SortedBoxes boxes(first), others(second);
   std::vector<TrianglePair> pairs;
   const auto test = [&](unsigned i, unsigned j) {
@@ -76,23 +78,20 @@ std::vector<TrianglePair> touchingPairs(const Mesh& first, const Mesh& second) {
   };
   boxes.forOverlaps(others, false, test);
   others.forOverlaps(boxes, true, [&](unsigned j, unsigned i) { test(i, j); });
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
+  pairs = sorted(std::move(pairs), false);
+  return {pairs, pairs};
 }
 
-std::vector<TrianglePair> touchingPairs(const Mesh& mesh) {
+TouchingPairs touchingPairs(const Mesh& mesh) {
   const SortedBoxes boxes(mesh);
-  std::vector<TrianglePair> pairs;
-  boxes.forOverlaps(boxes, false, [&](unsigned i, unsigned j) {
-    const auto [a, b] = std::minmax(i, j);
-    if (a != b && !areNeighbours(mesh.triangles[a], mesh.triangles[b]) &&
-        touchByFcl(mesh, a, mesh, b))
-      pairs.emplace_back(a, b);
+  TouchingPairs found;
+  boxes.forOverlaps(boxes, false, [&](unsigned a, unsigned b) {
+    if (a == b || areNeighbours(mesh.triangles[a], mesh.triangles[b])) return;
+    const bool touch = touchByFcl(mesh, a, mesh, b), turned = touchByFcl(mesh, b, mesh, a);
+    if (touch && turned) found.surely.emplace_back(a, b);
+    if (touch || turned) found.possibly.emplace_back(a, b);
   });
-  std::sort(pairs.begin(), pairs.end());
-  // Two that begin at the same x were seen twice.
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
+  return {sorted(std::move(found.surely), true), sorted(std::move(found.possibly), true)};
 }
 
 double exactDistance(const Mesh& first, const Mesh& second) {

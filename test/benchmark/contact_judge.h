@@ -17,11 +17,16 @@ inline bool areNeighbours(const fcl::Triangle& a, const fcl::Triangle& b) {
 /// Whether two triangles intersect, as FCL decides.
 bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b);
 
-/// All pairs that FCL's test of two triangles calls intersecting, of all pairs whose boxes overlap:
-/// no tree is involved. Sorted.
-std::vector<TrianglePair> touchingPairs(const Mesh& first, const Mesh& second);
+/// What FCL's test of two triangles calls intersecting, of all pairs whose boxes overlap: no tree
+/// is involved. Sorted. Of triangles that barely touch, the verdict may depend on which one is the
+/// first. For two meshes that is the first mesh's; in a self-collision either may be.
+struct TouchingPairs {
+  std::vector<TrianglePair> surely;    ///< whichever is the first
+  std::vector<TrianglePair> possibly;  ///< with one of them first, at least
+};
+TouchingPairs touchingPairs(const Mesh& first, const Mesh& second);
 /// Of one mesh, without neighbours.
-std::vector<TrianglePair> touchingPairs(const Mesh& mesh);
+TouchingPairs touchingPairs(const Mesh& mesh);
 
 /// By FCL's tree of axis-aligned boxes, built anew, at the identity.
 double exactDistance(const Mesh& first, const Mesh& second);

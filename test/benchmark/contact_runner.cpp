@@ -31,7 +31,7 @@ void add(long& sum, long count) {
 
 /// What is right in one frame.
 struct Truth {
-  std::vector<TrianglePair> pairs;
+  TouchingPairs pairs;
   double distance = 0;
 };
 
@@ -97,7 +97,7 @@ class ContactRun {
     for (int frame = 1; frame <= case_.frames(); ++frame) {
       load(frame);
       truths_.push_back(truth());
-      result_.contacts += long(truths_.back().pairs.size());
+      result_.contacts += long(truths_.back().pairs.surely.size());
     }
     const auto nearer = [](const Truth& a, const Truth& b) { return a.distance < b.distance; };
     const auto [low, high] = std::minmax_element(truths_.begin(), truths_.end(), nearer);
@@ -132,8 +132,8 @@ class ContactRun {
     if (case_.job == Job::Distance) return compareDistance(answer, truth, m);
     add(m.counts.contacts, m.by_fcl_test ? long(answer.pairs.size()) : answer.counts.contacts);
     if (!m.by_fcl_test) return;
-    m.missed += missing(truth.pairs, answer.pairs);
-    m.extra += missing(answer.pairs, truth.pairs);
+    m.missed += missing(truth.pairs.surely, answer.pairs);
+    m.extra += missing(answer.pairs, truth.pairs.possibly);
   }
 
   /// The tolerance is what coordinates of a size of about 1 leave of a small difference.
