@@ -134,6 +134,7 @@ bool run(Options options) {
       all.back().resolution = cases[i].first;
     }
   }
+  writeContactSummary(std::cout, all, kinds);
   for (Job job : kJobs)
     if (std::any_of(all.begin(), all.end(), [job](const auto& r) { return r.job == job; }))
       writeContactTable(std::cout, job, all);

@@ -52,15 +52,6 @@ class SortedBoxes {
 
 }  // namespace
 
-const char* toString(Job job) {
-  switch (job) {
-    case Job::SelfCollision: return "self-collision";
-    case Job::Collide: return "collide";
-    case Job::Distance: return "distance";
-  }
-  return "";
-}
-
 bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
   const auto corner = [](const Mesh& mesh, unsigned t, int k) -> const Point& {
     return mesh.vertices[mesh.triangles[t][k]];

@@ -146,6 +146,27 @@ void writeContactTable(std::ostream& out, Job job, const std::vector<ContactResu
   out.flush();
 }
 
+void writeContactSummary(std::ostream& out, const std::vector<ContactResult>& all,
+                         const std::vector<ContactKind>& kinds) {
+  Cells header = {"update + query, ms a frame", "triangles", "contacts a frame"};
+  for (const ContactKind& kind : kinds) header.push_back(kind.title);
+  writeRow(out, header);
+  Cells rule(header.size(), "---:");
+  rule[0] = "---";
+  writeRow(out, rule);
+  for (const ContactResult& result : all) {
+    Cells cells = {std::string(toString(result.job)) + ": " + caseName(result),
+                   std::to_string(result.triangles),
+                   result.job == Job::Distance ? "" : perFrame(result.contacts, result.frames)};
+    for (const ContactKind& kind : kinds) {
+      const ContactMeasurement* m = find(result, kind.key.c_str());
+      cells.push_back(
+          m ? text("%.2f", median(m->update_ms)) + " + " + text("%.2f", median(m->query_ms)) : "");
+    }
+    writeRow(out, cells);
+  }
+}
+
 void writeContactJson(const std::string& path, const std::vector<ContactResult>& all) {
   nlohmann::json root = nlohmann::json::array();
   for (const ContactResult& result : all) {

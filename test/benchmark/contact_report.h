@@ -6,6 +6,10 @@
 
 namespace adaptive_bvh_bench {
 
+/// Markdown: one table of all cases and methods, update and query.
+void writeContactSummary(std::ostream& out, const std::vector<ContactResult>& all,
+                         const std::vector<ContactKind>& kinds);
+
 /// Markdown: one table of a job, its cases one below the other. Milliseconds and counts a frame;
 /// contacts missed and extra are sums.
 void writeContactTable(std::ostream& out, Job job, const std::vector<ContactResult>& all);

@@ -155,6 +155,15 @@ class ContactRun {
 
 }  // namespace
 
+const char* toString(Job job) {
+  switch (job) {
+    case Job::SelfCollision: return "self-collision";
+    case Job::Collide: return "collide";
+    case Job::Distance: return "distance";
+  }
+  return "";
+}
+
 bool ContactResult::oursFailed() const {
   return std::any_of(methods.begin(), methods.end(), [](const ContactMeasurement& m) {
     return m.is_ours && (m.missed > 0 || m.extra > 0 || m.wrong_frames > 0);
