@@ -54,21 +54,13 @@ class ContactRun {
       m.by_fcl_test = kind->by_fcl_test;
       result_.methods.push_back(m);
     }
-    steps_ = 1 + double(kinds_.size()) * options.repeats;
+    steps_ = 1 + double(case_.frames()) * options.repeats;
   }
 
   ContactResult all() {
     judge();
-    std::vector<std::size_t> order(kinds_.size());
-    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
     std::mt19937 random(options_.seed);
-    for (int repeat = 0; repeat < options_.repeats; ++repeat) {
-      std::shuffle(order.begin(), order.end(), random);
-      for (std::size_t k : order) {
-        step(kinds_[k]->title);
-        runMethod(*kinds_[k], repeat == 0, result_.methods[k]);
-      }
-    }
+    for (int repeat = 0; repeat < options_.repeats; ++repeat) runAll(random, repeat == 0);
     return std::move(result_);
   }
 
@@ -105,24 +97,36 @@ class ContactRun {
     result_.largest_distance = high->distance;
   }
 
-  void runMethod(const ContactKind& kind, bool first_time, ContactMeasurement& m) {
-    const std::unique_ptr<ContactMethod> method = kind.make(case_);
-    double update = 0, query = 0;
-    m.frame_ms.resize(truths_.size(), std::numeric_limits<double>::max());
-    for (std::size_t i = 0; i < truths_.size(); ++i) {
-      load(int(i) + 1);
-      const auto start = Clock::now();
-      method->update(frame_);
-      const auto updated = Clock::now();
-      method->query();
-      const auto end = Clock::now();
-      update += milliseconds(start, updated);
-      query += milliseconds(updated, end);
-      m.frame_ms[i] = std::min(m.frame_ms[i], milliseconds(start, end));
-      if (first_time) compare(method->answer(), truths_[i], m);
+  void runAll(std::mt19937& random, bool first_time) {
+    std::vector<std::unique_ptr<ContactMethod>> methods;
+    std::vector<std::size_t> order;
+    for (const ContactKind* kind : kinds_) {
+      order.push_back(order.size());
+      methods.push_back(kind->make(case_));
+      result_.methods[order.back()].update_ms.push_back(0);
+      result_.methods[order.back()].query_ms.push_back(0);
     }
-    m.update_ms.push_back(update / case_.frames());
-    m.query_ms.push_back(query / case_.frames());
+    for (std::size_t frame = 0; frame < truths_.size(); ++frame) {
+      step("frame " + std::to_string(frame + 1));
+      load(int(frame) + 1);
+      std::shuffle(order.begin(), order.end(), random);
+      for (std::size_t k : order) {
+        runFrame(*methods[k], frame, result_.methods[k]);
+        if (first_time) compare(methods[k]->answer(), truths_[frame], result_.methods[k]);
+      }
+    }
+  }
+
+  void runFrame(ContactMethod& method, std::size_t frame, ContactMeasurement& m) const {
+    const auto start = Clock::now();
+    method.update(frame_);
+    const auto updated = Clock::now();
+    method.query();
+    const auto end = Clock::now();
+    m.update_ms.back() += milliseconds(start, updated) / case_.frames();
+    m.query_ms.back() += milliseconds(updated, end) / case_.frames();
+    m.frame_ms.resize(truths_.size(), std::numeric_limits<double>::max());
+    m.frame_ms[frame] = std::min(m.frame_ms[frame], milliseconds(start, end));
   }
 
   void compare(const ContactAnswer& answer, const Truth& truth, ContactMeasurement& m) const {

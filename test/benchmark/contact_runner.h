@@ -37,9 +37,10 @@ struct ContactRunOptions {
   std::function<void(double, const std::string&)> progress;
 };
 
-/// All methods that do the job, in one process and thread. In each repeat every method runs through
-/// all frames, in an order drawn anew; positions are computed outside of the clock. In the first
-/// one all answers are compared with the judge's.
+/// All methods that do the job, in one process and thread. They take turns in every frame, in an
+/// order drawn anew, so that what slows the machine down for a while slows all of them. Positions
+/// are computed outside of the clock. In the first repeat all answers are compared with the
+/// judge's.
 ContactResult runContactCase(const ContactCase& contact_case, const std::vector<ContactKind>& kinds,
                              const ContactRunOptions& options);
 
