@@ -73,12 +73,7 @@ std::vector<ContactKind> adaptiveContactMethods() {
            true,
            {Job::SelfCollision, Job::Collide, Job::Distance},
            make(false)},
-          {"coherent",
-           "adaptive_bvh, CoherentDistance",
-           ContactKind::Ours,
-           true,
-           {Job::Distance},
-           make(true)}};
+          {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
 }
 
 }  // namespace adaptive_bvh_bench

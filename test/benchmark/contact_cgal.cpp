@@ -53,12 +53,10 @@ class CgalContact : public ContactMethod {
 }  // namespace
 
 std::vector<ContactKind> cgalContactMethods() {
-  return {{"cgal",
-           "CGAL self_intersections, from scratch",
-           ContactKind::Peer,
-           false,
-           {Job::SelfCollision},
-           [](const ContactCase& c) { return std::make_unique<CgalContact>(c); }}};
+  return {
+      {"cgal", "CGAL", ContactKind::Peer, false, {Job::SelfCollision}, [](const ContactCase& c) {
+         return std::make_unique<CgalContact>(c);
+       }}};
 }
 
 }  // namespace adaptive_bvh_bench

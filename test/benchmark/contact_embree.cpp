@@ -189,8 +189,7 @@ std::vector<ContactKind> embreeContactMethods() {
               return std::make_unique<EmbreeContact>(c, with_rejections);
             }};
   };
-  return {row("embree", "Embree, FCL's triangle test", false),
-          row("embree-planes", "Embree, planes, then FCL's test", true)};
+  return {row("embree", "Embree", false), row("embree-planes", "Embree, planes first", true)};
 }
 
 }  // namespace adaptive_bvh_bench

@@ -97,7 +97,7 @@ class FclContact : public ContactMethod {
 
 std::vector<ContactKind> fclContactMethods() {
   return {{kContactReference,
-           "FCL RSS, top-down refit",
+           "FCL RSS",
            ContactKind::Peer,
            true,
            {Job::SelfCollision, Job::Collide, Job::Distance},

@@ -104,7 +104,7 @@ set output "$folder/contact.png"
 set title "Update + query in contact, a step (logarithmic)"
 set style data histograms; set style histogram clustered gap 1; set style fill solid 0.8
 set logscale y; set ylabel "milliseconds"; set xtics rotate by -30 scale 0 noenhanced
-set bmargin 10; set rmargin 20; set key top left
+set bmargin 11; set rmargin 12; set key top left
 plot $plots
 GNUPLOT
 }
