@@ -1,0 +1,79 @@
+// This library's update with selfCollide, collide, distance and CoherentDistance.
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "contact_pairs.h"
+
+namespace adaptive_bvh_bench {
+namespace {
+
+class AdaptiveContact : public ContactMethod {
+ public:
+  AdaptiveContact(const ContactCase& contact_case, bool coherent)
+      : job_(contact_case.job), is_coherent_(coherent) {
+    fillModel(contact_case.scenario.first.mesh(), first_);
+    if (job_ != Job::SelfCollision) fillModel(contact_case.scenario.second.mesh(), second_);
+  }
+
+  void update(const Frame& frame) override {
+    first_.update(frame.first);
+    if (job_ != Job::SelfCollision) second_.update(frame.second);
+  }
+
+  void query() override {
+    contacts_.clear();
+    switch (job_) {
+      case Job::SelfCollision: selfCollide(first_, allContacts(), contacts_); break;
+      case Job::Collide:
+        adaptive_bvh::collide<double>(&first_, origin_, &second_, origin_, allContacts(),
+                                      contacts_);
+        break;
+      case Job::Distance: distance(); break;
+    }
+  }
+
+  ContactAnswer answer() override {
+    const adaptive_bvh::QueryWork work = first_.recordedWork();
+    ContactAnswer answer;
+    answer.counts = {work.box_tests + work.separation_tests + work.bv_tests, -1, work.leaf_tests,
+                     -1};
+    answer.distance = distance_;
+    answer.pairs = pairsOf(contacts_, job_ == Job::SelfCollision);
+    return answer;
+  }
+
+ private:
+  void distance() {
+    fcl::DistanceResultd result;
+    const fcl::DistanceRequestd request;
+    distance_ = is_coherent_ ? coherent_.distance(origin_, origin_, request, result)
+                             : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_,
+                                                              request, result);
+  }
+
+  Job job_;
+  bool is_coherent_;
+  adaptive_bvh::AdaptiveBVHModeld first_, second_;
+  adaptive_bvh::CoherentDistanced coherent_{first_, second_};
+  const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
+  fcl::CollisionResultd contacts_;
+  double distance_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace
+
+std::vector<ContactKind> adaptiveContactMethods() {
+  const auto make = [](bool coherent) {
+    return
+        [coherent](const ContactCase& c) { return std::make_unique<AdaptiveContact>(c, coherent); };
+  };
+  return {{kContactOurs,
+           "adaptive_bvh",
+           ContactKind::Ours,
+           true,
+           {Job::SelfCollision, Job::Collide, Job::Distance},
+           make(false)},
+          {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
+}
+
+}  // namespace adaptive_bvh_bench
