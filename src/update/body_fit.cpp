@@ -173,12 +173,15 @@ BodyVolume BodyFit<BV>::fitPair(std::size_t leaf) {
   };
   const int in_t[3] = {has(t, s[0]), has(t, s[1]), has(t, s[2])};
   const int i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2, j = !has(s, t[0]) ? 0 : !has(s, t[1]) ? 1 : 2;
-  const bool is_quad = in_t[0] + in_t[1] + in_t[2] == 2 && !has(s, t[std::size_t(j)]);
+  const unsigned ends[2] = {s[std::size_t(i < 2 ? i + 1 : 0)], s[std::size_t(i > 0 ? i - 1 : 2)]};
+  // A triangle may name a vertex twice.
+  const bool is_quad =
+      in_t[0] + in_t[1] + in_t[2] == 2 && ends[0] != ends[1] && !has(s, t[std::size_t(j)]);
   const VertexSlots::Set below = slots_.below(leaf, 2);
   if (!is_quad || previous_) return fitAlong(bestAxesOf(below), below);
 
-  const Float4 a = at(s[std::size_t(i < 2 ? i + 1 : 0)]), b = at(s[std::size_t(i > 0 ? i - 1 : 2)]),
-               c = at(s[std::size_t(i)]), d = at(t[std::size_t(j)]);
+  const Float4 a = at(ends[0]), b = at(ends[1]), c = at(s[std::size_t(i)]),
+               d = at(t[std::size_t(j)]);
   const Axes4 axes = axesAlong(b - a, d - c);
   // Around: a, c, b, d, a lane for each, and the next of each.
   const Float4 none = float4::all(0);

@@ -152,7 +152,7 @@ class Body {
       std::make_unique<TranslationPropagation<BV>>();
 };
 
-constexpr int kKinds = 10;
+constexpr int kKinds = 11;
 
 template <typename BV>
 class BodyFits : public testing::Test {
@@ -180,7 +180,13 @@ class BodyFits : public testing::Test {
           if (random_.oneIn(2)) q = r = p;
         });
       case 8: return triangles(8, [](P& p, P& q, P& r) { p[2] = q[2] = r[2] = S(0.5); });
-      default: return soup<S>(70, engine);  // several blocks of vertices
+      case 9: return soup<S>(70, engine);  // several blocks of vertices
+      default: {                           // triangles that name a vertex twice
+        TriangleMesh<S> mesh = plate<S>(1 + random_.below(2), 1);
+        for (fcl::Triangle& t : mesh.triangles)
+          if (random_.oneIn(2)) t[random_.below(3)] = t[random_.below(3)];
+        return mesh;
+      }
     }
   }
 
