@@ -13,11 +13,10 @@ namespace {
 
 /// FCL's test of two triangles, which adds their contacts.
 template <typename BV>
-struct ExactTest {
-  const MeshCollisionNode<BV>& node;
-
-  void operator()(int leaf1, int leaf2) const { node.leafTesting(leaf1, leaf2); }
-  bool isDone() const { return node.canStop(); }
+struct ContactNode : MeshCollisionNode<BV> {
+  void test(int leaf1, int leaf2) const { this->leafTesting(leaf1, leaf2); }
+  void add(int leaf1, int leaf2) const { this->addTouching(leaf1, leaf2); }
+  bool isDone() const { return this->canStop(); }
 };
 
 template <typename BV>
@@ -25,39 +24,26 @@ const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
   return mesh.tree->wide.current(*mesh.model, *mesh.tree);
 }
 
-/// FCL's products of three and four lengths must not underflow: docs/bounds.md, 13. Else nothing is
-/// rejected.
-template <typename S>
-RejectionError rejectionError(float position, double scale) {
-  constexpr bool kIsDouble = sizeof(S) == sizeof(double);
-  constexpr double kForThree = kIsDouble ? 1e90 : 1 << 17;
-  constexpr double kForFour = kIsDouble ? 1e60 : 1 << 8;
-  constexpr float kNever = std::numeric_limits<float>::infinity();
-  return {scale < kForThree ? position : kNever, scale < kForFour ? position : kNever};
-}
-
 template <typename BV>
-void initialize(MeshCollisionNode<BV>& node, const PlacedMesh<BV>& first,
+void initialize(ContactNode<BV>& node, const PlacedMesh<BV>& first,
                 const PlacedMesh<BV>& second, const CollisionQuery<typename BV::S>& query) {
   using Base = typename FclMeshCollision<BV>::Node;
   fcl::detail::initialize(static_cast<Base&>(node), *first.model, first.tf, *second.model,
                           second.tf, query.request, query.result);
 }
 
-template <typename BV, typename Frame>
+/// `kIsSelf`: both are the same, each pair of triangles is to be tested once.
+template <bool kIsSelf, typename BV, typename Frame>
 void search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, const Frame& frame,
-            float error, NeighbourFilter filter, const MeshCollisionNode<BV>& node) {
+            NeighbourFilter filter, const ContactNode<BV>& node) {
   using S = typename BV::S;
+  using Tests = CandidateTests<BV, Frame, const ContactNode<BV>>;
   static thread_local std::vector<std::uint8_t> memory[2];
   const WideTree<S>&tree1 = wideTreeOf(first), &tree2 = wideTreeOf(second);
-  constexpr bool kIsSelf = std::is_same<Frame, SameFrame>::value;
   VisitedNodes visited1(memory[0], tree1.size()), visited2(memory[1], kIsSelf ? 0 : tree2.size());
-  ExactTest<BV> exact{node};
-  CandidateTests<S, Frame, ExactTest<BV>> tests(
-      {tree1, first.tree->topology.slots}, {tree2, second.tree->topology.slots}, frame,
-      rejectionError<S>(error, tree1.scale()), filter, exact);
-  WideSearch<Frame, decltype(tests)> walk(tree1.nodes(), tree2.nodes(), frame, tests, visited1,
-                                          kIsSelf ? visited1 : visited2);
+  Tests tests({first, second, tree1, tree2, node.R, node.T, filter}, frame, node);
+  WideSearch<Frame, kIsSelf, Tests> walk(tree1.nodes(), tree2.nodes(), frame, tests, visited1,
+                                         kIsSelf ? visited1 : visited2);
   walk.run(tree1.depth() + tree2.depth());
   tests.finish();
   visited1.record(tree1.nodes(), first.tree->statistics);
@@ -65,7 +51,7 @@ void search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, const Fra
   QueryWork work;
   work.box_tests = walk.boxTests();
   work.candidates = tests.candidates();
-  work.leaf_tests = tests.exactTests();
+  work.leaf_tests = tests.fclTests();
   statisticsOf(first, second).recordQuery(work);
 }
 
@@ -74,24 +60,23 @@ void search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, const Fra
 template <typename BV>
 bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                     const CollisionQuery<typename BV::S>& query) {
-  MeshCollisionNode<BV> node;
+  ContactNode<BV> node;
   initialize(node, first, second, query);
-  const RelativeFrame frame(wideTreeOf(first), wideTreeOf(second), node.R, node.T);
+  const RelativeFrame<typename BV::S> frame(wideTreeOf(first), wideTreeOf(second), node.R, node.T);
   if (!frame.isPrecise()) return false;
-  const float error = std::max(frame.error(), WideTree<typename BV::S>::kPositionError);
-  search(first, second, frame, error, NeighbourFilter::None, node);
+  search<false>(first, second, frame, NeighbourFilter::None, node);
   return true;
 }
 
 template <typename BV>
 void selfCollideByBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
                         NeighbourFilter filter) {
-  MeshCollisionNode<BV> node;
+  ContactNode<BV> node;
   node.contacts_per_pair = 1;
   initialize(node, mesh, mesh, query);
   node.R.setIdentity();  // tf to tf, exactly
   node.T.setZero();
-  search(mesh, mesh, SameFrame(), WideTree<typename BV::S>::kPositionError, filter, node);
+  search<true>(mesh, mesh, SameFrame<typename BV::S>(), filter, node);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                \

@@ -3,73 +3,100 @@
 #include <cstring>
 
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_rejection.h"
+#include "geometry/triangle_contact.h"
+#include "geometry/triangle_pairs4.h"
+#include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
-/// Tests pairs of triangles whose boxes overlap: collects some hundred, leaves out neighbours, then
-/// those that surely are apart, four at a time, and hands the rest to the exact test.
+/// What CandidateTests is given of a query. Models, trees and placement are those of FCL's traversal
+/// node: R and T place the second model in the first's coordinates.
+template <typename BV>
+struct CandidateInput {
+  using S = typename BV::S;
+  const PlacedMesh<BV>&first, &second;
+  const WideTree<S>&tree1, &tree2;
+  const fcl::Matrix3<S>& R;
+  const fcl::Vector3<S>& T;
+  NeighbourFilter filter;
+};
+
+/// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
+/// and by the hundred those are left out that are surely apart, four at a time: first by their
+/// planes, in the trees' coordinates, then by all axes of FCL's test, from the model's own
+/// positions. FCL's test decides about the few of which that is uncertain.
 ///
-///   frame(points)             points of the second tree in the coordinates of the first
-///   exact(leaf1, leaf2)       FCL's test, of two of FCL's leaves
-///   isDone()                  whether there are contacts enough
-template <typename S, typename Frame, typename Exact>
+///   frame(points)            points of the second tree in the coordinates of the first
+///   node.test(leaf1, leaf2)  FCL's test of two of FCL's leaves, which adds their contacts
+///   node.add(leaf1, leaf2)   adds the contacts of two that it would find touching
+///   node.isDone()            whether there are contacts enough
+template <typename BV, typename Frame, typename Node>
 class CandidateTests {
  public:
-  /// One mesh of a query.
-  struct Side {
-    const WideTree<S>& tree;
-    const VertexSlots& slots;
-  };
+  using S = typename BV::S;
 
-  CandidateTests(const Side& first, const Side& second, const Frame& frame,
-                 const RejectionError& error, NeighbourFilter filter, Exact& exact)
-      : first_(first),
-        second_(second),
-        frame_(frame),
-        error_(error),
-        filter_(filter),
-        exact_(exact) {}
+  CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
+      : in_(input), frame_(frame), node_(node) {
+    const float share = 2 * std::numeric_limits<S>::epsilon();
+    const float least = leastProduct(input.tree1.scale());
+    coarse_ = {frame.error(), share, least};
+    fine_ = {frame.errorInModel(), share, least};
+  }
 
   ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
-    pairs_[size_++] = {triangle1, triangle2};
+    ++candidates_;
+    pairs_[size_] = {triangle1, triangle2};
+    size_ += !areNeighbours(triangle1, triangle2);
     if (size_ == kSize) testAll();
   }
-  bool isDone() const { return exact_.isDone(); }
+  bool isDone() const { return node_.isDone(); }
   /// What was found and not yet tested.
   void finish() { testAll(); }
 
   long candidates() const { return candidates_; }
-  long exactTests() const { return exact_tests_; }
+  long fclTests() const { return fcl_tests_; }
 
  private:
   static constexpr int kSize = 256;
   struct Pair {
     unsigned first, second;
   };
-  using Int4 = std::int32_t __attribute__((vector_size(16)));
 
-  /// Corners of four triangles, and their vertices.
-  struct Corners4 {
-    Triangles4 triangles;
-    Int4 vertices[3];
-  };
+  /// FCL's products of two to four lengths may underflow, in the model's unit; ours, of lengths in
+  /// body units, too.
+  static float leastProduct(double scale) {
+    const double square = scale * scale;
+    const double of_fcl = 64 * static_cast<double>(std::numeric_limits<S>::min()) *
+                          (square * (square + 8 * scale + 32));
+    return static_cast<float>(of_fcl + 1e-36);
+  }
+
+  ADAPTIVE_BVH_INLINE bool areNeighbours(unsigned triangle1, unsigned triangle2) const {
+    if (in_.filter == NeighbourFilter::None) return false;
+    const int shared =
+        sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
+    return in_.filter == NeighbourFilter::SharedEdge ? shared >= 2 : shared >= 1;
+  }
 
   void testAll() {
     pad();
-    const int left = keep([](const TriangleRejection& test) { return test.byPlanes(); }, true);
-    candidates_ += size_;
-    size_ = left;
+    size_ = keepByPlanes();
     pad();
-    size_ = keep([](const TriangleRejection& test) { return test.byEdgeNormals(); }, false);
-    pad();
-    size_ = keep([](const TriangleRejection& test) { return test.byEdges(); }, false);
-    for (int i = 0; i < size_ && !exact_.isDone(); ++i) {
-      ++exact_tests_;
-      exact_(first_.tree.leaf(pairs_[i].first), second_.tree.leaf(pairs_[i].second));
+    for (int i = 0; i < size_ && !node_.isDone(); i += 4) {
+      const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
+      for (int k = 0; k < 4 && i + k < size_ && !node_.isDone(); ++k)
+        settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
     size_ = 0;
+  }
+
+  void settle(const Pair& pair, bool apart, bool touching) {
+    if (apart) return;
+    const int leaf1 = in_.tree1.leaf(pair.first), leaf2 = in_.tree2.leaf(pair.second);
+    if (touching) return node_.add(leaf1, leaf2);
+    ++fcl_tests_;
+    node_.test(leaf1, leaf2);
   }
 
   /// Lets groups of four be whole: the pairs added count for nothing.
@@ -77,62 +104,85 @@ class CandidateTests {
     for (int i = size_; i % 4; ++i) pairs_[i] = pairs_[size_ - 1];
   }
 
-  /// Keeps the pairs that `rejected` does not name, in order; returns how many.
-  template <typename Rejected>
-  ADAPTIVE_BVH_INLINE int keep(const Rejected& rejected, bool leave_out_neighbours) {
+  /// Keeps the pairs that are not surely apart, in order; returns how many.
+  int keepByPlanes() {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
-      unsigned first[4], second[4];
+      const Pair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const unsigned apart = coarse(group).apartByPlanes(coarse_);
       for (int k = 0; k < 4; ++k) {
-        first[k] = pairs_[i + k].first;
-        second[k] = pairs_[i + k].second;
-      }
-      const Corners4 p = gather(first_, first);
-      Corners4 q = gather(second_, second);
-      for (Vector4x3& corner : q.triangles.corners) corner = frame_(corner);
-      const TriangleRejection test(p.triangles, q.triangles, error_);
-      unsigned out = rejected(test);
-      if (leave_out_neighbours) out |= neighbours(p, q);
-      for (int k = 0; k < 4 && i + k < size_; ++k) {
-        pairs_[kept] = {first[k], second[k]};
-        kept += ~out >> k & 1;
+        pairs_[kept] = group[k];
+        kept += !(apart >> k & 1) & (i + k < size_);
       }
     }
     return kept;
   }
 
-  ADAPTIVE_BVH_INLINE static Corners4 gather(const Side& side, const unsigned (&triangles)[4]) {
-    VertexIndices slots[4];
-    for (int k = 0; k < 4; ++k) slots[k] = side.slots.slotsOf(triangles[k]);
-    const Float4* const positions = side.tree.positions();
-    Corners4 corners;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float4::Rows rows =
-          float4::transposed(positions[slots[0][c]], positions[slots[1][c]],
-                             positions[slots[2][c]], positions[slots[3][c]]);
-      corners.triangles.corners[c] = {rows.x, rows.y, rows.z};
-      std::memcpy(&corners.vertices[c], &rows.w, sizeof(rows.w));
+  /// In the coordinates of the first tree.
+  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const Pair (&group)[4]) const {
+    Vector4x3 p[3], q[3];
+    gather(in_.first.tree->topology.slots, in_.tree1.positions(),
+           {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+    gather(in_.second.tree->topology.slots, in_.tree2.positions(),
+           {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+    for (Vector4x3& corner : q) corner = frame_(corner);
+    return TrianglePairs4(p, q);
+  }
+  ADAPTIVE_BVH_INLINE static void gather(const VertexSlots& slots, const Float4* positions,
+                                         const std::array<unsigned, 4>& triangles,
+                                         Vector4x3 (&corners)[3]) {
+    VertexIndices at[4];
+    for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
+    for (std::size_t c = 0; c < 3; ++c)
+      corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
+                                   positions[at[3][c]]);
+  }
+
+  /// From differences in the model's own numbers, as FCL's test takes them; in body units.
+  TrianglePairs4 fine(const Pair* group) const {
+    Float4 vectors[9][4];
+    for (int k = 0; k < 4; ++k) {
+      const TrianglePoints<S> p = points(in_.first.model->vertices, in_.tree1, group[k].first);
+      TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);
+      frame_.place(in_.R, in_.T, q);
+      const auto set = [&](int i, const fcl::Vector3<S>& v) { vectors[i][k] = inBodyUnits(v); };
+      for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
+      const fcl::Vector3<S> p1 = p[1] - p[0], p2 = p[2] - p[0];
+      set(0, p1);
+      set(1, p2 - p1);
+      set(2, -p2);
+      for (std::size_t c = 0; c < 3; ++c) set(3 + int(c), q[(c + 1) % 3] - q[c]);
+      for (std::size_t c = 0; c < 3; ++c) set(6 + int(c), q[c]);
     }
-    return corners;
+    TrianglePairs4 pairs;
+    const auto get = [&](int i) {
+      return float4::columns(vectors[i][0], vectors[i][1], vectors[i][2], vectors[i][3]);
+    };
+    for (int c = 0; c < 3; ++c) {
+      pairs.p_edges[c] = get(c);
+      pairs.q_edges[c] = get(3 + c);
+      pairs.q[c] = get(6 + c);
+    }
+    return pairs;
+  }
+  ADAPTIVE_BVH_INLINE static TrianglePoints<S> points(const fcl::Vector3<S>* vertices,
+                                                      const WideTree<S>& tree, unsigned triangle) {
+    const Int4 v = tree.vertices(triangle);
+    return {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
+  }
+  ADAPTIVE_BVH_INLINE Float4 inBodyUnits(const fcl::Vector3<S>& v) const {
+    const S scale = static_cast<S>(in_.tree1.scale());
+    return Float4{static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale),
+                  static_cast<float>(v[2] * scale), 0};
   }
 
-  ADAPTIVE_BVH_INLINE unsigned neighbours(const Corners4& p, const Corners4& q) const {
-    if (filter_ == NeighbourFilter::None) return 0;
-    Int4 shared = {0, 0, 0, 0};
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) shared -= p.vertices[i] == q.vertices[j];
-    const int least = filter_ == NeighbourFilter::SharedEdge ? 2 : 1;
-    return float4::bits(shared >= Int4{least, least, least, least});
-  }
-
-  const Side first_, second_;
+  const CandidateInput<BV> in_;
   const Frame& frame_;
-  const RejectionError error_;
-  const NeighbourFilter filter_;
-  Exact& exact_;
+  Node& node_;
+  PairError coarse_, fine_;
   Pair pairs_[kSize + 3];
   int size_ = 0;
-  long candidates_ = 0, exact_tests_ = 0;
+  long candidates_ = 0, fcl_tests_ = 0;
 };
 
 }  // namespace adaptive_bvh

@@ -3,23 +3,28 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/triangle_rejection.h"
+#include "geometry/triangle_contact.h"
+#include "geometry/triangle_pairs4.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
 /// The second tree of a pair as the first one sees it, where both are the same.
+template <typename S>
 struct SameFrame {
+  static float error() { return WideTree<S>::kPositionError; }
+  static float errorInModel() { return 0; }
+  static void place(const fcl::Matrix3<S>&, const fcl::Vector3<S>&, TrianglePoints<S>&) {}
   const Boxes4& operator()(const Boxes4& boxes) const { return boxes; }
   const Vector4x3& operator()(const Vector4x3& points) const { return points; }
 };
 
 /// Takes what is in the second tree's coordinates to the first's: y = M y2 + t. A box becomes the
 /// box around it, larger by what the two trees and this computation may be off.
+template <typename S>
 class RelativeFrame {
  public:
   /// R and T place the second model in the first's coordinates, in FCL's own rounding.
-  template <typename S>
   RelativeFrame(const WideTree<S>& first, const WideTree<S>& second, const fcl::Matrix3<S>& R,
                 const fcl::Vector3<S>& T) {
     const fcl::Matrix3d turn = R.template cast<double>();
@@ -36,21 +41,28 @@ class RelativeFrame {
       t_[i] = float4::all(static_cast<float>(t[i]));
     }
     // Coordinates in either tree are below 2. FCL computes R x + T in its own numbers.
-    const double in_model = 4 * first.scale() *
+    in_model_ = 4 * first.scale() *
                             (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
-                             moved.lpNorm<1>() + first.origin().template lpNorm<1>()) *
+                             moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
                             static_cast<double>(std::numeric_limits<S>::epsilon());
-    const double extent = t.lpNorm<1>() + 2 + 6 * ratio;
+    const double extent = t.template lpNorm<1>() + 2 + 6 * ratio;
     error_ = 16 * extent / (1 << 24) + 3 * ratio * static_cast<double>(WideTree<S>::kPositionError) +
-             in_model;
+             static_cast<double>(WideTree<S>::kPositionError) + in_model_;
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
     margin_ = float4::all(static_cast<float>(2 * error_));
   }
 
   /// Whether single precision can express both; else FCL's traversal is to answer.
   bool isPrecise() const { return is_precise_; }
-  /// Of a component of the second model's points, in the first's body units.
+  /// Of a component of a point of either, in the first's body units.
   float error() const { return static_cast<float>(error_); }
+  /// Of a component of R x + T, in the model's own numbers.
+  float errorInModel() const { return static_cast<float>(in_model_); }
+  /// As FCL places the points.
+  ADAPTIVE_BVH_INLINE static void place(const fcl::Matrix3<S>& R, const fcl::Vector3<S>& T,
+                                        TrianglePoints<S>& points) {
+    for (fcl::Vector3<S>& x : points) x = R * x + T;
+  }
 
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
     const Float4 half = float4::all(0.5f);
@@ -79,7 +91,7 @@ class RelativeFrame {
 
  private:
   Float4 m_[3][3], sizes_[3][3], t_[3], margin_;
-  double error_;
+  double error_, in_model_;
   bool is_precise_;
 };
 

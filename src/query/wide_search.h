@@ -67,7 +67,7 @@ class VisitedNodes {
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
 ///   Visitor::isDone()      whether the answer is found
 ///   frame(boxes)           boxes of the second tree in the coordinates of the first
-template <typename Frame, typename Visitor>
+template <typename Frame, bool kIsSelf, typename Visitor>
 class WideSearch {
  public:
   WideSearch(const WideNode* first, const WideNode* second, const Frame& frame, Visitor& visitor,
@@ -81,11 +81,12 @@ class WideSearch {
 
   /// `depth`: of both trees, added.
   void run(int depth) {
-    open_.reserve(static_cast<std::size_t>(16 * depth));
-    open_.push_back({0, 0});
-    while (!open_.empty() && !visitor_.isDone()) {
-      const Pair pair = open_.back();
-      open_.pop_back();
+    // A pair that is left makes room for sixteen below it at most.
+    Scratch<Pair> open(static_cast<std::size_t>(16 * depth));
+    top_ = open.data();
+    push(0, 0);
+    while (top_ != open.data() && !visitor_.isDone()) {
+      const Pair pair = *--top_;
       if (kIsSelf && pair.first == pair.second)
         testNode(pair.first);
       else
@@ -96,10 +97,15 @@ class WideSearch {
   long boxTests() const { return box_tests_; }
 
  private:
-  static constexpr bool kIsSelf = std::is_same<Frame, SameFrame>::value;
   struct Pair {
     int first, second;
   };
+
+  ADAPTIVE_BVH_INLINE void push(int first, int second) {
+    *top_++ = {first, second};
+    __builtin_prefetch(&first_[first]);
+    __builtin_prefetch(&second_[second]);
+  }
 
   ADAPTIVE_BVH_INLINE void testPair(const Pair& pair) {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
@@ -112,11 +118,11 @@ class WideSearch {
     if (a.isLeaf() && b.isLeaf())
       forEach(bits, [&](int i, int j) { found(a, i, b, j); });
     else if (a.isLeaf())
-      forEach(of_b, [&](int j, int) { open_.push_back({pair.first, b.below[j]}); });
+      forEach(of_b, [&](int j, int) { push(pair.first, b.below[j]); });
     else if (b.isLeaf())
-      forEach(of_a, [&](int i, int) { open_.push_back({a.below[i], pair.second}); });
+      forEach(of_a, [&](int i, int) { push(a.below[i], pair.second); });
     else
-      forEach(bits, [&](int i, int j) { open_.push_back({a.below[i], b.below[j]}); });
+      forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
   }
 
   /// A node of one tree against itself: every pair below once.
@@ -131,8 +137,8 @@ class WideSearch {
       return;
     }
     visited_first_.add(number, 0);
-    forEach(bits, [&](int i, int j) { open_.push_back({node.below[i], node.below[j]}); });
-    for (int i = node.count; i-- > 0;) open_.push_back({node.below[i], node.below[i]});
+    forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
+    for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
   }
 
   /// Of sixteen bits: bit j where any of the bits 4 j to 4 j + 3 is.
@@ -156,7 +162,7 @@ class WideSearch {
   const Frame& frame_;
   Visitor& visitor_;
   VisitedNodes &visited_first_, &visited_second_;
-  Scratch<Pair> open_;
+  Pair* top_ = nullptr;
   long box_tests_ = 0;
 };
 

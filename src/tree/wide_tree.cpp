@@ -1,7 +1,6 @@
 #include "tree/wide_tree.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "geometry/scratch.h"
 #include "volume/each_volume.h"
@@ -68,7 +67,8 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
   };
   nodes_.clear();
   depth_ = 0;
-  leaves_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
+  const auto mesh = viewOf(model);
+  vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
   Scratch<Open> open(1, Open{0, -1, 0, 1});
   while (!open.empty()) {
     const Open at = open.back();
@@ -83,7 +83,10 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
       node.first = model.getBV(at.node).first_primitive;
       for (int i = 0; i < part.count; ++i) {
         node.below[i] = part.below[i];
-        leaves_[static_cast<std::size_t>(node.first + i)] = part.below[i];
+        const VertexIndices v =
+            mesh.verticesOf(static_cast<unsigned>(model.getBV(part.below[i]).primitiveId()));
+        vertices_[static_cast<std::size_t>(node.first + i)] =
+            Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
       for (int i = part.count; i-- > 0;)
@@ -112,9 +115,8 @@ void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const fcl::Vector3d y =
         to_body * (model.vertices[vertices[i]].template cast<double>() - origin);
-    Float4 position{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2])};
-    std::memcpy(reinterpret_cast<float*>(&position) + 3, &vertices[i], sizeof(float));
-    positions_[i] = position;
+    positions_[i] = Float4{static_cast<float>(y[0]), static_cast<float>(y[1]),
+                           static_cast<float>(y[2]), 0};
   }
   for (std::size_t i = nodes_.size(); i-- > 0;)
     if (nodes_[i].isLeaf())

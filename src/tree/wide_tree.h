@@ -7,9 +7,22 @@
 
 #include "geometry/body_frame.h"
 #include "geometry/box.h"
+#include "geometry/mesh_of_model.h"
 #include "tree/vertex_slots.h"
 
 namespace adaptive_bvh {
+
+/// Four integers.
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+/// How many vertices two triangles have in common, each given by its three vertices, and a fourth
+/// number that does not count.
+ADAPTIVE_BVH_INLINE int sharedVertices(const Int4& a, const Int4& b) {
+  const auto same = [&](const Int4& other) { return float4::bits(a == other) & 7; };
+  const unsigned bits =
+      same(b) | same(Int4{b[1], b[2], b[0], 0}) << 3 | same(Int4{b[2], b[0], b[1], 0}) << 6;
+  return __builtin_popcount(bits);
+}
 
 /// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
 struct Boxes4 {
@@ -65,10 +78,12 @@ class WideTree {
   int size() const { return static_cast<int>(nodes_.size()); }
   int depth() const { return depth_; }  ///< nodes from the root to the deepest leaf
 
-  /// By slot: the position; the fourth number holds the bits of the vertex's index.
+  /// By slot.
   const Float4* positions() const { return positions_.data(); }
   /// FCL's leaf with a triangle, which is given by its place in the order of the leaves.
-  int leaf(unsigned triangle) const { return leaves_[triangle]; }
+  int leaf(unsigned triangle) const { return vertices_[triangle][3]; }
+  /// Its vertices; the fourth number is another.
+  const Int4& vertices(unsigned triangle) const { return vertices_[triangle]; }
 
   /// y = to_body (x - origin).
   const fcl::Matrix3d& toBody() const { return to_body_; }
@@ -77,7 +92,7 @@ class WideTree {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(nodes_) + size(positions_) + size(leaves_);
+    return size(nodes_) + size(positions_) + size(vertices_);
   }
 
  private:
@@ -87,7 +102,7 @@ class WideTree {
 
   std::vector<WideNode> nodes_;  ///< those below a node follow it
   std::vector<Float4> positions_;
-  std::vector<std::int32_t> leaves_;
+  std::vector<Int4> vertices_;  ///< and FCL's leaf
   int depth_ = 0;
   fcl::Matrix3d to_body_ = fcl::Matrix3d::Identity();
   fcl::Vector3d origin_ = fcl::Vector3d::Zero();
