@@ -120,13 +120,13 @@ class TrianglePairs4 {
     }
     /// Of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE Float4 margin(const Float4& edge) const {
-      return edge * extent * (position * float4::all(128) + edge * float4::all(512 * kUnit)) +
+      return edge * extent * (position * float4::all(80) + edge * float4::all(256 * kUnit)) +
              least;
     }
     /// Along the product of three.
     ADAPTIVE_BVH_INLINE Float4 marginOfThree(const Float4& edge) const {
       return edge * edge * extent *
-                 (position * float4::all(256) + edge * float4::all(1024 * kUnit)) +
+                 (position * float4::all(208) + edge * float4::all(640 * kUnit)) +
              least;
     }
     Float4 p, q, extent, position, least;

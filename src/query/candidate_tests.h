@@ -50,7 +50,7 @@ class CandidateTests {
     size_ += !areNeighbours(triangle1, triangle2);
     if (size_ == kSize) testAll();
   }
-  bool isDone() const { return node_.isDone(); }
+  bool isDone() const { return is_done_; }
   /// What was found and not yet tested.
   void finish() { testAll(); }
 
@@ -83,9 +83,9 @@ class CandidateTests {
     pad();
     size_ = keepByPlanes();
     pad();
-    for (int i = 0; i < size_ && !node_.isDone(); i += 4) {
+    for (int i = 0; i < size_ && !is_done_; i += 4) {
       const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
-      for (int k = 0; k < 4 && i + k < size_ && !node_.isDone(); ++k)
+      for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
         settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
     size_ = 0;
@@ -94,9 +94,13 @@ class CandidateTests {
   void settle(const Pair& pair, bool apart, bool touching) {
     if (apart) return;
     const int leaf1 = in_.tree1.leaf(pair.first), leaf2 = in_.tree2.leaf(pair.second);
-    if (touching) return node_.add(leaf1, leaf2);
-    ++fcl_tests_;
-    node_.test(leaf1, leaf2);
+    if (touching) {
+      node_.add(leaf1, leaf2);
+    } else {
+      ++fcl_tests_;
+      node_.test(leaf1, leaf2);
+    }
+    is_done_ = node_.isDone();
   }
 
   /// Lets groups of four be whole: the pairs added count for nothing.
@@ -182,6 +186,7 @@ class CandidateTests {
   PairError coarse_, fine_;
   Pair pairs_[kSize + 3];
   int size_ = 0;
+  bool is_done_ = false;
   long candidates_ = 0, fcl_tests_ = 0;
 };
 
