@@ -109,7 +109,7 @@ class WideSearch {
 
   ADAPTIVE_BVH_INLINE void testPair(const Pair& pair) {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
-    unsigned bits = overlaps(a.boxes, frame_(b.boxes));
+    const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
     box_tests_ += a.count * b.count;
     const unsigned of_a = (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
     const unsigned of_b = anyOfFour(bits);
@@ -123,6 +123,14 @@ class WideSearch {
       forEach(of_a, [&](int i, int) { push(a.below[i], pair.second); });
     else
       forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
+  }
+
+  /// The boxes of a node of the second tree. Pairs that follow each other often share it.
+  ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
+    if (kIsSelf) return second_[node].boxes;
+    if (node != turned_node_) turned_ = frame_(second_[node].boxes);
+    turned_node_ = node;
+    return turned_;
   }
 
   /// A node of one tree against itself: every pair below once.
@@ -163,6 +171,8 @@ class WideSearch {
   Visitor& visitor_;
   VisitedNodes &visited_first_, &visited_second_;
   Pair* top_ = nullptr;
+  int turned_node_ = -1;
+  Boxes4 turned_;
   long box_tests_ = 0;
 };
 
