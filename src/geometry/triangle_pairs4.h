@@ -95,8 +95,9 @@ class TrianglePairs4 {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) add(gap(cross(p_edges[i], q_edges[j])), margin);
     const Float4 zero = all(0);
-    const unsigned solid = float4::bits((vectors4::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
-                                       (vectors4::size(q_normal) > sizes.q * sizes.q * all(kThin)));
+    const unsigned solid =
+        float4::bits((vectors4::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
+                     (vectors4::size(q_normal) > sizes.q * sizes.q * all(kThin)));
     return {float4::bits(low > zero), float4::bits(high < zero) & solid};
   }
 
@@ -120,8 +121,7 @@ class TrianglePairs4 {
     }
     /// Of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE Float4 margin(const Float4& edge) const {
-      return edge * extent * (position * float4::all(80) + edge * float4::all(256 * kUnit)) +
-             least;
+      return edge * extent * (position * float4::all(80) + edge * float4::all(256 * kUnit)) + least;
     }
     /// Along the product of three.
     ADAPTIVE_BVH_INLINE Float4 marginOfThree(const Float4& edge) const {

@@ -25,8 +25,8 @@ const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
 }
 
 template <typename BV>
-void initialize(ContactNode<BV>& node, const PlacedMesh<BV>& first,
-                const PlacedMesh<BV>& second, const CollisionQuery<typename BV::S>& query) {
+void initialize(ContactNode<BV>& node, const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                const CollisionQuery<typename BV::S>& query) {
   using Base = typename FclMeshCollision<BV>::Node;
   fcl::detail::initialize(static_cast<Base&>(node), *first.model, first.tf, *second.model,
                           second.tf, query.request, query.result);
@@ -79,9 +79,9 @@ void selfCollideByBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typenam
   search<true>(mesh, mesh, SameFrame<typename BV::S>(), filter, node);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                \
-  template bool collideByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,        \
-                               const CollisionQuery<BV::S>&);                       \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
+  template bool collideByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,            \
+                               const CollisionQuery<BV::S>&);                           \
   template void selfCollideByBoxes(const PlacedMesh<BV>&, const CollisionQuery<BV::S>&, \
                                    NeighbourFilter);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)

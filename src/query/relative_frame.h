@@ -42,14 +42,15 @@ class RelativeFrame {
     }
     // Coordinates in either tree are below 2. FCL computes R x + T in its own numbers.
     in_model_ = 4 * first.scale() *
-                            (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
-                             moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
-                            static_cast<double>(std::numeric_limits<S>::epsilon());
+                (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
+                 moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
+                static_cast<double>(std::numeric_limits<S>::epsilon());
     constexpr double kUnit = 1. / (1 << 24);
     error_ = kUnit * (6 * 4 * ratio + 4 * t.template lpNorm<1>()) +
              (1 + 2 * ratio) * static_cast<double>(WideTree<S>::kPositionError) + in_model_;
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
-    margin_ = float4::all(static_cast<float>(2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>())));
+    margin_ = float4::all(
+        static_cast<float>(2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>())));
   }
 
   /// Whether single precision can express both; else FCL's traversal is to answer.

@@ -16,13 +16,11 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   const auto test = [&](auto lane) {
     constexpr int j = decltype(lane)::value;
     using float4::broadcast;
-    bits |= float4::bits((a.low[0] <= broadcast<j>(b.high[0])) &
-                         (broadcast<j>(b.low[0]) <= a.high[0]) &
-                         (a.low[1] <= broadcast<j>(b.high[1])) &
-                         (broadcast<j>(b.low[1]) <= a.high[1]) &
-                         (a.low[2] <= broadcast<j>(b.high[2])) &
-                         (broadcast<j>(b.low[2]) <= a.high[2]))
-            << (4 * j);
+    bits |=
+        float4::bits((a.low[0] <= broadcast<j>(b.high[0])) & (broadcast<j>(b.low[0]) <= a.high[0]) &
+                     (a.low[1] <= broadcast<j>(b.high[1])) & (broadcast<j>(b.low[1]) <= a.high[1]) &
+                     (a.low[2] <= broadcast<j>(b.high[2])) & (broadcast<j>(b.low[2]) <= a.high[2]))
+        << (4 * j);
   };
   test(std::integral_constant<int, 0>());
   test(std::integral_constant<int, 1>());
@@ -140,7 +138,8 @@ class WideSearch {
     const unsigned bits = overlaps(node.boxes, node.boxes) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
     if (node.isLeaf()) {
-      visited_first_.add(number, (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
+      visited_first_.add(number,
+                         (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
       forEach(bits, [&](int i, int j) { found(node, i, node, j); });
       return;
     }
