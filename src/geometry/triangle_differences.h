@@ -5,14 +5,17 @@
 
 namespace adaptive_bvh {
 
-/// What FCL's products of two to four lengths may lose by underflow, in body units: `scale` of them
-/// are one unit of the model. And what products in body units may lose.
+/// What products of two to four lengths may lose by underflow, in body units: FCL's, in units of
+/// the model, `scale` of which are one body unit, and those of TrianglePairs4. No length is larger
+/// than `longest`, in body units.
 template <typename S>
-float leastProduct(double scale) {
-  const double square = scale * scale;
-  const double of_fcl = 64 * static_cast<double>(std::numeric_limits<S>::min()) *
-                        (square * (square + 8 * scale + 32));
-  return static_cast<float>(of_fcl + 1e-36);
+float leastProduct(double scale, double longest) {
+  const auto lost = [&](double smallest, double unit) {
+    const double square = unit * unit;
+    return 64 * smallest * square * (square + unit * longest + longest * longest);
+  };
+  return static_cast<float>(lost(double(std::numeric_limits<S>::min()), scale) +
+                            lost(double(std::numeric_limits<float>::min()), 1));
 }
 
 /// A difference of numbers of S is off by this share of the extent of a pair, along any axes.

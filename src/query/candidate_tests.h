@@ -35,7 +35,8 @@ class CandidateTests {
 
   CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
       : in_(input), frame_(frame), node_(node) {
-    const float share = differenceError<S>(), least = leastProduct<S>(input.tree1.scale());
+    const float share = differenceError<S>();
+    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
     coarse_ = {frame.error(), share, least};
     fine_ = {frame.errorInModel(), share, least};
   }

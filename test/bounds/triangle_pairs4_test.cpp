@@ -52,7 +52,8 @@ struct Group {
     return differences.pairs();
   }
   PairError error(float position) const {
-    return {position, adaptive_bvh::differenceError<S>(), adaptive_bvh::leastProduct<S>(scale())};
+    return {position, adaptive_bvh::differenceError<S>(),
+            adaptive_bvh::leastProduct<S>(scale(), 12)};
   }
   PairError coarseError() const { return error(adaptive_bvh::WideTree<S>::kPositionError); }
 };
