@@ -269,10 +269,14 @@ TYPED_TEST(ContactSearch, OfAnySize) {
     fcl::CollisionResult<S> own, both;
     selfCollide(model, this->all_, own);
     this->expectOwn(model, own, NeighbourFilter::SharedVertex);
-    fcl::Transform3<S> tf1 = this->random_.pose(S(size)), tf2 = tf1;
-    tf2.linear() = this->random_.rotation();
-    adaptive_bvh::collide<S>(&model, tf1, &model, tf2, this->with_fields_, both);
-    this->expectBetween(model, tf1, model, tf2, both);
+    for (int pose = 0; pose < 5; ++pose) {
+      fcl::Transform3<S> tf1 = this->random_.pose(S(size)), tf2 = tf1;
+      tf2.linear() = randomPose<S>(this->random_.engine(), 0).linear();
+      tf2.translation() += this->random_.point() * S(0.3 * size);
+      both.clear();
+      adaptive_bvh::collide<S>(&model, tf1, &model, tf2, this->with_fields_, both);
+      this->expectBetween(model, tf1, model, tf2, both);
+    }
   }
   EXPECT_GT(this->touching_, 100);
 }
