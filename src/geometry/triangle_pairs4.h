@@ -70,6 +70,22 @@ class TrianglePairs4 {
         (gapAlongQ(vectors4::cross(q_edges[0], q_edges[1])) > sizes.margin(sizes.q)));
   }
 
+  /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
+  /// side on a smooth surface.
+  ADAPTIVE_BVH_INLINE unsigned apartByEdgeNormals(const PairError& error) const {
+    const Sizes sizes(*this, error);
+    const Vector4x3 p_normal = vectors4::cross(p_edges[0], p_edges[1]);
+    const Vector4x3 q_normal = vectors4::cross(q_edges[0], q_edges[1]);
+    const Float4 p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
+    Float4 apart = float4::all(std::numeric_limits<float>::lowest());
+    for (int i = 0; i < 3; ++i) {
+      const Float4 p_gap = gap(vectors4::cross(p_edges[i], p_normal)) - p_margin;
+      const Float4 q_gap = gap(vectors4::cross(q_edges[i], q_normal)) - q_margin;
+      apart = float4::upper(apart, float4::upper(p_gap, q_gap));
+    }
+    return float4::bits(apart > float4::all(0));
+  }
+
   /// By all axes.
   ADAPTIVE_BVH_INLINE Verdicts4 verdicts(const PairError& error) const {
     using float4::all;

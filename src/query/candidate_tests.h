@@ -21,8 +21,8 @@ struct CandidateInput {
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
 /// and by the hundred those are left out that are surely apart, four at a time: first by their
-/// planes, in the trees' coordinates, then by all axes of FCL's test, from the model's own
-/// positions. FCL's test decides about the few of which that is uncertain.
+/// planes and edges, in the trees' coordinates, then by all axes of FCL's test, from the model's
+/// own positions. FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
 ///   node.test(leaf1, leaf2)  FCL's test of two of FCL's leaves, which adds their contacts
@@ -62,13 +62,17 @@ class CandidateTests {
 
   ADAPTIVE_BVH_INLINE bool areNeighbours(unsigned triangle1, unsigned triangle2) const {
     if (in_.filter == NeighbourFilter::None) return false;
-    const int shared = sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
-    return in_.filter == NeighbourFilter::SharedEdge ? shared >= 2 : shared >= 1;
+    const unsigned shared =
+        sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
+    const unsigned but_one = in_.filter == NeighbourFilter::SharedEdge;
+    return (shared & (shared - but_one)) != 0;  // one bit at least, or two
   }
 
   void testAll() {
     pad();
-    size_ = keepByPlanes();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByPlanes(coarse_); });
+    pad();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByEdgeNormals(coarse_); });
     pad();
     for (int i = 0; i < size_ && !is_done_; i += 4) {
       const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
@@ -95,12 +99,13 @@ class CandidateTests {
     for (int i = size_; i % 4; ++i) pairs_[i] = pairs_[size_ - 1];
   }
 
-  /// Keeps the pairs that are not surely apart, in order; returns how many.
-  int keepByPlanes() {
+  /// Keeps the pairs that `areApart` does not name, in order; returns how many.
+  template <typename AreApart>
+  ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
       const Pair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      const unsigned apart = coarse(group).apartByPlanes(coarse_);
+      const unsigned apart = areApart(coarse(group));
       for (int k = 0; k < 4; ++k) {
         pairs_[kept] = group[k];
         kept += !(apart >> k & 1) & (i + k < size_);

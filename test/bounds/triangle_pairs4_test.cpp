@@ -137,7 +137,8 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
   for (int round = 0; round < 20000; ++round) {
     const auto g = this->group(-6);
     const TrianglePairs4 coarse = g.coarse(), fine = g.fine();
-    const unsigned planes = coarse.apartByPlanes(g.coarseError());
+    const unsigned planes =
+        coarse.apartByPlanes(g.coarseError()) | coarse.apartByEdgeNormals(g.coarseError());
     const Verdicts4 all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0));
     for (int k = 0; k < 4; ++k) {
       const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
@@ -183,7 +184,8 @@ TYPED_TEST(Pairs4, NothingIsCertainWhereFclUnderflows) {
     g.extent = size;
     const Verdicts4 all = g.coarse().verdicts(g.coarseError()),
                     sharp = g.fine().verdicts(g.error(0));
-    const unsigned planes = g.coarse().apartByPlanes(g.coarseError());
+    const unsigned planes =
+        g.coarse().apartByPlanes(g.coarseError()) | g.coarse().apartByEdgeNormals(g.coarseError());
     for (int k = 0; k < 4; ++k) {
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
       fcl_says_touching += fcl_says;
