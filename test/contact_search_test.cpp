@@ -278,7 +278,7 @@ TYPED_TEST(ContactSearch, OfAnySize) {
       this->expectBetween(model, tf1, model, tf2, both);
     }
   }
-  EXPECT_GT(this->touching_, 100);
+  EXPECT_GT(this->touching_, 50);
 }
 
 }  // namespace

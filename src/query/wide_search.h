@@ -99,11 +99,7 @@ class WideSearch {
     int first, second;
   };
 
-  ADAPTIVE_BVH_INLINE void push(int first, int second) {
-    *top_++ = {first, second};
-    __builtin_prefetch(&first_[first]);
-    __builtin_prefetch(&second_[second]);
-  }
+  ADAPTIVE_BVH_INLINE void push(int first, int second) { *top_++ = {first, second}; }
 
   ADAPTIVE_BVH_INLINE void testPair(const Pair& pair) {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
