@@ -93,6 +93,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
     }
     nodes_.push_back(node);
   }
+  nodes_.shrink_to_fit();
 }
 
 template <typename S>
