@@ -42,6 +42,9 @@ struct QueryWork {
   long separation_tests = 0;
   long bv_tests = 0;    ///< pairs of FCL's volumes, or of one and a shape or cell, by FCL's test
   long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape or cell
+  /// Pairs of triangles whose boxes overlap, in queries for contacts by boxes. Only the few that
+  /// are not surely apart, nor neighbours, come to `leaf_tests`.
+  long candidates = 0;
 };
 
 }  // namespace adaptive_bvh

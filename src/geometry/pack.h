@@ -85,10 +85,16 @@ ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
-/// Whether it holds for all of them.
+/// A bit for each of four numbers of which a comparison holds.
 template <typename Mask>
-ADAPTIVE_BVH_INLINE bool every(const Mask& mask) {
-  return !any(mask == 0);
+ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
+  static_assert(sizeof(mask[0]) == 4, "a comparison of four numbers");
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#else
+  return unsigned(mask[0] != 0) | unsigned(mask[1] != 0) << 1 | unsigned(mask[2] != 0) << 2 |
+         unsigned(mask[3] != 0) << 3;
+#endif
 }
 
 ADAPTIVE_BVH_INLINE float sum(const Pack<float>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }

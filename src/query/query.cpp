@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "model_state.h"
+#include "query/box_contacts.h"
 #include "query/fcl/mesh_mesh.h"
 #include "query/fcl/mesh_octree.h"
 #include "query/fcl/mesh_shape.h"
@@ -140,8 +141,11 @@ struct RunCollision {
     return true;
   }
   template <typename BV>
-  static bool byBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&) {
-    return false;
+  bool byBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
+    if (!first.hasBoxes() || !second.hasBoxes()) return false;
+    if (!query.isSatisfied() && !collideByBoxes(first, second, query)) return false;
+    contacts = query.result.numContacts();
+    return true;
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {

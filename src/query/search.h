@@ -2,8 +2,8 @@
 
 namespace adaptive_bvh {
 
-/// The depth-first search over pairs of nodes of box trees, for all queries by boxes. A visitor
-/// decides:
+/// The depth-first search over pairs of nodes of box trees, for distances. (Contacts: WideSearch.)
+/// A visitor decides:
 ///
 ///   Visitor::Pair             two nodes, with what is known of them
 ///   visitor.prune(pair)       true: nothing below the two matters. A visitor that remembers where

@@ -13,6 +13,8 @@ std::uint64_t AdaptiveTree<BV>::newGeneration() {
 template <typename BV>
 void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
   generation = newGeneration();
+  topology_number = newGeneration();
+  setMoved();
   topology.adopt(model);
   statistics.reset(model.getNumBVs());
 }

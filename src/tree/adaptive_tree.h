@@ -10,6 +10,7 @@
 #include "tree/motion_bounds.h"
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
+#include "tree/wide_tree_on_demand.h"
 #include "tree/witness_cache.h"
 #include "volume/each_volume.h"
 
@@ -34,11 +35,14 @@ struct AdaptiveTree {
   /// A number that no other tree has. A new one whenever accumulated motions or the topology begin
   /// anew.
   std::uint64_t generation = newGeneration();
+  /// Numbers that no other topology, and no other positions, of any tree have.
+  std::uint64_t topology_number = newGeneration(), positions = newGeneration();
   Topology topology;
   std::optional<BoxTree<S>> boxes;         ///< with Propagation::TranslationCompensated
   MotionBounds<S> motion;                  ///< of the volumes beside those boxes
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   mutable WitnessCache witnesses;          ///< written by queries, too
+  mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
 
@@ -50,6 +54,8 @@ struct AdaptiveTree {
   }
 
   static std::uint64_t newGeneration();
+  /// The vertices are about to move, or have moved.
+  void setMoved() { positions = newGeneration(); }
 
   /// Takes over FCL's tree as it stands. Statistics begin anew; boxes and motion are not set.
   void adopt(const fcl::BVHModel<BV>& model);
@@ -58,7 +64,8 @@ struct AdaptiveTree {
   void restartMotion(const fcl::BVHModel<BV>& model);
 
   std::size_t bytes() const {
-    return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes();
+    return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes() +
+           wide.bytes();
   }
 
  private:

@@ -58,6 +58,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   }
   report.largest_displacement = static_cast<double>(seen.largestDisplacement());
 
+  target.tree.setMoved();
   openStep(target.model, input.kind);
   scope.write(seen);
   report.displacement_seconds = watch.lap();

@@ -46,7 +46,7 @@ struct AxesOfFour {
     const auto is_plane =
         (squares_of_normal > float4::all(kTiny)) & (excess > float4::all(-kNoise));
     y = times(y, one - excess * (float4::all(0.5f) - float4::all(0.375f) * excess));
-    if (!packs::every(is_plane)) y = select(is_plane, y, orthogonal());
+    if (packs::bits(is_plane) != 15) y = select(is_plane, y, orthogonal());
     y = select(is_point, Columns{none, one, none}, y);
     z = cross(x, y);
   }

@@ -30,7 +30,13 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
  public:
   unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2
 
-  void leafTesting(int b1, int b2) const override {
+  void leafTesting(int b1, int b2) const override { testLeaves(b1, b2, false); }
+
+  /// The contacts of two triangles that are known to touch, neither of them thin.
+  void addTouching(int b1, int b2) const { testLeaves(b1, b2, true); }
+
+ private:
+  void testLeaves(int b1, int b2, bool touching) const {
     if (!this->model1->isOccupied() || !this->model2->isOccupied())
       return Base::leafTesting(b1, b2);  // finds costs only
     const int id1 = this->model1->getBV(b1).primitiveId();
@@ -39,7 +45,7 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     const TrianglePoints<S> second = pointsOf(this->vertices2, this->tri_indices2[id2]);
     TrianglePoints<S> in_first;
     for (int i = 0; i < 3; ++i) in_first[i] = this->R * second[i] + this->T;
-    if (!touch(first, in_first)) return;
+    if (!touching && !touch(first, in_first)) return;
     if (this->request.enable_contact)
       addContacts(id1, id2, contactOf(first, in_first));
     else if (hasRoom())
@@ -47,7 +53,6 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     if (this->request.enable_cost) addCost(first, second);
   }
 
- private:
   static TrianglePoints<S> pointsOf(const fcl::Vector3<S>* vertices, const fcl::Triangle& t) {
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }

@@ -26,13 +26,8 @@ class SelfCollisionNode : public MeshCollisionNode<BV> {
     return separation(a, b, fcl::Vector3<S>::Zero(), S(0)) > 0;
   }
 
-  void leafTesting(int b1, int b2) const override { testUnlessNeighbours(b1, b2); }
-
-  /// Returns whether the two triangles were tested.
-  bool testUnlessNeighbours(int b1, int b2) const {
-    if (areNeighbours(b1, b2)) return false;
-    MeshCollisionNode<BV>::leafTesting(b1, b2);
-    return true;
+  void leafTesting(int b1, int b2) const override {
+    if (!areNeighbours(b1, b2)) MeshCollisionNode<BV>::leafTesting(b1, b2);
   }
 
  private:

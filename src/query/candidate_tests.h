@@ -1,0 +1,162 @@
+#pragma once
+
+#include "adaptive_bvh/self_collision.h"
+#include "geometry/triangle_differences.h"
+#include "query/placed_mesh.h"
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// What CandidateTests is given of a query. Models, trees and placement are those of FCL's
+/// traversal node: R and T place the second model in the first's coordinates.
+template <typename BV>
+struct CandidateInput {
+  using S = typename BV::S;
+  const PlacedMesh<BV>&first, &second;
+  const WideTree<S>&tree1, &tree2;
+  const fcl::Matrix3<S>& R;
+  const fcl::Vector3<S>& T;
+  NeighbourFilter filter;
+};
+
+/// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
+/// and by the hundred those are left out that are surely apart, four at a time: first by their
+/// planes and edges, in the trees' coordinates, then by all axes of FCL's test, from the model's
+/// own positions. FCL's test decides about the few of which that is uncertain.
+///
+///   frame(points)            points of the second tree in the coordinates of the first
+///   node.test(leaf1, leaf2)  FCL's test of two of FCL's leaves, which adds their contacts
+///   node.add(leaf1, leaf2)   adds the contacts of two that it would find touching
+///   node.isDone()            whether there are contacts enough
+template <typename BV, typename Frame, typename Node>
+class CandidateTests {
+ public:
+  using S = typename BV::S;
+
+  CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
+      : in_(input), frame_(frame), node_(node) {
+    const float share = differenceError<S>();
+    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
+    coarse_ = {frame.error(), share, least};
+    fine_ = {frame.errorInModel(), share, least};
+  }
+
+  ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
+    ++candidates_;
+    pairs_[size_] = {triangle1, triangle2};
+    size_ += !areNeighbours(triangle1, triangle2);
+    if (size_ == kSize) testAll();
+  }
+  bool isDone() const { return is_done_; }
+  /// What was found and not yet tested.
+  void finish() { testAll(); }
+
+  long candidates() const { return candidates_; }
+  long fclTests() const { return fcl_tests_; }
+
+ private:
+  static constexpr int kSize = 256;
+  struct Pair {
+    unsigned first, second;
+  };
+
+  ADAPTIVE_BVH_INLINE bool areNeighbours(unsigned triangle1, unsigned triangle2) const {
+    if (in_.filter == NeighbourFilter::None) return false;
+    const unsigned shared =
+        sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
+    const unsigned but_one = in_.filter == NeighbourFilter::SharedEdge;
+    return (shared & (shared - but_one)) != 0;  // one bit at least, or two
+  }
+
+  void testAll() {
+    pad();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByPlanes(coarse_); });
+    pad();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByEdgeNormals(coarse_); });
+    pad();
+    for (int i = 0; i < size_ && !is_done_; i += 4) {
+      const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
+      for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
+        settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
+    }
+    size_ = 0;
+  }
+
+  void settle(const Pair& pair, bool apart, bool touching) {
+    if (apart) return;
+    const int leaf1 = in_.tree1.leaf(pair.first), leaf2 = in_.tree2.leaf(pair.second);
+    if (touching) {
+      node_.add(leaf1, leaf2);
+    } else {
+      ++fcl_tests_;
+      node_.test(leaf1, leaf2);
+    }
+    is_done_ = node_.isDone();
+  }
+
+  /// Lets groups of four be whole: the pairs added count for nothing.
+  void pad() {
+    for (int i = size_; i % 4; ++i) pairs_[i] = pairs_[size_ - 1];
+  }
+
+  /// Keeps the pairs that `areApart` does not name, in order; returns how many.
+  template <typename AreApart>
+  ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
+    int kept = 0;
+    for (int i = 0; i < size_; i += 4) {
+      const Pair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const unsigned apart = areApart(coarse(group));
+      for (int k = 0; k < 4; ++k) {
+        pairs_[kept] = group[k];
+        kept += !(apart >> k & 1) & (i + k < size_);
+      }
+    }
+    return kept;
+  }
+
+  /// In the coordinates of the first tree.
+  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const Pair (&group)[4]) const {
+    Vector4x3 p[3], q[3];
+    gather(in_.first.tree->topology.slots, in_.tree1.positions(),
+           {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+    gather(in_.second.tree->topology.slots, in_.tree2.positions(),
+           {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+    for (Vector4x3& corner : q) corner = frame_(corner);
+    return TrianglePairs4(p, q);
+  }
+  ADAPTIVE_BVH_INLINE static void gather(const VertexSlots& slots, const Float4* positions,
+                                         const std::array<unsigned, 4>& triangles,
+                                         Vector4x3 (&corners)[3]) {
+    VertexIndices at[4];
+    for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
+    for (std::size_t c = 0; c < 3; ++c)
+      corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
+                                   positions[at[3][c]]);
+  }
+
+  /// From the model's own positions.
+  TrianglePairs4 fine(const Pair* group) const {
+    TriangleDifferences<S> differences(in_.tree1.scale());
+    for (int k = 0; k < 4; ++k) {
+      TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);
+      frame_.place(in_.R, in_.T, q);
+      differences.set(k, points(in_.first.model->vertices, in_.tree1, group[k].first), q);
+    }
+    return differences.pairs();
+  }
+  ADAPTIVE_BVH_INLINE static TrianglePoints<S> points(const fcl::Vector3<S>* vertices,
+                                                      const WideTree<S>& tree, unsigned triangle) {
+    const Int4 v = tree.vertices(triangle);
+    return {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
+  }
+  const CandidateInput<BV> in_;
+  const Frame& frame_;
+  Node& node_;
+  PairError coarse_, fine_;
+  Pair pairs_[kSize + 3];
+  int size_ = 0;
+  bool is_done_ = false;
+  long candidates_ = 0, fcl_tests_ = 0;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <type_traits>
+#include <vector>
+
+#include "geometry/scratch.h"
+#include "query/relative_frame.h"
+#include "tree/traversal_statistics.h"
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// Which pairs of four and four boxes overlap: bit 4 j + i for box i of `a` and box j of `b`.
+ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
+  unsigned bits = 0;
+  const auto test = [&](auto lane) {
+    constexpr int j = decltype(lane)::value;
+    using float4::broadcast;
+    bits |=
+        float4::bits((a.low[0] <= broadcast<j>(b.high[0])) & (broadcast<j>(b.low[0]) <= a.high[0]) &
+                     (a.low[1] <= broadcast<j>(b.high[1])) & (broadcast<j>(b.low[1]) <= a.high[1]) &
+                     (a.low[2] <= broadcast<j>(b.high[2])) & (broadcast<j>(b.low[2]) <= a.high[2]))
+        << (4 * j);
+  };
+  test(std::integral_constant<int, 0>());
+  test(std::integral_constant<int, 1>());
+  test(std::integral_constant<int, 2>());
+  test(std::integral_constant<int, 3>());
+  return bits;
+}
+
+/// The nodes of one four-wide tree that a query went below, for the traversal statistics of the
+/// binary tree: noted here first, for the same nodes are visited again and again.
+class VisitedNodes {
+ public:
+  /// `memory` is kept by the thread.
+  VisitedNodes(std::vector<std::uint8_t>& memory, int nodes) : lanes_(memory) {
+    lanes_.assign(static_cast<std::size_t>(nodes), 0);
+  }
+  /// Of a leaf: `lanes` are the triangles that were tested, a bit each.
+  ADAPTIVE_BVH_INLINE void add(int node, unsigned lanes) {
+    lanes_[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(kVisited | lanes);
+  }
+  void record(const WideNode* nodes, TraversalStatistics& statistics) const {
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      if (!lanes_[i]) continue;
+      const WideNode& node = nodes[i];
+      for (const std::int32_t binary : node.binary)
+        if (binary >= 0) statistics.recordVisit(binary);
+      if (!node.isLeaf()) continue;
+      for (int k = 0; k < node.count; ++k)
+        if (lanes_[i] >> k & 1) statistics.recordVisit(node.below[k]);
+    }
+  }
+
+ private:
+  static constexpr unsigned kVisited = 16;
+  std::vector<std::uint8_t>& lanes_;
+};
+
+/// All pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself, from
+/// the roots down, depth first. Where only one of two nodes is a leaf, its triangles are tested
+/// against the boxes of the other.
+///
+///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
+///   Visitor::isDone()      whether the answer is found
+///   frame(boxes)           boxes of the second tree in the coordinates of the first
+template <typename Frame, bool kIsSelf, typename Visitor>
+class WideSearch {
+ public:
+  WideSearch(const WideNode* first, const WideNode* second, const Frame& frame, Visitor& visitor,
+             VisitedNodes& visited_first, VisitedNodes& visited_second)
+      : first_(first),
+        second_(second),
+        frame_(frame),
+        visitor_(visitor),
+        visited_first_(visited_first),
+        visited_second_(visited_second) {}
+
+  /// `depth`: of both trees, added.
+  void run(int depth) {
+    // A pair that is left makes room for sixteen below it at most.
+    Scratch<Pair> open(static_cast<std::size_t>(16 * depth));
+    top_ = open.data();
+    push(0, 0);
+    while (top_ != open.data() && !visitor_.isDone()) {
+      const Pair pair = *--top_;
+      if (kIsSelf && pair.first == pair.second)
+        testNode(pair.first);
+      else
+        testPair(pair);
+    }
+  }
+
+  long boxTests() const { return box_tests_; }
+
+ private:
+  struct Pair {
+    int first, second;
+  };
+
+  ADAPTIVE_BVH_INLINE void push(int first, int second) { *top_++ = {first, second}; }
+
+  ADAPTIVE_BVH_INLINE void testPair(const Pair& pair) {
+    const WideNode &a = first_[pair.first], &b = second_[pair.second];
+    const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
+    box_tests_ += a.count * b.count;
+    const unsigned of_a = (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
+    const unsigned of_b = anyOfFour(bits);
+    visited_first_.add(pair.first, of_a);
+    visited_second_.add(pair.second, of_b);
+    if (a.isLeaf() && b.isLeaf())
+      forEach(bits, [&](int i, int j) { found(a, i, b, j); });
+    else if (a.isLeaf())
+      forEach(of_b, [&](int j, int) { push(pair.first, b.below[j]); });
+    else if (b.isLeaf())
+      forEach(of_a, [&](int i, int) { push(a.below[i], pair.second); });
+    else
+      forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
+  }
+
+  /// The boxes of a node of the second tree. Pairs that follow each other often share it.
+  ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
+    if (kIsSelf) return second_[node].boxes;
+    if (node != turned_node_) turned_ = frame_(second_[node].boxes);
+    turned_node_ = node;
+    return turned_;
+  }
+
+  /// A node of one tree against itself: every pair below once.
+  void testNode(int number) {
+    const WideNode& node = first_[number];
+    constexpr unsigned kUpper = 0x7310;  // i < j
+    const unsigned bits = overlaps(node.boxes, node.boxes) & kUpper;
+    box_tests_ += node.count * (node.count - 1) / 2;
+    if (node.isLeaf()) {
+      visited_first_.add(number,
+                         (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
+      forEach(bits, [&](int i, int j) { found(node, i, node, j); });
+      return;
+    }
+    visited_first_.add(number, 0);
+    forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
+    for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
+  }
+
+  /// Of sixteen bits: bit j where any of the bits 4 j to 4 j + 3 is.
+  ADAPTIVE_BVH_INLINE static unsigned anyOfFour(unsigned bits) {
+    unsigned any = bits | bits >> 1;
+    any = (any | any >> 2) & 0x1111;
+    return (any | any >> 3 | any >> 6 | any >> 9) & 15;
+  }
+  template <typename Do>
+  ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
+    for (; bits; bits &= bits - 1) {
+      const int bit = __builtin_ctz(bits);
+      act(bit & 3, bit >> 2);
+    }
+  }
+  ADAPTIVE_BVH_INLINE void found(const WideNode& a, int i, const WideNode& b, int j) {
+    visitor_.found(static_cast<unsigned>(a.first + i), static_cast<unsigned>(b.first + j));
+  }
+
+  const WideNode *const first_, *const second_;
+  const Frame& frame_;
+  Visitor& visitor_;
+  VisitedNodes &visited_first_, &visited_second_;
+  Pair* top_ = nullptr;
+  int turned_node_ = -1;
+  Boxes4 turned_;
+  long box_tests_ = 0;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include "geometry/body_frame.h"
+#include "geometry/box.h"
+#include "geometry/mesh_of_model.h"
+#include "tree/vertex_slots.h"
+
+namespace adaptive_bvh {
+
+/// Four integers.
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+/// A bit for each vertex that two triangles have in common. Each is given by its three vertices,
+/// and a fourth number that does not count.
+ADAPTIVE_BVH_INLINE unsigned sharedVertices(const Int4& a, const Int4& b) {
+  Float4 turned;  // only its bits are moved
+  __builtin_memcpy(&turned, &b, sizeof(b));
+  const auto same = [&] {
+    Int4 other;
+    __builtin_memcpy(&other, &turned, sizeof(other));
+    return float4::bits(a == other) & 7;
+  };
+  const unsigned as_is = same();
+  turned = float4::rotated(turned);
+  const unsigned once = same();
+  turned = float4::rotated(turned);
+  return as_is | once << 3 | same() << 6;
+}
+
+/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
+struct Boxes4 {
+  Float4 low[3], high[3];
+
+  ADAPTIVE_BVH_INLINE Box box(int lane) const {
+    return {Float4{low[0][lane], low[1][lane], low[2][lane], 0},
+            Float4{high[0][lane], high[1][lane], high[2][lane], 0}};
+  }
+};
+
+/// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
+/// triangles. Boxes that it has none for are empty: they overlap nothing.
+struct alignas(64) WideNode {
+  Boxes4 boxes;
+  /// Of an inner node the nodes below it; of a leaf FCL's leaves with these triangles.
+  std::int32_t below[4];
+  std::int32_t first;  ///< of a leaf: its first triangle, in the order of FCL's leaves; else -1
+  std::int32_t count;  ///< of boxes
+  /// FCL's nodes that this one stands for: the one above all the others, and those between it and
+  /// `below`; -1 where there are fewer.
+  std::int32_t binary[3];
+
+  bool isLeaf() const { return first >= 0; }
+};
+
+/// A four-wide tree, collapsed from a model's binary one, with boxes of the present positions (not
+/// of those before, in a two-frame update) in single precision: what queries for contacts read.
+///
+/// Its coordinates are y = scale R^T (x - origin), by the axes and the origin of a BodyFrame, with
+/// a scale that brings the body's largest coordinate to between 1 and 2. They are computed in
+/// double precision and rounded once: docs/bounds.md, 13.
+template <typename S>
+class WideTree {
+ public:
+  /// Bounds the error of a position's component: 2u = 2^-23 for the rounding of numbers below 2,
+  /// and as much for all that is rounded in double precision.
+  static constexpr float kPositionError = 1.f / (1 << 22);
+  /// By so much boxes reach beyond the positions of their triangles.
+  static constexpr float kBoxMargin = 1.f / (1 << 20);
+
+  /// Collapses the model's tree; boxes come with `refit`.
+  template <typename BV>
+  void adopt(const fcl::BVHModel<BV>& model);
+
+  /// Computes all positions and boxes anew. `size` is the largest coordinate of the body in the
+  /// frame, or somewhat more.
+  template <typename BV>
+  void refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots, const BodyFrame<S>& frame,
+             float size);
+
+  const WideNode* nodes() const { return nodes_.data(); }
+  int size() const { return static_cast<int>(nodes_.size()); }
+  int depth() const { return depth_; }  ///< nodes from the root to the deepest leaf
+
+  /// By slot.
+  const Float4* positions() const { return positions_.data(); }
+  /// FCL's leaf with a triangle, which is given by its place in the order of the leaves.
+  int leaf(unsigned triangle) const { return vertices_[triangle][3]; }
+  /// Its vertices; the fourth number is another.
+  const Int4& vertices(unsigned triangle) const { return vertices_[triangle]; }
+
+  /// y = to_body (x - origin).
+  const fcl::Matrix3d& toBody() const { return to_body_; }
+  const fcl::Vector3d& origin() const { return origin_; }
+  double scale() const { return scale_; }
+
+  std::size_t bytes() const {
+    const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    return size(nodes_) + size(positions_) + size(vertices_);
+  }
+
+ private:
+  void setFrame(const BodyFrame<S>& frame, float size);
+  void refitLeaf(WideNode& node, const VertexSlots& slots) const;
+  void refitInner(WideNode& node) const;
+
+  std::vector<WideNode> nodes_;  ///< those below a node follow it
+  std::vector<Float4> positions_;
+  std::vector<Int4> vertices_;  ///< and FCL's leaf
+  int depth_ = 0;
+  fcl::Matrix3d to_body_ = fcl::Matrix3d::Identity();
+  fcl::Vector3d origin_ = fcl::Vector3d::Zero();
+  double scale_ = 1;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// The four-wide tree of one model, brought up to date by the first query that needs it after an
+/// update: who asks for distances only does not pay for it. Queries on many threads may ask at
+/// once; one of them does the work, the others wait. A copy begins without one.
+template <typename S>
+class WideTreeOnDemand {
+ public:
+  WideTreeOnDemand() = default;
+  WideTreeOnDemand(const WideTreeOnDemand&) {}
+  WideTreeOnDemand& operator=(const WideTreeOnDemand&) = delete;
+
+  /// `tree`: the model's AdaptiveTree, with boxes.
+  template <typename BV, typename Tree>
+  const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree) {
+    if (positions_.load(std::memory_order_acquire) == tree.positions) return wide_;
+    const std::lock_guard<std::mutex> lock(refitting_);
+    if (positions_.load(std::memory_order_relaxed) == tree.positions) return wide_;
+    if (topology_ != tree.topology_number) wide_.adopt(model);
+    topology_ = tree.topology_number;
+    wide_.refit(model, tree.topology.slots, tree.boxes->frame,
+                tree.boxes->root().largestCoordinate());
+    positions_.store(tree.positions, std::memory_order_release);
+    return wide_;
+  }
+
+  std::size_t bytes() const { return wide_.bytes(); }
+
+ private:
+  std::atomic<std::uint64_t> positions_{0};  ///< AdaptiveTree::positions at the last refit
+  std::uint64_t topology_ = 0;               ///< AdaptiveTree::topology_number
+  std::mutex refitting_;
+  WideTree<S> wide_;
+};
+
+}  // namespace adaptive_bvh
