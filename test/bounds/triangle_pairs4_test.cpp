@@ -132,7 +132,6 @@ TYPED_TEST_SUITE(Pairs4, Scalars);
 /// Apart: never where FCL finds an intersection, nor where there is one. Touching: only where both
 /// do.
 TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
-  using S = TypeParam;
   int apart = 0, touching = 0, by_planes = 0, pairs_apart = 0, pairs_touching = 0;
   for (int round = 0; round < 20000; ++round) {
     const auto g = this->group(-6);
