@@ -7,10 +7,18 @@
 namespace adaptive_bvh_bench {
 namespace {
 
+enum class Way { Default, OnDemand, Coherent };
+
+adaptive_bvh::RefitPolicy policyOf(Way way) {
+  adaptive_bvh::RefitPolicy policy;
+  policy.volumes_on_demand = way == Way::OnDemand;
+  return policy;
+}
+
 class AdaptiveContact : public ContactMethod {
  public:
-  AdaptiveContact(const ContactCase& contact_case, bool coherent)
-      : job_(contact_case.job), is_coherent_(coherent) {
+  AdaptiveContact(const ContactCase& contact_case, Way way)
+      : job_(contact_case.job), way_(way), first_(policyOf(way)), second_(policyOf(way)) {
     fillModel(contact_case.scenario.first.mesh(), first_);
     if (job_ != Job::SelfCollision) fillModel(contact_case.scenario.second.mesh(), second_);
   }
@@ -35,8 +43,8 @@ class AdaptiveContact : public ContactMethod {
   ContactAnswer answer() override {
     const adaptive_bvh::QueryWork work = first_.recordedWork();
     ContactAnswer answer;
-    answer.counts = {work.box_tests + work.separation_tests + work.bv_tests, -1, work.leaf_tests,
-                     -1};
+    answer.counts = {work.box_tests + work.separation_tests + work.bv_tests,
+                     job_ == Job::Distance ? -1 : work.candidates, work.leaf_tests, -1};
     answer.distance = distance_;
     answer.pairs = pairsOf(contacts_, job_ == Job::SelfCollision);
     return answer;
@@ -46,13 +54,13 @@ class AdaptiveContact : public ContactMethod {
   void distance() {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    distance_ = is_coherent_ ? coherent_.distance(origin_, origin_, request, result)
-                             : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_,
-                                                              request, result);
+    distance_ = way_ == Way::Coherent ? coherent_.distance(origin_, origin_, request, result)
+                                      : adaptive_bvh::distance<double>(&first_, origin_, &second_,
+                                                                       origin_, request, result);
   }
 
   Job job_;
-  bool is_coherent_;
+  Way way_;
   adaptive_bvh::AdaptiveBVHModeld first_, second_;
   adaptive_bvh::CoherentDistanced coherent_{first_, second_};
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
@@ -63,17 +71,19 @@ class AdaptiveContact : public ContactMethod {
 }  // namespace
 
 std::vector<ContactKind> adaptiveContactMethods() {
-  const auto make = [](bool coherent) {
-    return
-        [coherent](const ContactCase& c) { return std::make_unique<AdaptiveContact>(c, coherent); };
+  const auto make = [](Way way) {
+    return [way](const ContactCase& c) { return std::make_unique<AdaptiveContact>(c, way); };
   };
-  return {{kContactOurs,
-           "adaptive_bvh",
+  const std::vector<Job> all = {Job::SelfCollision, Job::Collide, Job::Distance};
+  return {{kContactOurs, "adaptive_bvh", ContactKind::Ours, true, all, make(Way::Default)},
+          {"on-demand", "adaptive_bvh, volumes on demand", ContactKind::Ours, true, all,
+           make(Way::OnDemand)},
+          {"coherent",
+           "CoherentDistance",
            ContactKind::Ours,
            true,
-           {Job::SelfCollision, Job::Collide, Job::Distance},
-           make(false)},
-          {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
+           {Job::Distance},
+           make(Way::Coherent)}};
 }
 
 }  // namespace adaptive_bvh_bench
