@@ -9,9 +9,12 @@ namespace {
 
 class AdaptiveContact : public ContactMethod {
  public:
-  AdaptiveContact(const ContactCase& contact_case, bool coherent)
+  AdaptiveContact(const ContactCase& contact_case, bool coherent, int threads)
       : job_(contact_case.job), is_coherent_(coherent) {
     fillModel(contact_case.scenario.first.mesh(), first_);
+    first_.setUpdateThreads(threads);
+    second_.setUpdateThreads(threads);
+    first_.setQueryThreads(threads);
     if (job_ != Job::SelfCollision) fillModel(contact_case.scenario.second.mesh(), second_);
   }
 
@@ -62,18 +65,28 @@ class AdaptiveContact : public ContactMethod {
 
 }  // namespace
 
-std::vector<ContactKind> adaptiveContactMethods() {
-  const auto make = [](bool coherent) {
-    return
-        [coherent](const ContactCase& c) { return std::make_unique<AdaptiveContact>(c, coherent); };
+std::vector<ContactKind> adaptiveContactMethods(int threads) {
+  const auto make = [](bool coherent, int threads_used = 1) {
+    return [coherent, threads_used](const ContactCase& c) {
+      return std::make_unique<AdaptiveContact>(c, coherent, threads_used);
+    };
   };
-  return {{kContactOurs,
-           "adaptive_bvh",
-           ContactKind::Ours,
-           true,
-           {Job::SelfCollision, Job::Collide, Job::Distance},
-           make(false)},
-          {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
+  std::vector<ContactKind> kinds = {
+      {kContactOurs,
+       "adaptive_bvh",
+       ContactKind::Ours,
+       true,
+       {Job::SelfCollision, Job::Collide, Job::Distance},
+       make(false)},
+      {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
+  if (threads > 1)
+    kinds.push_back({"threads",
+                     "adaptive_bvh, " + std::to_string(threads) + " threads",
+                     ContactKind::Ours,
+                     true,
+                     {Job::SelfCollision, Job::Collide},
+                     make(false, threads)});
+  return kinds;
 }
 
 }  // namespace adaptive_bvh_bench
