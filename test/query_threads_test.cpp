@@ -113,9 +113,9 @@ TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
   for (NeighbourFilter filter :
        {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge, NeighbourFilter::None})
     for (const auto* request : {&this->all_, &this->with_fields_})
-      this->expectSame([&](Result& result) { this->self(*request, filter, result); }, true, 3000);
+      this->expectSame([&](Result& result) { this->self(*request, filter, result); }, true, 2000);
   for (const auto* request : {&this->all_, &this->with_fields_})
-    this->expectSame([&](Result& result) { this->both(*request, result); }, true, 3000);
+    this->expectSame([&](Result& result) { this->both(*request, result); }, true, 2000);
 }
 
 /// The first of them, where fewer are wanted; also after those of an older query.
