@@ -50,6 +50,8 @@ class CandidateTests {
   bool isDone() const { return is_done_; }
   /// What was found and not yet tested.
   void finish() { testAll(); }
+  /// Goes on with more pairs, whether or not there were contacts enough.
+  void resume() { is_done_ = node_.isDone(); }
 
   long candidates() const { return candidates_; }
   long fclTests() const { return fcl_tests_; }

@@ -6,7 +6,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "update/node_fit.h"
 #include "update/step_input.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
 #include "volume/each_volume.h"

@@ -10,7 +10,7 @@
 #include "update/partial_bounds.h"
 #include "update/refit.h"
 #include "update/step_input.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
 

@@ -8,7 +8,7 @@
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"

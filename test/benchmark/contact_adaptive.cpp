@@ -17,9 +17,12 @@ adaptive_bvh::RefitPolicy policyOf(Way way) {
 
 class AdaptiveContact : public ContactMethod {
  public:
-  AdaptiveContact(const ContactCase& contact_case, Way way)
+  AdaptiveContact(const ContactCase& contact_case, Way way, int threads)
       : job_(contact_case.job), way_(way), first_(policyOf(way)), second_(policyOf(way)) {
     fillModel(contact_case.scenario.first.mesh(), first_);
+    first_.setUpdateThreads(threads);
+    second_.setUpdateThreads(threads);
+    first_.setQueryThreads(threads);
     if (job_ != Job::SelfCollision) fillModel(contact_case.scenario.second.mesh(), second_);
   }
 
@@ -70,20 +73,28 @@ class AdaptiveContact : public ContactMethod {
 
 }  // namespace
 
-std::vector<ContactKind> adaptiveContactMethods() {
-  const auto make = [](Way way) {
-    return [way](const ContactCase& c) { return std::make_unique<AdaptiveContact>(c, way); };
+std::vector<ContactKind> adaptiveContactMethods(int threads) {
+  const auto make = [](Way way, int used = 1) {
+    return [way, used](const ContactCase& c) {
+      return std::make_unique<AdaptiveContact>(c, way, used);
+    };
   };
+  const std::vector<Job> contacts = {Job::SelfCollision, Job::Collide};
   const std::vector<Job> all = {Job::SelfCollision, Job::Collide, Job::Distance};
-  return {{kContactOurs, "adaptive_bvh", ContactKind::Ours, true, all, make(Way::Default)},
-          {"on-demand", "adaptive_bvh, volumes on demand", ContactKind::Ours, true, all,
-           make(Way::OnDemand)},
-          {"coherent",
-           "CoherentDistance",
-           ContactKind::Ours,
-           true,
-           {Job::Distance},
-           make(Way::Coherent)}};
+  std::vector<ContactKind> kinds = {
+      {kContactOurs, "adaptive_bvh", ContactKind::Ours, true, all, make(Way::Default)},
+      {"on-demand", "adaptive_bvh, volumes on demand", ContactKind::Ours, true, all,
+       make(Way::OnDemand)},
+      {"coherent",
+       "CoherentDistance",
+       ContactKind::Ours,
+       true,
+       {Job::Distance},
+       make(Way::Coherent)}};
+  if (threads > 1)
+    kinds.push_back({"threads", "adaptive_bvh, " + std::to_string(threads) + " threads",
+                     ContactKind::Ours, true, contacts, make(Way::Default, threads)});
+  return kinds;
 }
 
 }  // namespace adaptive_bvh_bench

@@ -25,10 +25,11 @@ struct Options {
   std::vector<std::string> scenarios, methods, jobs, poses;
   std::string json, csv;
   bool split = false, quiet = false;
+  int threads = 1;
   ContactRunOptions run;
 };
 
-std::vector<ContactKind> contactMethods() {
+std::vector<ContactKind> contactMethods(int threads) {
   std::vector<ContactKind> all = fclContactMethods();
   const auto append = [&all](const std::vector<ContactKind>& kinds) {
     all.insert(all.end(), kinds.begin(), kinds.end());
@@ -39,13 +40,13 @@ std::vector<ContactKind> contactMethods() {
 #ifdef ADAPTIVE_BVH_HAS_CGAL
   append(cgalContactMethods());
 #endif
-  append(adaptiveContactMethods());
+  append(adaptiveContactMethods(threads));
   return all;
 }
 
 std::vector<ContactKind> chosenMethods(const Options& options) {
   std::vector<ContactKind> chosen;
-  for (const ContactKind& kind : contactMethods())
+  for (const ContactKind& kind : contactMethods(options.threads))
     if (options.methods.empty() ||
         std::count(options.methods.begin(), options.methods.end(), kind.key))
       chosen.push_back(kind);
@@ -166,6 +167,8 @@ void addOptions(CLI::App& app, Options& options) {
   app.add_option("--seed", options.run.seed, "Of the order in which methods take turns");
   app.add_option("--json", options.json, "Write all, frame by frame, to this file");
   app.add_option("--csv", options.csv, "Write a row per case and method to this file");
+  app.add_option("--threads", options.threads, "Adds a row of ours on so many threads")
+      ->check(CLI::Range(1, 256));
   app.add_flag("--quiet", options.quiet, "No progress bar");
 }
 

@@ -67,7 +67,8 @@ struct ContactKind {
 /// Those that others are compared with.
 constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "recorded";
 
-std::vector<ContactKind> adaptiveContactMethods();  ///< this library's
+/// This library's; with a row on so many threads where they are more than one.
+std::vector<ContactKind> adaptiveContactMethods(int threads);
 std::vector<ContactKind> fclContactMethods();       ///< FCL's RSS, refitted top-down
 std::vector<ContactKind> embreeContactMethods();    ///< where Embree 3 is found
 std::vector<ContactKind> cgalContactMethods();      ///< where CGAL is found

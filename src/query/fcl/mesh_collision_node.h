@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include <fcl/math/bv/AABB.h>
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 
@@ -30,6 +32,9 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
 
  public:
   unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2
+  /// Both meshes are the same in the same place: the triangle with the smaller index is tested as
+  /// the first. FCL's verdict on a mere touch, and its contact, may depend on that.
+  bool is_self = false;
 
   void leafTesting(int b1, int b2) const override { testLeaves(b1, b2, false); }
 
@@ -40,8 +45,9 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   void testLeaves(int b1, int b2, bool touching) const {
     if (!this->model1->isOccupied() || !this->model2->isOccupied())
       return Base::leafTesting(b1, b2);  // finds costs only
-    const int id1 = this->model1->getBV(b1).primitiveId();
-    const int id2 = this->model2->getBV(b2).primitiveId();
+    int id1 = this->model1->getBV(b1).primitiveId();
+    int id2 = this->model2->getBV(b2).primitiveId();
+    if (is_self && id2 < id1) std::swap(id1, id2);
     if (touching && !this->request.enable_contact && !this->request.enable_cost)
       return addPair(id1, id2);
     const TrianglePoints<S> first = pointsOf(*this->model1, id1);
@@ -64,8 +70,7 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   bool hasRoom() const { return this->result->numContacts() < this->request.num_max_contacts; }
 
   void addPair(int id1, int id2) const {
-    if (hasRoom())
-      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+    if (hasRoom()) this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
   }
 
   void addContacts(int id1, int id2, const TriangleContact<S>& contact) const {
