@@ -5,19 +5,36 @@
 
 #include "geometry/mesh_of_model.h"
 #include "query/nearest_points.h"
-#include "query/search.h"
 
 namespace adaptive_bvh {
 namespace {
 
 /// Only while volumes are not being brought up to date by a query on another thread.
 template <typename BV>
-VolumeSeparation<BV> separationOf(const TriangleSeparation<typename BV::S>& placement,
+VolumeSeparation<BV> separationsOf(const TriangleSeparation<typename BV::S>& placement,
                                   const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                                   bool are_current) {
   if (!are_current) return {placement.R(), placement.T(), 0, 0};
   return {placement.R(), placement.T(), first.tree->motion.coordinateSum(),
           second.tree->motion.coordinateSum()};
+}
+
+/// FCL's distance of two triangles is off by some epsilon of what their coordinates are made of.
+template <typename BV>
+typename BV::S roundingOf(const TriangleSeparation<typename BV::S>& placement,
+                          const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
+  const auto size = [](const fcl::BVHModel<BV>& model) {
+    return model.aabb_center.template lpNorm<1>() + model.aabb_radius;
+  };
+  return 8 * rounding::epsilon<typename BV::S>() *
+         (placement.T().template lpNorm<1>() + size(*first.model) + size(*second.model));
+}
+
+/// The thread's stack of pairs, whose memory stays.
+template <typename Pair>
+std::vector<Pair>& openPairs() {
+  static thread_local std::vector<Pair> pairs;
+  return pairs;
 }
 
 }  // namespace
@@ -39,17 +56,24 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       unit2_(static_cast<double>(second.tree->boxes->frame.unit())),
       boxes_(*first.tree->boxes, first.tf, *second.tree->boxes, second.tf),
       triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
+      vertices_(first_, second_, triangles_.R(), triangles_.T()),
       has_volumes_(first.tree->volumesAreCurrent() && second.tree->volumesAreCurrent()),
-      volumes_(separationOf(triangles_, first, second, has_volumes_)) {
+      volumes_(separationsOf(triangles_, first, second, has_volumes_)),
+      rounding_(roundingOf(triangles_, first, second)),
+      open_(openPairs<Pair>()) {
   setLimit();
 }
 
 /// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
+/// What is nearer by no more than its distances of triangles are rounded is as near: so parallel
+/// faces prune. Not where that would hide a touch.
 template <typename BV>
 void DistanceVisitor<BV>::setLimit() {
   limit_ = std::max(result_.min_distance - request_.abs_err,
                     result_.min_distance / (1 + request_.rel_err));
+  if (limit_ > 4 * rounding_) limit_ -= rounding_;
   limit2_ = boxes_.squaredGapFor(limit_);
+  nearly2_ = boxes_.squaredGapNear(limit_);
 }
 
 template <typename BV>
@@ -78,47 +102,197 @@ void DistanceVisitor<BV>::addWitness(int triangle1, int triangle2) {
 
 template <typename BV>
 void DistanceVisitor<BV>::search(int node1, int node2) {
-  Pair pair = pairOf(node1, node2);
-  searchPairs(*this, pair);
+  open_.clear();
+  open_.push_back({node1, node2, gapOf(node1, node2)});
+  while (!open_.empty() && !isDone()) {
+    const Pair pair = open_.back();
+    open_.pop_back();
+    S separation = std::numeric_limits<S>::quiet_NaN();
+    if (prune(pair, separation)) continue;
+    if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2))
+      testLeaves(pair.node1, pair.node2, pair.gap);
+    else
+      split(pair, separation);
+  }
 }
 
 template <typename BV>
-auto DistanceVisitor<BV>::pairOf(int node1, int node2) -> Pair {
-  const CenteredBox a(nodes1_.box(node1)), b(nodes2_.box(node2));
+float DistanceVisitor<BV>::gapOf(int node1, int node2) {
+  quad1_.setNode(nodes1_, node1);
+  quad2_.setNode(nodes2_, node2);
+  Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, boxes_.toFirst()(quad2_.boxes));
+  boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
   ++work_.box_tests;
-  return {node1, node2, boxes_.gapFromFirst(a, b, boxes_.toFirst()(b), limit2_)};
+  return gaps(0, 0);
 }
 
 /// Where parts lie askew in body coordinates, boxes are loose and prune late. When they nearly
-/// prune a pair, FCL's volumes are tested as well. When these would prune it without their
-/// inflation, that counts for test D.
+/// prune a pair, FCL's volumes are tested as well, and its vertices where these may be parallel
+/// flat parts. `separation` is what the volumes said, if they did not prune.
 template <typename BV>
-bool DistanceVisitor<BV>::prune(Pair& pair) {
+bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (pair.gap >= limit2_) {
-    stop(pair, [&] { return boxes_.distanceFor(pair.gap); });
+    stopAtGap(pair.node1, pair.node2, pair.gap);
     return true;
   }
+  if (pair.gap < kNear * limit2_) return false;
   const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
-  if (has_volumes_ && pair.gap >= kNear * limit2_ && a.num_primitives + b.num_primitives > kFew) {
-    ++work_.separation_tests;
-    pair.separation = volumes_(a.bv, b.bv, triangles_.direction(), limit_);
-    if (pair.separation >= limit_) {
-      stop(pair, [&] { return pair.separation; });
-      return true;
-    }
-    const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
-    const S inflation2 = S(motion2_.inflation(pair.node2)) * S(unit2_);
-    if (pair.separation + inflation1 + inflation2 >= limit_)
-      statistics_.recordObstruction(pair.node1, pair.node2);
+  if (a.num_primitives + b.num_primitives <= kFew) return false;
+  S bound = has_volumes_ ? separationOf(pair, a.bv, b.bv) : S(0);
+  if (has_volumes_ && bound < limit_) separation = bound;
+  if (bound < limit_ && mayReadVertices(pair))
+    bound = S(vertices_(pair.node1, pair.node2, triangles_.direction(), double(limit_)));
+  if (bound < limit_) return false;
+  if (isKept()) stop(pair.node1, pair.node2, double(bound));
+  return true;
+}
+
+/// When the volumes would prune the pair without their inflation, that counts for test D.
+template <typename BV>
+auto DistanceVisitor<BV>::separationOf(const Pair& pair, const BV& a, const BV& b) -> S {
+  ++work_.separation_tests;
+  const S separation = volumes_(a, b, triangles_.direction(), limit_);
+  if (separation >= limit_) return separation;
+  const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
+  const S inflation2 = S(motion2_.inflation(pair.node2)) * S(unit2_);
+  if (separation + inflation1 + inflation2 >= limit_)
+    statistics_.recordObstruction(pair.node1, pair.node2);
+  return separation;
+}
+
+/// Vertices are read where exact boxes would have pruned, and in proportion to the search.
+template <typename BV>
+bool DistanceVisitor<BV>::mayReadVertices(const Pair& pair) const {
+  const long all = first_.model->num_tris + second_.model->num_tris;
+  return pair.gap >= nearly2_ && vertices_.read() < 2 * all + 4 * work_.box_tests;
+}
+
+/// Records for test C, if the volumes of the pair were tested: the distances of what is below are
+/// those of boxes, which are not inflated.
+template <typename BV>
+void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
+  setQuads(pair);
+  work_.box_tests += quad1_.count * quad2_.count;
+  Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, boxes_.toFirst()(quad2_.boxes));
+  unsigned open = below(gaps, limit2_);
+  if (open || !std::isnan(separation) || stops_) {
+    boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
+    open = below(gaps, limit2_);
   }
+  recordBelow(pair, open);
+  if (!std::isnan(separation)) {
+    const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
+                                       float4::lower(gaps.row[2], gaps.row[3]));
+    const double gap = boxes_.distanceFor(packs::smallest(least)) - double(separation);
+    if (quad1_.count > 1) statistics_.side[0]->recordChildGap(pair.node1, gap);
+    if (quad2_.count > 1) statistics_.side[1]->recordChildGap(pair.node2, gap);
+  }
+  if (stops_) stopBelow(pair, gaps, open);
+  pushOrTest(gaps, open);
+}
+
+/// Both nodes are split, or only one that is much larger.
+template <typename BV>
+void DistanceVisitor<BV>::setQuads(const Pair& pair) {
+  const auto size = [](const Box& box) { return float4::sum(box.high - box.low); };
+  const float size1 = size(nodes1_.box(pair.node1)),
+              size2 = boxes_.ratio() * size(nodes2_.box(pair.node2));
+  const bool leaf1 = nodes1_.isLeaf(pair.node1), leaf2 = nodes2_.isLeaf(pair.node2);
+  if (leaf1 || (!leaf2 && size2 > kMuchLarger * size1))
+    quad1_.setNode(nodes1_, pair.node1);
+  else
+    quad1_.setBelow(nodes1_, pair.node1);
+  if (leaf2 || (!leaf1 && size1 > kMuchLarger * size2))
+    quad2_.setNode(nodes2_, pair.node2);
+  else
+    quad2_.setBelow(nodes2_, pair.node2);
+}
+
+/// Bit 4 j + i where the gap of i and j is smaller.
+template <typename BV>
+unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, float gap) const {
+  unsigned bits = 0;
+  for (int j = 0; j < 4; ++j)
+    bits |= float4::bits(gaps.row[j] < float4::all(gap)) << (4 * j);
+  const unsigned lanes = quad1_.lanes();
+  return bits & (lanes | lanes << 4 | lanes << 8 | lanes << 12) & ((1u << (4 * quad2_.count)) - 1);
+}
+
+/// Where all below two children are pruned, the search stops at these.
+template <typename BV>
+void DistanceVisitor<BV>::stopBelow(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
+  const int middle1 = quad1_.first_right, middle2 = quad2_.first_right;
+  const auto quarter = [&](int i0, int i1, int j0, int j1) {
+    if (i0 == i1 || j0 == j1) return;
+    bool all = true;
+    float least = std::numeric_limits<float>::max();
+    for (int j = j0; j < j1; ++j)
+      for (int i = i0; i < i1; ++i) {
+        all = all && !(open >> (4 * j + i) & 1);
+        least = std::min(least, gaps(i, j));
+      }
+    if (all) {
+      const int node1 = quad1_.count == 1 ? pair.node1
+                                          : nodes1_.left(pair.node1) + (i0 > 0);
+      const int node2 = quad2_.count == 1 ? pair.node2
+                                          : nodes2_.left(pair.node2) + (j0 > 0);
+      return stopAtGap(node1, node2, least);
+    }
+    for (int j = j0; j < j1; ++j)
+      for (int i = i0; i < i1; ++i)
+        if (!(open >> (4 * j + i) & 1))
+          stopAtGap(quad1_.nodes[i], quad2_.nodes[j], gaps(i, j));
+  };
+  quarter(0, middle1, 0, middle2);
+  quarter(middle1, quad1_.count, 0, middle2);
+  quarter(0, middle1, middle2, quad2_.count);
+  quarter(middle1, quad1_.count, middle2, quad2_.count);
+}
+
+/// The two nodes, and those of their children that the search goes below.
+template <typename BV>
+void DistanceVisitor<BV>::recordBelow(const Pair& pair, unsigned open) {
   statistics_.recordVisit(pair.node1, pair.node2);
-  return false;
+  const unsigned lanes1 = (open | open >> 4 | open >> 8 | open >> 12) & 15;
+  const unsigned lanes2 = unsigned((open & 0x000f) != 0) | unsigned((open & 0x00f0) != 0) << 1 |
+                          unsigned((open & 0x0f00) != 0) << 2 | unsigned((open & 0xf000) != 0) << 3;
+  const auto record = [](TraversalStatistics& side, const BoxNodes<const BoxNode>& tree, int node,
+                         const BoxQuad& quad, unsigned lanes) {
+    if (quad.count == 1) return;
+    const int left = tree.left(node);
+    if ((lanes & quad.leftLanes()) && !tree.isLeaf(left)) side.recordVisit(left);
+    if ((lanes & ~quad.leftLanes()) && !tree.isLeaf(left + 1)) side.recordVisit(left + 1);
+  };
+  record(*statistics_.side[0], nodes1_, pair.node1, quad1_, lanes1);
+  record(*statistics_.side[1], nodes2_, pair.node2, quad2_, lanes2);
+}
+
+/// Tests pairs of triangles; of the others, the nearest is next.
+template <typename BV>
+void DistanceVisitor<BV>::pushOrTest(const Gaps4x4& gaps, unsigned open) {
+  const std::size_t begin = open_.size();
+  std::size_t nearest = begin;
+  for (; open; open &= open - 1) {
+    const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
+    const Pair pair{quad1_.nodes[i], quad2_.nodes[j], gaps(i, j)};
+    if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2)) {
+      if (pair.gap >= limit2_)
+        stopAtGap(pair.node1, pair.node2, pair.gap);
+      else
+        testLeaves(pair.node1, pair.node2, pair.gap);
+      continue;
+    }
+    if (open_.size() > begin && pair.gap < open_[nearest].gap) nearest = open_.size();
+    open_.push_back(pair);
+  }
+  if (open_.size() > begin) std::swap(open_[nearest], open_.back());
 }
 
 template <typename BV>
-void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
-  const auto index1 = static_cast<std::size_t>(nodes1_.leafIndex(pair.node1)),
-             index2 = static_cast<std::size_t>(nodes2_.leafIndex(pair.node2));
+void DistanceVisitor<BV>::testLeaves(int node1, int node2, float gap) {
+  statistics_.recordVisit(node1, node2);
+  const auto index1 = static_cast<std::size_t>(nodes1_.leafIndex(node1)),
+             index2 = static_cast<std::size_t>(nodes2_.leafIndex(node2));
   const VertexIndices a = first_.tree->topology.slots.verticesOf(index1),
                       b = second_.tree->topology.slots.verticesOf(index2);
   S separation = triangles_.separation(a, b);
@@ -129,57 +303,11 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair) {
     const S d = triangles_.distance(a, b, on1, on2);
     ++work_.leaf_tests;
     if (d < result_.min_distance)
-      improve(d, first_.model->getBV(pair.node1).primitiveId(),
-              second_.model->getBV(pair.node2).primitiveId(), on1, on2);
+      improve(d, first_.model->getBV(node1).primitiveId(),
+              second_.model->getBV(node2).primitiveId(), on1, on2);
   }
-  stop(pair, [&] { return separation; });
-}
-
-/// The larger box is split.
-template <typename BV>
-auto DistanceVisitor<BV>::split(const Pair& pair) -> std::array<Pair, 2> {
-  const auto size = [](const Box& box) { return float4::sum(box.high - box.low); };
-  const bool leaf1 = nodes1_.isLeaf(pair.node1), leaf2 = nodes2_.isLeaf(pair.node2);
-  const bool first = leaf2 || (!leaf1 && size(nodes1_.box(pair.node1)) >=
-                                             boxes_.ratio() * size(nodes2_.box(pair.node2)));
-  return first ? splitFirst(pair) : splitSecond(pair);
-}
-
-template <typename BV>
-auto DistanceVisitor<BV>::splitFirst(const Pair& pair) -> std::array<Pair, 2> {
-  const int left = nodes1_.left(pair.node1);
-  const CenteredBox b(nodes2_.box(pair.node2)), b_in_first = boxes_.toFirst()(b);
-  const auto below = [&](int node) -> Pair {
-    const CenteredBox a(nodes1_.box(node));
-    return {node, pair.node2, boxes_.gapFromFirst(a, b, b_in_first, limit2_)};
-  };
-  return nearestFirst(pair, statistics_.side[0], pair.node1, below(left), below(left + 1));
-}
-
-template <typename BV>
-auto DistanceVisitor<BV>::splitSecond(const Pair& pair) -> std::array<Pair, 2> {
-  const int left = nodes2_.left(pair.node2);
-  const CenteredBox a(nodes1_.box(pair.node1)), a_in_second = boxes_.toSecond()(a);
-  const auto below = [&](int node) -> Pair {
-    const CenteredBox b(nodes2_.box(node));
-    return {pair.node1, node, boxes_.gapFromSecond(a, b, a_in_second, limit2_)};
-  };
-  return nearestFirst(pair, statistics_.side[1], pair.node2, below(left), below(left + 1));
-}
-
-/// Records for test C, if the volumes of the pair were tested: the distances of the children are
-/// those of their boxes, which are not inflated.
-template <typename BV>
-ADAPTIVE_BVH_INLINE auto DistanceVisitor<BV>::nearestFirst(const Pair& parent,
-                                                           TraversalStatistics* split_side,
-                                                           int split_node, const Pair& a,
-                                                           const Pair& b) -> std::array<Pair, 2> {
-  work_.box_tests += 2;
-  if (!std::isnan(parent.separation))
-    split_side->recordChildGap(
-        split_node, boxes_.distanceFor(std::min(a.gap, b.gap)) - double(parent.separation));
-  if (b.gap < a.gap) return {b, a};
-  return {a, b};
+  (void)gap;
+  if (isKept()) stop(node1, node2, double(separation));
 }
 
 /// As in FCL's traversal, nearest points are in the frame of the first object until the end.
