@@ -140,7 +140,7 @@ bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (a.num_primitives + b.num_primitives <= kFew) return false;
   S bound = has_volumes_ ? separationOf(pair, a.bv, b.bv) : S(0);
   if (has_volumes_ && bound < limit_) separation = bound;
-  if (bound < limit_ && mayReadVertices(pair))
+  if (bound < limit_ && mayReadVertices(pair, bound))
     bound = S(vertices_(pair.node1, pair.node2, triangles_.direction(), double(limit_)));
   if (bound < limit_) return false;
   if (isKept()) stop(pair.node1, pair.node2, double(bound));
@@ -160,11 +160,13 @@ auto DistanceVisitor<BV>::separationOf(const Pair& pair, const BV& a, const BV& 
   return separation;
 }
 
-/// Vertices are read where exact boxes would have pruned, and in proportion to the search.
+/// Vertices are read where exact boxes may have pruned, or the volumes fell just short of it; and
+/// in proportion to the search.
 template <typename BV>
-bool DistanceVisitor<BV>::mayReadVertices(const Pair& pair) const {
+bool DistanceVisitor<BV>::mayReadVertices(const Pair& pair, S separation) const {
   const long all = first_.model->num_tris + second_.model->num_tris;
-  return pair.gap >= nearly2_ && vertices_.read() < 2 * all + 4 * work_.box_tests;
+  return (pair.gap >= nearly2_ || separation >= limit_ * S(kNearly)) &&
+         vertices_.read() < 2 * all + 4 * work_.box_tests;
 }
 
 /// Records for test C, if the volumes of the pair were tested: the distances of what is below are

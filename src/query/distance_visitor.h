@@ -44,7 +44,8 @@ class DistanceVisitor {
   /// From now on, adds one in `every` of the pairs at which a search stops to `pairs`.
   void keepStops(std::vector<FrontPair>& pairs, std::size_t every) {
     stops_ = &pairs;
-    every_ = until_kept_ = every;
+    every_ = every;
+    until_kept_ = 1;  // the first: there may be no others
   }
   /// Searches everything below two nodes. The pairs where it stops cover that, each once.
   void search(int node1, int node2);
@@ -86,13 +87,15 @@ class DistanceVisitor {
   /// prunes, and more than kFew triangles are below: with fewer it is as fast to split.
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
+  /// Volumes that prune up to this share of the limit may do so with exact positions.
+  static constexpr double kNearly = 63. / 64;
   /// Of two boxes only the larger is split, when it is larger by this factor.
   static constexpr float kMuchLarger = 2;
 
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
   S separationOf(const Pair& pair, const BV& a, const BV& b);
-  bool mayReadVertices(const Pair& pair) const;
+  bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);
   unsigned below(const Gaps4x4& gaps, float gap) const;

@@ -104,28 +104,40 @@ class VertexSeparation {
     return apart - high_a - high_b;
   }
 
-  /// The largest n (p - origin) of all vertices p.
+  /// The largest n (p - origin) of all vertices p, and of the origin.
   double farthest(const Part& part, const Vector& n, const Vector& origin) {
-    const fcl::Vector3<S>* const vertices = part.mesh->model->vertices;
-    const std::vector<unsigned>& slots = part.mesh->tree->topology.slots.vertices();
-    double most[4] = {0, 0, 0, 0};
-    const auto add = [&](std::size_t slot, std::size_t i) {
-      const fcl::Vector3<S>& p = vertices[slots[slot]];
-      const double along = n[0] * (double(p[0]) - origin[0]) + n[1] * (double(p[1]) - origin[1]) +
-                           n[2] * (double(p[2]) - origin[2]);
-      most[i] = most[i] < along ? along : most[i];
-    };
-    std::size_t slot = part.slots.first;
+    const fcl::BVHModel<BV>& model = *part.mesh->model;
+    const unsigned* const slots = part.mesh->tree->topology.slots.vertices().data();
+    const std::size_t first = part.slots.first, last = part.slots.last;
+    const auto vertices = static_cast<std::size_t>(model.num_vertices);
     if (part.slots.bits) {
-      for (std::uint64_t bits = part.slots.bits; bits; bits &= bits - 1, ++read_)
-        add(slot + static_cast<std::size_t>(__builtin_ctzll(bits)), 0);
-    } else {
-      read_ += static_cast<long>(part.slots.last) - static_cast<long>(slot);
-      for (; slot + 4 <= part.slots.last; slot += 4)
-        for (std::size_t i = 0; i < 4; ++i) add(slot + i, i);
-      for (; slot < part.slots.last; ++slot) add(slot, 0);
+      const std::uint64_t bits = part.slots.bits;
+      std::size_t at[VertexSlots::kBlock], count = 0;
+      for (std::uint64_t left = bits; left; left &= left - 1)
+        at[count++] = slots[first + static_cast<std::size_t>(__builtin_ctzll(left))];
+      return farthest(model.vertices, n, origin, count, [&](std::size_t i) { return at[i]; });
     }
-    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+    if (last - first >= vertices)  // all of them: in the mesh's order
+      return farthest(model.vertices, n, origin, vertices, [](std::size_t i) { return i; });
+    return farthest(model.vertices, n, origin, last - first,
+                    [&](std::size_t i) { return std::size_t(slots[first + i]); });
+  }
+  template <typename Index>
+  double farthest(const fcl::Vector3<S>* vertices, const Vector& n, const Vector& origin,
+                  std::size_t count, const Index& index) {
+    const double from = n.dot(origin), x = n[0], y = n[1], z = n[2];
+    double most[4] = {from, from, from, from};  // four sums do not wait for each other
+    const auto add = [&](std::size_t i, double& largest) {
+      const fcl::Vector3<S>& p = vertices[index(i)];
+      const double along = x * double(p[0]) + y * double(p[1]) + z * double(p[2]);
+      largest = largest < along ? along : largest;
+    };
+    std::size_t i = 0;
+    for (; i + 4 <= count; i += 4)
+      for (std::size_t k = 0; k < 4; ++k) add(i + k, most[k]);
+    for (; i < count; ++i) add(i, most[0]);
+    read_ += static_cast<long>(count);
+    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3])) - from;
   }
 
   const PlacedMesh<BV>&first_, &second_;
