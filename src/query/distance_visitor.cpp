@@ -110,10 +110,18 @@ void DistanceVisitor<BV>::search(int node1, int node2) {
     S separation = std::numeric_limits<S>::quiet_NaN();
     if (prune(pair, separation)) continue;
     if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2))
-      testLeaves(pair.node1, pair.node2, pair.gap);
+      testLeafPair(pair.node1, pair.node2);
     else
       split(pair, separation);
   }
+}
+
+/// A pair of leaves with which a search began.
+template <typename BV>
+void DistanceVisitor<BV>::testLeafPair(int node1, int node2) {
+  statistics_.recordVisit(node1, node2);
+  testTriangles(node1, node2, cornersOf(first_, nodes1_, node1), cornersOf(second_, nodes2_, node2),
+                0, std::numeric_limits<double>::max());
 }
 
 template <typename BV>
@@ -269,46 +277,101 @@ void DistanceVisitor<BV>::recordBelow(const Pair& pair, unsigned open) {
   record(*statistics_.side[1], nodes2_, pair.node2, quad2_, lanes2);
 }
 
-/// Tests pairs of triangles; of the others, the nearest is next.
+/// Of the pairs that are not both leaves, the nearest is next.
 template <typename BV>
 void DistanceVisitor<BV>::pushOrTest(const Gaps4x4& gaps, unsigned open) {
   const std::size_t begin = open_.size();
   std::size_t nearest = begin;
+  unsigned leaves = 0;
   for (; open; open &= open - 1) {
     const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
     const Pair pair{quad1_.nodes[i], quad2_.nodes[j], gaps(i, j)};
     if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2)) {
-      if (pair.gap >= limit2_)
-        stopAtGap(pair.node1, pair.node2, pair.gap);
-      else
-        testLeaves(pair.node1, pair.node2, pair.gap);
+      leaves |= 1u << bit;
       continue;
     }
     if (open_.size() > begin && pair.gap < open_[nearest].gap) nearest = open_.size();
     open_.push_back(pair);
   }
   if (open_.size() > begin) std::swap(open_[nearest], open_.back());
+  if (leaves) testLeaves(leaves);
 }
 
 template <typename BV>
-void DistanceVisitor<BV>::testLeaves(int node1, int node2, float gap) {
-  statistics_.recordVisit(node1, node2);
-  const auto index1 = static_cast<std::size_t>(nodes1_.leafIndex(node1)),
-             index2 = static_cast<std::size_t>(nodes2_.leafIndex(node2));
-  const VertexIndices a = first_.tree->topology.slots.verticesOf(index1),
-                      b = second_.tree->topology.slots.verticesOf(index2);
-  S separation = triangles_.separation(a, b);
-  if (separation < limit_)
-    separation = std::max(separation, triangles_.separationNearby(a, b, limit_));
+VertexIndices DistanceVisitor<BV>::cornersOf(const PlacedMesh<BV>& mesh,
+                                             const BoxNodes<const BoxNode>& nodes, int leaf) {
+  return mesh.tree->topology.slots.verticesOf(static_cast<std::size_t>(nodes.leafIndex(leaf)));
+}
+
+/// Lower bounds first, four pairs at a time.
+template <typename BV>
+void DistanceVisitor<BV>::testLeaves(unsigned pairs) {
+  const double scale = 1 / unit1_;
+  Triangles4 p, q;
+  VertexIndices corners1[4], corners2[4];
+  fcl::Vector3d origin;
+  bool first = true;
+  unsigned lanes1 = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  for (int i = 0; i < 4; ++i) {
+    if (!(lanes1 >> i & 1)) continue;
+    corners1[i] = cornersOf(first_, nodes1_, quad1_.nodes[i]);
+    const auto at = triangles_.firstCorners(corners1[i]);
+    if (first) {
+      origin = at[0].template cast<double>();
+      for (int k = 0; k < 4; ++k) p.set(k, at, origin, scale);
+      first = false;
+    } else {
+      p.set(i, at, origin, scale);
+    }
+  }
+  first = true;
+  for (int j = 0; j < 4; ++j) {
+    if (!(pairs >> (4 * j) & 15)) continue;
+    corners2[j] = cornersOf(second_, nodes2_, quad2_.nodes[j]);
+    const auto at = triangles_.secondCorners(corners2[j]);
+    if (first)
+      for (int k = 0; k < 4; ++k) q.set(k, at, origin, scale);
+    else
+      q.set(j, at, origin, scale);
+    first = false;
+  }
+  const Point& line = triangles_.direction();
+  const TriangleBlock block(p, q, {float4::all(float(line[0])), float4::all(float(line[1])),
+                                   float4::all(float(line[2]))});
+  const Float4 bounds[4] = {block.bounds<0>(), block.bounds<1>(), block.bounds<2>(),
+                            block.bounds<3>()};
+  const double slack = double(block.slack()) * unit1_ + 2 * double(rounding_);
+  for (; pairs && !isDone(); pairs &= pairs - 1) {
+    const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+    const double bound = double(bounds[j][i]) * unit1_ - double(rounding_);
+    statistics_.recordVisit(quad1_.nodes[i], quad2_.nodes[j]);
+    if (bound < double(limit_))
+      testTriangles(quad1_.nodes[i], quad2_.nodes[j], corners1[i], corners2[j], bound, slack);
+    else if (isKept())
+      stop(quad1_.nodes[i], quad2_.nodes[j], bound);
+  }
+}
+
+/// `bound`: of their distance, in single precision; `slack`: by so much a bound along the same lines
+/// may be larger in double precision.
+template <typename BV>
+void DistanceVisitor<BV>::testTriangles(int node1, int node2, const VertexIndices& a,
+                                        const VertexIndices& b, double bound, double slack) {
+  S separation = S(bound);
+  if (bound + slack >= double(limit_)) {
+    separation = std::max(separation, triangles_.separation(a, b));
+    if (separation < limit_)
+      separation = std::max(separation, triangles_.separationNearby(a, b, limit_));
+  }
   if (separation < limit_) {
     Point on1, on2;
     const S d = triangles_.distance(a, b, on1, on2);
     ++work_.leaf_tests;
+    separation = d - rounding_;
     if (d < result_.min_distance)
       improve(d, first_.model->getBV(node1).primitiveId(),
               second_.model->getBV(node2).primitiveId(), on1, on2);
   }
-  (void)gap;
   if (isKept()) stop(node1, node2, double(separation));
 }
 

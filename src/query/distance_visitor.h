@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "geometry/triangle_block.h"
 #include "geometry/triangle_separation.h"
 #include "query/box_pair.h"
 #include "query/box_quad.h"
@@ -102,7 +103,12 @@ class DistanceVisitor {
   void stopBelow(const Pair& pair, const Gaps4x4& gaps, unsigned open);
   void recordBelow(const Pair& pair, unsigned open);
   void pushOrTest(const Gaps4x4& gaps, unsigned open);
-  void testLeaves(int node1, int node2, float gap);
+  static VertexIndices cornersOf(const PlacedMesh<BV>& mesh, const BoxNodes<const BoxNode>& nodes,
+                                 int leaf);
+  void testLeaves(unsigned pairs);
+  void testLeafPair(int node1, int node2);
+  void testTriangles(int node1, int node2, const VertexIndices& a, const VertexIndices& b,
+                     double bound, double slack);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
   /// `bound` bounds the distance below two nodes.
