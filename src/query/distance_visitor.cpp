@@ -102,34 +102,26 @@ void DistanceVisitor<BV>::addWitness(int triangle1, int triangle2) {
 
 template <typename BV>
 void DistanceVisitor<BV>::search(int node1, int node2) {
+  const Pair all{{node1, first_.model->getBV(node1).num_primitives},
+                 {node2, second_.model->getBV(node2).num_primitives},
+                 gapOf(node1, node2)};
   open_.clear();
-  open_.push_back({node1, node2, gapOf(node1, node2)});
+  open_.push_back(all);
   while (!open_.empty() && !isDone()) {
     const Pair pair = open_.back();
     open_.pop_back();
     S separation = std::numeric_limits<S>::quiet_NaN();
-    if (prune(pair, separation)) continue;
-    if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2))
-      testLeafPair(pair.node1, pair.node2);
-    else
-      split(pair, separation);
+    if (!prune(pair, separation)) split(pair, separation);
   }
-}
-
-/// A pair of leaves with which a search began.
-template <typename BV>
-void DistanceVisitor<BV>::testLeafPair(int node1, int node2) {
-  statistics_.recordVisit(node1, node2);
-  testTriangles(node1, node2, cornersOf(first_, nodes1_, node1), cornersOf(second_, nodes2_, node2),
-                0, std::numeric_limits<double>::max());
 }
 
 template <typename BV>
 float DistanceVisitor<BV>::gapOf(int node1, int node2) {
-  quad1_.setNode(nodes1_, node1);
-  quad2_.setNode(nodes2_, node2);
-  Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, boxes_.toFirst()(quad2_.boxes));
-  boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
+  BoxQuad a, b;
+  a.setNode(nodes1_, {node1, 1});
+  b.setNode(nodes2_, {node2, 1});
+  Gaps4x4 gaps = BoxPair::gapsInFirst(a.boxes, boxes_.toFirst()(b.boxes));
+  boxes_.raiseBySecond(boxes_.toSecond()(a.boxes), b.boxes, gaps);
   ++work_.box_tests;
   return gaps(0, 0);
 }
@@ -139,32 +131,32 @@ float DistanceVisitor<BV>::gapOf(int node1, int node2) {
 /// flat parts. `separation` is what the volumes said, if they did not prune.
 template <typename BV>
 bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
+  const int node1 = pair.first.node, node2 = pair.second.node;
   if (pair.gap >= limit2_) {
-    stopAtGap(pair.node1, pair.node2, pair.gap);
+    stopAtGap(node1, node2, pair.gap);
     return true;
   }
-  if (pair.gap < kNear * limit2_) return false;
-  const fcl::BVNode<BV>&a = first_.model->getBV(pair.node1), &b = second_.model->getBV(pair.node2);
-  if (a.num_primitives + b.num_primitives <= kFew) return false;
-  S bound = has_volumes_ ? separationOf(pair, a.bv, b.bv) : S(0);
+  if (pair.gap < kNear * limit2_ || pair.first.leaves + pair.second.leaves <= kFew) return false;
+  S bound = has_volumes_ ? separationOf(node1, node2) : S(0);
   if (has_volumes_ && bound < limit_) separation = bound;
   if (bound < limit_ && mayReadVertices(pair, bound))
-    bound = S(vertices_(pair.node1, pair.node2, triangles_.direction(), double(limit_)));
+    bound = S(vertices_(node1, node2, triangles_.direction(), double(limit_)));
   if (bound < limit_) return false;
-  if (isKept()) stop(pair.node1, pair.node2, double(bound));
+  if (isKept()) stop(node1, node2, double(bound));
   return true;
 }
 
 /// When the volumes would prune the pair without their inflation, that counts for test D.
 template <typename BV>
-auto DistanceVisitor<BV>::separationOf(const Pair& pair, const BV& a, const BV& b) -> S {
+auto DistanceVisitor<BV>::separationOf(int node1, int node2) -> S {
   ++work_.separation_tests;
-  const S separation = volumes_(a, b, triangles_.direction(), limit_);
+  const S separation = volumes_(first_.model->getBV(node1).bv, second_.model->getBV(node2).bv,
+                                triangles_.direction(), limit_);
   if (separation >= limit_) return separation;
-  const S inflation1 = S(motion1_.inflation(pair.node1)) * S(unit1_);
-  const S inflation2 = S(motion2_.inflation(pair.node2)) * S(unit2_);
+  const S inflation1 = S(motion1_.inflation(node1)) * S(unit1_);
+  const S inflation2 = S(motion2_.inflation(node2)) * S(unit2_);
   if (separation + inflation1 + inflation2 >= limit_)
-    statistics_.recordObstruction(pair.node1, pair.node2);
+    statistics_.recordObstruction(node1, node2);
   return separation;
 }
 
@@ -183,9 +175,9 @@ template <typename BV>
 void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
   setQuads(pair);
   work_.box_tests += quad1_.count * quad2_.count;
-  Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, boxes_.toFirst()(quad2_.boxes));
+  Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, turned2_);
   unsigned open = below(gaps, limit2_);
-  if (open || !std::isnan(separation) || stops_) {
+  if (open || stops_ || !std::isnan(separation)) {
     boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
     open = below(gaps, limit2_);
   }
@@ -194,28 +186,36 @@ void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
     const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
                                        float4::lower(gaps.row[2], gaps.row[3]));
     const double gap = boxes_.distanceFor(packs::smallest(least)) - double(separation);
-    if (quad1_.count > 1) statistics_.side[0]->recordChildGap(pair.node1, gap);
-    if (quad2_.count > 1) statistics_.side[1]->recordChildGap(pair.node2, gap);
+    if (quad1_.count > 1) statistics_.side[0]->recordChildGap(pair.first.node, gap);
+    if (quad2_.count > 1) statistics_.side[1]->recordChildGap(pair.second.node, gap);
   }
-  if (stops_) stopBelow(pair, gaps, open);
-  pushOrTest(gaps, open);
+  if (isSmall(pair.first) && isSmall(pair.second))
+    testLeaves(pair, gaps, open);
+  else
+    push(pair, gaps, open);
 }
 
-/// Both nodes are split, or only one that is much larger.
+/// Both nodes are split, or only one that is much larger. The second one's often stays.
 template <typename BV>
 void DistanceVisitor<BV>::setQuads(const Pair& pair) {
   const auto size = [](const Box& box) { return float4::sum(box.high - box.low); };
-  const float size1 = size(nodes1_.box(pair.node1)),
-              size2 = boxes_.ratio() * size(nodes2_.box(pair.node2));
-  const bool leaf1 = nodes1_.isLeaf(pair.node1), leaf2 = nodes2_.isLeaf(pair.node2);
-  if (leaf1 || (!leaf2 && size2 > kMuchLarger * size1))
-    quad1_.setNode(nodes1_, pair.node1);
-  else
-    quad1_.setBelow(nodes1_, pair.node1);
-  if (leaf2 || (!leaf1 && size1 > kMuchLarger * size2))
-    quad2_.setNode(nodes2_, pair.node2);
-  else
-    quad2_.setBelow(nodes2_, pair.node2);
+  const float size1 = size(nodes1_.box(pair.first.node)),
+              size2 = boxes_.ratio() * size(nodes2_.box(pair.second.node));
+  const bool small1 = isSmall(pair.first), small2 = isSmall(pair.second);
+  const auto set = [](BoxQuad& quad, const BoxNodes<const BoxNode>& tree, const CountedNode& node,
+                      bool alone) {
+    if (alone || tree.isLeaf(node.node))
+      quad.setNode(tree, node);
+    else
+      quad.setBelow(tree, node);
+  };
+  set(quad1_, nodes1_, pair.first, !small1 && !small2 && size2 > kMuchLarger * size1);
+  const bool alone2 = !small1 && !small2 && size1 > kMuchLarger * size2;
+  if (quad2_of_ == pair.second.node && quad2_alone_ == alone2) return;
+  quad2_of_ = pair.second.node;
+  quad2_alone_ = alone2;
+  set(quad2_, nodes2_, pair.second, alone2);
+  turned2_ = boxes_.toFirst()(quad2_.boxes);
 }
 
 /// Bit 4 j + i where the gap of i and j is smaller.
@@ -228,73 +228,53 @@ unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, float gap) const {
   return bits & (lanes | lanes << 4 | lanes << 8 | lanes << 12) & ((1u << (4 * quad2_.count)) - 1);
 }
 
-/// Where all below two children are pruned, the search stops at these.
-template <typename BV>
-void DistanceVisitor<BV>::stopBelow(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
-  const int middle1 = quad1_.first_right, middle2 = quad2_.first_right;
-  const auto quarter = [&](int i0, int i1, int j0, int j1) {
-    if (i0 == i1 || j0 == j1) return;
-    bool all = true;
-    float least = std::numeric_limits<float>::max();
-    for (int j = j0; j < j1; ++j)
-      for (int i = i0; i < i1; ++i) {
-        all = all && !(open >> (4 * j + i) & 1);
-        least = std::min(least, gaps(i, j));
-      }
-    if (all) {
-      const int node1 = quad1_.count == 1 ? pair.node1
-                                          : nodes1_.left(pair.node1) + (i0 > 0);
-      const int node2 = quad2_.count == 1 ? pair.node2
-                                          : nodes2_.left(pair.node2) + (j0 > 0);
-      return stopAtGap(node1, node2, least);
-    }
-    for (int j = j0; j < j1; ++j)
-      for (int i = i0; i < i1; ++i)
-        if (!(open >> (4 * j + i) & 1))
-          stopAtGap(quad1_.nodes[i], quad2_.nodes[j], gaps(i, j));
-  };
-  quarter(0, middle1, 0, middle2);
-  quarter(middle1, quad1_.count, 0, middle2);
-  quarter(0, middle1, middle2, quad2_.count);
-  quarter(middle1, quad1_.count, middle2, quad2_.count);
-}
-
 /// The two nodes, and those of their children that the search goes below.
 template <typename BV>
 void DistanceVisitor<BV>::recordBelow(const Pair& pair, unsigned open) {
-  statistics_.recordVisit(pair.node1, pair.node2);
-  const unsigned lanes1 = (open | open >> 4 | open >> 8 | open >> 12) & 15;
-  const unsigned lanes2 = unsigned((open & 0x000f) != 0) | unsigned((open & 0x00f0) != 0) << 1 |
-                          unsigned((open & 0x0f00) != 0) << 2 | unsigned((open & 0xf000) != 0) << 3;
+  statistics_.recordVisit(pair.first.node, pair.second.node);
   const auto record = [](TraversalStatistics& side, const BoxNodes<const BoxNode>& tree, int node,
                          const BoxQuad& quad, unsigned lanes) {
-    if (quad.count == 1) return;
+    if (quad.count <= 2) return;
     const int left = tree.left(node);
     if ((lanes & quad.leftLanes()) && !tree.isLeaf(left)) side.recordVisit(left);
     if ((lanes & ~quad.leftLanes()) && !tree.isLeaf(left + 1)) side.recordVisit(left + 1);
   };
-  record(*statistics_.side[0], nodes1_, pair.node1, quad1_, lanes1);
-  record(*statistics_.side[1], nodes2_, pair.node2, quad2_, lanes2);
+  record(*statistics_.side[0], nodes1_, pair.first.node, quad1_, firstLanes(open));
+  record(*statistics_.side[1], nodes2_, pair.second.node, quad2_, secondLanes(open));
 }
 
-/// Of the pairs that are not both leaves, the nearest is next.
+/// What is below the two nodes; a small node stays whole. The nearest is next.
 template <typename BV>
-void DistanceVisitor<BV>::pushOrTest(const Gaps4x4& gaps, unsigned open) {
+void DistanceVisitor<BV>::push(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
   const std::size_t begin = open_.size();
-  std::size_t nearest = begin;
-  unsigned leaves = 0;
-  for (; open; open &= open - 1) {
-    const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
-    const Pair pair{quad1_.nodes[i], quad2_.nodes[j], gaps(i, j)};
-    if (nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2)) {
-      leaves |= 1u << bit;
-      continue;
+  const auto add = [&](const CountedNode& a, const CountedNode& b, float gap, bool is_open) {
+    if (!is_open) return stopAtGap(a.node, b.node, gap);
+    open_.push_back({a, b, gap});
+    if (gap < open_[begin].gap) std::swap(open_[begin], open_.back());
+  };
+  const bool whole1 = isSmall(pair.first), whole2 = isSmall(pair.second);
+  unsigned pairs = stops_ ? 0xffff & below(gaps, std::numeric_limits<float>::infinity()) : open;
+  if (whole1) {
+    for (int j = 0; j < quad2_.count; ++j)
+      if (pairs >> (4 * j) & 15)
+        add(pair.first, quad2_.below[j], packs::smallest(gaps.row[j]), open >> (4 * j) & 15);
+  } else if (whole2) {
+    const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
+                                       float4::lower(gaps.row[2], gaps.row[3]));
+    for (int i = 0; i < quad1_.count; ++i)
+      if (pairs >> i & 0x1111)
+        add(quad1_.below[i], pair.second, least[i], open >> i & 0x1111);
+  } else if (stops_ && !open) {
+    const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
+                                       float4::lower(gaps.row[2], gaps.row[3]));
+    stopAtGap(pair.first.node, pair.second.node, packs::smallest(least));
+  } else {
+    for (; pairs; pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+      add(quad1_.below[i], quad2_.below[j], gaps(i, j), open >> bit & 1);
     }
-    if (open_.size() > begin && pair.gap < open_[nearest].gap) nearest = open_.size();
-    open_.push_back(pair);
   }
-  if (open_.size() > begin) std::swap(open_[nearest], open_.back());
-  if (leaves) testLeaves(leaves);
+  if (open_.size() > begin) std::swap(open_[begin], open_.back());
 }
 
 template <typename BV>
@@ -303,76 +283,88 @@ VertexIndices DistanceVisitor<BV>::cornersOf(const PlacedMesh<BV>& mesh,
   return mesh.tree->topology.slots.verticesOf(static_cast<std::size_t>(nodes.leafIndex(leaf)));
 }
 
-/// Lower bounds first, four pairs at a time.
+/// The triangles of a small node of the second mesh, from an origin beside them.
 template <typename BV>
-void DistanceVisitor<BV>::testLeaves(unsigned pairs) {
-  const double scale = 1 / unit1_;
-  Triangles4 p, q;
-  VertexIndices corners1[4], corners2[4];
-  fcl::Vector3d origin;
-  bool first = true;
-  unsigned lanes1 = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
-  for (int i = 0; i < 4; ++i) {
-    if (!(lanes1 >> i & 1)) continue;
-    corners1[i] = cornersOf(first_, nodes1_, quad1_.nodes[i]);
-    const auto at = triangles_.firstCorners(corners1[i]);
-    if (first) {
-      origin = at[0].template cast<double>();
-      for (int k = 0; k < 4; ++k) p.set(k, at, origin, scale);
-      first = false;
-    } else {
-      p.set(i, at, origin, scale);
-    }
-  }
-  first = true;
-  for (int j = 0; j < 4; ++j) {
-    if (!(pairs >> (4 * j) & 15)) continue;
-    corners2[j] = cornersOf(second_, nodes2_, quad2_.nodes[j]);
-    const auto at = triangles_.secondCorners(corners2[j]);
-    if (first)
-      for (int k = 0; k < 4; ++k) q.set(k, at, origin, scale);
-    else
-      q.set(j, at, origin, scale);
-    first = false;
-  }
-  const Point& line = triangles_.direction();
-  const TriangleBlock block(p, q, {float4::all(float(line[0])), float4::all(float(line[1])),
-                                   float4::all(float(line[2]))});
-  const Float4 bounds[4] = {block.bounds<0>(), block.bounds<1>(), block.bounds<2>(),
-                            block.bounds<3>()};
-  const double slack = double(block.slack()) * unit1_ + 2 * double(rounding_);
-  for (; pairs && !isDone(); pairs &= pairs - 1) {
-    const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
-    const double bound = double(bounds[j][i]) * unit1_ - double(rounding_);
-    statistics_.recordVisit(quad1_.nodes[i], quad2_.nodes[j]);
-    if (bound < double(limit_))
-      testTriangles(quad1_.nodes[i], quad2_.nodes[j], corners1[i], corners2[j], bound, slack);
-    else if (isKept())
-      stop(quad1_.nodes[i], quad2_.nodes[j], bound);
+void DistanceVisitor<BV>::readSecond(int node) {
+  block2_of_ = node;
+  for (int j = 0; j < quad2_.count; ++j) {
+    corners2_[j] = cornersOf(second_, nodes2_, quad2_.below[j].node);
+    const auto at = triangles_.secondCorners(corners2_[j]);
+    if (j == 0) origin_ = at[0];
+    for (int k = j; k < (j == 0 ? 4 : j + 1); ++k) block2_.set(k, at, origin_, 1 / unit1_);
   }
 }
 
-/// `bound`: of their distance, in single precision; `slack`: by so much a bound along the same lines
-/// may be larger in double precision.
 template <typename BV>
-void DistanceVisitor<BV>::testTriangles(int node1, int node2, const VertexIndices& a,
-                                        const VertexIndices& b, double bound, double slack) {
-  S separation = S(bound);
+void DistanceVisitor<BV>::readFirst(unsigned lanes) {
+  bool is_first = true;
+  for (int i = 0; i < quad1_.count; ++i) {
+    if (!(lanes >> i & 1)) continue;
+    corners1_[i] = cornersOf(first_, nodes1_, quad1_.below[i].node);
+    const auto at = triangles_.firstCorners(corners1_[i]);
+    if (is_first)
+      for (int k = 0; k < 4; ++k) block1_.set(k, at, origin_, 1 / unit1_);
+    else
+      block1_.set(i, at, origin_, 1 / unit1_);
+    is_first = false;
+  }
+}
+
+/// The triangles below two small nodes: lower bounds first, four pairs at a time. With a front, the
+/// two nodes are where the search stops.
+template <typename BV>
+void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
+  double least = std::numeric_limits<double>::max();
+  if (open) {
+    if (block2_of_ != pair.second.node) readSecond(pair.second.node);
+    readFirst(firstLanes(open));
+    const Point& line = triangles_.direction();
+    const TriangleBlock block(block1_, block2_,
+                              {float4::all(float(line[0])), float4::all(float(line[1])),
+                               float4::all(float(line[2]))});
+    Float4 bounds[4];
+    if (open & 0x000f) bounds[0] = block.bounds<0>();
+    if (open & 0x00f0) bounds[1] = block.bounds<1>();
+    if (open & 0x0f00) bounds[2] = block.bounds<2>();
+    if (open & 0xf000) bounds[3] = block.bounds<3>();
+    const double slack = double(block.slack()) * unit1_ + 2 * double(rounding_);
+    for (unsigned pairs = open; pairs && !isDone(); pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+      double bound = double(bounds[j][i]) * unit1_ - double(rounding_);
+      statistics_.recordVisit(quad1_.below[i].node, quad2_.below[j].node);
+      if (bound < double(limit_)) bound = testTriangles(i, j, bound, slack);
+      least = std::min(least, bound);
+    }
+  }
+  if (!stops_) return;
+  for (unsigned rest = below(gaps, std::numeric_limits<float>::infinity()) & ~open; rest;
+       rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    least = std::min(least, boxes_.distanceFor(gaps(bit & 3, bit >> 2)));
+  }
+  if (isKept()) stop(pair.first.node, pair.second.node, least);
+}
+
+/// Returns a lower bound of the distance of two triangles, or FCL's distance less its rounding.
+/// `bound`: a lower bound in single precision; `slack`: by so much one along the same lines may be
+/// larger in double precision.
+template <typename BV>
+double DistanceVisitor<BV>::testTriangles(int i, int j, double bound, double slack) {
+  const VertexIndices &a = corners1_[i], &b = corners2_[j];
   if (bound + slack >= double(limit_)) {
-    separation = std::max(separation, triangles_.separation(a, b));
+    S separation = triangles_.separation(a, b);
     if (separation < limit_)
       separation = std::max(separation, triangles_.separationNearby(a, b, limit_));
+    bound = std::max(bound, double(separation));
+    if (separation >= limit_) return bound;
   }
-  if (separation < limit_) {
-    Point on1, on2;
-    const S d = triangles_.distance(a, b, on1, on2);
-    ++work_.leaf_tests;
-    separation = d - rounding_;
-    if (d < result_.min_distance)
-      improve(d, first_.model->getBV(node1).primitiveId(),
-              second_.model->getBV(node2).primitiveId(), on1, on2);
-  }
-  if (isKept()) stop(node1, node2, double(separation));
+  Point on1, on2;
+  const S d = triangles_.distance(a, b, on1, on2);
+  ++work_.leaf_tests;
+  if (d < result_.min_distance)
+    improve(d, first_.model->getBV(quad1_.below[i].node).primitiveId(),
+            second_.model->getBV(quad2_.below[j].node).primitiveId(), on1, on2);
+  return double(d - rounding_);
 }
 
 /// As in FCL's traversal, nearest points are in the frame of the first object until the end.

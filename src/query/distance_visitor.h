@@ -81,7 +81,7 @@ class DistanceVisitor {
  private:
   /// Two nodes that are still to be searched, with the squared gap of their boxes: see BoxPair.
   struct Pair {
-    int node1, node2;
+    CountedNode first, second;
     float gap;
   };
   /// Volumes are tested when the squared gap of the boxes is at least this share of the gap that
@@ -93,22 +93,31 @@ class DistanceVisitor {
   /// Of two boxes only the larger is split, when it is larger by this factor.
   static constexpr float kMuchLarger = 2;
 
+  static bool isSmall(const CountedNode& node) { return node.leaves <= BoxQuad::kSmall; }
+  /// Of pairs of lanes, bit 4 j + i for i of the first: the lanes of either side.
+  static unsigned firstLanes(unsigned pairs) {
+    return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  }
+  static unsigned secondLanes(unsigned pairs) {
+    return unsigned((pairs & 0x000f) != 0) | unsigned((pairs & 0x00f0) != 0) << 1 |
+           unsigned((pairs & 0x0f00) != 0) << 2 | unsigned((pairs & 0xf000) != 0) << 3;
+  }
+
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
-  S separationOf(const Pair& pair, const BV& a, const BV& b);
+  S separationOf(int node1, int node2);
   bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);
   unsigned below(const Gaps4x4& gaps, float gap) const;
-  void stopBelow(const Pair& pair, const Gaps4x4& gaps, unsigned open);
   void recordBelow(const Pair& pair, unsigned open);
-  void pushOrTest(const Gaps4x4& gaps, unsigned open);
+  void push(const Pair& pair, const Gaps4x4& gaps, unsigned open);
   static VertexIndices cornersOf(const PlacedMesh<BV>& mesh, const BoxNodes<const BoxNode>& nodes,
                                  int leaf);
-  void testLeaves(unsigned pairs);
-  void testLeafPair(int node1, int node2);
-  void testTriangles(int node1, int node2, const VertexIndices& a, const VertexIndices& b,
-                     double bound, double slack);
+  void readFirst(unsigned lanes);
+  void readSecond(int node);
+  void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open);
+  double testTriangles(int i, int j, double bound, double slack);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
   /// `bound` bounds the distance below two nodes.
@@ -145,6 +154,13 @@ class DistanceVisitor {
   bool improved_ = false;
   std::vector<Pair>& open_;
   BoxQuad quad1_, quad2_;  // of the pair that is split
+  int quad2_of_ = -1;
+  bool quad2_alone_ = false;
+  Boxes4 turned2_;  // quad2_ in the first frame
+  Triangles4 block1_, block2_;  // of the pair of small nodes that is tested
+  int block2_of_ = -1;
+  fcl::Vector3d origin_;  // of the blocks, in the first model's coordinates
+  VertexIndices corners1_[4], corners2_[4];
   QueryWork work_;
 };
 
