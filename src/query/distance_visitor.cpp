@@ -110,9 +110,16 @@ void DistanceVisitor<BV>::search(int node1, int node2) {
   while (!open_.empty() && !isDone()) {
     const Pair pair = open_.back();
     open_.pop_back();
-    S separation = std::numeric_limits<S>::quiet_NaN();
-    if (!prune(pair, separation)) split(pair, separation);
+    visit(pair);
   }
+}
+
+template <typename BV>
+void DistanceVisitor<BV>::visit(const Pair& pair) {
+  is_kept_ = stops_ && --until_kept_ == 0;
+  if (is_kept_) until_kept_ = every_;
+  S separation = std::numeric_limits<S>::quiet_NaN();
+  if (!prune(pair, separation)) split(pair, separation);
 }
 
 template <typename BV>
@@ -142,7 +149,7 @@ bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (bound < limit_ && mayReadVertices(pair, bound))
     bound = S(vertices_(node1, node2, triangles_.direction(), double(limit_)));
   if (bound < limit_) return false;
-  if (isKept()) stop(node1, node2, double(bound));
+  if (is_kept_) stop(node1, node2, double(bound));
   return true;
 }
 
@@ -177,7 +184,7 @@ void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
   work_.box_tests += quad1_.count * quad2_.count;
   Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, turned2_);
   unsigned open = below(gaps, limit2_);
-  if (open || stops_ || !std::isnan(separation)) {
+  if (open || is_kept_ || !std::isnan(separation)) {
     boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
     open = below(gaps, limit2_);
   }
@@ -253,7 +260,7 @@ void DistanceVisitor<BV>::push(const Pair& pair, const Gaps4x4& gaps, unsigned o
     if (gap < open_[begin].gap) std::swap(open_[begin], open_.back());
   };
   const bool whole1 = isSmall(pair.first), whole2 = isSmall(pair.second);
-  unsigned pairs = stops_ ? 0xffff & below(gaps, std::numeric_limits<float>::infinity()) : open;
+  unsigned pairs = is_kept_ ? 0xffff & below(gaps, std::numeric_limits<float>::infinity()) : open;
   if (whole1) {
     for (int j = 0; j < quad2_.count; ++j)
       if (pairs >> (4 * j) & 15)
@@ -264,7 +271,7 @@ void DistanceVisitor<BV>::push(const Pair& pair, const Gaps4x4& gaps, unsigned o
     for (int i = 0; i < quad1_.count; ++i)
       if (pairs >> i & 0x1111)
         add(quad1_.below[i], pair.second, least[i], open >> i & 0x1111);
-  } else if (stops_ && !open) {
+  } else if (is_kept_ && !open) {
     const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
                                        float4::lower(gaps.row[2], gaps.row[3]));
     stopAtGap(pair.first.node, pair.second.node, packs::smallest(least));
@@ -314,7 +321,8 @@ void DistanceVisitor<BV>::readFirst(unsigned lanes) {
 /// two nodes are where the search stops.
 template <typename BV>
 void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
-  double least = std::numeric_limits<double>::max();
+  double least[4];
+  for (int j = 0; j < quad2_.count; ++j) least[j] = std::numeric_limits<double>::max();
   if (open) {
     if (block2_of_ != pair.second.node) readSecond(pair.second.node);
     readFirst(firstLanes(open));
@@ -333,16 +341,26 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsi
       double bound = double(bounds[j][i]) * unit1_ - double(rounding_);
       statistics_.recordVisit(quad1_.below[i].node, quad2_.below[j].node);
       if (bound < double(limit_)) bound = testTriangles(i, j, bound, slack);
-      least = std::min(least, bound);
+      least[j] = std::min(least[j], bound);
     }
   }
-  if (!stops_) return;
+  if (is_kept_) stopAtLeaves(pair, gaps, open, least);
+}
+
+/// By the triangles of the second node, each with the whole first one. `least`: of the pairs that
+/// were tested.
+template <typename BV>
+void DistanceVisitor<BV>::stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open,
+                                       double* least) {
   for (unsigned rest = below(gaps, std::numeric_limits<float>::infinity()) & ~open; rest;
        rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest);
-    least = std::min(least, boxes_.distanceFor(gaps(bit & 3, bit >> 2)));
+    const int bit = __builtin_ctz(rest), j = bit >> 2;
+    least[j] = std::min(least[j], boxes_.distanceFor(gaps(bit & 3, j)));
   }
-  if (isKept()) stop(pair.first.node, pair.second.node, least);
+  if (open)
+    for (int j = 0; j < quad2_.count; ++j) stop(pair.first.node, quad2_.below[j].node, least[j]);
+  else
+    stop(pair.first.node, pair.second.node, *std::min_element(least, least + quad2_.count));
 }
 
 /// Returns a lower bound of the distance of two triangles, or FCL's distance less its rounding.

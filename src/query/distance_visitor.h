@@ -42,7 +42,8 @@ class DistanceVisitor {
   bool isPossible() const { return boxes_.isPrecise(); }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
-  /// From now on, adds one in `every` of the pairs at which a search stops to `pairs`.
+  /// From now on, adds the pairs at which a search stops to `pairs`; those that it comes to from one
+  /// in `every` of the pairs that it visits.
   void keepStops(std::vector<FrontPair>& pairs, std::size_t every) {
     stops_ = &pairs;
     every_ = every;
@@ -103,6 +104,7 @@ class DistanceVisitor {
            unsigned((pairs & 0x0f00) != 0) << 2 | unsigned((pairs & 0xf000) != 0) << 3;
   }
 
+  void visit(const Pair& pair);
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
   S separationOf(int node1, int node2);
@@ -117,18 +119,17 @@ class DistanceVisitor {
   void readFirst(unsigned lanes);
   void readSecond(int node);
   void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open);
+  void stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open, double* least);
   double testTriangles(int i, int j, double bound, double slack);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
   /// `bound` bounds the distance below two nodes.
   void stop(int node1, int node2, double bound) {
-    until_kept_ = every_;
     stops_->push_back({node1, node2, motion1_.accumulatedMotion(node1),
                        motion2_.accumulatedMotion(node2), rigid_motion_, bound});
   }
-  bool isKept() { return --until_kept_ == 0; }
   void stopAtGap(int node1, int node2, float gap) {
-    if (isKept()) stop(node1, node2, boxes_.distanceFor(gap));
+    if (is_kept_) stop(node1, node2, boxes_.distanceFor(gap));
   }
 
   const PlacedMesh<BV> first_, second_;
@@ -138,7 +139,8 @@ class DistanceVisitor {
   fcl::DistanceResult<S>& result_;
   const double rigid_motion_;
   std::vector<FrontPair>* stops_ = nullptr;
-  std::size_t every_ = std::numeric_limits<std::size_t>::max(), until_kept_ = every_;  // never
+  std::size_t every_ = 1, until_kept_ = 0;
+  bool is_kept_ = false;  ///< whether stops at the pair that is visited are kept
   const PairStatistics statistics_;
   const double unit1_, unit2_;  // of the models, per unit of their boxes
   const BoxPair boxes_;
