@@ -363,9 +363,8 @@ void DistanceVisitor<BV>::stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, un
     stop(pair.first.node, pair.second.node, *std::min_element(least, least + quad2_.count));
 }
 
-/// Returns a lower bound of the distance of two triangles, or FCL's distance less its rounding.
-/// `bound`: a lower bound in single precision; `slack`: by so much one along the same lines may be
-/// larger in double precision.
+/// Returns a lower bound of the distance of two triangles. `bound`: one in single precision;
+/// `slack`: by so much one along the same lines may be larger in double precision.
 template <typename BV>
 double DistanceVisitor<BV>::testTriangles(int i, int j, double bound, double slack) {
   const VertexIndices &a = corners1_[i], &b = corners2_[j];
@@ -382,7 +381,7 @@ double DistanceVisitor<BV>::testTriangles(int i, int j, double bound, double sla
   if (d < result_.min_distance)
     improve(d, first_.model->getBV(quad1_.below[i].node).primitiveId(),
             second_.model->getBV(quad2_.below[j].node).primitiveId(), on1, on2);
-  return double(d - rounding_);
+  return bound;
 }
 
 /// As in FCL's traversal, nearest points are in the frame of the first object until the end.
