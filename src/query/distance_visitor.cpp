@@ -23,11 +23,13 @@ VolumeSeparation<BV> separationsOf(const TriangleSeparation<typename BV::S>& pla
 template <typename BV>
 typename BV::S roundingOf(const TriangleSeparation<typename BV::S>& placement,
                           const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
-  const auto size = [](const fcl::BVHModel<BV>& model) {
-    return model.aabb_center.template lpNorm<1>() + model.aabb_radius;
+  using S = typename BV::S;
+  const auto size = [](const BoxTree<S>& boxes) -> S {
+    return boxes.middle().template lpNorm<1>() +
+           S(float4::sum(boxes.root().halfSides())) * boxes.frame.unit();
   };
-  return 8 * rounding::epsilon<typename BV::S>() *
-         (placement.T().template lpNorm<1>() + size(*first.model) + size(*second.model));
+  return 8 * rounding::epsilon<S>() *
+         (placement.T().template lpNorm<1>() + size(*first.tree->boxes) + size(*second.tree->boxes));
 }
 
 /// The thread's stack of pairs, whose memory stays.
@@ -227,7 +229,7 @@ void DistanceVisitor<BV>::setQuads(const Pair& pair) {
 
 /// Bit 4 j + i where the gap of i and j is smaller.
 template <typename BV>
-unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, float gap) const {
+ADAPTIVE_BVH_INLINE unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, float gap) const {
   unsigned bits = 0;
   for (int j = 0; j < 4; ++j)
     bits |= float4::bits(gaps.row[j] < float4::all(gap)) << (4 * j);

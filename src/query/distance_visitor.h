@@ -111,7 +111,7 @@ class DistanceVisitor {
   bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);
-  unsigned below(const Gaps4x4& gaps, float gap) const;
+  ADAPTIVE_BVH_INLINE unsigned below(const Gaps4x4& gaps, float gap) const;
   void recordBelow(const Pair& pair, unsigned open);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned open);
   static VertexIndices cornersOf(const PlacedMesh<BV>& mesh, const BoxNodes<const BoxNode>& nodes,
