@@ -78,6 +78,18 @@ class TriangleSeparation {
     return best;
   }
 
+  /// The corners of a triangle of either mesh, in the first's frame.
+  std::array<Point, 3> firstCorners(const VertexIndices& a) const {
+    return {vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]]};
+  }
+  std::array<fcl::Vector3d, 3> secondCorners(const VertexIndices& b) const {
+    const auto placed = [&](unsigned v) -> fcl::Vector3d {
+      return R_.template cast<double>() * vertices2_[v].template cast<double>() +
+             T_.template cast<double>();
+    };
+    return {placed(b[0]), placed(b[1]), placed(b[2])};
+  }
+
   S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
     return fcl::detail::TriangleDistance<S>::triDistance(
         vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]], vertices2_[b[0]], vertices2_[b[1]],

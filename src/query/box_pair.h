@@ -3,48 +3,52 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/boxes4.h"
 #include "tree/box_tree.h"
 
 namespace adaptive_bvh {
-
-/// A box as its middle and half its sides.
-struct CenteredBox {
-  Float4 center, half;
-
-  explicit CenteredBox(const Box& box) : center(box.center()), half(box.halfSides()) {}
-  CenteredBox(const Float4& c, const Float4& h) : center(c), half(h) {}
-};
-
-/// The squared distance of two boxes of one frame.
-inline float squaredGap(const CenteredBox& a, const CenteredBox& b) {
-  const Float4 gap =
-      float4::upper(float4::absolute(a.center - b.center) - (a.half + b.half), float4::all(0));
-  return float4::sum(gap * gap);
-}
 
 /// A change of frame: y' = M y + t, M a rotation times a scale.
 class FrameChange {
  public:
   FrameChange() = default;
   FrameChange(const fcl::Matrix3d& m, const fcl::Vector3d& t) {
-    for (int k = 0; k < 3; ++k) {
-      columns_[k] = Float4{float(m(0, k)), float(m(1, k)), float(m(2, k)), 0};
-      sizes_[k] = float4::absolute(columns_[k]);
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        m_[i][k] = float4::all(static_cast<float>(m(i, k)));
+        sizes_[i][k] = float4::absolute(m_[i][k]);
+      }
+      t_[i] = float4::all(static_cast<float>(t[i]));
     }
-    t_ = Float4{float(t[0]), float(t[1]), float(t[2]), 0};
   }
 
-  /// The box around the box in the new frame.
-  CenteredBox operator()(const CenteredBox& box) const {
-    using float4::broadcast;
-    return {columns_[0] * broadcast<0>(box.center) + columns_[1] * broadcast<1>(box.center) +
-                columns_[2] * broadcast<2>(box.center) + t_,
-            sizes_[0] * broadcast<0>(box.half) + sizes_[1] * broadcast<1>(box.half) +
-                sizes_[2] * broadcast<2>(box.half)};
+  /// The boxes around the boxes in the new frame.
+  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
+    const Float4 half = float4::all(0.5f);
+    Float4 center[3], side[3];
+    for (int k = 0; k < 3; ++k) {
+      center[k] = (boxes.low[k] + boxes.high[k]) * half;
+      side[k] = (boxes.high[k] - boxes.low[k]) * half;
+    }
+    Boxes4 turned;
+    for (int i = 0; i < 3; ++i) {
+      const Float4 c = t_[i] + m_[i][0] * center[0] + m_[i][1] * center[1] + m_[i][2] * center[2];
+      const Float4 s = sizes_[i][0] * side[0] + sizes_[i][1] * side[1] + sizes_[i][2] * side[2];
+      turned.low[i] = c - s;
+      turned.high[i] = c + s;
+    }
+    return turned;
   }
 
  private:
-  Float4 columns_[3], sizes_[3], t_;
+  Float4 m_[3][3], sizes_[3][3], t_[3];
+};
+
+/// Of boxes i of one tree and j of another, four by four: row[j][i].
+struct Gaps4x4 {
+  Float4 row[4];
+
+  float operator()(int i, int j) const { return row[j][i]; }
 };
 
 /// The relative placement of two box trees. The gap of two boxes is computed in the frame of either
@@ -91,19 +95,16 @@ class BoxPair {
 
   const FrameChange& toFirst() const { return to_first_; }
   const FrameChange& toSecond() const { return to_second_; }
-  /// The larger squared gap of both frames; only the first one's when that is `enough`. The second
-  /// model's box `b` is given in the first's frame as well.
-  float gapFromFirst(const CenteredBox& a, const CenteredBox& b, const CenteredBox& b_in_first,
-                     float enough) const {
-    const float gap = squaredGap(a, b_in_first);
-    return gap < enough ? std::max(gap, ratio2_ * squaredGap(to_second_(a), b)) : gap;
+  /// The squared gaps in the first frame; `b` is given there.
+  ADAPTIVE_BVH_INLINE static Gaps4x4 gapsInFirst(const Boxes4& a, const Boxes4& b) {
+    return {{squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b),
+             squaredGaps<3>(a, b)}};
   }
-  /// As gapFromFirst, but computes the gap in the second frame first; the first model's box `a` is
-  /// given there as well.
-  float gapFromSecond(const CenteredBox& a, const CenteredBox& b, const CenteredBox& a_in_second,
-                      float enough) const {
-    const float gap = ratio2_ * squaredGap(a_in_second, b);
-    return gap < enough ? std::max(gap, squaredGap(a, to_first_(b))) : gap;
+  /// Makes them the larger ones of both frames; `a` is given in the second.
+  ADAPTIVE_BVH_INLINE void raiseBySecond(const Boxes4& a, const Boxes4& b, Gaps4x4& gaps) const {
+    const Gaps4x4 second = gapsInFirst(a, b);
+    for (int j = 0; j < 4; ++j)
+      gaps.row[j] = float4::upper<Float4>(gaps.row[j], second.row[j] * float4::all(ratio2_));
   }
   float ratio() const { return ratio_; }
 
@@ -112,6 +113,14 @@ class BoxPair {
   float squaredGapFor(S distance) const {
     const double gap = static_cast<double>(distance) * scale_ * (1 + 1. / (1 << 20)) + error_;
     return static_cast<float>(std::min(gap * gap, 1e300) * (1 + 1. / (1 << 20)));
+  }
+  /// Nodes with a smaller squared gap are nearer than `distance`, or their boxes are loose: a gap
+  /// that is larger by the boxes' error could not be that of boxes so near.
+  template <typename S>
+  float squaredGapNear(S distance) const {
+    const double gap =
+        std::max(0., static_cast<double>(distance) * scale_ * (1 - 1. / (1 << 20)) - error_);
+    return static_cast<float>(std::min(gap * gap, 1e300) * (1 - 1. / (1 << 20)));
   }
   /// Two nodes with this squared gap are at least so far apart; not negative.
   double distanceFor(float squared_gap) const {

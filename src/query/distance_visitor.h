@@ -1,12 +1,14 @@
 #pragma once
 
-#include <array>
 #include <limits>
 #include <vector>
 
+#include "geometry/triangle_block.h"
 #include "geometry/triangle_separation.h"
 #include "query/box_pair.h"
+#include "query/box_quad.h"
 #include "query/placed_mesh.h"
+#include "query/vertex_separation.h"
 #include "volume/each_volume.h"
 #include "volume/volume_separation.h"
 
@@ -23,20 +25,14 @@ struct FrontPair {
   double bound;
 };
 
-/// The exact distance of two meshes, as a visitor of searchPairs: branch and bound, the nearest
-/// pair first, on the boxes beside FCL's volumes, and with a cheap bound before each distance of
-/// two triangles. Fills the result as FCL's query does, by FCL's triangle distances.
+/// The exact distance of two meshes: branch and bound on the boxes beside FCL's volumes, four by
+/// four, the nearest pair first, with a cheap bound before each distance of two triangles. Fills
+/// the result as FCL's query does, by FCL's triangle distances.
 template <typename BV>
 class DistanceVisitor {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-
-  struct Pair {
-    int node1, node2;
-    float gap;                                           ///< of the boxes: see BoxPair
-    S separation = std::numeric_limits<S>::quiet_NaN();  ///< of the volumes; NaN: not computed
-  };
 
   /// Both meshes must have boxes. `rigid_motion`: RigidMotion::sum, of a query with a front.
   DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
@@ -46,12 +42,14 @@ class DistanceVisitor {
   bool isPossible() const { return boxes_.isPrecise(); }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
-  /// From now on, adds one in `every` of the pairs at which a search stops to `pairs`.
+  /// From now on, adds the pairs at which a search stops to `pairs`; those that it comes to from one
+  /// in `every` of the pairs that it visits.
   void keepStops(std::vector<FrontPair>& pairs, std::size_t every) {
     stops_ = &pairs;
-    every_ = until_kept_ = every;
+    every_ = every;
+    until_kept_ = 1;  // the first: there may be no others
   }
-  /// Searches everything below two nodes.
+  /// Searches everything below two nodes. The pairs where it stops cover that, each once.
   void search(int node1, int node2);
 
   /// True: nothing below a pair of an earlier front is nearer than the limit. The sums are rounded
@@ -69,13 +67,6 @@ class DistanceVisitor {
     return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
   }
 
-  // For searchPairs.
-  bool prune(Pair& pair);
-  bool isLeafPair(const Pair& pair) const {
-    return nodes1_.isLeaf(pair.node1) && nodes2_.isLeaf(pair.node2);
-  }
-  void testLeaves(const Pair& pair);
-  std::array<Pair, 2> split(const Pair& pair);
   /// The distance is 0: nothing can be nearer.
   bool isDone() const { return result_.min_distance <= 0; }
 
@@ -84,32 +75,61 @@ class DistanceVisitor {
   bool finish();
   /// Cost of the search so far, in tests of boxes.
   double cost() const {
-    return double(work_.box_tests) + 3 * double(work_.separation_tests) +
-           5 * double(work_.leaf_tests);
+    return double(work_.box_tests) + 12 * double(work_.separation_tests) +
+           40 * double(work_.leaf_tests) + 0.1 * double(vertices_.read());
   }
 
  private:
+  /// Two nodes that are still to be searched, with the squared gap of their boxes: see BoxPair.
+  struct Pair {
+    CountedNode first, second;
+    float gap;
+  };
   /// Volumes are tested when the squared gap of the boxes is at least this share of the gap that
   /// prunes, and more than kFew triangles are below: with fewer it is as fast to split.
   static constexpr float kNear = 0.25f;
   static constexpr int kFew = 8;
+  /// Volumes that prune up to this share of the limit may do so with exact positions.
+  static constexpr double kNearly = 63. / 64;
+  /// Of two boxes only the larger is split, when it is larger by this factor.
+  static constexpr float kMuchLarger = 2;
 
-  Pair pairOf(int node1, int node2);
-  std::array<Pair, 2> splitFirst(const Pair& pair);
-  std::array<Pair, 2> splitSecond(const Pair& pair);
-  ADAPTIVE_BVH_INLINE std::array<Pair, 2> nearestFirst(const Pair& parent,
-                                                       TraversalStatistics* split_side,
-                                                       int split_node, const Pair& a,
-                                                       const Pair& b);
+  static bool isSmall(const CountedNode& node) { return node.leaves <= BoxQuad::kSmall; }
+  /// Of pairs of lanes, bit 4 j + i for i of the first: the lanes of either side.
+  static unsigned firstLanes(unsigned pairs) {
+    return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  }
+  static unsigned secondLanes(unsigned pairs) {
+    return unsigned((pairs & 0x000f) != 0) | unsigned((pairs & 0x00f0) != 0) << 1 |
+           unsigned((pairs & 0x0f00) != 0) << 2 | unsigned((pairs & 0xf000) != 0) << 3;
+  }
+
+  void visit(const Pair& pair);
+  float gapOf(int node1, int node2);
+  bool prune(const Pair& pair, S& separation);
+  S separationOf(int node1, int node2);
+  bool mayReadVertices(const Pair& pair, S separation) const;
+  void split(const Pair& pair, S separation);
+  void setQuads(const Pair& pair);
+  ADAPTIVE_BVH_INLINE unsigned below(const Gaps4x4& gaps, float gap) const;
+  void recordBelow(const Pair& pair, unsigned open);
+  void push(const Pair& pair, const Gaps4x4& gaps, unsigned open);
+  static VertexIndices cornersOf(const PlacedMesh<BV>& mesh, const BoxNodes<const BoxNode>& nodes,
+                                 int leaf);
+  void readFirst(unsigned lanes);
+  void readSecond(int node);
+  void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open);
+  void stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open, double* least);
+  double testTriangles(int i, int j, double bound, double slack);
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
-  /// `bound()` bounds the distance below the pair.
-  template <typename Bound>
-  void stop(const Pair& pair, const Bound& bound) {
-    if (--until_kept_ > 0) return;
-    until_kept_ = every_;
-    stops_->push_back({pair.node1, pair.node2, motion1_.accumulatedMotion(pair.node1),
-                       motion2_.accumulatedMotion(pair.node2), rigid_motion_, double(bound())});
+  /// `bound` bounds the distance below two nodes.
+  void stop(int node1, int node2, double bound) {
+    stops_->push_back({node1, node2, motion1_.accumulatedMotion(node1),
+                       motion2_.accumulatedMotion(node2), rigid_motion_, bound});
+  }
+  void stopAtGap(int node1, int node2, float gap) {
+    if (is_kept_) stop(node1, node2, boxes_.distanceFor(gap));
   }
 
   const PlacedMesh<BV> first_, second_;
@@ -119,17 +139,30 @@ class DistanceVisitor {
   fcl::DistanceResult<S>& result_;
   const double rigid_motion_;
   std::vector<FrontPair>* stops_ = nullptr;
-  std::size_t every_ = std::numeric_limits<std::size_t>::max(), until_kept_ = every_;  // never
+  std::size_t every_ = 1, until_kept_ = 0;
+  bool is_kept_ = false;  ///< whether stops at the pair that is visited are kept
   const PairStatistics statistics_;
   const double unit1_, unit2_;  // of the models, per unit of their boxes
   const BoxPair boxes_;
   TriangleSeparation<S> triangles_;
+  VertexSeparation<BV> vertices_;
   /// FCL's volumes may be read: none waits to be brought up to date.
   const bool has_volumes_;
   const VolumeSeparation<BV> volumes_;
-  S limit_;           // distances from here on do not matter
-  float limit2_ = 0;  // as a squared gap of boxes: see BoxPair
+  const S rounding_;    // of FCL's distance of two triangles
+  S limit_;             // distances from here on do not matter
+  float limit2_ = 0;    // as a squared gap of boxes: see BoxPair
+  float nearly2_ = 0;   // a squared gap that would prune if boxes were exact
   bool improved_ = false;
+  std::vector<Pair>& open_;
+  BoxQuad quad1_, quad2_;  // of the pair that is split
+  int quad2_of_ = -1;
+  bool quad2_alone_ = false;
+  Boxes4 turned2_;  // quad2_ in the first frame
+  Triangles4 block1_, block2_;  // of the pair of small nodes that is tested
+  int block2_of_ = -1;
+  fcl::Vector3d origin_;  // of the blocks, in the first model's coordinates
+  VertexIndices corners1_[4], corners2_[4];
   QueryWork work_;
 };
 

@@ -47,7 +47,7 @@ class Front {
 
  private:
   /// Costs, in tests of boxes: to check a pair of the front, and to write one.
-  static constexpr double kCheck = 0.5, kWrite = 0.5;
+  static constexpr double kCheck = 1, kWrite = 2;
   /// A front is written for a search that promises to cost this share of one from the roots.
   static constexpr double kPays = 0.8;
   /// After searches that cost so many from the roots, a front is written anew.

@@ -6,7 +6,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 
 #include "geometry/body_frame.h"
-#include "geometry/box.h"
+#include "geometry/boxes4.h"
 #include "geometry/mesh_of_model.h"
 #include "tree/vertex_slots.h"
 
@@ -31,16 +31,6 @@ ADAPTIVE_BVH_INLINE unsigned sharedVertices(const Int4& a, const Int4& b) {
   turned = float4::rotated(turned);
   return as_is | once << 3 | same() << 6;
 }
-
-/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
-struct Boxes4 {
-  Float4 low[3], high[3];
-
-  ADAPTIVE_BVH_INLINE Box box(int lane) const {
-    return {Float4{low[0][lane], low[1][lane], low[2][lane], 0},
-            Float4{high[0][lane], high[1][lane], high[2][lane], 0}};
-  }
-};
 
 /// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
 /// triangles. Boxes that it has none for are empty: they overlap nothing.

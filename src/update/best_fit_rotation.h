@@ -17,6 +17,7 @@ namespace adaptive_bvh {
 template <typename S>
 class BestFitRotation {
  public:
+  using Point = fcl::Vector3<S>;
   static constexpr std::size_t kSamples = 12;
 
   /// Begins anew, with the body as it stands in a frame with these `axes`.
@@ -31,17 +32,16 @@ class BestFitRotation {
     vertices_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
       vertices_.push_back(topology.slots.verticesOf(i * primitives / count)[0]);
-    rest_ = positions(model);
-    steps_left_ = kInterval;
+    rest_ = last_ = samplesOf(model.vertices, model.aabb_center);
   }
 
-  /// Replaces `axes`, those in use, when the body has turned away from them by more than 11
-  /// degrees. Looks at every eighth step only. Returns whether it did.
-  template <typename BV>
-  bool turn(const fcl::BVHModel<BV>& model, fcl::Matrix3d& axes) {
-    if (--steps_left_ > 0) return false;
-    steps_left_ = kInterval;
-    const Samples now = positions(model);
+  /// Replaces `axes`, those in use, when the body in these positions has turned away from them by
+  /// more than 11 degrees. Looks only when the samples have moved against each other by a fortieth
+  /// of their distances since it looked last. Returns whether it did. `near`: some point near the body.
+  bool turn(const Point* positions, const Point& near, fcl::Matrix3d& axes) {
+    const Samples now = samplesOf(positions, near);
+    if (!((now - last_).squaredNorm() > kMoved * rest_.squaredNorm())) return false;
+    last_ = now;
     const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
     const auto& sizes = svd.singularValues();
@@ -64,20 +64,19 @@ class BestFitRotation {
   std::size_t bytes() const { return vertices_.capacity() * sizeof(vertices_[0]); }
 
  private:
-  static constexpr int kInterval = 8;
+  static constexpr double kMoved = 1. / 1600;
   static constexpr double kFlat = 1e-4;
   static constexpr double kRigid = 0.999;
   static constexpr double kCosine = 0.98;  // 11 degrees
 
   using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
 
-  /// Positions of the samples relative to their middle, in body units.
-  template <typename BV>
-  Samples positions(const fcl::BVHModel<BV>& model) const {
+  /// The samples relative to their middle, in body units.
+  Samples samplesOf(const Point* positions, const Point& near) const {
     Samples samples(3, Eigen::Index(vertices_.size()));
     for (std::size_t i = 0; i < vertices_.size(); ++i)
       samples.col(Eigen::Index(i)) =
-          (model.vertices[vertices_[i]] - model.aabb_center).template cast<double>() * scale_;
+          (positions[vertices_[i]] - near).template cast<double>() * scale_;
     if (!vertices_.empty()) samples.colwise() -= fcl::Vector3d(samples.rowwise().mean());
     return samples;
   }
@@ -85,8 +84,7 @@ class BestFitRotation {
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();
   double scale_ = 1;
   std::vector<unsigned> vertices_;
-  Samples rest_;
-  int steps_left_ = kInterval;
+  Samples rest_, last_;  // at the start, and when it looked last
 };
 
 }  // namespace adaptive_bvh

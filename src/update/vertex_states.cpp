@@ -45,7 +45,7 @@ void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& 
   // Far from the origin of its boxes a body would lose digits.
   frame_.moveOrigin(boxes.middle());
   fcl::Matrix3d axes = boxes.frame.axes();
-  if (rotation_.turn(target.model, axes)) frame_.turn(axes);
+  if (rotation_.turn(input.positions, target.model.aabb_center, axes)) frame_.turn(axes);
   if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size() - 1);
 }
 

@@ -14,12 +14,13 @@ namespace {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::Box;
+using adaptive_bvh::Boxes4;
 using adaptive_bvh::BoxNodes;
 using adaptive_bvh::BoxPair;
 using adaptive_bvh::BoxTree;
-using adaptive_bvh::CenteredBox;
 using adaptive_bvh::Float4;
 using adaptive_bvh::FrameChange;
+using adaptive_bvh::Gaps4x4;
 using exact::Real;
 
 /// A mesh in place, with the box tree of its model.
@@ -49,7 +50,10 @@ class PlacedBoxes {
   const BoxTree<S>& boxes() const {
     return *adaptive_bvh::detail::ModelAccess<BV>::tree(model_).boxes;
   }
-  CenteredBox box(int node) const { return CenteredBox(boxes().nodes().box(node)); }
+  Boxes4 box(int node) const {
+    const Box box = boxes().nodes().box(node);
+    return adaptive_bvh::boxes4(box, box, box, box);
+  }
   const fcl::Transform3<S>& tf() const { return tf_; }
   void moveBy(const Vector3<S>& shift) {
     std::vector<Vector3<S>> positions(model_.vertices, model_.vertices + model_.num_vertices);
@@ -117,22 +121,19 @@ class Gaps : public testing::Test {
   }
 
   /// A distance that is larger than the true one must ask for a larger gap than there is.
-  static double judgePair(const BoxPair& pair, const CenteredBox& a, const CenteredBox& b, Real d) {
-    constexpr float kAll = std::numeric_limits<float>::infinity();
-    const CenteredBox b_in_first = pair.toFirst()(b), a_in_second = pair.toSecond()(a);
-    const float gaps[] = {
-        pair.gapFromFirst(a, b, b_in_first, kAll), pair.gapFromSecond(a, b, a_in_second, kAll),
-        pair.gapFromFirst(a, b, b_in_first, 0), pair.gapFromSecond(a, b, a_in_second, 0)};
-    EXPECT_EQ(gaps[0], gaps[1]) << "the larger of both";
-    EXPECT_LE(gaps[2], gaps[0]);
-    EXPECT_LE(gaps[3], gaps[0]);
+  static double judgePair(const BoxPair& pair, const Boxes4& a, const Boxes4& b, Real d) {
+    const Gaps4x4 first = BoxPair::gapsInFirst(a, pair.toFirst()(b));
+    Gaps4x4 both = first;
+    pair.raiseBySecond(pair.toSecond()(a), b, both);
+    EXPECT_LE(first(2, 1), both(2, 1)) << "the larger of both";
+    EXPECT_EQ(both(0, 0), both(3, 2)) << "in all lanes";
     S more = S(d);
     while (Real(more) <= d) more = std::nextafter(more, std::numeric_limits<S>::infinity());
-    for (const float gap : gaps) {
+    for (const float gap : {first(0, 0), both(0, 0)}) {
       EXPECT_LE(Real(pair.distanceFor(gap)), d);
       EXPECT_LT(gap, pair.squaredGapFor(more)) << "taken to be apart by more than they are";
     }
-    return pair.distanceFor(gaps[0]);
+    return pair.distanceFor(both(0, 0));
   }
 
   RandomGeometry<S> random_{7};
@@ -216,10 +217,13 @@ TYPED_TEST(Gaps, IsTheDistanceOfBoxesThatStandAlike) {
   beside.translation() = Vector3<S>(3, 4, 12);  // of plates of 1 x 1 in z = 0
   const PlacedBoxes<S> a(plate<S>(2, 2), origin), b(plate<S>(2, 2), beside);
   const BoxPair pair(a.boxes(), a.tf(), b.boxes(), b.tf());
-  const float gap = pair.gapFromFirst(a.box(0), b.box(0), pair.toFirst()(b.box(0)), 1e9f);
+  const float gap = BoxPair::gapsInFirst(a.box(0), pair.toFirst()(b.box(0)))(0, 0);
   EXPECT_NEAR(std::sqrt(4. + 9 + 144), pair.distanceFor(gap), 1e-3);
   EXPECT_FLOAT_EQ(1, pair.ratio());
   EXPECT_EQ(0, pair.distanceFor(0));
+  EXPECT_LE(pair.squaredGapNear(S(13)), gap) << "exact boxes would prune";
+  EXPECT_GT(pair.squaredGapFor(S(std::sqrt(157.))), gap) << "these do not";
+  EXPECT_GT(pair.squaredGapNear(S(12.54)), gap) << "nor would exact ones";
 }
 
 /// Where the bodies are so far apart, or so unequal, that single precision will not do, it says so.
@@ -249,27 +253,39 @@ TEST(FrameChange, BoxesWhatItTurns) {
   for (int round = 0; round < 5000; ++round) {
     const fcl::Matrix3d m = random.rotation() * random.size(-2, 2);
     const fcl::Vector3d t = random.point();
-    const CenteredBox box(Float4{1, -2, 3, 0} * float(random.uniform()), Float4{0.5f, 2, 0.1f, 0});
-    const CenteredBox turned = FrameChange(m, t)(box);
+    const Float4 center = Float4{1, -2, 3, 0} * float(random.uniform()), half{0.5f, 2, 0.1f, 0};
+    const Box box{center - half, center + half}, other{half, half + half};
+    const Box turned = FrameChange(m, t)(adaptive_bvh::boxes4(other, box, other, other)).box(1);
     for (int corner = 0; corner < 8; ++corner) {
       fcl::Vector3d y;
-      for (int k = 0; k < 3; ++k)
-        y[k] = double(box.center[k]) + double(corner >> k & 1 ? box.half[k] : -box.half[k]);
+      for (int k = 0; k < 3; ++k) y[k] = double(corner >> k & 1 ? box.high[k] : box.low[k]);
       y = m * y + t;
-      for (int k = 0; k < 3; ++k)
-        ASSERT_LE(std::abs(y[k] - double(turned.center[k])),
-                  double(turned.half[k]) + 1e-6 * (y.norm() + t.norm()));
+      const double error = 1e-6 * (y.norm() + t.norm());
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_GE(y[k], double(turned.low[k]) - error);
+        ASSERT_LE(y[k], double(turned.high[k]) + error);
+      }
     }
   }
 }
 
-/// The gap of two boxes along several axes is the distance of their nearest corners.
-TEST(SquaredGap, IsThatOfTheNearestCorners) {
-  const CenteredBox a(Float4{0, 0, 0, 0}, Float4{1, 1, 1, 0});
-  EXPECT_EQ(0, squaredGap(a, CenteredBox(Float4{1, 0, 0, 0}, Float4{1, 1, 1, 0}))) << "overlap";
-  EXPECT_EQ(0, squaredGap(a, CenteredBox(Float4{2, 0, 0, 0}, Float4{1, 1, 1, 0}))) << "touch";
-  EXPECT_EQ(1, squaredGap(a, CenteredBox(Float4{3, 0, 0, 0}, Float4{1, 1, 1, 0})));
-  EXPECT_EQ(14, squaredGap(a, CenteredBox(Float4{-3, 4, -5, 0}, Float4{1, 1, 1, 0})));
+/// The gap of two boxes along several axes is the distance of their nearest corners; each lane has
+/// its own.
+TEST(SquaredGaps, AreThoseOfTheNearestCorners) {
+  const auto box = [](float x, float y, float z) {
+    const Float4 center{x, y, z, 0}, half{1, 1, 1, 0};
+    return Box{center - half, center + half};
+  };
+  const Boxes4 a =
+      adaptive_bvh::boxes4(box(1, 0, 0), box(2, 0, 0), box(3, 0, 0), box(-3, 4, -5));
+  const Boxes4 b = adaptive_bvh::boxes4(box(9, 9, 9), box(0, 0, 0), box(3, 0, 1), box(9, 9, 9));
+  const Gaps4x4 gaps = BoxPair::gapsInFirst(a, b);
+  EXPECT_EQ(0, gaps(0, 1)) << "overlap";
+  EXPECT_EQ(0, gaps(1, 1)) << "touch";
+  EXPECT_EQ(1, gaps(2, 1));
+  EXPECT_EQ(14, gaps(3, 1));
+  EXPECT_EQ(0, gaps(2, 2));
+  EXPECT_EQ(6 * 6 + 7 * 7 + 7 * 7, gaps(0, 0));
 }
 
 }  // namespace

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "geometry/box.h"
+
+namespace adaptive_bvh {
+
+/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
+struct Boxes4 {
+  Float4 low[3], high[3];
+
+  ADAPTIVE_BVH_INLINE Box box(int lane) const {
+    return {Float4{low[0][lane], low[1][lane], low[2][lane], 0},
+            Float4{high[0][lane], high[1][lane], high[2][lane], 0}};
+  }
+};
+
+ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, const Box& d) {
+  const float4::Columns low = float4::columns(a.low, b.low, c.low, d.low),
+                        high = float4::columns(a.high, b.high, c.high, d.high);
+  return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+
+/// The squared distances of four boxes to box `kLane` of four others, all in one frame.
+template <int kLane>
+ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
+  using float4::broadcast;
+  using float4::upper;
+  const Float4 zero = float4::all(0);
+  Float4 sum = zero;
+  for (int k = 0; k < 3; ++k) {
+    const Float4 gap = upper<Float4>(upper<Float4>(a.low[k] - broadcast<kLane>(b.high[k]),
+                                                   broadcast<kLane>(b.low[k]) - a.high[k]),
+                                     zero);
+    sum += gap * gap;
+  }
+  return sum;
+}
+
+}  // namespace adaptive_bvh
