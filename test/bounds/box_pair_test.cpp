@@ -276,8 +276,7 @@ TEST(SquaredGaps, AreThoseOfTheNearestCorners) {
     const Float4 center{x, y, z, 0}, half{1, 1, 1, 0};
     return Box{center - half, center + half};
   };
-  const Boxes4 a =
-      adaptive_bvh::boxes4(box(1, 0, 0), box(2, 0, 0), box(3, 0, 0), box(-3, 4, -5));
+  const Boxes4 a = adaptive_bvh::boxes4(box(1, 0, 0), box(2, 0, 0), box(3, 0, 0), box(-3, 4, -5));
   const Boxes4 b = adaptive_bvh::boxes4(box(9, 9, 9), box(0, 0, 0), box(3, 0, 1), box(9, 9, 9));
   const Gaps4x4 gaps = BoxPair::gapsInFirst(a, b);
   EXPECT_EQ(0, gaps(0, 1)) << "overlap";
