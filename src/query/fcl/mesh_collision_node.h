@@ -1,11 +1,13 @@
 #pragma once
 
+#include <limits>
 #include <utility>
 
 #include <fcl/math/bv/AABB.h>
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 
 #include "geometry/triangle_contact.h"
+#include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 
@@ -55,7 +57,9 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     if (this->request.enable_contact)
       addContacts(id1, id2, contactOf(first, in_first));
     else if (hasRoom())
-      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2,
+                                               unsetPoint<S>(), unsetPoint<S>(),
+                                               std::numeric_limits<S>::quiet_NaN()));
     if (this->request.enable_cost) addCost(first, second);
   }
 
