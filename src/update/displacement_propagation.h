@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "threads/task_pool.h"
 #include "update/node_fit.h"
 #include "update/step_input.h"
-#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
 #include "volume/each_volume.h"

@@ -4,13 +4,13 @@
 #include <cstring>
 #include <vector>
 
+#include "threads/task_pool.h"
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/local_bounds.h"
 #include "update/partial_bounds.h"
 #include "update/refit.h"
 #include "update/step_input.h"
-#include "threads/task_pool.h"
 #include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
 

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "threads/task_pool.h"
 #include "update/body_fit.h"
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
-#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"
