@@ -69,8 +69,8 @@ constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "recorded";
 
 /// This library's; with a row on so many threads where they are more than one.
 std::vector<ContactKind> adaptiveContactMethods(int threads);
-std::vector<ContactKind> fclContactMethods();       ///< FCL's RSS, refitted top-down
-std::vector<ContactKind> embreeContactMethods();    ///< where Embree 3 is found
-std::vector<ContactKind> cgalContactMethods();      ///< where CGAL is found
+std::vector<ContactKind> fclContactMethods();     ///< FCL's RSS, refitted top-down
+std::vector<ContactKind> embreeContactMethods();  ///< where Embree 3 is found
+std::vector<ContactKind> cgalContactMethods();    ///< where CGAL is found
 
 }  // namespace adaptive_bvh_bench
