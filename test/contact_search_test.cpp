@@ -72,7 +72,7 @@ class ContactSearch : public testing::Test {
       const auto& contact = result.getContact(i);
       EXPECT_EQ(&model, contact.o1);
       EXPECT_LT(contact.b1, contact.b2);
-      EXPECT_EQ(1, ++found[{int(contact.b1), int(contact.b2)}]) << "twice";
+      EXPECT_EQ(1, ++found[Pair(contact.b1, contact.b2)]) << "twice";
     }
     for (int a = 0; a < model.num_tris; ++a)
       for (int b = a + 1; b < model.num_tris; ++b) {

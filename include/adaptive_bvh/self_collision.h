@@ -23,11 +23,10 @@ enum class NeighbourFilter {
 /// `b2` are the two triangles, the smaller index first; both objects of a contact are the model.
 /// Which triangles intersect is decided as in adaptive_bvh::collide, whatever `enable_contact` is,
 /// and always with the smaller index as the first of the two: where triangles barely touch FCL's
-/// verdict depends on that. So the pairs that are found depend on the mesh and its positions alone,
-/// not on the tree or the steps before. With `enable_contact` a contact has FCL's normal and depth
-/// and the first of FCL's points (FCL may compute two for a pair; `collide` gives both); query.h
-/// describes the contacts of thin triangles. Without it these fields are NaN. `tf` places the
-/// model: positions and normals are in the world.
+/// verdict depends on that. So it does not depend on the tree. With `enable_contact` a contact has
+/// FCL's normal and depth and the first of FCL's points (FCL may compute two for a pair; `collide`
+/// gives both); query.h describes the contacts of thin triangles. Without it these fields are NaN.
+/// `tf` places the model: positions and normals are in the world.
 ///
 /// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: request more to find
 /// all. Searches the boxes beside FCL's volumes when the model has them (docs/bounds.md), else runs

@@ -7,7 +7,6 @@
 #include "query/fcl/recording_node.h"
 #include "query/fcl/self_collision_node.h"
 #include "query/placed_mesh.h"
-#include "query/unset_fields.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -46,13 +45,11 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
   requireTriangles<BV>(model);
   const CollisionQuery<S> query{request, result};
   if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
-  const std::size_t before = result.numContacts();
   const PlacedMesh<BV> mesh{&model, &detail::ModelAccess<BV>::tree(model), tf};
   if (mesh.hasBoxes())
     selfCollideByBoxes(mesh, query, filter);
   else
     searchVolumes(mesh, query, filter);
-  if (!request.enable_contact) unsetFields(result, before);
   return result.numContacts();
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/pack.h"
 #include "update/fitness.h"
 
 namespace adaptive_bvh {

@@ -56,7 +56,7 @@ std::vector<ContactKind> chosenMethods(const Options& options) {
 
 std::string methodNames() {
   std::string names;
-  for (const ContactKind& kind : contactMethods()) names += (names.empty() ? "" : ", ") + kind.key;
+  for (const ContactKind& kind : contactMethods(2)) names += (names.empty() ? "" : ", ") + kind.key;
   return names;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <utility>
 
 #include <fcl/math/bv/AABB.h>
@@ -7,6 +8,7 @@
 
 #include "geometry/mesh_of_model.h"
 #include "geometry/triangle_contact.h"
+#include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 
@@ -70,7 +72,10 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   bool hasRoom() const { return this->result->numContacts() < this->request.num_max_contacts; }
 
   void addPair(int id1, int id2) const {
-    if (hasRoom()) this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+    if (hasRoom())
+      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2,
+                                               unsetPoint<S>(), unsetPoint<S>(),
+                                               std::numeric_limits<S>::quiet_NaN()));
   }
 
   void addContacts(int id1, int id2, const TriangleContact<S>& contact) const {
