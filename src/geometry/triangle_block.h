@@ -50,8 +50,8 @@ class TriangleBlock {
     best = upper<Float4>(best, gap(p_.corner, q, p_side_.normal));
     best = upper<Float4>(best, gap(p_.corner, q, lane<kLane>(q_side_.normal)));
     best = upper<Float4>(
-        best, gap(p_.corner, q, unit(vectors4::difference(lane<kLane>(q_side_.middle),
-                                                          p_side_.middle))));
+        best,
+        gap(p_.corner, q, unit(vectors4::difference(lane<kLane>(q_side_.middle), p_side_.middle))));
     return (best - margin_) * float4::all(1 - 16 * kUnit);
   }
   /// By so much, at most, a bound is smaller than it had to be in exact arithmetic.
@@ -102,10 +102,10 @@ class TriangleBlock {
                  p2 = vectors4::dot(along, p[2]);
     const Float4 q0 = vectors4::dot(along, q[0]), q1 = vectors4::dot(along, q[1]),
                  q2 = vectors4::dot(along, q[2]);
-    const Float4 forward = lower<Float4>(lower<Float4>(q0, q1), q2) -
-                           upper<Float4>(upper<Float4>(p0, p1), p2);
-    const Float4 backward = lower<Float4>(lower<Float4>(p0, p1), p2) -
-                            upper<Float4>(upper<Float4>(q0, q1), q2);
+    const Float4 forward =
+        lower<Float4>(lower<Float4>(q0, q1), q2) - upper<Float4>(upper<Float4>(p0, p1), p2);
+    const Float4 backward =
+        lower<Float4>(lower<Float4>(p0, p1), p2) - upper<Float4>(upper<Float4>(q0, q1), q2);
     return upper<Float4>(forward, backward);
   }
 

@@ -97,8 +97,8 @@ class BoxPair {
   const FrameChange& toSecond() const { return to_second_; }
   /// The squared gaps in the first frame; `b` is given there.
   ADAPTIVE_BVH_INLINE static Gaps4x4 gapsInFirst(const Boxes4& a, const Boxes4& b) {
-    return {{squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b),
-             squaredGaps<3>(a, b)}};
+    return {
+        {squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b), squaredGaps<3>(a, b)}};
   }
   /// Makes them the larger ones of both frames; `a` is given in the second.
   ADAPTIVE_BVH_INLINE void raiseBySecond(const Boxes4& a, const Boxes4& b, Gaps4x4& gaps) const {

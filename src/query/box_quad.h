@@ -59,8 +59,8 @@ class BoxQuad {
     const int left = tree.left(node.node);
     int leaves = 1;
     if (!tree.isLeaf(left))
-      leaves = tree.isLeaf(left + 1) ? node.leaves - 1
-                                     : (tree.left(left + 1) - tree.left(left)) / 2 + 1;
+      leaves =
+          tree.isLeaf(left + 1) ? node.leaves - 1 : (tree.left(left + 1) - tree.left(left)) / 2 + 1;
     for (int i = count++; i > lane + 1; --i) below[i] = below[i - 1];
     below[lane] = {left, leaves};
     below[lane + 1] = {left + 1, node.leaves - leaves};

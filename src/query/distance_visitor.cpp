@@ -12,8 +12,8 @@ namespace {
 /// Only while volumes are not being brought up to date by a query on another thread.
 template <typename BV>
 VolumeSeparation<BV> separationsOf(const TriangleSeparation<typename BV::S>& placement,
-                                  const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                                  bool are_current) {
+                                   const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                                   bool are_current) {
   if (!are_current) return {placement.R(), placement.T(), 0, 0};
   return {placement.R(), placement.T(), first.tree->motion.coordinateSum(),
           second.tree->motion.coordinateSum()};
@@ -29,7 +29,8 @@ typename BV::S roundingOf(const TriangleSeparation<typename BV::S>& placement,
            S(float4::sum(boxes.root().halfSides())) * boxes.frame.unit();
   };
   return 8 * rounding::epsilon<S>() *
-         (placement.T().template lpNorm<1>() + size(*first.tree->boxes) + size(*second.tree->boxes));
+         (placement.T().template lpNorm<1>() + size(*first.tree->boxes) +
+          size(*second.tree->boxes));
 }
 
 /// The thread's stack of pairs, whose memory stays.
@@ -164,8 +165,7 @@ auto DistanceVisitor<BV>::separationOf(int node1, int node2) -> S {
   if (separation >= limit_) return separation;
   const S inflation1 = S(motion1_.inflation(node1)) * S(unit1_);
   const S inflation2 = S(motion2_.inflation(node2)) * S(unit2_);
-  if (separation + inflation1 + inflation2 >= limit_)
-    statistics_.recordObstruction(node1, node2);
+  if (separation + inflation1 + inflation2 >= limit_) statistics_.recordObstruction(node1, node2);
   return separation;
 }
 
@@ -231,8 +231,7 @@ void DistanceVisitor<BV>::setQuads(const Pair& pair) {
 template <typename BV>
 ADAPTIVE_BVH_INLINE unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, float gap) const {
   unsigned bits = 0;
-  for (int j = 0; j < 4; ++j)
-    bits |= float4::bits(gaps.row[j] < float4::all(gap)) << (4 * j);
+  for (int j = 0; j < 4; ++j) bits |= float4::bits(gaps.row[j] < float4::all(gap)) << (4 * j);
   const unsigned lanes = quad1_.lanes();
   return bits & (lanes | lanes << 4 | lanes << 8 | lanes << 12) & ((1u << (4 * quad2_.count)) - 1);
 }
@@ -271,8 +270,7 @@ void DistanceVisitor<BV>::push(const Pair& pair, const Gaps4x4& gaps, unsigned o
     const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
                                        float4::lower(gaps.row[2], gaps.row[3]));
     for (int i = 0; i < quad1_.count; ++i)
-      if (pairs >> i & 0x1111)
-        add(quad1_.below[i], pair.second, least[i], open >> i & 0x1111);
+      if (pairs >> i & 0x1111) add(quad1_.below[i], pair.second, least[i], open >> i & 0x1111);
   } else if (is_kept_ && !open) {
     const Float4 least = float4::lower(float4::lower(gaps.row[0], gaps.row[1]),
                                        float4::lower(gaps.row[2], gaps.row[3]));
@@ -329,9 +327,9 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsi
     if (block2_of_ != pair.second.node) readSecond(pair.second.node);
     readFirst(firstLanes(open));
     const Point& line = triangles_.direction();
-    const TriangleBlock block(block1_, block2_,
-                              {float4::all(float(line[0])), float4::all(float(line[1])),
-                               float4::all(float(line[2]))});
+    const TriangleBlock block(
+        block1_, block2_,
+        {float4::all(float(line[0])), float4::all(float(line[1])), float4::all(float(line[2]))});
     Float4 bounds[4];
     if (open & 0x000f) bounds[0] = block.bounds<0>();
     if (open & 0x00f0) bounds[1] = block.bounds<1>();

@@ -42,8 +42,8 @@ class DistanceVisitor {
   bool isPossible() const { return boxes_.isPrecise(); }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
-  /// From now on, adds the pairs at which a search stops to `pairs`; those that it comes to from one
-  /// in `every` of the pairs that it visits.
+  /// From now on, adds the pairs at which a search stops to `pairs`; those that it comes to from
+  /// one in `every` of the pairs that it visits.
   void keepStops(std::vector<FrontPair>& pairs, std::size_t every) {
     stops_ = &pairs;
     every_ = every;
@@ -88,7 +88,7 @@ class DistanceVisitor {
   /// Volumes are tested when the squared gap of the boxes is at least this share of the gap that
   /// prunes, and more than kFew triangles are below: with fewer it is as fast to split.
   static constexpr float kNear = 0.25f;
-  static constexpr int kFew = 8;
+  static constexpr int kFew = 4;
   /// Volumes that prune up to this share of the limit may do so with exact positions.
   static constexpr double kNearly = 63. / 64;
   /// Of two boxes only the larger is split, when it is larger by this factor.
@@ -149,16 +149,16 @@ class DistanceVisitor {
   /// FCL's volumes may be read: none waits to be brought up to date.
   const bool has_volumes_;
   const VolumeSeparation<BV> volumes_;
-  const S rounding_;    // of FCL's distance of two triangles
-  S limit_;             // distances from here on do not matter
-  float limit2_ = 0;    // as a squared gap of boxes: see BoxPair
-  float nearly2_ = 0;   // a squared gap that would prune if boxes were exact
+  const S rounding_;   // of FCL's distance of two triangles
+  S limit_;            // distances from here on do not matter
+  float limit2_ = 0;   // as a squared gap of boxes: see BoxPair
+  float nearly2_ = 0;  // a squared gap that would prune if boxes were exact
   bool improved_ = false;
   std::vector<Pair>& open_;
   BoxQuad quad1_, quad2_;  // of the pair that is split
   int quad2_of_ = -1;
   bool quad2_alone_ = false;
-  Boxes4 turned2_;  // quad2_ in the first frame
+  Boxes4 turned2_;              // quad2_ in the first frame
   Triangles4 block1_, block2_;  // of the pair of small nodes that is tested
   int block2_of_ = -1;
   fcl::Vector3d origin_;  // of the blocks, in the first model's coordinates

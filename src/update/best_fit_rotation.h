@@ -37,7 +37,8 @@ class BestFitRotation {
 
   /// Replaces `axes`, those in use, when the body in these positions has turned away from them by
   /// more than 11 degrees. Looks only when the samples have moved against each other by a fortieth
-  /// of their distances since it looked last. Returns whether it did. `near`: some point near the body.
+  /// of their distances since it looked last. Returns whether it did. `near`: some point near the
+  /// body.
   bool turn(const Point* positions, const Point& near, fcl::Matrix3d& axes) {
     const Samples now = samplesOf(positions, near);
     if (!((now - last_).squaredNorm() > kMoved * rest_.squaredNorm())) return false;

@@ -103,7 +103,8 @@ TEST_F(Block, AlongTheNearestPointsTheyAreTheDistance) {
     const auto bounds = s.bounds(-P::UnitZ(), &slack);
     EXPECT_LT(slack, 1e-4f);
     for (int i = 0; i < 4; ++i)
-      ASSERT_GE(Real(bounds[1][i] + slack) / Real(s.scale), s.distance(i, 1) * (1 - 1e-5L)) << round;
+      ASSERT_GE(Real(bounds[1][i] + slack) / Real(s.scale), s.distance(i, 1) * (1 - 1e-5L))
+          << round;
   }
 }
 

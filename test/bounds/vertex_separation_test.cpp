@@ -78,7 +78,8 @@ TYPED_TEST(Vertices, NeverExceedTheDistance) {
     const auto first = this->placed(a), second = this->placed(b);
     VertexSeparation<fcl::RSS<S>> separation(first, second, R, T);
     for (int k = 0; k < 12; ++k) {
-      const int node1 = this->random_.below(a.getNumBVs()), node2 = k ? this->random_.below(b.getNumBVs()) : 0;
+      const int node1 = this->random_.below(a.getNumBVs()),
+                node2 = k ? this->random_.below(b.getNumBVs()) : 0;
       const Real d = this->distance(a, node1, b, node2, R, T);
       for (const double enough : {0., double(d) * 0.5, double(d) * 0.99, double(d) * 1.5}) {
         const double bound = separation(node1, node2, this->random_.direction(), enough);
