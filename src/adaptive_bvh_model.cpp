@@ -37,6 +37,12 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
   return usablePositions<typename BV::S>(model.vertices, count);
 }
 
+void requireThreads(const char* call, int threads) {
+  if (threads < 1)
+    throw std::invalid_argument(std::string("AdaptiveBVHModel::") + call + ": " +
+                                std::to_string(threads) + " threads; at least 1 is needed");
+}
+
 }  // namespace
 
 // ---- construction -------------------------------------------------------------------------------
@@ -378,10 +384,14 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
-  if (threads < 1)
-    throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
-                                " threads; at least 1 is needed");
+  requireThreads("setUpdateThreads", threads);
   state_->update.threads = threads;
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::setQueryThreads(int threads) {
+  requireThreads("setQueryThreads", threads);
+  state_->tree.query_threads = threads;
 }
 
 template <typename BV>

@@ -5,6 +5,8 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "contact_bodies.h"
 #include "poses.h"
 
 namespace adaptive_bvh_test {
@@ -190,6 +192,40 @@ TEST(Scenarios, SplitAMeshIntoItsLargestPartAndTheOthers) {
   EXPECT_THROW(scenarios::interpolatedParts("one", one, one.vertices, 10), std::invalid_argument);
   to.pop_back();
   EXPECT_THROW(scenarios::interpolatedParts("three", soup, to, 10), std::invalid_argument);
+}
+
+// Apart by less than a millionth, then into each other; the vertices that face each other say so.
+TEST(Scenarios, PressRodsTogether) {
+  for (const Options& options : {Options{1, false}, Options{2, true}}) {
+    const Scenario rods = scenarios::pressedRodsPair(options);
+    EXPECT_EQ(std::size_t(5120 * options.resolution * options.resolution), rods.triangles());
+    const std::vector<double> found = distances(rods);
+    ASSERT_EQ(21u, found.size());
+    for (int i = 0; i < 21; ++i) {
+      const double gap = std::max(0., 1e-6 * (1 - 2 * (i + 1) / 21.));
+      EXPECT_LE(found[i], gap + 1e-15) << "frame " << i + 1;
+      EXPECT_GE(found[i], 0.5 * gap) << "frame " << i + 1;  // at least by cosines of their slopes
+    }
+  }
+}
+
+/// Pairs of triangles that intersect.
+std::size_t selfContacts(const Body& body, int frame) {
+  adaptive_bvh::AdaptiveBVHModeld model;
+  fillModel(body.mesh(), model);
+  model.update(body.positions(frame));
+  fcl::CollisionResultd result;
+  return selfCollide(model, fcl::CollisionRequestd(1000000), result);
+}
+
+TEST(Scenarios, TouchThemselves) {
+  for (int resolution : {1, 2})
+    for (const Body& body :
+         {scenarios::coilingCable(resolution), scenarios::crumpledSheet(resolution),
+          scenarios::pressedRods(resolution)}) {
+      EXPECT_EQ(0u, selfContacts(body, 1)) << body.name();
+      EXPECT_GT(selfContacts(body, body.frames()), 0u) << body.name();
+    }
 }
 
 TEST(Scenarios, WithAStrideLeaveOutFrames) {

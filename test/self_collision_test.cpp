@@ -76,22 +76,22 @@ bool neighbours(const fcl::Triangle& a, const fcl::Triangle& b, NeighbourFilter 
   return shared.size() >= least[int(filter)];
 }
 
-/// What `contacts` has, each pair in order. A pair that is there twice is a failure.
+/// What `contacts` has, the smaller index of each pair first. A pair that is there twice is a
+/// failure.
 template <typename S>
 Pairs pairsOf(const fcl::CollisionResult<S>& contacts) {
   Pairs pairs;
   for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
     const fcl::Contact<S>& contact = contacts.getContact(i);
-    const int low = int(std::min(contact.b1, contact.b2));
-    const int high = int(std::max(contact.b1, contact.b2));
+    const int low = int(contact.b1), high = int(contact.b2);
     EXPECT_LT(low, high);
     EXPECT_TRUE(pairs.emplace(low, high).second) << low << ", " << high << " twice";
   }
   return pairs;
 }
 
-/// Expects that `found` has all pairs that intersect whichever comes first, and none else: FCL's
-/// verdict may depend on the order when triangles just touch.
+/// Expects that `found` has all pairs that intersect by FCL's verdict with the smaller index first,
+/// and none else.
 template <typename S>
 void expectAll(const fcl::BVHModel<TestVolume<S>>& model, NeighbourFilter filter,
                const Pairs& found, int& contacts) {
@@ -101,11 +101,11 @@ void expectAll(const fcl::BVHModel<TestVolume<S>>& model, NeighbourFilter filter
   for (int i = 0; i < model.num_tris; ++i)
     for (int j = i + 1; j < model.num_tris; ++j) {
       const bool left_out = neighbours<S>(model.tri_indices[i], model.tri_indices[j], filter);
-      const int verdicts = int(touching.count({i, j})) + int(touching.count({j, i}));
+      const bool touches = !left_out && touching.count({i, j}) > 0;
       const bool reported = found.count({i, j}) > 0;
-      missed += !left_out && verdicts == 2 && !reported;
-      extra += reported && (left_out || verdicts == 0);
-      contacts += !left_out && verdicts > 0;
+      missed += touches && !reported;
+      extra += !touches && reported;
+      contacts += touches;
     }
   EXPECT_EQ(0, missed);
   EXPECT_EQ(0, extra);
@@ -206,7 +206,7 @@ TYPED_TEST(SelfCollision, RecordsStatistics) {
     EXPECT_TRUE(model.traversed(root.leftChild()));
     model.update(crumple<S>(1, random));
     // By boxes no volume was tested, so none was in the way: at most those whose turn it is.
-    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 32 + 1);
+    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 64 + 1);
     EXPECT_FALSE(model.traversed(root.leftChild()));
   }
 }

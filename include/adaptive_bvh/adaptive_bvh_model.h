@@ -243,6 +243,16 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// built without oneTBB. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
+  /// Lets `selfCollide` and `adaptive_bvh::collide` use so many threads of the caller's oneTBB task
+  /// arena, where the boxes are searched (query.h) and there is much to search; of two models the
+  /// larger number counts. 1 by default. Contacts and their order are the same whatever the number.
+  /// (What is recorded for test B is, too, unless the search stops at `num_max_contacts`: then on
+  /// more threads it may hold more.) Distances, requests with `enable_cost` and all other pairs take
+  /// one thread. On more than one thread a query allocates. Without effect where the library was
+  /// built without oneTBB. Throws std::invalid_argument below 1. To be called as updates are, while
+  /// no query runs.
+  void setQueryThreads(int threads);
+
   /// Checks the invariant: every volume contains every triangle below it (after a two-frame
   /// update of both frames), up to the rounding error of the check itself, which is at most 6
   /// epsilon times the extent of the volume. Also the links of the tree. Takes O(n depth). On

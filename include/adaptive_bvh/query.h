@@ -51,7 +51,9 @@ namespace queries {
 /// boxes (docs/bounds.md), starting from the pair of triangles that was nearest in the last query
 /// of the two. It is the least of all distances of two triangles as FCL computes them, up to
 /// rounding; of several nearest pairs another one may be named. With an octree it is the least of
-/// all distances of a cell and a triangle as FCL's solver computes them. Everything else runs FCL's
+/// all distances of a cell and a triangle as FCL's solver computes them. `collide` of two such
+/// models is found by their boxes, too: FCL's test of two triangles decides, the order of the
+/// contacts is not FCL's, but always the same. Everything else runs FCL's
 /// own traversal, and every field of the result is what FCL computes on the same trees, except as
 /// described below.
 ///
@@ -114,8 +116,8 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                            o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
 
-/// Returns the number of contacts. Records for tests B and D only: an overlap test computes no
-/// distances.
+/// Returns the number of contacts. Records for tests B and D only, of two models by their boxes for
+/// B only: an overlap test computes no distances.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,

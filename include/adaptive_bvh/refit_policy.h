@@ -18,9 +18,10 @@ namespace adaptive_bvh {
 ///   it had not been inflated. FCL's own traversals do not show that; there every visit counts. D
 ///   implies B.
 ///
-/// Queries by the boxes beside FCL's volumes (`distance` of two models, CoherentDistance,
-/// selfCollide) test a volume only where the boxes nearly end the descent, and selfCollide tests
-/// none. For them B holds for every node that they went below, C and D for few.
+/// Queries by the boxes beside FCL's volumes (`distance` and `collide` of two models,
+/// CoherentDistance, selfCollide) test a volume only where the boxes nearly end the descent, and
+/// those for contacts test none. For them B holds for every node that they went below, C and D for
+/// few.
 ///
 /// When no query recorded since the last update, B and D count as true for every node, C as false.
 enum class FitnessCriterion {
@@ -90,10 +91,10 @@ struct RefitPolicy {
   double axes_tolerance = 0.25;
 
   /// Propagation::TranslationCompensated only. Updates renew the boxes, which are all that
-  /// CoherentDistance, `selfCollide` and the `distance` of two adaptive models need, and leave
-  /// FCL's nodes as they are. The next query of FCL's brings the nodes up to date, on whatever
-  /// thread it runs, and so does AdaptiveBVHModel::updateVolumes; code that reads `getBV` itself
-  /// has to call that first. No criterion is asked meanwhile.
+  /// CoherentDistance, `selfCollide`, `distance` and `collide` of two adaptive models need, and
+  /// leave FCL's nodes as they are. The next query of FCL's brings the nodes up to date, on
+  /// whatever thread it runs, and so does AdaptiveBVHModel::updateVolumes; code that reads `getBV`
+  /// itself has to call that first. No criterion is asked meanwhile.
   bool volumes_on_demand = false;
 
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The

@@ -20,17 +20,21 @@ enum class NeighbourFilter {
 
 /// Where a deforming mesh touches itself (thesis chapter VI, future work): one contact for every
 /// pair of its triangles that intersect, except the neighbours that `filter` leaves out. `b1` and
-/// `b2` are the two triangles; both objects of a contact are the model. Which triangles intersect
-/// is decided as in adaptive_bvh::collide, whatever `enable_contact` is. With `enable_contact` a
-/// contact has FCL's normal and depth and the first of FCL's points (FCL may compute two for a
-/// pair; `collide` gives both); query.h describes the contacts of thin triangles. Without it these
-/// fields are NaN. `tf` places the model: positions and normals are in the world.
+/// `b2` are the two triangles, the smaller index first; both objects of a contact are the model.
+/// Which triangles intersect is decided as in adaptive_bvh::collide, whatever `enable_contact` is,
+/// and always with the smaller index as the first of the two: where triangles barely touch FCL's
+/// verdict depends on that. So the pairs that are found depend on the mesh and its positions alone,
+/// not on the tree or the steps before. With `enable_contact` a contact has FCL's normal and depth
+/// and the first of FCL's points (FCL may compute two for a pair; `collide` gives both); query.h
+/// describes the contacts of thin triangles. Without it these fields are NaN. `tf` places the model:
+/// positions and normals are in the world.
 ///
 /// Stops when it has `request.num_max_contacts` pairs, which FCL sets to 1: request more to find
 /// all. Searches the boxes beside FCL's volumes when the model has them (docs/bounds.md), else runs
 /// FCL's self-collision recursion. Either way the nodes that it went below are recorded for test B,
 /// and for test D in FCL's recursion. Returns the number of contacts in the result, which is not
-/// cleared first. Thread-safe on shared models.
+/// cleared first. Thread-safe on shared models; on several threads itself where
+/// AdaptiveBVHModel::setQueryThreads says so.
 ///
 /// Throws std::invalid_argument when the model has no triangles or is not built.
 template <typename BV>

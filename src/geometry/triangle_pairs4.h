@@ -70,6 +70,22 @@ class TrianglePairs4 {
         (gapAlongQ(vectors4::cross(q_edges[0], q_edges[1])) > sizes.margin(sizes.q)));
   }
 
+  /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
+  /// side on a smooth surface.
+  ADAPTIVE_BVH_INLINE unsigned apartByEdgeNormals(const PairError& error) const {
+    const Sizes sizes(*this, error);
+    const Vector4x3 p_normal = vectors4::cross(p_edges[0], p_edges[1]);
+    const Vector4x3 q_normal = vectors4::cross(q_edges[0], q_edges[1]);
+    const Float4 p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
+    Float4 apart = float4::all(std::numeric_limits<float>::lowest());
+    for (int i = 0; i < 3; ++i) {
+      const Float4 p_gap = gap(vectors4::cross(p_edges[i], p_normal)) - p_margin;
+      const Float4 q_gap = gap(vectors4::cross(q_edges[i], q_normal)) - q_margin;
+      apart = float4::upper(apart, float4::upper(p_gap, q_gap));
+    }
+    return float4::bits(apart > float4::all(0));
+  }
+
   /// By all axes.
   ADAPTIVE_BVH_INLINE Verdicts4 verdicts(const PairError& error) const {
     using float4::all;
@@ -95,8 +111,9 @@ class TrianglePairs4 {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) add(gap(cross(p_edges[i], q_edges[j])), margin);
     const Float4 zero = all(0);
-    const unsigned solid = float4::bits((vectors4::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
-                                       (vectors4::size(q_normal) > sizes.q * sizes.q * all(kThin)));
+    const unsigned solid =
+        float4::bits((vectors4::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
+                     (vectors4::size(q_normal) > sizes.q * sizes.q * all(kThin)));
     return {float4::bits(low > zero), float4::bits(high < zero) & solid};
   }
 
@@ -120,8 +137,7 @@ class TrianglePairs4 {
     }
     /// Of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE Float4 margin(const Float4& edge) const {
-      return edge * extent * (position * float4::all(80) + edge * float4::all(256 * kUnit)) +
-             least;
+      return edge * extent * (position * float4::all(80) + edge * float4::all(256 * kUnit)) + least;
     }
     /// Along the product of three.
     ADAPTIVE_BVH_INLINE Float4 marginOfThree(const Float4& edge) const {

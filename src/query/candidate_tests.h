@@ -1,17 +1,14 @@
 #pragma once
 
-#include <cstring>
-
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_contact.h"
-#include "geometry/triangle_pairs4.h"
+#include "geometry/triangle_differences.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
-/// What CandidateTests is given of a query. Models, trees and placement are those of FCL's traversal
-/// node: R and T place the second model in the first's coordinates.
+/// What CandidateTests is given of a query. Models, trees and placement are those of FCL's
+/// traversal node: R and T place the second model in the first's coordinates.
 template <typename BV>
 struct CandidateInput {
   using S = typename BV::S;
@@ -24,8 +21,8 @@ struct CandidateInput {
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
 /// and by the hundred those are left out that are surely apart, four at a time: first by their
-/// planes, in the trees' coordinates, then by all axes of FCL's test, from the model's own
-/// positions. FCL's test decides about the few of which that is uncertain.
+/// planes and edges, in the trees' coordinates, then by all axes of FCL's test, from the model's
+/// own positions. FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
 ///   node.test(leaf1, leaf2)  FCL's test of two of FCL's leaves, which adds their contacts
@@ -38,8 +35,8 @@ class CandidateTests {
 
   CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
       : in_(input), frame_(frame), node_(node) {
-    const float share = 2 * std::numeric_limits<S>::epsilon();
-    const float least = leastProduct(input.tree1.scale());
+    const float share = differenceError<S>();
+    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
     coarse_ = {frame.error(), share, least};
     fine_ = {frame.errorInModel(), share, least};
   }
@@ -53,6 +50,8 @@ class CandidateTests {
   bool isDone() const { return is_done_; }
   /// What was found and not yet tested.
   void finish() { testAll(); }
+  /// Goes on with more pairs, whether or not there were contacts enough.
+  void resume() { is_done_ = node_.isDone(); }
 
   long candidates() const { return candidates_; }
   long fclTests() const { return fcl_tests_; }
@@ -63,25 +62,19 @@ class CandidateTests {
     unsigned first, second;
   };
 
-  /// FCL's products of two to four lengths may underflow, in the model's unit; ours, of lengths in
-  /// body units, too.
-  static float leastProduct(double scale) {
-    const double square = scale * scale;
-    const double of_fcl = 64 * static_cast<double>(std::numeric_limits<S>::min()) *
-                          (square * (square + 8 * scale + 32));
-    return static_cast<float>(of_fcl + 1e-36);
-  }
-
   ADAPTIVE_BVH_INLINE bool areNeighbours(unsigned triangle1, unsigned triangle2) const {
     if (in_.filter == NeighbourFilter::None) return false;
-    const int shared =
+    const unsigned shared =
         sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
-    return in_.filter == NeighbourFilter::SharedEdge ? shared >= 2 : shared >= 1;
+    const unsigned but_one = in_.filter == NeighbourFilter::SharedEdge;
+    return (shared & (shared - but_one)) != 0;  // one bit at least, or two
   }
 
   void testAll() {
     pad();
-    size_ = keepByPlanes();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByPlanes(coarse_); });
+    pad();
+    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByEdgeNormals(coarse_); });
     pad();
     for (int i = 0; i < size_ && !is_done_; i += 4) {
       const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
@@ -108,12 +101,13 @@ class CandidateTests {
     for (int i = size_; i % 4; ++i) pairs_[i] = pairs_[size_ - 1];
   }
 
-  /// Keeps the pairs that are not surely apart, in order; returns how many.
-  int keepByPlanes() {
+  /// Keeps the pairs that `areApart` does not name, in order; returns how many.
+  template <typename AreApart>
+  ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
       const Pair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      const unsigned apart = coarse(group).apartByPlanes(coarse_);
+      const unsigned apart = areApart(coarse(group));
       for (int k = 0; k < 4; ++k) {
         pairs_[kept] = group[k];
         kept += !(apart >> k & 1) & (i + k < size_);
@@ -142,44 +136,21 @@ class CandidateTests {
                                    positions[at[3][c]]);
   }
 
-  /// From differences in the model's own numbers, as FCL's test takes them; in body units.
+  /// From the model's own positions.
   TrianglePairs4 fine(const Pair* group) const {
-    Float4 vectors[9][4];
+    TriangleDifferences<S> differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
-      const TrianglePoints<S> p = points(in_.first.model->vertices, in_.tree1, group[k].first);
       TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);
       frame_.place(in_.R, in_.T, q);
-      const auto set = [&](int i, const fcl::Vector3<S>& v) { vectors[i][k] = inBodyUnits(v); };
-      for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
-      const fcl::Vector3<S> p1 = p[1] - p[0], p2 = p[2] - p[0];
-      set(0, p1);
-      set(1, p2 - p1);
-      set(2, -p2);
-      for (std::size_t c = 0; c < 3; ++c) set(3 + int(c), q[(c + 1) % 3] - q[c]);
-      for (std::size_t c = 0; c < 3; ++c) set(6 + int(c), q[c]);
+      differences.set(k, points(in_.first.model->vertices, in_.tree1, group[k].first), q);
     }
-    TrianglePairs4 pairs;
-    const auto get = [&](int i) {
-      return float4::columns(vectors[i][0], vectors[i][1], vectors[i][2], vectors[i][3]);
-    };
-    for (int c = 0; c < 3; ++c) {
-      pairs.p_edges[c] = get(c);
-      pairs.q_edges[c] = get(3 + c);
-      pairs.q[c] = get(6 + c);
-    }
-    return pairs;
+    return differences.pairs();
   }
   ADAPTIVE_BVH_INLINE static TrianglePoints<S> points(const fcl::Vector3<S>* vertices,
                                                       const WideTree<S>& tree, unsigned triangle) {
     const Int4 v = tree.vertices(triangle);
     return {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
   }
-  ADAPTIVE_BVH_INLINE Float4 inBodyUnits(const fcl::Vector3<S>& v) const {
-    const S scale = static_cast<S>(in_.tree1.scale());
-    return Float4{static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale),
-                  static_cast<float>(v[2] * scale), 0};
-  }
-
   const CandidateInput<BV> in_;
   const Frame& frame_;
   Node& node_;

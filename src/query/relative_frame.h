@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,11 +10,15 @@
 
 namespace adaptive_bvh {
 
+/// Coordinates in a tree are below 2: no difference of two triangles side by side is longer.
+constexpr double kLongest = 12;
+
 /// The second tree of a pair as the first one sees it, where both are the same.
 template <typename S>
 struct SameFrame {
   static float error() { return WideTree<S>::kPositionError; }
   static float errorInModel() { return 0; }
+  static double longest() { return kLongest; }
   static void place(const fcl::Matrix3<S>&, const fcl::Vector3<S>&, TrianglePoints<S>&) {}
   const Boxes4& operator()(const Boxes4& boxes) const { return boxes; }
   const Vector4x3& operator()(const Vector4x3& points) const { return points; }
@@ -42,14 +47,16 @@ class RelativeFrame {
     }
     // Coordinates in either tree are below 2. FCL computes R x + T in its own numbers.
     in_model_ = 4 * first.scale() *
-                            (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
-                             moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
-                            static_cast<double>(std::numeric_limits<S>::epsilon());
+                (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
+                 moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
+                static_cast<double>(std::numeric_limits<S>::epsilon());
     constexpr double kUnit = 1. / (1 << 24);
     error_ = kUnit * (6 * 4 * ratio + 4 * t.template lpNorm<1>()) +
              (1 + 2 * ratio) * static_cast<double>(WideTree<S>::kPositionError) + in_model_;
+    longest_ = std::max(1., ratio);
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
-    margin_ = float4::all(static_cast<float>(2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>())));
+    margin_ = float4::all(
+        static_cast<float>(2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>())));
   }
 
   /// Whether single precision can express both; else FCL's traversal is to answer.
@@ -58,6 +65,8 @@ class RelativeFrame {
   float error() const { return static_cast<float>(error_); }
   /// Of a component of R x + T, in the model's own numbers.
   float errorInModel() const { return static_cast<float>(in_model_); }
+  /// At least the largest difference of triangles side by side, in the first's body units.
+  double longest() const { return kLongest * longest_; }
   /// As FCL places the points.
   ADAPTIVE_BVH_INLINE static void place(const fcl::Matrix3<S>& R, const fcl::Vector3<S>& T,
                                         TrianglePoints<S>& points) {
@@ -91,7 +100,7 @@ class RelativeFrame {
 
  private:
   Float4 m_[3][3], sizes_[3][3], t_[3], margin_;
-  double error_, in_model_;
+  double error_, in_model_, longest_;
   bool is_precise_;
 };
 

@@ -16,13 +16,11 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   const auto test = [&](auto lane) {
     constexpr int j = decltype(lane)::value;
     using float4::broadcast;
-    bits |= float4::bits((a.low[0] <= broadcast<j>(b.high[0])) &
-                         (broadcast<j>(b.low[0]) <= a.high[0]) &
-                         (a.low[1] <= broadcast<j>(b.high[1])) &
-                         (broadcast<j>(b.low[1]) <= a.high[1]) &
-                         (a.low[2] <= broadcast<j>(b.high[2])) &
-                         (broadcast<j>(b.low[2]) <= a.high[2]))
-            << (4 * j);
+    bits |=
+        float4::bits((a.low[0] <= broadcast<j>(b.high[0])) & (broadcast<j>(b.low[0]) <= a.high[0]) &
+                     (a.low[1] <= broadcast<j>(b.high[1])) & (broadcast<j>(b.low[1]) <= a.high[1]) &
+                     (a.low[2] <= broadcast<j>(b.high[2])) & (broadcast<j>(b.low[2]) <= a.high[2]))
+        << (4 * j);
   };
   test(std::integral_constant<int, 0>());
   test(std::integral_constant<int, 1>());
@@ -35,13 +33,17 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
 /// binary tree: noted here first, for the same nodes are visited again and again.
 class VisitedNodes {
  public:
-  /// `memory` is kept by the thread.
+  /// `memory` is lent, so that a thread can keep it.
   VisitedNodes(std::vector<std::uint8_t>& memory, int nodes) : lanes_(memory) {
     lanes_.assign(static_cast<std::size_t>(nodes), 0);
   }
   /// Of a leaf: `lanes` are the triangles that were tested, a bit each.
   ADAPTIVE_BVH_INLINE void add(int node, unsigned lanes) {
     lanes_[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(kVisited | lanes);
+  }
+  /// Of the same tree.
+  void add(const VisitedNodes& other) {
+    for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] |= other.lanes_[i];
   }
   void record(const WideNode* nodes, TraversalStatistics& statistics) const {
     for (std::size_t i = 0; i < lanes_.size(); ++i) {
@@ -60,9 +62,14 @@ class VisitedNodes {
   std::vector<std::uint8_t>& lanes_;
 };
 
+/// A node of each of two four-wide trees; of one tree with itself a node twice, too.
+struct NodePair {
+  int first, second;
+};
+
 /// All pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself, from
-/// the roots down, depth first. Where only one of two nodes is a leaf, its triangles are tested
-/// against the boxes of the other.
+/// the roots or another pair of nodes down, depth first. Where only one of two nodes is a leaf, its
+/// triangles are tested against the boxes of the other.
 ///
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
 ///   Visitor::isDone()      whether the answer is found
@@ -80,34 +87,52 @@ class WideSearch {
         visited_second_(visited_second) {}
 
   /// `depth`: of both trees, added.
-  void run(int depth) {
+  void run(const NodePair& from, int depth) {
     // A pair that is left makes room for sixteen below it at most.
-    Scratch<Pair> open(static_cast<std::size_t>(16 * depth));
+    Scratch<NodePair> open(static_cast<std::size_t>(kMostBelow * depth));
     top_ = open.data();
-    push(0, 0);
+    push(from.first, from.second);
     while (top_ != open.data() && !visitor_.isDone()) {
-      const Pair pair = *--top_;
-      if (kIsSelf && pair.first == pair.second)
-        testNode(pair.first);
-      else
-        testPair(pair);
+      const NodePair pair = *--top_;
+      test(pair);
+    }
+  }
+
+  /// Puts the pairs below in the place of each pair, level by level, until there are `enough` of
+  /// them, or no more. To run from each, in their order, is to run from those that there were.
+  void split(std::vector<NodePair>& pairs, std::size_t enough) {
+    std::vector<NodePair> lower;
+    for (bool changed = true; changed && pairs.size() < enough; pairs.swap(lower)) {
+      changed = false;
+      lower.clear();
+      for (const NodePair& pair : pairs) {
+        if (first_[pair.first].isLeaf() && second_[pair.second].isLeaf()) {
+          lower.push_back(pair);
+          continue;
+        }
+        NodePair below[kMostBelow];
+        top_ = below;
+        test(pair);
+        while (top_ != below) lower.push_back(*--top_);
+        changed = true;
+      }
     }
   }
 
   long boxTests() const { return box_tests_; }
 
  private:
-  struct Pair {
-    int first, second;
-  };
+  static constexpr int kMostBelow = 16;
 
-  ADAPTIVE_BVH_INLINE void push(int first, int second) {
-    *top_++ = {first, second};
-    __builtin_prefetch(&first_[first]);
-    __builtin_prefetch(&second_[second]);
+  ADAPTIVE_BVH_INLINE void test(const NodePair& pair) {
+    if (kIsSelf && pair.first == pair.second)
+      testNode(pair.first);
+    else
+      testPair(pair);
   }
+  ADAPTIVE_BVH_INLINE void push(int first, int second) { *top_++ = {first, second}; }
 
-  ADAPTIVE_BVH_INLINE void testPair(const Pair& pair) {
+  ADAPTIVE_BVH_INLINE void testPair(const NodePair& pair) {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
     const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
     box_tests_ += a.count * b.count;
@@ -140,7 +165,8 @@ class WideSearch {
     const unsigned bits = overlaps(node.boxes, node.boxes) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
     if (node.isLeaf()) {
-      visited_first_.add(number, (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
+      visited_first_.add(number,
+                         (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
       forEach(bits, [&](int i, int j) { found(node, i, node, j); });
       return;
     }
@@ -170,7 +196,7 @@ class WideSearch {
   const Frame& frame_;
   Visitor& visitor_;
   VisitedNodes &visited_first_, &visited_second_;
-  Pair* top_ = nullptr;
+  NodePair* top_ = nullptr;
   int turned_node_ = -1;
   Boxes4 turned_;
   long box_tests_ = 0;

@@ -28,6 +28,7 @@ struct AdaptiveTree {
         boxes(other.boxes),
         motion(other.motion),
         statistics(other.statistics),
+        query_threads(other.query_threads),
         detector(other.detector) {
     setVolumesCurrent(other.volumesAreCurrent());
   }
@@ -43,6 +44,7 @@ struct AdaptiveTree {
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   mutable WitnessCache witnesses;          ///< written by queries, too
   mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
+  int query_threads = 1;                   ///< that one query may use
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
 

@@ -84,6 +84,7 @@ void VertexSlots::adopt(const fcl::BVHModel<BV>& model) {
   end_ = static_cast<unsigned>(vertices_.size());
   for (unsigned v = 0; v < static_cast<unsigned>(model.num_vertices); ++v)
     if (!numbers.isNumbered(v)) vertices_.push_back(v);
+  vertices_.shrink_to_fit();
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template void VertexSlots::adopt(const fcl::BVHModel<BV>&);

@@ -46,11 +46,16 @@ class VertexSlots {
   /// Of `count` leaves from `first` on, which are those below one node.
   Set below(std::size_t first, std::size_t count) const {
     const unsigned block = leaves_[first].block;
-    if (block != leaves_[first + count - 1].block)
-      return {block, first + count < leaves() ? leaves_[first + count].block : end_, 0};
+    if (block != leaves_[first + count - 1].block) return below(first, count, 0);
     std::uint64_t bits = 0;
     for (std::size_t i = first; i < first + count; ++i) bits |= leaves_[i].bits();
     return {block, 0, bits};
+  }
+  /// As above, when Set::bits is known.
+  Set below(std::size_t first, std::size_t count, std::uint64_t bits) const {
+    const unsigned block = leaves_[first].block;
+    if (bits != 0) return {block, 0, bits};
+    return {block, first + count < leaves() ? leaves_[first + count].block : end_, 0};
   }
 
   std::size_t bytes() const {

@@ -89,11 +89,11 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
             Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
-      for (int i = part.count; i-- > 0;)
-        open.push_back({part.below[i], number, i, at.depth + 1});
+      for (int i = part.count; i-- > 0;) open.push_back({part.below[i], number, i, at.depth + 1});
     }
     nodes_.push_back(node);
   }
+  nodes_.shrink_to_fit();
 }
 
 template <typename S>
@@ -115,8 +115,8 @@ void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const fcl::Vector3d y =
         to_body * (model.vertices[vertices[i]].template cast<double>() - origin);
-    positions_[i] = Float4{static_cast<float>(y[0]), static_cast<float>(y[1]),
-                           static_cast<float>(y[2]), 0};
+    positions_[i] =
+        Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
   }
   for (std::size_t i = nodes_.size(); i-- > 0;)
     if (nodes_[i].isLeaf())
@@ -151,10 +151,10 @@ void WideTree<S>::refitInner(WideNode& node) const {
     using float4::lower;
     using float4::transposed;
     using float4::upper;
-    const auto low = transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k],
-                                below[3]->low[k]);
-    const auto high = transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k],
-                                 below[3]->high[k]);
+    const auto low =
+        transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
+    const auto high =
+        transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
     node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
     node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
   }
@@ -162,8 +162,8 @@ void WideTree<S>::refitInner(WideNode& node) const {
 
 template class WideTree<float>;
 template class WideTree<double>;
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                          \
-  template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&);             \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                 \
+  template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&);                    \
   template void WideTree<BV::S>::refit(const fcl::BVHModel<BV>&, const VertexSlots&, \
                                        const BodyFrame<BV::S>&, float);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)

@@ -3,8 +3,8 @@
 #include <array>
 
 #include "adaptive_bvh/refit_policy.h"
-#include "geometry/axes4.h"
 #include "update/kept_axes.h"
+#include "update/model_volumes.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/point_arrays.h"
@@ -30,6 +30,8 @@ class BodyFit {
 
   /// The volume around the triangles of a node.
   BV operator()(int node);
+  /// Writes those of many nodes, `to[i]` of `nodes[i]`. Faster than one by one.
+  void operator()(const int* nodes, BV* const* to, int count);
 
   /// Begins to keep the axes of a volume with three triangles or more that was fitted to these
   /// vertex states.
@@ -39,15 +41,24 @@ class BodyFit {
   ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const {
     return float4::load(states_[slot].position);
   }
-  BV fitTriangle(std::size_t leaf);
-  Axes4 pairAxes(std::size_t leaf, const VertexSlots::Set& below);
+  bool isTriangle(int node) const {
+    return target_.model.getBV(node).num_primitives == 1 && !previous_;
+  }
+  void fitTriangles(const std::size_t (&leaves)[kLanes], BodyVolume (&volumes)[kLanes]) const;
+  BodyVolume fit(int node);
+  BodyVolume fitPair(std::size_t leaf);
   Axes4 bestAxesOf(const VertexSlots::Set& below);
   Axes4 nodeFrame(std::size_t first, std::size_t count) const;
-  Extents pairExtents(const Axes4& axes, const VertexSlots::Set& below);
   template <bool kWithBox>
   Ranges turnPoints(const VertexSlots::Set& below, const Axes4& axes);
   Extents extentsAlong(const Axes4& axes, const VertexSlots::Set& below);
-  BV volumeAlong(const Axes4& axes, const Extents& extents) const;
+  BodyVolume fitAlong(const Axes4& axes, const VertexSlots::Set& below) {
+    return volumeAlong(axes, extentsAlong(axes, below));
+  }
+  BodyVolume volumeAlong(const Axes4& axes, const Extents& extents) const {
+    return {axes, first_ + axes.combine(extents.corner[0], extents.corner[1], extents.corner[2]),
+            extents};
+  }
 
   const UpdateTarget<BV> target_;
   const VertexSlots& slots_;
@@ -56,7 +67,7 @@ class BodyFit {
   KeptAxes* const kept_;  ///< by BoxNodes::largeIndex
   const float limit_;     ///< of the growth of a volume's surface
   const BodyFrame<S>& frame_;
-  const S unit_, error_;
+  const ModelVolumes<BV> in_model_;
   Float4 first_;                      ///< of the points of this fit
   PointArrays<float>&points_, &few_;  ///< all along some axes, from the first; some of them
 };

@@ -6,7 +6,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "update/node_fit.h"
 #include "update/step_input.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_summary.h"
 #include "volume/each_volume.h"
@@ -44,6 +44,9 @@ class DisplacementPropagation {
   struct Fit {
     const UpdateTarget<BV> target;
     BV operator()(int node) const { return fitNode(target, node); }
+    void operator()(const int* nodes, BV* const* to, int count) const {
+      for (int i = 0; i < count; ++i) *to[i] = fitNode(target, nodes[i]);
+    }
   };
   static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
 
@@ -67,10 +70,7 @@ class DisplacementPropagation {
     return original_radius_[static_cast<std::size_t>(node)];
   }
   void refitted(const UpdateTarget<BV>& target, int node);
-  struct Turn {
-    int first = 0, last = 0;
-  };
-  static Turn nextTurn(const UpdateTarget<BV>&) { return {}; }
+  static NodeRange nextTurn(const UpdateTarget<BV>&) { return {}; }
 
   /// Largest displacement of a primitive's corners in the last step.
   S latestDisplacement(int primitive) const { return latest_[static_cast<std::size_t>(primitive)]; }

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "adaptive_bvh/refit_policy.h"
+#include "tree/traversal_statistics.h"
 
 namespace adaptive_bvh {
 
@@ -17,24 +21,61 @@ struct NodeFitness {
 /// (R' - R) / reference: the inflation factor, 4.4.1. Zero when nothing grew, whatever the
 /// reference; the largest finite number when the reference is zero: a volume without any extent
 /// that moved. The leaf radius may lie below the original by rounding: that is no inflation.
-double inflationFactor(const NodeFitness& node);
+inline double inflationFactor(const NodeFitness& node) {
+  if (node.inflation <= 0) return 0;
+  return std::min(node.inflation / node.reference, std::numeric_limits<double>::max());
+}
 
 /// Test A, inflation factor (4.4.1).
-bool testA(const NodeFitness& node, const RefitPolicy& policy);
+inline bool testA(const NodeFitness& node, const RefitPolicy& policy) {
+  return inflationFactor(node) > policy.max_inflation;
+}
 
 /// Test B, recent traversal (4.4.2).
-bool testB(const NodeFitness& node);
+inline bool testB(const NodeFitness& node) { return node.visited; }
 
 /// Test C, child node distances (4.4.3). The factor is compared by >=, as in the thesis.
-bool testC(const NodeFitness& node, const RefitPolicy& policy);
+inline bool testC(const NodeFitness& node, const RefitPolicy& policy) {
+  return inflationFactor(node) >= policy.min_inflation &&
+         node.child_gap > policy.child_distance_ratio * node.inflation;
+}
 
 /// Test D, obstruction (FitnessCriterion).
-bool testD(const NodeFitness& node);
+inline bool testD(const NodeFitness& node) { return node.obstructing; }
 
 /// True when the criterion calls no volume unfit that was not visited.
-bool needsVisit(FitnessCriterion criterion);
+inline bool needsVisit(FitnessCriterion criterion) {
+  switch (criterion) {
+    case FitnessCriterion::A:
+    case FitnessCriterion::AOrBC:
+    case FitnessCriterion::RefitAll: return false;
+    default: return true;
+  }
+}
+
+/// True when, after what queries have recorded, a volume that was not visited is not unfit.
+inline bool onlyVisitedAreUnfit(const TraversalStatistics& seen, const RefitPolicy& policy) {
+  return seen.work().queries > 0 && needsVisit(policy.criterion);
+}
 
 /// The criterion (thesis 4.5): true when the volume is to be recomputed.
-bool isUnfit(const NodeFitness& node, const RefitPolicy& policy);
+inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
+  const auto a = [&] { return testA(node, policy); };
+  const auto b = [&] { return testB(node); };
+  const auto c = [&] { return testC(node, policy); };
+  switch (policy.criterion) {
+    case FitnessCriterion::A: return a();
+    case FitnessCriterion::B: return b();
+    case FitnessCriterion::AB: return b() && a();
+    case FitnessCriterion::BC: return b() && c();
+    case FitnessCriterion::ABC: return b() && a() && c();
+    case FitnessCriterion::AOrBC: return a() || (b() && c());
+    case FitnessCriterion::ABOrBC: return b() && (a() || c());  // (A and B) or (B and C)
+    case FitnessCriterion::RefitAll: return true;
+    case FitnessCriterion::RefitNone: return false;
+    case FitnessCriterion::AD: return testD(node) && a();
+  }
+  return true;
+}
 
 }  // namespace adaptive_bvh

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
 #include "update/update_target.h"
@@ -31,13 +32,16 @@ struct Subtree {
 /// The rule of the traversal. Reads and writes plain arrays. (Eight lanes by AVX2
 /// took 4.5 ns a node in place of 5.1 on the thesis's scenarios at 16 times their triangles, and
 /// gained nothing at 64 times.)
-template <typename BV>
+///
+/// With `kMarks` it marks the candidates for a refit.
+template <typename BV, bool kMarks>
 class MotionRule {
  public:
   using S = typename BV::S;
 
-  /// Without `moves_volumes` FCL's nodes stay as they are.
-  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, bool moves_volumes)
+  /// Without `moves_volumes` FCL's nodes stay as they are, and none becomes a candidate.
+  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, bool moves_volumes,
+             const RefitPolicy& policy, Candidates& candidates)
       : fcl_nodes_(&target.model.getBV(0)),
         slots_(target.tree.topology.slots),
         motions_(motions),
@@ -47,7 +51,10 @@ class MotionRule {
         unit_(target.tree.boxes->frame.unit()),
         rounding_(target.tree.motion.roundingOfMove()),
         least_inflation_(leastInflation(target)),
-        moves_volumes_(moves_volumes) {}
+        moves_volumes_(moves_volumes),
+        side_share_(policy.reference == InflationReference::NodeSize ? S(0.5) : S(0)),
+        least_factor_(S(leastUnfitFactor(policy)) * kBelow),
+        marks_(candidates) {}
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return boxes_.isLeaf(node); }
 
@@ -84,9 +91,12 @@ class MotionRule {
       prefetch(ahead + 1);
     }
     const Float4 lengths = grow(left, a.motion, b.motion);
-    if (moves_volumes_ && lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
-      move(left, a.motion, lengths[0]);
-      move(left + 1, b.motion, lengths[2]);
+    if (moves_volumes_) {
+      if (lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
+        move(left, a.motion, lengths[0]);
+        move(left + 1, b.motion, lengths[2]);
+      }
+      if constexpr (kMarks) marks_.mark(left, mayBeUnfit(left) | mayBeUnfit(left + 1) << 1);
     }
     boxes_.setBox(left, a.box);
     boxes_.setBox(left + 1, b.box);
@@ -95,7 +105,10 @@ class MotionRule {
   /// The root is treated as a right sibling without a left one; the arrays have room for that.
   ADAPTIVE_BVH_INLINE void applyRoot(const NodeMotion& root) {
     const Float4 lengths = grow(-1, root.motion, root.motion);
-    if (moves_volumes_ && lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
+    if (moves_volumes_) {
+      if (lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
+      if constexpr (kMarks) marks_.mark(-1, mayBeUnfit(0) << 1);
+    }
     boxes_.setBox(0, root.box);
   }
 
@@ -159,6 +172,18 @@ class MotionRule {
     counts_.inflated += std::max(std::max(sides[0], sides[1]), sides[2]) > least_inflation_;
   }
 
+  /// 1 or 0. Whether inflation > least (original radius + smallest side / 2), and a little less:
+  /// fitness is judged in other operations, and never by a shorter reference.
+  ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
+    const BV& bv = fcl_nodes_[node].bv;
+    const S inflation = S(bounds_[2 * node]) * unit_;
+    const S reference =
+        Volume<BV>::radius(bv) - inflation + Volume<BV>::smallestSide(bv) * side_share_;
+    return !(inflation <= least_factor_ * reference);
+  }
+
+  static constexpr S kBelow = S(0.999);
+
   fcl::BVNode<BV>* const fcl_nodes_;
   const VertexSlots& slots_;
   const Motions<S> motions_;
@@ -168,16 +193,21 @@ class MotionRule {
   const S unit_, rounding_;
   const float least_inflation_;
   const bool moves_volumes_;
+  const S side_share_, least_factor_;
+  Candidates::Marks marks_;
   PropagationCounts counts_;
 };
 
 /// All pairs from the last to the first of a range.
-template <typename BV>
-class RangeRule : public MotionRule<BV> {
+template <typename BV, bool kMarks>
+class RangeRule : public MotionRule<BV, kMarks> {
  public:
   RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, int first, int last)
-      : MotionRule<BV>(target, motions, moves_volumes), end_(first - 2), left_(last + 2) {}
+            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates, int first,
+            int last)
+      : MotionRule<BV, kMarks>(target, motions, moves_volumes, policy, candidates),
+        end_(first - 2),
+        left_(last + 2) {}
 
   ADAPTIVE_BVH_INLINE int nextPair() {
     left_ -= 2;
@@ -191,12 +221,13 @@ class RangeRule : public MotionRule<BV> {
 };
 
 /// All pairs that are in none of some subtrees.
-template <typename BV>
-class AboveRule : public MotionRule<BV> {
+template <typename BV, bool kMarks>
+class AboveRule : public MotionRule<BV, kMarks> {
  public:
   AboveRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, const std::vector<Subtree>& subtrees)
-      : MotionRule<BV>(target, motions, moves_volumes),
+            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates,
+            const std::vector<Subtree>& subtrees)
+      : MotionRule<BV, kMarks>(target, motions, moves_volumes, policy, candidates),
         next_(subtrees.begin()),
         end_(subtrees.end()),
         subtrees_(subtrees),
@@ -224,11 +255,12 @@ class AboveRule : public MotionRule<BV> {
 
 /// All dirty pairs.
 template <typename BV>
-class DirtyRule : public MotionRule<BV> {
+class DirtyRule : public MotionRule<BV, false> {
  public:
   DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, const DirtyPairs& dirty)
-      : MotionRule<BV>(target, motions, moves_volumes),
+            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates,
+            const DirtyPairs& dirty)
+      : MotionRule<BV, false>(target, motions, moves_volumes, policy, candidates),
         boxes_(target.tree.boxes->nodes()),
         dirty_(dirty),
         left_(target.nodes()) {}

@@ -31,42 +31,61 @@ struct RefitCounts {
 /// node is judged and refitted by itself: its children keep what they have. Without statistics (no
 /// recording query since the last update) tests B and D count as true for every node and test C as
 /// false. Several threads may use one each, on different nodes. `Method`: TranslationPropagation or
-/// DisplacementPropagation. Allocates nothing.
+/// DisplacementPropagation. Allocates nothing. Nothing is refitted before it is finished.
 template <typename BV, typename Method>
 class Refitter {
  public:
   using S = typename BV::S;
 
-  Refitter(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy)
+  /// Nodes of `turn` are also refitted for their inflation alone, from twice that of test A on:
+  /// else volumes that no query visits would be inflated without end.
+  Refitter(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+           const NodeRange& turn)
       : target_(target),
         method_(method),
         policy_(policy),
+        turn_(turn),
         fit_(method.fit(target, policy)),
         has_statistics_(target.tree.statistics.work().queries > 0),
-        only_visited_(has_statistics_ && needsVisit(policy.criterion)) {}
+        only_visited_(onlyVisitedAreUnfit(target.tree.statistics, policy)) {}
 
-  /// Judges the nodes in [first, last), and refits those that are unfit.
-  void judge(int first, int last) {
-    for (int i = first; i < last; ++i) {
-      if (!only_visited_) prefetch(std::min(i + kAhead, last - 1));
-      judge(i);
-    }
+  /// To be refitted if it is unfit.
+  void judge(int node) {
+    if (only_visited_ && !target_.tree.statistics.visited(node) && !turn_.contains(node)) return;
+    prefetch(node);
+    found_[found_count_++] = node;
+    if (found_count_ == kGroup) settle();
   }
-  void judge(int i) {
-    if (only_visited_ && !target_.tree.statistics.visited(i)) return;
-    if (isUnfit(fitnessOf(i), policy_)) refit(i);
+  /// Refits what was judged unfit.
+  const RefitCounts<S>& finish() {
+    settle();
+    refitUnfit();
+    return counts_;
   }
-  /// By the inflation alone, which may be twice that of test A: else volumes that no query visits
-  /// would be inflated without end.
-  void limitInflation(int first, int last) {
-    for (int i = first; i < last; ++i)
-      if (inflationFactor(fitnessOf(i)) > 2 * policy_.max_inflation) refit(i);
-  }
-
-  const RefitCounts<S>& counts() const { return counts_; }
 
  private:
-  static constexpr int kAhead = 6;
+  /// FCL's nodes are large and mostly not in the processor's cache. So they are prefetched, and
+  /// worked on in groups.
+  static constexpr int kGroup = 32;
+
+  void prefetch(int node) const {
+    const auto* const bytes = reinterpret_cast<const char*>(&target_.volume(node));
+    for (std::size_t line = 0; line < sizeof(BV); line += 64) __builtin_prefetch(bytes + line, 1);
+  }
+
+  void settle() {
+    for (int k = 0; k < found_count_; ++k) {
+      const int node = found_[k];
+      const NodeFitness fitness = fitnessOf(node);
+      if (!isUnfit(fitness, policy_) &&
+          !(turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation))
+        continue;
+      if (unfit_count_ == kGroup) refitUnfit();
+      unfit_[unfit_count_] = node;
+      volumes_[unfit_count_++] = &target_.volume(node);
+    }
+    found_count_ = 0;
+  }
 
   NodeFitness fitnessOf(int i) const {
     const TraversalStatistics& seen = target_.tree.statistics;
@@ -83,25 +102,26 @@ class Refitter {
     return fitness;
   }
 
-  /// FCL's nodes are large.
-  void prefetch(int node) const {
-    const auto* const bytes = reinterpret_cast<const char*>(&target_.volume(node));
-    for (std::size_t line = 0; line < sizeof(BV); line += 64) __builtin_prefetch(bytes + line, 1);
-  }
-
-  void refit(int i) {
-    const fcl::BVNode<BV>& node = target_.model.getBV(i);
-    target_.volume(i) = fit_(i);
-    method_.refitted(target_, i);
-    counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives, Volume<BV>::cornerSum(node.bv),
-                i == 0};
+  void refitUnfit() {
+    fit_(unfit_, volumes_, unfit_count_);
+    for (int k = 0; k < unfit_count_; ++k) {
+      const fcl::BVNode<BV>& node = target_.model.getBV(unfit_[k]);
+      method_.refitted(target_, unfit_[k]);
+      counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives,
+                  Volume<BV>::cornerSum(node.bv), unfit_[k] == 0};
+    }
+    unfit_count_ = 0;
   }
 
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
+  const NodeRange turn_;
   typename Method::Fit fit_;
   const bool has_statistics_, only_visited_;
+  int found_[kGroup], found_count_ = 0;  ///< to be judged
+  int unfit_[kGroup], unfit_count_ = 0;  ///< to be refitted
+  BV* volumes_[kGroup];                  ///< of these
   RefitCounts<S> counts_;
 };
 

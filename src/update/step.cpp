@@ -1,5 +1,6 @@
 #include "update/step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -200,10 +201,17 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
       [&](auto& method) {
         method.restore(target);
         auto fit = method.fit(target, policy);
-        for (int i = 1; i < target.nodes(); ++i) {
-          target.volume(i) = fit(i);
-          tree.motion.include(Volume<BV>::cornerSum(target.volume(i)));
-          method.refitted(target, i);
+        constexpr int kGroup = 32;
+        for (int first = 1; first < target.nodes(); first += kGroup) {
+          const int count = std::min(kGroup, target.nodes() - first);
+          int nodes[kGroup];
+          BV* volumes[kGroup];
+          for (int k = 0; k < count; ++k) volumes[k] = &target.volume(nodes[k] = first + k);
+          fit(nodes, volumes, count);
+          for (int k = 0; k < count; ++k) {
+            tree.motion.include(Volume<BV>::cornerSum(*volumes[k]));
+            method.refitted(target, nodes[k]);
+          }
         }
         const BV root = fit(0);
         tree.motion.include(Volume<BV>::cornerSum(root));

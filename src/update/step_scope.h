@@ -4,12 +4,13 @@
 #include <cstring>
 #include <vector>
 
+#include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/local_bounds.h"
 #include "update/partial_bounds.h"
 #include "update/refit.h"
 #include "update/step_input.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
 
@@ -94,23 +95,32 @@ class AllVertices {
   RefitCounts<S> refit() {
     if (!refitsVolumes<Method>(policy_)) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
-    const int parts = pool_.size() > 1 ? 512 : 1;
-    forEachPart(target_.nodes(), parts, [&](int first, int last, int thread) {
-      Refitter<BV, Method> refitter(target_, method_, policy_);
-      refitter.judge(first, last);
-      counts[thread] += refitter.counts();
+    const NodeRange turn = method_.nextTurn(target_);
+    const Candidates* const marked = candidates();
+    const int size = marked ? marked->words() : target_.nodes();
+    forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
+      Refitter<BV, Method> refitter(target_, method_, policy_, turn);
+      const auto judge = [&](int node) { refitter.judge(node); };
+      if (marked)
+        marked->forEach(first, last, judge);
+      else
+        for (int node = first; node < last; ++node) judge(node);
+      counts[thread] += refitter.finish();
     });
-    RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
-    Refitter<BV, Method> in_turn(target_, method_, policy_);
-    const auto turn = method_.nextTurn(target_);
-    in_turn.limitInflation(turn.first, turn.last);
-    all += in_turn.counts();
+    const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
     target_.tree.motion.include(all.corner_sum);
     return all;
   }
 
  private:
   int vertices() const { return target_.model.num_vertices; }
+
+  /// What refits look at: candidates, in words, or all nodes.
+  const Candidates* candidates() const {
+    if constexpr (Method::kHasBoxes)
+      if (method_.candidates().isOn()) return &method_.candidates();
+    return nullptr;
+  }
 
   /// Calls run(first, last, thread) for the parts of [0, size).
   template <typename Run>
@@ -178,19 +188,19 @@ class SomeVertices {
   }
 
   RefitCounts<S> refit() {
-    Refitter<BV, Method> refitter(target_, method_, policy_);
+    Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
     const bool may_refit = refitsVolumes<Method>(policy_);
-    const auto settle = [&](int node) {
-      if (may_refit) refitter.judge(node);
-    };
     for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
-      settle(left);
-      settle(left + 1);
+      if (may_refit) {
+        refitter.judge(left);
+        refitter.judge(left + 1);
+      }
       dirty_.unset(left);
     }
-    settle(0);
-    target_.tree.motion.include(refitter.counts().corner_sum);
-    return refitter.counts();
+    if (may_refit) refitter.judge(0);
+    const RefitCounts<S> counts = refitter.finish();
+    target_.tree.motion.include(counts.corner_sum);
+    return counts;
   }
 
  private:

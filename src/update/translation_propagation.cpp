@@ -51,6 +51,7 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   if (!tree.boxes) tree.boxes.emplace();
   tree.boxes->adopt(target.model);
   tree.motion.reset(target.nodes());
+  candidates_.reset(target.nodes());
   vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
   next_turn_ = 0;
@@ -86,16 +87,28 @@ template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy, TaskPool& pool) {
   target.tree.setVolumesCurrent(!policy.volumes_on_demand);
-  if (pool.size() > 1) return propagateSubtrees(target, pool);
-  RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), 1,
-                     target.nodes() - 2);
+  candidates_.restart(!onlyVisitedAreUnfit(target.tree.statistics, policy));
+  return candidates_.isOn() ? propagateAll<true>(target, policy, pool)
+                            : propagateAll<false>(target, policy, pool);
+}
+
+template <typename BV>
+template <bool kMarks>
+PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV>& target,
+                                                           const RefitPolicy& policy,
+                                                           TaskPool& pool) {
+  if (pool.size() > 1) return propagateSubtrees<kMarks>(target, policy, pool);
+  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
+                             policy, candidates_, 1, target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
 
 /// First below every subtree's root, on any thread; then the rest.
 template <typename BV>
+template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
+                                                                const RefitPolicy& policy,
                                                                 TaskPool& pool) {
   std::vector<Subtree> subtrees = subtreesOf(target.model, 8 * pool.size());
   std::vector<std::vector<NodeMotion>> stacks(static_cast<std::size_t>(pool.size()));
@@ -103,14 +116,15 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
-    RangeRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
-                       subtree.first_pair, subtree.last_pair);
+    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
+                               policy, candidates_, subtree.first_pair, subtree.last_pair);
     NodeMotion* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
-  AboveRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), subtrees);
+  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
+                             policy, candidates_, subtrees);
   traversePostOrder(stack_.data(), rule);
   PropagationCounts sum = rule.counts();
   for (const PropagationCounts& part : counts) sum += part;
@@ -122,14 +136,16 @@ PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<
                                                              const RefitPolicy& policy,
                                                              const DirtyPairs& dirty) {
   target.tree.setVolumesCurrent(!policy.volumes_on_demand);
-  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), dirty);
+  candidates_.restart(false);
+  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), policy,
+                     candidates_, dirty);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
 
 template <typename BV>
-auto TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) -> Turn {
-  constexpr int kRound = 32;  // steps until every node had its turn
+NodeRange TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) {
+  constexpr int kRound = 64;  // steps until every node had its turn
   const int first = next_turn_ < target.nodes() ? next_turn_ : 0;
   next_turn_ = std::min(first + target.nodes() / kRound + 1, target.nodes());
   return {first, next_turn_};
@@ -137,7 +153,7 @@ auto TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) -> Tur
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
+  return vertices_.bytes() + candidates_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
          stack_.capacity() * sizeof(NodeMotion);
 }
 

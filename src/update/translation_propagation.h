@@ -5,9 +5,10 @@
 
 #include "adaptive_bvh/refit_policy.h"
 #include "update/body_fit.h"
+#include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/node_motion.h"
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"
@@ -90,6 +91,8 @@ class TranslationPropagation {
     const float extent = target.tree.boxes->root().largestCoordinate();
     return extent < kRange && extent > 1 / kRange;
   }
+  /// Which nodes the last propagation left to be judged.
+  const Candidates& candidates() const { return candidates_; }
   /// \}
 
   /// Radius of FCL's volume less its radius when last refitted.
@@ -105,23 +108,26 @@ class TranslationPropagation {
   }
 
   /// The nodes whose turn it is to be refitted when they are too inflated, whether they were in the
-  /// way of a query or not: [first, last), in other steps others.
-  struct Turn {
-    int first, last;
-  };
-  Turn nextTurn(const UpdateTarget<BV>& target);
+  /// way of a query or not: in other steps others.
+  NodeRange nextTurn(const UpdateTarget<BV>& target);
 
   std::size_t bytes() const;
 
  private:
   static constexpr float kRange = 1 << 30;
 
-  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, TaskPool& pool);
+  template <bool kMarks>
+  PropagationCounts propagateAll(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                                 TaskPool& pool);
+  template <bool kMarks>
+  PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                                      TaskPool& pool);
 
   VertexStates<S> vertices_;
+  Candidates candidates_;
   std::vector<KeptAxes> kept_;  ///< by BoxNodes::largeIndex
   std::vector<NodeMotion> stack_;
-  int next_turn_ = 0;
+  int next_turn_ = 0;  ///< a node
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;

@@ -15,6 +15,12 @@ struct UpdateTarget {
   BV& volume(int node) const { return model.getBV(node).bv; }
 };
 
+/// The nodes in [first, last).
+struct NodeRange {
+  int first = 0, last = 0;
+  bool contains(int node) const { return first <= node && node < last; }
+};
+
 /// How many volumes a propagation changed: see UpdateReport.
 struct PropagationCounts {
   int moved = 0, inflated = 0;

@@ -96,11 +96,10 @@ fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::fit(const MeshView<S>& mesh, const Vertex
 }
 
 template <typename S>
-fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::along(const fcl::Matrix3<S>& axes, const Point& corner,
-                                             const Extents& extents, S unit, S error) {
+void Volume<fcl::OBBRSS<S>>::setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
+                                      const Extents& extents, S unit, S error) {
   const Interval<float> ranges[3] = {extents.ranges.x, extents.ranges.y, extents.ranges.z};
-  BV bv;
-  bv.rss = Swept::along(axes, corner, extents, unit, error);
+  Swept::setAlong(bv.rss, axes, corner, extents, unit, error);
   bv.obb.axis = axes;
   Point to_middle;
   for (int k = 0; k < 3; ++k) {
@@ -110,7 +109,6 @@ fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::along(const fcl::Matrix3<S>& axes, const 
   }
   bv.obb.To = corner + axes * to_middle;
   bv.obb.extent.array() += error + 2 * kAxes * bv.obb.extent.sum();
-  return bv;
 }
 
 template struct Volume<fcl::OBBRSS<float>>;

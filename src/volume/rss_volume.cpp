@@ -8,12 +8,6 @@
 namespace adaptive_bvh {
 
 template <typename S>
-S Volume<fcl::RSS<S>>::size(const BV& bv, S radius) {
-  const S length = radius + std::min(bv.l[0], bv.l[1]) / 2;
-  return length > 0 ? length : std::max(bv.l[0], bv.l[1]);
-}
-
-template <typename S>
 S Volume<fcl::RSS<S>>::distanceToRectangle(const BV& bv, const Point& p) {
   return vectorFromRectangle(bv, p).norm();
 }
@@ -46,17 +40,6 @@ template <typename S>
 fcl::RSS<S> Volume<fcl::RSS<S>>::fit(const MeshView<S>& mesh, const VertexIndices* primitives,
                                      int count) {
   return fitRss(mesh, primitives, count);
-}
-
-template <typename S>
-fcl::RSS<S> Volume<fcl::RSS<S>>::along(const fcl::Matrix3<S>& axes, const Point& corner,
-                                       const Extents& extents, S unit, S error) {
-  BV bv;
-  bv.axis = axes;
-  bv.To = corner;
-  for (int k = 0; k < 2; ++k) bv.l[k] = S(extents.sides[k]) * unit;
-  bv.r = S(extents.radius) * unit + error;
-  return bv;
 }
 
 // Steiner's formula for the points within r of an a x b rectangle.

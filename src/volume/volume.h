@@ -28,6 +28,7 @@ struct Volume<fcl::RSS<S_>> {
 
   static S radius(const BV& bv) { return bv.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
+  static S smallestSide(const BV& bv) { return std::min(bv.l[0], bv.l[1]); }
   static Point center(const BV& bv) { return bv.center(); }
   /// The longest way through it.
   static S length(const BV& bv) { return bv.size(); }
@@ -71,7 +72,10 @@ struct Volume<fcl::RSS<S_>> {
   static Point normal(const BV& bv) { return bv.axis.col(2); }
 
   /// A length that stands for the whole volume at a given radius: see InflationReference::NodeSize.
-  static S size(const BV& bv, S radius);
+  static S size(const BV& bv, S radius) {
+    const S length = radius + smallestSide(bv) / 2;
+    return length > 0 ? length : std::max(bv.l[0], bv.l[1]);
+  }
 
   /// Distance from p to the rectangle, as computed; off by at most `containmentError`.
   static S distanceToRectangle(const BV& bv, const Point& p);
@@ -95,10 +99,15 @@ struct Volume<fcl::RSS<S_>> {
   /// Of primitives that are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
 
-  /// The volume with these axes, orthonormal up to rounding, that has some extents in units of
-  /// `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
-  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
-                  S error);
+  /// Makes it the volume with these axes, orthonormal up to rounding, that has some extents in
+  /// units of `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
+  ADAPTIVE_BVH_INLINE static void setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
+                                           const Extents& extents, S unit, S error) {
+    for (int k = 0; k < 9; ++k) bv.axis.data()[k] = axes.data()[k];
+    for (int k = 0; k < 3; ++k) bv.To[k] = corner[k];
+    for (int k = 0; k < 2; ++k) bv.l[k] = S(extents.sides[k]) * unit;
+    bv.r = S(extents.radius) * unit + error;
+  }
   /// Whether that needs Extents::ranges.
   static constexpr bool kHasBox = false;
 
@@ -135,6 +144,7 @@ struct Volume<fcl::OBBRSS<S_>> {
 
   static S radius(const BV& bv) { return bv.rss.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.rss.axis; }
+  static S smallestSide(const BV& bv) { return Swept::smallestSide(bv.rss); }
   static Point center(const BV& bv) { return Swept::center(bv.rss); }
   static S length(const BV& bv) { return Swept::length(bv.rss); }
   static S size(const BV& bv, S radius) { return Swept::size(bv.rss, radius); }
@@ -177,8 +187,8 @@ struct Volume<fcl::OBBRSS<S_>> {
 
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
-  static BV along(const fcl::Matrix3<S>& axes, const Point& corner, const Extents& extents, S unit,
-                  S error);
+  static void setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
+                       const Extents& extents, S unit, S error);
   static constexpr bool kHasBox = true;
 
   static double volume(const BV& bv) { return Swept::volume(bv.rss); }

@@ -1,26 +1,20 @@
 // Update + exact distance of two deforming meshes: this library, the rows of thesis Table 2,
 // Larsson and Akenine-Moeller, and FCL's own ways, in one run. docs/experiment.md has its tables.
-#include <unistd.h>
-
-#include <chrono>
 #include <cstdio>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
 
-#include "poses.h"
+#include "progress_bar.h"
 #include "report.h"
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-#include "adaptive_bvh/mesh_io.h"
+#include "pose_files.h"
 #endif
 
 namespace {
 
 using namespace adaptive_bvh_bench;  // NOLINT: this is its program
 using scenarios::Scenario;
-
-/// From one pose to the other and back; at stride 8 a step goes all the way.
-constexpr int kPoseSteps = 16;
 
 struct Options {
   std::vector<int> resolutions = {1}, strides = {1};
@@ -29,27 +23,6 @@ struct Options {
   std::string json, csv;
   bool further = false, split = false, slow = false, quiet = false, describe = false;
   RunOptions run;
-};
-
-/// A bar on a terminal, nothing elsewhere.
-class ProgressBar {
- public:
-  explicit ProgressBar(bool on) : on_(on && isatty(STDERR_FILENO)) {}
-  ~ProgressBar() {
-    if (on_) std::fprintf(stderr, "\r\033[K");
-  }
-  void show(double share, const std::string& what) const {
-    if (!on_) return;
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-    const double left = share > 0.01 ? elapsed.count() * (1 - share) / share : 0;
-    std::fprintf(stderr, "\r\033[K[%-30.*s] %3.0f %%  %s left  %s", int(30 * share),
-                 "##############################", 100 * share,
-                 left > 0 ? (std::to_string(int(left)) + " s").c_str() : "?", what.c_str());
-  }
-
- private:
-  bool on_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 bool isNamed(const std::string& name, const std::vector<std::string>& wanted) {
@@ -73,18 +46,6 @@ std::vector<MethodKind> chosenMethods(const Options& options) {
   if (chosen.empty()) throw std::runtime_error("no method of that name; --help lists them");
   return chosen;
 }
-
-#ifdef ADAPTIVE_BVH_HAS_MESH_IO
-Scenario loadPoses(const std::string& from_path, const std::string& to_path, bool split) {
-  adaptive_bvh::MeshLoadOptions keep;
-  keep.weld = false;  // two poses of one mesh pair their vertices by number
-  const auto from = adaptive_bvh::loadMesh<double>(from_path, keep);
-  const auto to = adaptive_bvh::loadMesh<double>(to_path, keep);
-  const std::string name = from_path.substr(from_path.find_last_of('/') + 1);
-  return (split ? scenarios::interpolatedParts : scenarios::interpolated)(name, from, to.vertices,
-                                                                          kPoseSteps);
-}
-#endif
 
 std::vector<Scenario> chosenScenarios(const Options& options, int resolution, int stride,
                                       bool aligned) {

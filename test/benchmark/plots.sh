@@ -3,6 +3,8 @@
 #   plots.sh RESULTS.json FOLDER            total by method, cost per frame of every scenario
 #   plots.sh RESULTS.json FOLDER growth     update and query against size, where several
 #                                           resolutions are in the file
+# and from what `contact_bench --json` wrote:
+#   plots.sh RESULTS.json FOLDER contact    update + query of every case and method
 # Needs jq and gnuplot.
 set -euo pipefail
 results=$1 folder=$2 kind=${3:-totals}
@@ -80,6 +82,30 @@ plot $plots_update
 set title "query"
 plot $plots_query
 unset multiplot
+GNUPLOT
+}
+
+# A group of bars a case; a case without a method leaves its place empty.
+contact() {
+  local key plots=""
+  for key in fcl-rss cgal embree embree-planes recorded coherent; do
+    jq -r --arg key "$key" "$jq_tools"'.[]
+      | ([.methods[] | select(.key == $key)
+          | [.update_ms, .query_ms] | transpose | map(add) | median] | .[0] // "NaN") as $ms
+      | "\"\(.job): \(.name | sub("\\.[a-z]+$"; ""))\(
+          if .resolution > 1 then " ×\(.resolution * .resolution)" else "" end)\" \($ms)"' \
+      "$results" >"$work/$key.dat"
+    plots+="${plots:+, }\"$work/$key.dat\" using 2:xtic(1) title \"$key\""
+  done
+  gnuplot <<GNUPLOT
+$style
+set term pngcairo noenhanced size 1400,620 font "sans,11"
+set output "$folder/contact.png"
+set title "Update + query in contact, a step (logarithmic)"
+set style data histograms; set style histogram clustered gap 1; set style fill solid 0.8
+set logscale y; set ylabel "milliseconds"; set xtics rotate by -30 scale 0 noenhanced
+set bmargin 11; set rmargin 12; set key top left
+plot $plots
 GNUPLOT
 }
 

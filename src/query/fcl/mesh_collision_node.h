@@ -1,8 +1,11 @@
 #pragma once
 
+#include <utility>
+
 #include <fcl/math/bv/AABB.h>
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 
+#include "geometry/mesh_of_model.h"
 #include "geometry/triangle_contact.h"
 
 namespace adaptive_bvh {
@@ -29,6 +32,9 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
 
  public:
   unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2
+  /// Both meshes are the same in the same place: the triangle with the smaller index is tested as
+  /// the first. FCL's verdict on a mere touch, and its contact, may depend on that.
+  bool is_self = false;
 
   void leafTesting(int b1, int b2) const override { testLeaves(b1, b2, false); }
 
@@ -39,25 +45,33 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   void testLeaves(int b1, int b2, bool touching) const {
     if (!this->model1->isOccupied() || !this->model2->isOccupied())
       return Base::leafTesting(b1, b2);  // finds costs only
-    const int id1 = this->model1->getBV(b1).primitiveId();
-    const int id2 = this->model2->getBV(b2).primitiveId();
-    const TrianglePoints<S> first = pointsOf(this->vertices1, this->tri_indices1[id1]);
-    const TrianglePoints<S> second = pointsOf(this->vertices2, this->tri_indices2[id2]);
+    int id1 = this->model1->getBV(b1).primitiveId();
+    int id2 = this->model2->getBV(b2).primitiveId();
+    if (is_self && id2 < id1) std::swap(id1, id2);
+    if (touching && !this->request.enable_contact && !this->request.enable_cost)
+      return addPair(id1, id2);
+    const TrianglePoints<S> first = pointsOf(*this->model1, id1);
+    const TrianglePoints<S> second = pointsOf(*this->model2, id2);
     TrianglePoints<S> in_first;
     for (int i = 0; i < 3; ++i) in_first[i] = this->R * second[i] + this->T;
     if (!touching && !touch(first, in_first)) return;
     if (this->request.enable_contact)
       addContacts(id1, id2, contactOf(first, in_first));
-    else if (hasRoom())
-      this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+    else
+      addPair(id1, id2);
     if (this->request.enable_cost) addCost(first, second);
   }
 
-  static TrianglePoints<S> pointsOf(const fcl::Vector3<S>* vertices, const fcl::Triangle& t) {
-    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+  static TrianglePoints<S> pointsOf(const fcl::BVHModel<BV>& model, int id) {
+    const VertexIndices t = viewOf(model).verticesOf(static_cast<unsigned>(id));
+    return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
   }
 
   bool hasRoom() const { return this->result->numContacts() < this->request.num_max_contacts; }
+
+  void addPair(int id1, int id2) const {
+    if (hasRoom()) this->result->addContact(fcl::Contact<S>(this->model1, this->model2, id1, id2));
+  }
 
   void addContacts(int id1, int id2, const TriangleContact<S>& contact) const {
     for (unsigned i = 0; i < contact.count && i < contacts_per_pair && hasRoom(); ++i)

@@ -13,7 +13,10 @@ class SelfCollisionNode : public MeshCollisionNode<BV> {
   using S = typename BV::S;
 
  public:
-  SelfCollisionNode() { this->contacts_per_pair = 1; }
+  SelfCollisionNode() {
+    this->contacts_per_pair = 1;
+    this->is_self = true;
+  }
 
   NeighbourFilter filter = NeighbourFilter::SharedVertex;
 

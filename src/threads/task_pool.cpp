@@ -1,4 +1,4 @@
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 
 #ifdef ADAPTIVE_BVH_HAS_TBB
 #include <tbb/parallel_for.h>

@@ -1,5 +1,5 @@
 // The tasks of an update: every one once, each in a slot of its own, and done on return.
-#include "update/task_pool.h"
+#include "threads/task_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,195 @@
+// Embree 3: a tree of float boxes, refitted by rtcCommitScene, and rtcCollide. It only finds pairs
+// of triangles whose boxes are near; what they are then is decided in the callback, by FCL's test.
+#include <embree3/rtcore.h>
+
+#include <array>
+#include <cfloat>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "contact_judge.h"
+#include "contact_pairs.h"
+
+namespace adaptive_bvh_bench {
+namespace {
+
+/// A float below or at x, at most two floats away.
+float roundedDown(double x) {
+  const auto f = float(x);
+  return double(f) <= x ? f : f - std::abs(f) * FLT_EPSILON - FLT_MIN;
+}
+float roundedUp(double x) { return -roundedDown(-x); }
+
+struct Release {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+template <typename Handle>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
+
+/// One mesh: a scene with one user geometry, of one primitive a triangle.
+class EmbreeMesh {
+ public:
+  EmbreeMesh(RTCDevice device, const scenarios::Body& body)
+      : mesh_(body.mesh()),
+        boxes_(mesh_.triangles.size()),
+        geometry_(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER)),
+        scene_(rtcNewScene(device)) {
+    rtcSetGeometryUserPrimitiveCount(geometry_.get(), unsigned(boxes_.size()));
+    rtcSetGeometryUserData(geometry_.get(), this);
+    rtcSetGeometryBoundsFunction(geometry_.get(), writeBounds, nullptr);
+    rtcSetGeometryBuildQuality(geometry_.get(), RTC_BUILD_QUALITY_REFIT);
+    // Only a dynamic scene of low quality keeps a tree a geometry, which can be refitted.
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
+    rtcAttachGeometry(scene_.get(), geometry_.get());
+    update(body.positions(0));
+  }
+  EmbreeMesh(const EmbreeMesh&) = delete;
+  EmbreeMesh& operator=(const EmbreeMesh&) = delete;
+
+  void update(const Positions& positions) {
+    mesh_.vertices = positions;
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      const fcl::Triangle& t = mesh_.triangles[i];
+      const Point &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
+      boxes_[i] = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+    }
+    rtcCommitGeometry(geometry_.get());
+    rtcCommitScene(scene_.get());
+  }
+
+  const Mesh& mesh() const { return mesh_; }
+  const Eigen::AlignedBox3d& box(unsigned i) const { return boxes_[i]; }
+  RTCScene scene() const { return scene_.get(); }
+
+ private:
+  static void writeBounds(const RTCBoundsFunctionArguments* arguments) {
+    const auto& mesh = *static_cast<const EmbreeMesh*>(arguments->geometryUserPtr);
+    const Eigen::AlignedBox3d& box = mesh.boxes_[arguments->primID];
+    RTCBounds& bounds = *arguments->bounds_o;
+    bounds.lower_x = roundedDown(box.min()[0]);
+    bounds.lower_y = roundedDown(box.min()[1]);
+    bounds.lower_z = roundedDown(box.min()[2]);
+    bounds.upper_x = roundedUp(box.max()[0]);
+    bounds.upper_y = roundedUp(box.max()[1]);
+    bounds.upper_z = roundedUp(box.max()[2]);
+  }
+
+  Mesh mesh_;
+  std::vector<Eigen::AlignedBox3d> boxes_;
+  Owned<RTCGeometry> geometry_;
+  Owned<RTCScene> scene_;
+};
+
+/// Are the corners of `b` all on one side of the plane of `a`, by more than rounding? With E the
+/// largest component of an edge of `a` and D of a difference b[k] - a[0], both in magnitude, a
+/// component of the normal is at most 2 E^2 and wrong by at most 8 u E^2 (u = 2^-53); a product
+/// with a difference, of three terms, by at most 48 u E^2 D. FCL projects on the same axis, with
+/// the same error. Beyond twice that it sees the gap, too.
+bool planeSeparates(const std::array<Point, 3>& a, const std::array<Point, 3>& b) {
+  const Point u = a[1] - a[0], v = a[2] - a[0], normal = u.cross(v);
+  const Point p = b[0] - a[0], q = b[1] - a[0], r = b[2] - a[0];
+  const double edge = u.cwiseAbs().cwiseMax(v.cwiseAbs()).maxCoeff();
+  const double far = p.cwiseAbs().cwiseMax(q.cwiseAbs()).cwiseMax(r.cwiseAbs()).maxCoeff();
+  const double margin = 128 * (DBL_EPSILON / 2) * edge * edge * far;
+  const double x = normal.dot(p), y = normal.dot(q), z = normal.dot(r);
+  return std::min({x, y, z}) > margin || std::max({x, y, z}) < -margin;
+}
+
+bool planeSeparates(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
+  const auto corners = [](const Mesh& mesh, unsigned t) -> std::array<Point, 3> {
+    const fcl::Triangle& triangle = mesh.triangles[t];
+    return {mesh.vertices[triangle[0]], mesh.vertices[triangle[1]], mesh.vertices[triangle[2]]};
+  };
+  const auto p = corners(first, a), q = corners(second, b);
+  return planeSeparates(p, q) || planeSeparates(q, p);
+}
+
+class EmbreeContact : public ContactMethod {
+ public:
+  EmbreeContact(const ContactCase& contact_case, bool with_rejections)
+      : with_rejections_(with_rejections),
+        device_(rtcNewDevice("threads=1")),
+        first_(device_.get(), contact_case.scenario.first) {
+    if (!contact_case.isSelf())
+      second_ = std::make_unique<EmbreeMesh>(device_.get(), contact_case.scenario.second);
+    requireNoError();
+  }
+
+  void update(const Frame& frame) override {
+    first_.update(frame.first);
+    if (second_) second_->update(frame.second);
+  }
+
+  void query() override {
+    pairs_.clear();
+    candidates_ = triangle_tests_ = 0;
+    rtcCollide(first_.scene(), other().scene(), takeCollisions, this);
+    requireNoError();
+  }
+
+  ContactAnswer answer() override {
+    ContactAnswer answer;
+    answer.counts = {-1, candidates_, triangle_tests_, -1};
+    answer.pairs = sorted(pairs_, !second_);
+    return answer;
+  }
+
+ private:
+  static void takeCollisions(void* user, RTCCollision* collisions, unsigned count) {
+    auto& self = *static_cast<EmbreeContact*>(user);
+    if (std::this_thread::get_id() != self.thread_) self.other_threads_ = true;
+    for (unsigned i = 0; i < count; ++i) self.test(collisions[i].primID0, collisions[i].primID1);
+  }
+
+  /// A scene with itself gives both orders. Leaves of a refitted tree hold several triangles, whose
+  /// own boxes Embree does not test.
+  void test(unsigned a, unsigned b) {
+    if (!second_ && a >= b) return;
+    if (!first_.box(a).intersects(other().box(b))) return;
+    const Mesh &first = first_.mesh(), &second = other().mesh();
+    if (!second_ && areNeighbours(first.triangles[a], first.triangles[b])) return;
+    ++candidates_;
+    if (with_rejections_ && planeSeparates(first, a, second, b)) return;
+    ++triangle_tests_;
+    if (touchByFcl(first, a, second, b)) pairs_.emplace_back(a, b);
+  }
+
+  const EmbreeMesh& other() const { return second_ ? *second_ : first_; }
+
+  void requireNoError() const {
+    if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
+      throw std::runtime_error("Embree reports an error");
+    if (other_threads_) throw std::runtime_error("Embree did not keep to one thread");
+  }
+
+  bool with_rejections_;
+  Owned<RTCDevice> device_;
+  EmbreeMesh first_;
+  std::unique_ptr<EmbreeMesh> second_;
+  const std::thread::id thread_ = std::this_thread::get_id();
+  bool other_threads_ = false;
+  std::vector<TrianglePair> pairs_;
+  long candidates_ = 0, triangle_tests_ = 0;
+};
+
+}  // namespace
+
+std::vector<ContactKind> embreeContactMethods() {
+  const auto row = [](const char* key, const char* title, bool with_rejections) -> ContactKind {
+    return {key,
+            title,
+            ContactKind::Peer,
+            true,
+            {Job::SelfCollision, Job::Collide},
+            [with_rejections](const ContactCase& c) {
+              return std::make_unique<EmbreeContact>(c, with_rejections);
+            }};
+  };
+  return {row("embree", "Embree", false), row("embree-planes", "Embree, planes first", true)};
+}
+
+}  // namespace adaptive_bvh_bench

@@ -1,0 +1,97 @@
+#include "contact_judge.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
+#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+#include <fcl/narrowphase/distance.h>
+
+#include "contact_pairs.h"
+
+namespace adaptive_bvh_bench {
+namespace {
+
+/// The boxes of a mesh's triangles, and an order in which their lower x ascends.
+class SortedBoxes {
+ public:
+  explicit SortedBoxes(const Mesh& mesh) : order_(mesh.triangles.size()) {
+    for (const fcl::Triangle& t : mesh.triangles) {
+      boxes_.emplace_back(mesh.vertices[t[0]]);
+      boxes_.back().extend(mesh.vertices[t[1]]).extend(mesh.vertices[t[2]]);
+    }
+    std::iota(order_.begin(), order_.end(), 0u);
+    std::sort(order_.begin(), order_.end(), [this](unsigned a, unsigned b) { return x(a) < x(b); });
+  }
+
+  /// Calls what(i, j) for each box i of ours and box j of `other` that overlap and where j does not
+  /// begin before i along x; with `strictly` not at the same x either.
+  template <typename What>
+  void forOverlaps(const SortedBoxes& other, bool strictly, const What& what) const {
+    const auto beginsAfter = [&](unsigned i, unsigned j) {
+      return strictly ? other.x(j) > x(i) : other.x(j) >= x(i);
+    };
+    std::size_t start = 0;
+    for (unsigned i : order_) {
+      while (start < other.order_.size() && !beginsAfter(i, other.order_[start])) ++start;
+      for (std::size_t k = start; k < other.order_.size(); ++k) {
+        const unsigned j = other.order_[k];
+        if (other.x(j) > boxes_[i].max()[0]) break;
+        if (boxes_[i].intersects(other.boxes_[j])) what(i, j);
+      }
+    }
+  }
+
+ private:
+  double x(unsigned i) const { return boxes_[i].min()[0]; }
+
+  std::vector<Eigen::AlignedBox3d> boxes_;
+  std::vector<unsigned> order_;
+};
+
+}  // namespace
+
+bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
+  const auto corner = [](const Mesh& mesh, unsigned t, int k) -> const Point& {
+    return mesh.vertices[mesh.triangles[t][k]];
+  };
+  return fcl::detail::Intersect<double>::intersect_Triangle(
+      corner(first, a, 0), corner(first, a, 1), corner(first, a, 2), corner(second, b, 0),
+      corner(second, b, 1), corner(second, b, 2));
+}
+
+TouchingPairs touchingPairs(const Mesh& first, const Mesh& second) {
+  const SortedBoxes boxes(first), others(second);
+  std::vector<TrianglePair> pairs;
+  const auto test = [&](unsigned i, unsigned j) {
+    if (touchByFcl(first, i, second, j)) pairs.emplace_back(i, j);
+  };
+  boxes.forOverlaps(others, false, test);
+  others.forOverlaps(boxes, true, [&](unsigned j, unsigned i) { test(i, j); });
+  pairs = sorted(std::move(pairs), false);
+  return {pairs, pairs};
+}
+
+TouchingPairs touchingPairs(const Mesh& mesh) {
+  const SortedBoxes boxes(mesh);
+  TouchingPairs found;
+  boxes.forOverlaps(boxes, false, [&](unsigned a, unsigned b) {
+    if (a == b || areNeighbours(mesh.triangles[a], mesh.triangles[b])) return;
+    const bool touch = touchByFcl(mesh, a, mesh, b), turned = touchByFcl(mesh, b, mesh, a);
+    if (touch && turned) found.surely.emplace_back(a, b);
+    if (touch || turned) found.possibly.emplace_back(a, b);
+  });
+  return {sorted(std::move(found.surely), true), sorted(std::move(found.possibly), true)};
+}
+
+double exactDistance(const Mesh& first, const Mesh& second) {
+  fcl::BVHModel<fcl::AABBd> a, b;
+  fillModel(first, a);
+  fillModel(second, b);
+  fcl::DistanceResultd result;
+  const auto origin = fcl::Transform3d::Identity();
+  return fcl::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
+}
+
+}  // namespace adaptive_bvh_bench

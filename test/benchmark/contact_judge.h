@@ -1,0 +1,34 @@
+#pragma once
+
+#include "contact_method.h"
+
+namespace adaptive_bvh_bench {
+
+using scenarios::Mesh;
+
+/// Do triangles of one mesh share a vertex?
+inline bool areNeighbours(const fcl::Triangle& a, const fcl::Triangle& b) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (a[i] == b[j]) return true;
+  return false;
+}
+
+/// Whether two triangles intersect, as FCL decides.
+bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b);
+
+/// What FCL's test of two triangles calls intersecting, of all pairs whose boxes overlap: no tree
+/// is involved. Sorted. Of triangles that barely touch, the verdict may depend on which one is the
+/// first. For two meshes that is the first mesh's; in a self-collision either may be.
+struct TouchingPairs {
+  std::vector<TrianglePair> surely;    ///< whichever is the first
+  std::vector<TrianglePair> possibly;  ///< with one of them first, at least
+};
+TouchingPairs touchingPairs(const Mesh& first, const Mesh& second);
+/// Of one mesh, without neighbours.
+TouchingPairs touchingPairs(const Mesh& mesh);
+
+/// By FCL's tree of axis-aligned boxes, built anew, at the identity.
+double exactDistance(const Mesh& first, const Mesh& second);
+
+}  // namespace adaptive_bvh_bench

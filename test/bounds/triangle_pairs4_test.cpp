@@ -1,0 +1,199 @@
+// What TrianglePairs4 calls certain, FCL's test says; and it is so in long double.
+#include "geometry/triangle_pairs4.h"
+
+#include <gtest/gtest.h>
+
+#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+
+#include "geometry/triangle_differences.h"
+#include "support/exact_geometry.h"
+#include "support/random_geometry.h"
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::Float4;
+using adaptive_bvh::PairError;
+using adaptive_bvh::TriangleDifferences;
+using adaptive_bvh::TrianglePairs4;
+using adaptive_bvh::TrianglePoints;
+using adaptive_bvh::Vector4x3;
+using adaptive_bvh::Verdicts4;
+
+/// Four pairs of triangles of one body.
+template <typename S>
+struct Group {
+  TrianglePoints<S> p[4], q[4];
+  S extent;            ///< of the body, from its origin
+  Vector3<S> origin;   ///< where the body is
+  fcl::Matrix3d axes;  ///< of its coordinates
+
+  double scale() const { return std::ldexp(1., -std::ilogb(double(extent))); }
+
+  /// In the coordinates of a four-wide tree.
+  TrianglePairs4 coarse() const {
+    const auto corner = [&](const TrianglePoints<S>(&triangles)[4], std::size_t c) {
+      Float4 at[4];
+      for (int k = 0; k < 4; ++k) {
+        const fcl::Vector3d y =
+            scale() * axes.transpose() *
+            (triangles[k][c].template cast<double>() - origin.template cast<double>());
+        at[k] = Float4{float(y[0]), float(y[1]), float(y[2]), 0};
+      }
+      return adaptive_bvh::float4::columns(at[0], at[1], at[2], at[3]);
+    };
+    return TrianglePairs4({corner(p, 0), corner(p, 1), corner(p, 2)},
+                          {corner(q, 0), corner(q, 1), corner(q, 2)});
+  }
+  TrianglePairs4 fine() const {
+    TriangleDifferences<S> differences(scale());
+    for (int k = 0; k < 4; ++k) differences.set(k, p[k], q[k]);
+    return differences.pairs();
+  }
+  PairError error(float position) const {
+    return {position, adaptive_bvh::differenceError<S>(),
+            adaptive_bvh::leastProduct<S>(scale(), 12)};
+  }
+  PairError coarseError() const { return error(adaptive_bvh::WideTree<S>::kPositionError); }
+};
+
+template <typename S>
+class Pairs4 : public testing::Test {
+ protected:
+  using P = Vector3<S>;
+
+  /// Of any shape: general, a needle, a segment, a point.
+  TrianglePoints<S> triangle(const P& at, S size) {
+    const P u = random_.vectorOfSize(size);
+    P v = random_.vectorOfSize(size);
+    const int kind = random_.below(16);
+    if (kind == 0) v = u * S(0.3) + random_.point() * size * random_.size(-9, -2);
+    if (kind == 1) v = u * S(0.3);
+    if (kind == 2) v = u;
+    if (kind == 3) return {at, at, at};
+    return {at, at + u, at + v};
+  }
+  static P inside(const TrianglePoints<S>& t, S a, S b) {
+    return t[0] + a * (t[1] - t[0]) + b * (1 - a) * (t[2] - t[0]);
+  }
+
+  /// How the second lies to the first.
+  TrianglePoints<S> beside(const TrianglePoints<S>& p, S size) {
+    TrianglePoints<S> q = triangle(p[0], size * random_.size(-1, 0.5));
+    const P onto = inside(p, random_.uniform(0, 1), random_.uniform(0, 1));
+    P shift = onto - inside(q, random_.uniform(0, 1), random_.uniform(0, 1));
+    switch (random_.below(8)) {
+      case 0: shift = p[std::size_t(random_.below(3))] - q[0]; break;  // a corner in common
+      case 1: shift = onto - q[0]; break;                              // a corner on it
+      case 2:                                                          // nearly the same
+        q = p;
+        shift = random_.point() * size * random_.size(-9, 0);
+        break;
+      case 3:  // the neighbour over an edge, or just beside it
+        q = {p[1], p[0], P(p[0] + p[1] - p[2])};
+        shift = random_.point() * size * random_.size(-9, 0);
+        break;
+      case 4: shift += random_.direction() * size * random_.size(-9, -1); break;
+      default: shift += random_.point() * size * S(random_.below(3)); break;
+    }
+    for (P& x : q) x += shift;
+    return q;
+  }
+
+  Group<S> group(double least_size) {
+    Group<S> g;
+    g.extent = random_.size(least_size, 6);
+    g.origin = random_.point() * g.extent * (random_.oneIn(2) ? S(0) : random_.size(0, 3));
+    g.axes = random_.rotation().template cast<double>();
+    for (int k = 0; k < 3; ++k) g.axes.col(k).normalize();
+    const double smallest = random_.oneIn(3) ? -7 : -3;
+    for (int k = 0; k < 4; ++k) {
+      const S size = S(0.05) * g.extent * random_.size(smallest, 0);
+      g.p[k] = triangle(g.origin + random_.point() * g.extent * S(0.2), size);
+      g.q[k] = beside(g.p[k], size);
+    }
+    return g;
+  }
+
+  static exact::Triangle exactOf(const TrianglePoints<S>& t) {
+    return {exact::of(t[0]), exact::of(t[1]), exact::of(t[2])};
+  }
+  static bool fclSays(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+    return fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]);
+  }
+
+  RandomGeometry<S> random_{41};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Pairs4, Scalars);
+
+/// Apart: never where FCL finds an intersection, nor where there is one. Touching: only where both
+/// do.
+TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
+  int apart = 0, touching = 0, by_planes = 0, pairs_apart = 0, pairs_touching = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const auto g = this->group(-6);
+    const TrianglePairs4 coarse = g.coarse(), fine = g.fine();
+    const unsigned planes =
+        coarse.apartByPlanes(g.coarseError()) | coarse.apartByEdgeNormals(g.coarseError());
+    const Verdicts4 all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0));
+    for (int k = 0; k < 4; ++k) {
+      const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
+      const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
+      const bool ours_says = adaptive_bvh::touch(g.p[k], g.q[k]);
+      const bool surely_apart = has(planes | all.apart | sharp.apart);
+      const bool surely_touching = has(all.touching | sharp.touching);
+      ASSERT_FALSE(surely_apart && fcl_says) << round << " planes " << has(planes) << " all "
+                                             << has(all.apart) << " sharp " << has(sharp.apart);
+      ASSERT_TRUE(!surely_touching || (fcl_says && ours_says)) << round;
+      const bool exactly = exact::distance(this->exactOf(g.p[k]), this->exactOf(g.q[k])) <= 0;
+      ASSERT_FALSE(surely_apart && exactly) << round;
+      pairs_apart += !ours_says;
+      pairs_touching += ours_says;
+      by_planes += has(planes);
+      apart += has(sharp.apart);
+      touching += has(sharp.touching);
+    }
+  }
+  // Most are certain, though the pairs were chosen to be hard.
+  EXPECT_GT(by_planes, pairs_apart / 4) << pairs_apart;
+  EXPECT_GT(apart, pairs_apart / 2) << pairs_apart;
+  EXPECT_GT(touching, pairs_touching / 5) << pairs_touching;
+}
+
+/// So small that FCL's products underflow.
+TYPED_TEST(Pairs4, NothingIsCertainWhereFclUnderflows) {
+  using S = TypeParam;
+  const double smallest = std::is_same<S, float>::value ? -18 : -110;
+  int fcl_says_touching = 0;
+  for (int round = 0; round < 4000; ++round) {
+    auto g = this->group(-6);
+    const S size = this->random_.size(smallest, -4);
+    const S factor = size / g.extent;
+    const auto shrink = [&](TrianglePoints<S>& t) {
+      for (auto& x : t) x = (x - g.origin) * factor;
+    };
+    for (int k = 0; k < 4; ++k) {
+      shrink(g.p[k]);
+      shrink(g.q[k]);
+    }
+    g.origin.setZero();
+    g.extent = size;
+    const Verdicts4 all = g.coarse().verdicts(g.coarseError()),
+                    sharp = g.fine().verdicts(g.error(0));
+    const unsigned planes =
+        g.coarse().apartByPlanes(g.coarseError()) | g.coarse().apartByEdgeNormals(g.coarseError());
+    for (int k = 0; k < 4; ++k) {
+      const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
+      fcl_says_touching += fcl_says;
+      ASSERT_FALSE(((planes | all.apart | sharp.apart) >> k & 1) != 0 && fcl_says) << round;
+      ASSERT_TRUE(((all.touching | sharp.touching) >> k & 1) == 0 || fcl_says) << round;
+    }
+  }
+  EXPECT_GT(fcl_says_touching, 1000);
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test

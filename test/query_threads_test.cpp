@@ -1,0 +1,230 @@
+// Queries for contacts on several threads: the contacts of one thread, in its order, field by
+// field.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstring>
+#include <thread>
+
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "model_state.h"
+#include "query/contact_tasks.h"
+#include "support/random_geometry.h"
+#include "support/test_volume.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::NeighbourFilter;
+
+template <typename S>
+bool sameBits(const Vector3<S>& a, const Vector3<S>& b) {
+  return std::memcmp(a.data(), b.data(), 3 * sizeof(S)) == 0;
+}
+
+/// Of a number that is not computed, NaN, too.
+template <typename S>
+bool same(const fcl::Contact<S>& a, const fcl::Contact<S>& b) {
+  return a.o1 == b.o1 && a.o2 == b.o2 && a.b1 == b.b1 && a.b2 == b.b2 && sameBits(a.pos, b.pos) &&
+         sameBits(a.normal, b.normal) &&
+         std::memcmp(&a.penetration_depth, &b.penetration_depth, sizeof(S)) == 0;
+}
+
+template <typename S>
+class QueryThreads : public testing::Test {
+ protected:
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Request = fcl::CollisionRequest<S>;
+  using Result = fcl::CollisionResult<S>;
+
+  /// Crumpled sheets, of 9,800 and of 5,000 triangles, through each other.
+  QueryThreads() {
+    fillModel(crumpled(70, 70), first_);
+    fillModel(crumpled(50, 50), second_);
+    tf1_ = random_.pose(1);
+    tf2_ = tf1_;
+    tf2_.rotate(Eigen::AngleAxis<S>(S(0.02), Vector3<S>::UnitX()));
+  }
+
+  TriangleMesh<S> crumpled(int columns, int rows) {
+    TriangleMesh<S> mesh = plate<S>(columns, rows);
+    for (Vector3<S>& p : mesh.vertices) p += random_.point() * S(0.015);
+    return mesh;
+  }
+
+  void self(const Request& request, NeighbourFilter filter, Result& result) {
+    selfCollide(first_, tf1_, request, result, filter);
+  }
+  void both(const Request& request, Result& result) {
+    adaptive_bvh::collide<S>(&first_, tf1_, &second_, tf2_, request, result);
+  }
+
+  /// What `ask` finds, and records, on one, two, three and eight threads.
+  template <typename Ask>
+  void expectSame(const Ask& ask, bool whole, std::size_t least = 1) {
+    Result expected;
+    std::vector<bool> visited;
+    const auto run = [&](int threads, Result& result) {
+      first_.setQueryThreads(threads);
+      update();
+      ask(result);
+      std::vector<bool> now;
+      for (const Model* model : {&first_, &second_})
+        for (int i = 0; i < model->getNumBVs(); ++i) now.push_back(model->traversed(i));
+      return std::make_pair(now, first_.recordedWork());
+    };
+    const auto [nodes, work] = run(1, expected);
+    EXPECT_GE(expected.numContacts(), least);
+    for (int threads : {2, 3, 8}) {
+      Result result;
+      const auto [nodes_now, work_now] = run(threads, result);
+      ASSERT_EQ(expected.numContacts(), result.numContacts());
+      int different = 0;
+      for (std::size_t i = 0; i < result.numContacts(); ++i)
+        different += !same(expected.getContact(i), result.getContact(i));
+      EXPECT_EQ(0, different) << threads << " threads";
+      EXPECT_EQ(work.queries, work_now.queries);
+      if (!whole) continue;
+      EXPECT_EQ(nodes, nodes_now);
+      EXPECT_EQ(work.box_tests, work_now.box_tests);
+      EXPECT_EQ(work.candidates, work_now.candidates);
+      EXPECT_EQ(work.leaf_tests, work_now.leaf_tests);
+    }
+  }
+  /// So that what was recorded is forgotten.
+  void update() {
+    for (Model* model : {&first_, &second_})
+      model->update(
+          std::vector<Vector3<S>>(model->vertices, model->vertices + model->num_vertices));
+  }
+
+  const Request all_{1000000}, with_fields_{1000000, true};
+  RandomGeometry<S> random_{5};
+  Model first_, second_;
+  fcl::Transform3<S> tf1_, tf2_;
+};
+
+TYPED_TEST_SUITE(QueryThreads, TestScalars);
+
+TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
+  using Result = typename TestFixture::Result;
+  for (NeighbourFilter filter :
+       {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge, NeighbourFilter::None})
+    for (const auto* request : {&this->all_, &this->with_fields_})
+      this->expectSame([&](Result& result) { this->self(*request, filter, result); }, true, 2000);
+  for (const auto* request : {&this->all_, &this->with_fields_})
+    this->expectSame([&](Result& result) { this->both(*request, result); }, true, 2000);
+}
+
+/// The first of them, where fewer are wanted; also after those of an older query.
+TYPED_TEST(QueryThreads, StopWhereOneDoes) {
+  using Request = typename TestFixture::Request;
+  using Result = typename TestFixture::Result;
+  for (std::size_t most : {1, 2, 3, 17, 400, 2000}) {
+    const Request request(most, true), more(most + 5, true);
+    const auto self = [&](Result& result) {
+      this->self(request, NeighbourFilter::SharedVertex, result);
+    };
+    const auto both = [&](Result& result) { this->both(request, result); };
+    this->expectSame(self, false, most);
+    this->expectSame(both, false, most);
+    this->expectSame(
+        [&](Result& result) {
+          self(result);
+          this->both(more, result);
+        },
+        false, most + 5);
+  }
+}
+
+/// Costs are found, too, and a search of little.
+TYPED_TEST(QueryThreads, TakeEveryRequest) {
+  using Request = typename TestFixture::Request;
+  using Result = typename TestFixture::Result;
+  std::vector<std::size_t> costs;
+  this->expectSame(
+      [&](Result& result) {
+        this->both(Request(20, false, 10, true), result);
+        std::vector<fcl::CostSource<TypeParam>> sources;
+        result.getCostSources(sources);
+        costs.push_back(sources.size());
+      },
+      true);
+  EXPECT_EQ(std::vector<std::size_t>(4, 10), costs);
+  this->tf2_.translation() += fcl::Vector3<TypeParam>(1, 1, 1) * TypeParam(0.9);
+  this->expectSame([&](Result& result) { this->both(this->all_, result); }, true, 0);
+}
+
+/// The number belongs to the model, goes along with it, and is checked.
+TYPED_TEST(QueryThreads, AreASettingOfTheModel) {
+  using Result = typename TestFixture::Result;
+  using Model = typename TestFixture::Model;
+  EXPECT_THROW(this->first_.setQueryThreads(0), std::invalid_argument);
+  EXPECT_THROW(this->first_.setQueryThreads(-3), std::invalid_argument);
+  this->first_.setQueryThreads(2);
+  const Model copy(this->first_);
+  EXPECT_EQ(2,
+            (adaptive_bvh::detail::ModelAccess<TestVolume<TypeParam>>::tree(copy).query_threads));
+  Result expected, result;
+  this->self(this->all_, NeighbourFilter::SharedVertex, expected);
+  selfCollide(copy, this->tf1_, this->all_, result);
+  EXPECT_EQ(expected.numContacts(), result.numContacts());
+}
+
+/// Users' threads query shared models at once, each of them on several.
+TYPED_TEST(QueryThreads, ServeManyUsers) {
+  using Result = typename TestFixture::Result;
+  Result self, both;
+  this->self(this->with_fields_, NeighbourFilter::SharedVertex, self);
+  this->both(this->with_fields_, both);
+  this->first_.setQueryThreads(3);
+  this->update();  // one of them brings the four-wide trees up to date
+  std::atomic<int> different{0};
+  const auto compare = [&](const Result& expected, const Result& result) {
+    different += expected.numContacts() != result.numContacts();
+    for (std::size_t i = 0; i < std::min(expected.numContacts(), result.numContacts()); ++i)
+      different += !same(expected.getContact(i), result.getContact(i));
+  };
+  std::vector<std::thread> users;
+  for (int user = 0; user < 4; ++user)
+    users.emplace_back([&, user] {
+      for (int query = 0; query < 4; ++query) {
+        Result result;
+        if ((user + query) % 2)
+          this->self(this->with_fields_, NeighbourFilter::SharedVertex, result);
+        else
+          this->both(this->with_fields_, result);
+        compare((user + query) % 2 ? self : both, result);
+      }
+    });
+  for (std::thread& user : users) user.join();
+  EXPECT_EQ(0, different);
+}
+
+/// Tasks after those that hold contacts enough are not needed, whatever the order in which they
+/// end.
+TEST(ContactLimit, LeavesOutWhatComesAfterEnough) {
+  adaptive_bvh::ContactLimit limit(5, 7);
+  const auto needed = [&] {
+    int count = 0;
+    while (count < 7 && limit.needs(count)) ++count;
+    for (int task = count; task < 7; ++task) EXPECT_FALSE(limit.needs(task));
+    return count;
+  };
+  EXPECT_EQ(7, needed());
+  limit.finish(5, 7);
+  EXPECT_EQ(6, needed()) << "one that has all alone is the last";
+  limit.finish(0, 2);
+  limit.finish(3, 4);
+  limit.finish(2, 1);
+  EXPECT_EQ(6, needed()) << "the second may have none";
+  limit.finish(1, 2);
+  EXPECT_EQ(3, needed()) << "2 + 2 + 1";
+  limit.finish(4, 9);
+  EXPECT_EQ(3, needed());
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
