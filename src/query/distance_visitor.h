@@ -108,6 +108,7 @@ class DistanceVisitor {
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
   S separationOf(int node1, int node2);
+  S separationOfVertices(int node1, int node2);
   bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);
