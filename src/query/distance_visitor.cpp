@@ -64,17 +64,16 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       volumes_(separationsOf(triangles_, first, second, has_volumes_)),
       rounding_(roundingOf(triangles_, first, second)),
       open_(openPairs<Pair>()) {
+  open_.reserve(16 *
+                (first.tree->topology.stackCapacity() + second.tree->topology.stackCapacity()));
   setLimit();
 }
 
 /// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
-/// What is nearer by no more than its distances of triangles are rounded is as near: so parallel
-/// faces prune. Not where that would hide a touch.
 template <typename BV>
 void DistanceVisitor<BV>::setLimit() {
   limit_ = std::max(result_.min_distance - request_.abs_err,
                     result_.min_distance / (1 + request_.rel_err));
-  if (limit_ > 4 * rounding_) limit_ -= rounding_;
   limit2_ = boxes_.squaredGapFor(limit_);
   nearly2_ = boxes_.squaredGapNear(limit_);
 }
@@ -149,11 +148,20 @@ bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (pair.gap < kNear * limit2_ || pair.first.leaves + pair.second.leaves <= kFew) return false;
   S bound = has_volumes_ ? separationOf(node1, node2) : S(0);
   if (has_volumes_ && bound < limit_) separation = bound;
-  if (bound < limit_ && mayReadVertices(pair, bound))
-    bound = S(vertices_(node1, node2, triangles_.direction(), double(limit_)));
+  if (bound < limit_ && mayReadVertices(pair, bound)) bound = separationOfVertices(node1, node2);
   if (bound < limit_) return false;
   if (is_kept_) stop(node1, node2, double(bound));
   return true;
+}
+
+/// Parts that are nearer than the limit by no more than FCL's distances of triangles are rounded
+/// are as near: so parallel faces prune. Not where that would hide a touch.
+template <typename BV>
+auto DistanceVisitor<BV>::separationOfVertices(int node1, int node2) -> S {
+  const S rounding = limit_ > 4 * rounding_ ? rounding_ : S(0);
+  const S separation =
+      S(vertices_(node1, node2, triangles_.direction(), double(limit_ - rounding)));
+  return separation + rounding;
 }
 
 /// When the volumes would prune the pair without their inflation, that counts for test D.

@@ -88,7 +88,7 @@ class DistanceVisitor {
   /// Volumes are tested when the squared gap of the boxes is at least this share of the gap that
   /// prunes, and more than kFew triangles are below: with fewer it is as fast to split.
   static constexpr float kNear = 0.25f;
-  static constexpr int kFew = 8;
+  static constexpr int kFew = 4;
   /// Volumes that prune up to this share of the limit may do so with exact positions.
   static constexpr double kNearly = 63. / 64;
   /// Of two boxes only the larger is split, when it is larger by this factor.
@@ -108,6 +108,7 @@ class DistanceVisitor {
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
   S separationOf(int node1, int node2);
+  S separationOfVertices(int node1, int node2);
   bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);

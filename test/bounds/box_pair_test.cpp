@@ -221,7 +221,7 @@ TYPED_TEST(Gaps, IsTheDistanceOfBoxesThatStandAlike) {
   EXPECT_NEAR(std::sqrt(4. + 9 + 144), pair.distanceFor(gap), 1e-3);
   EXPECT_FLOAT_EQ(1, pair.ratio());
   EXPECT_EQ(0, pair.distanceFor(0));
-  EXPECT_LE(pair.squaredGapNear(S(13)), gap) << "exact boxes would prune";
+  EXPECT_LE(pair.squaredGapNear(S(std::sqrt(157.))), gap) << "exact boxes would prune";
   EXPECT_GT(pair.squaredGapFor(S(std::sqrt(157.))), gap) << "these do not";
   EXPECT_GT(pair.squaredGapNear(S(12.54)), gap) << "nor would exact ones";
 }
