@@ -148,20 +148,14 @@ bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (pair.gap < kNear * limit2_ || pair.first.leaves + pair.second.leaves <= kFew) return false;
   S bound = has_volumes_ ? separationOf(node1, node2) : S(0);
   if (has_volumes_ && bound < limit_) separation = bound;
-  if (bound < limit_ && mayReadVertices(pair, bound)) bound = separationOfVertices(node1, node2);
-  if (bound < limit_) return false;
+  if (bound < limit_) {
+    if (!mayReadVertices(pair, bound)) return false;
+    const auto enough = static_cast<double>(limitWithinRounding());
+    bound = S(vertices_(node1, node2, triangles_.direction(), enough));
+    if (bound < limitWithinRounding()) return false;
+  }
   if (is_kept_) stop(node1, node2, double(bound));
   return true;
-}
-
-/// Parts that are nearer than the limit by no more than FCL's distances of triangles are rounded
-/// are as near: so parallel faces prune. Not where that would hide a touch.
-template <typename BV>
-auto DistanceVisitor<BV>::separationOfVertices(int node1, int node2) -> S {
-  const S rounding = limit_ > 4 * rounding_ ? rounding_ : S(0);
-  const S separation =
-      S(vertices_(node1, node2, triangles_.direction(), double(limit_ - rounding)));
-  return separation + rounding;
 }
 
 /// When the volumes would prune the pair without their inflation, that counts for test D.

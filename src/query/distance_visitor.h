@@ -55,14 +55,14 @@ class DistanceVisitor {
   /// True: nothing below a pair of an earlier front is nearer than the limit. The sums are rounded
   /// up, so every motion shows in a difference. Each difference is rounded once, relative to
   /// itself; 16 epsilon cover that and the sums here. When nothing moved, nothing is rounded, and
-  /// the bound is compared as it is: between parallel faces many bounds equal the limit.
+  /// the bound is compared as it was: between parallel faces many bounds equal the limit.
   bool isStillPruned(const FrontPair& pair) const {
     const double lost =
         (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
         (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
         (rigid_motion_ - pair.rigid);
     const auto limit = static_cast<double>(limit_);
-    if (lost == 0) return pair.bound >= limit;
+    if (lost == 0) return pair.bound >= static_cast<double>(limitWithinRounding());
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
   }
@@ -108,7 +108,9 @@ class DistanceVisitor {
   float gapOf(int node1, int node2);
   bool prune(const Pair& pair, S& separation);
   S separationOf(int node1, int node2);
-  S separationOfVertices(int node1, int node2);
+  /// What is nearer than the limit by no more than FCL's distances of triangles are rounded is as
+  /// near: so parallel faces prune. Not where that would hide a touch.
+  S limitWithinRounding() const { return limit_ > 4 * rounding_ ? limit_ - rounding_ : limit_; }
   bool mayReadVertices(const Pair& pair, S separation) const;
   void split(const Pair& pair, S separation);
   void setQuads(const Pair& pair);
