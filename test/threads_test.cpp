@@ -272,7 +272,7 @@ TEST(ReadersAndWriters, ShareAModel) {
   done = true;
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(0, wrong);
-  EXPECT_GE(asked, kFrames * kReaders);
+  EXPECT_GE(asked, kFrames);  // of two writers one may come while the other waits for readers
 }
 
 /// Updates on several threads leave the bits of updates on one.

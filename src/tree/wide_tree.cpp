@@ -85,7 +85,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
         node.below[i] = part.below[i];
         const VertexIndices v =
             mesh.verticesOf(static_cast<unsigned>(model.getBV(part.below[i]).primitiveId()));
-        vertices_[static_cast<std::size_t>(node.first + i)] =
+        vertices_[static_cast<std::size_t>(node.first) + std::size_t(i)] =
             Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
@@ -131,7 +131,8 @@ void WideTree<S>::refitLeaf(WideNode& node, const VertexSlots& slots) const {
   Float4 high[4] = {-low[0], -low[0], -low[0], -low[0]};
   const Float4 margin = float4::all(kBoxMargin);
   for (int i = 0; i < node.count; ++i) {
-    const VertexIndices corners = slots.slotsOf(static_cast<std::size_t>(node.first + i));
+    const VertexIndices corners =
+        slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
     const Float4 &a = positions_[corners[0]], &b = positions_[corners[1]],
                  &c = positions_[corners[2]];
     low[i] = float4::lower<Float4>(float4::lower(a, b), c) - margin;
