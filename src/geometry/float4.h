@@ -53,22 +53,6 @@ ADAPTIVE_BVH_INLINE Float4 cross(const Float4& a, const Float4& b) {
 }
 ADAPTIVE_BVH_INLINE float dot(const Float4& a, const Float4& b) { return sum(a * b); }
 
-/// The x, the y and the z of each of the four.
-struct Columns {
-  Float4 x, y, z;
-};
-ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
-                                    const Float4& d) {
-#if defined(__SSE2__)
-  const Float4 ab_low = _mm_unpacklo_ps(a, b), cd_low = _mm_unpacklo_ps(c, d);
-  const Float4 ab_high = _mm_unpackhi_ps(a, b), cd_high = _mm_unpackhi_ps(c, d);
-  return {_mm_movelh_ps(ab_low, cd_low), _mm_movehl_ps(cd_low, ab_low),
-          _mm_movelh_ps(ab_high, cd_high)};
-#else
-  return {{a[0], b[0], c[0], d[0]}, {a[1], b[1], c[1], d[1]}, {a[2], b[2], c[2], d[2]}};
-#endif
-}
-
 /// The x, the y, the z and the fourth of each of the four. Bits stay as they are.
 struct Rows {
   Float4 x, y, z, w;
@@ -86,6 +70,16 @@ ADAPTIVE_BVH_INLINE Rows transposed(const Float4& a, const Float4& b, const Floa
           {a[2], b[2], c[2], d[2]},
           {a[3], b[3], c[3], d[3]}};
 #endif
+}
+
+/// The x, the y and the z of each of the four.
+struct Columns {
+  Float4 x, y, z;
+};
+ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
+                                    const Float4& d) {
+  const Rows rows = transposed(a, b, c, d);
+  return {rows.x, rows.y, rows.z};
 }
 
 /// x + y + z of each of the four.

@@ -1,21 +1,17 @@
 #include "update/triangle_volumes.h"
 
+#include "geometry/vectors4.h"
+
 namespace adaptive_bvh {
 namespace {
 
 using float4::Columns;
+using vectors4::cross;
+using vectors4::difference;
+using vectors4::dot;
 
-ADAPTIVE_BVH_INLINE Columns minus(const Columns& a, const Columns& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
 ADAPTIVE_BVH_INLINE Columns times(const Columns& v, const Float4& by) {
   return {v.x * by, v.y * by, v.z * by};
-}
-ADAPTIVE_BVH_INLINE Float4 dot(const Columns& a, const Columns& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-ADAPTIVE_BVH_INLINE Columns cross(const Columns& a, const Columns& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <typename Mask>
 ADAPTIVE_BVH_INLINE Columns select(const Mask& mask, const Columns& a, const Columns& b) {
@@ -71,7 +67,7 @@ struct AxesOfFour {
 /// The axes of a needle are off, so what they leave of a height is measured as well.
 void fitTriangles(const Triangles4& triangles, BodyVolume (&volumes)[kLanes]) {
   const auto& [p, q, r] = triangles;
-  const Columns pq = minus(q, p), qr = minus(r, q), rp = minus(p, r);
+  const Columns pq = difference(q, p), qr = difference(r, q), rp = difference(p, r);
   const Float4 none = float4::all(0), squares = dot(pq, pq), squares1 = dot(qr, qr),
                squares2 = dot(rp, rp);
   const auto second = squares1 > squares, third = squares2 > float4::upper(squares, squares1);
