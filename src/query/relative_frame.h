@@ -32,8 +32,8 @@ class RelativeFrame {
   /// R and T place the second model in the first's coordinates, in FCL's own rounding.
   RelativeFrame(const WideTree<S>& first, const WideTree<S>& second, const fcl::Matrix3<S>& R,
                 const fcl::Vector3<S>& T) {
-    const fcl::Matrix3d turn = R.template cast<double>();
-    const fcl::Vector3d moved = T.template cast<double>();
+    const fcl::Matrix3d& turn = R.template cast<double>();
+    const fcl::Vector3d& moved = T.template cast<double>();
     const double ratio = first.scale() / second.scale();
     const fcl::Matrix3d m =
         first.toBody() * turn * second.toBody().transpose() / (second.scale() * second.scale());
