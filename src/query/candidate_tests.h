@@ -2,8 +2,7 @@
 
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_differences.h"
-#include "query/placed_mesh.h"
-#include "tree/wide_tree.h"
+#include "query/pair_corners.h"
 
 namespace adaptive_bvh {
 
@@ -44,7 +43,8 @@ class CandidateTests {
   ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
     ++candidates_;
     pairs_[size_] = {triangle1, triangle2};
-    size_ += !areNeighbours(triangle1, triangle2);
+    size_ +=
+        !areNeighbours(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2), in_.filter);
     if (size_ == kSize) testAll();
   }
   bool isDone() const { return is_done_; }
@@ -58,24 +58,13 @@ class CandidateTests {
 
  private:
   static constexpr int kSize = 256;
-  struct Pair {
-    unsigned first, second;
-  };
-
-  ADAPTIVE_BVH_INLINE bool areNeighbours(unsigned triangle1, unsigned triangle2) const {
-    if (in_.filter == NeighbourFilter::None) return false;
-    const unsigned shared =
-        sharedVertices(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2));
-    const unsigned but_one = in_.filter == NeighbourFilter::SharedEdge;
-    return (shared & (shared - but_one)) != 0;  // one bit at least, or two
-  }
 
   void testAll() {
-    pad();
+    padToFour(pairs_, size_);
     size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByPlanes(coarse_); });
-    pad();
+    padToFour(pairs_, size_);
     size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByEdgeNormals(coarse_); });
-    pad();
+    padToFour(pairs_, size_);
     for (int i = 0; i < size_ && !is_done_; i += 4) {
       const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
       for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
@@ -84,7 +73,7 @@ class CandidateTests {
     size_ = 0;
   }
 
-  void settle(const Pair& pair, bool apart, bool touching) {
+  void settle(const LeafPair& pair, bool apart, bool touching) {
     if (apart) return;
     const int leaf1 = in_.tree1.leaf(pair.first), leaf2 = in_.tree2.leaf(pair.second);
     if (touching) {
@@ -96,17 +85,12 @@ class CandidateTests {
     is_done_ = node_.isDone();
   }
 
-  /// Lets groups of four be whole: the pairs added count for nothing.
-  void pad() {
-    for (int i = size_; i % 4; ++i) pairs_[i] = pairs_[size_ - 1];
-  }
-
   /// Keeps the pairs that `areApart` does not name, in order; returns how many.
   template <typename AreApart>
   ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
-      const Pair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
       const unsigned apart = areApart(coarse(group));
       for (int k = 0; k < 4; ++k) {
         pairs_[kept] = group[k];
@@ -117,27 +101,17 @@ class CandidateTests {
   }
 
   /// In the coordinates of the first tree.
-  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const Pair (&group)[4]) const {
+  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const LeafPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
-    gather(in_.first.tree->topology.slots, in_.tree1.positions(),
-           {group[0].first, group[1].first, group[2].first, group[3].first}, p);
-    gather(in_.second.tree->topology.slots, in_.tree2.positions(),
-           {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+    gatherCorners(in_.first.tree->topology.slots, in_.tree1.positions(),
+                  {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+    gatherCorners(in_.second.tree->topology.slots, in_.tree2.positions(),
+                  {group[0].second, group[1].second, group[2].second, group[3].second}, q);
     for (Vector4x3& corner : q) corner = frame_(corner);
     return TrianglePairs4(p, q);
   }
-  ADAPTIVE_BVH_INLINE static void gather(const VertexSlots& slots, const Float4* positions,
-                                         const std::array<unsigned, 4>& triangles,
-                                         Vector4x3 (&corners)[3]) {
-    VertexIndices at[4];
-    for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
-    for (std::size_t c = 0; c < 3; ++c)
-      corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
-                                   positions[at[3][c]]);
-  }
-
   /// From the model's own positions.
-  TrianglePairs4 fine(const Pair* group) const {
+  TrianglePairs4 fine(const LeafPair* group) const {
     TriangleDifferences<S> differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
       TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);
@@ -155,7 +129,7 @@ class CandidateTests {
   const Frame& frame_;
   Node& node_;
   PairError coarse_, fine_;
-  Pair pairs_[kSize + 3];
+  LeafPair pairs_[kSize + 3];
   int size_ = 0;
   bool is_done_ = false;
   long candidates_ = 0, fcl_tests_ = 0;

@@ -16,6 +16,7 @@ constexpr double kLongest = 12;
 /// The second tree of a pair as the first one sees it, where both are the same.
 template <typename S>
 struct SameFrame {
+  static constexpr bool kIsIdentity = true;
   static float error() { return WideTree<S>::kPositionError; }
   static float errorInModel() { return 0; }
   static double longest() { return kLongest; }
@@ -29,6 +30,7 @@ struct SameFrame {
 template <typename S>
 class RelativeFrame {
  public:
+  static constexpr bool kIsIdentity = false;
   /// R and T place the second model in the first's coordinates, in FCL's own rounding.
   RelativeFrame(const WideTree<S>& first, const WideTree<S>& second, const fcl::Matrix3<S>& R,
                 const fcl::Vector3<S>& T) {

@@ -74,6 +74,7 @@ struct NodePair {
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
 ///   Visitor::isDone()      whether the answer is found
 ///   frame(boxes)           boxes of the second tree in the coordinates of the first
+///   Frame::kIsIdentity     whether that leaves them as they are
 template <typename Frame, bool kIsSelf, typename Visitor>
 class WideSearch {
  public:
@@ -152,7 +153,7 @@ class WideSearch {
 
   /// The boxes of a node of the second tree. Pairs that follow each other often share it.
   ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
-    if (kIsSelf) return second_[node].boxes;
+    if constexpr (Frame::kIsIdentity) return second_[node].boxes;
     if (node != turned_node_) turned_ = frame_(second_[node].boxes);
     turned_node_ = node;
     return turned_;
@@ -162,7 +163,7 @@ class WideSearch {
   void testNode(int number) {
     const WideNode& node = first_[number];
     constexpr unsigned kUpper = 0x7310;  // i < j
-    const unsigned bits = overlaps(node.boxes, node.boxes) & kUpper;
+    const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
     if (node.isLeaf()) {
       visited_first_.add(number,

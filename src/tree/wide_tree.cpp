@@ -69,6 +69,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
   depth_ = 0;
   const auto mesh = viewOf(model);
   vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
+  triangles_.resize(vertices_.size());
   Scratch<Open> open(1, Open{0, -1, 0, 1});
   while (!open.empty()) {
     const Open at = open.back();
@@ -83,10 +84,10 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
       node.first = model.getBV(at.node).first_primitive;
       for (int i = 0; i < part.count; ++i) {
         node.below[i] = part.below[i];
-        const VertexIndices v =
-            mesh.verticesOf(static_cast<unsigned>(model.getBV(part.below[i]).primitiveId()));
-        vertices_[static_cast<std::size_t>(node.first) + std::size_t(i)] =
-            Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
+        const auto at = static_cast<std::size_t>(node.first) + std::size_t(i);
+        triangles_[at] = model.getBV(part.below[i]).primitiveId();
+        const VertexIndices v = mesh.verticesOf(static_cast<unsigned>(triangles_[at]));
+        vertices_[at] = Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
       for (int i = part.count; i-- > 0;) open.push_back({part.below[i], number, i, at.depth + 1});

@@ -78,7 +78,9 @@ class WideTree {
 
   /// By slot.
   const Float4* positions() const { return positions_.data(); }
-  /// FCL's leaf with a triangle, which is given by its place in the order of the leaves.
+  /// The index in the mesh of a triangle, which is given by its place in the order of the leaves.
+  int triangle(unsigned triangle) const { return triangles_[triangle]; }
+  /// FCL's leaf with it.
   int leaf(unsigned triangle) const { return vertices_[triangle][3]; }
   /// Its vertices; the fourth number is another.
   const Int4& vertices(unsigned triangle) const { return vertices_[triangle]; }
@@ -90,7 +92,7 @@ class WideTree {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(nodes_) + size(positions_) + size(vertices_);
+    return size(nodes_) + size(positions_) + size(vertices_) + size(triangles_);
   }
 
  private:
@@ -101,6 +103,7 @@ class WideTree {
   std::vector<WideNode> nodes_;  ///< those below a node follow it
   std::vector<Float4> positions_;
   std::vector<Int4> vertices_;  ///< and FCL's leaf
+  std::vector<int> triangles_;  ///< the index of each
   int depth_ = 0;
   fcl::Matrix3d to_body_ = fcl::Matrix3d::Identity();
   fcl::Vector3d origin_ = fcl::Vector3d::Zero();

@@ -18,7 +18,7 @@ class WideTreeOnDemand {
   WideTreeOnDemand(const WideTreeOnDemand&) {}
   WideTreeOnDemand& operator=(const WideTreeOnDemand&) = delete;
 
-  /// `tree`: the model's AdaptiveTree, with boxes.
+  /// `tree`: the model's AdaptiveTree, with boxes or without.
   template <typename BV, typename Tree>
   const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree) {
     if (positions_.load(std::memory_order_acquire) == tree.positions) return wide_;
@@ -26,8 +26,11 @@ class WideTreeOnDemand {
     if (positions_.load(std::memory_order_relaxed) == tree.positions) return wide_;
     if (topology_ != tree.topology_number) wide_.adopt(model);
     topology_ = tree.topology_number;
-    wide_.refit(model, tree.topology.slots, tree.boxes->frame,
-                tree.boxes->root().largestCoordinate());
+    if (tree.boxes)
+      wide_.refit(model, tree.topology.slots, tree.boxes->frame,
+                  tree.boxes->root().largestCoordinate());
+    else
+      refitAroundMiddle(model, tree.topology.slots);
     positions_.store(tree.positions, std::memory_order_release);
     return wide_;
   }
@@ -35,6 +38,13 @@ class WideTreeOnDemand {
   std::size_t bytes() const { return wide_.bytes(); }
 
  private:
+  /// In the axes of the model, from the middle of its local AABB.
+  template <typename BV>
+  void refitAroundMiddle(const fcl::BVHModel<BV>& model, const VertexSlots& slots) {
+    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), model.aabb_center, model.aabb_radius);
+    wide_.refit(model, slots, frame, static_cast<float>(model.aabb_radius * frame.scale()));
+  }
+
   std::atomic<std::uint64_t> positions_{0};  ///< AdaptiveTree::positions at the last refit
   std::uint64_t topology_ = 0;               ///< AdaptiveTree::topology_number
   std::mutex refitting_;

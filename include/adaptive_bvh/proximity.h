@@ -1,0 +1,146 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/self_collision.h"
+
+namespace adaptive_bvh {
+
+/// \file
+/// What is near: two models, or one and itself, within a distance d (see point_query.h for points
+/// and rays). Every answer is that of a test of all pairs of triangles on the present positions, in
+/// double precision, for models of either precision.
+///
+/// **Rounding.** Distances are off by less than 2^-46 (1.4e-14) of the largest coordinate of the
+/// pair, seen from the first model. A pair whose distance is so near to d may be in or out. A
+/// distance below 2^-48 of the extent of its two triangles counts as 0.
+///
+/// **Frames and units.** `tf1` and `tf2` place the models in the world; lengths are in the models'
+/// unit. A deforming model is asked in its present state, nothing is rebuilt.
+///
+/// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), and
+/// when a model has no triangles or is not built. A result is then as it was.
+///
+/// **Threads.** Thread-safe on shared models, as query.h; a query of pairs takes several threads
+/// itself where AdaptiveBVHModel::setQueryThreads says so, and its result is the same whatever
+/// their number. Every query is recorded for test B of the refit policy.
+
+/// Whether the distance of two models is at most `distance`. Much cheaper than the distance: stops
+/// at the first pair of triangles that is near enough, and looks at nothing that is farther away.
+template <typename BV>
+bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename BV::S>& tf1,
+              const AdaptiveBVHModel<BV>& second, const fcl::Transform3<typename BV::S>& tf2,
+              typename BV::S distance);
+
+/// `isNearer` for one pair of models, asked step after step. Keeps a lower bound of their distance:
+/// while deformation and changed transforms cannot have used up what it exceeds d by, there is no
+/// search at all. Any number of updates may come between two calls. One object serves one thread at
+/// a time; several may share a model. On models with another propagation than the default
+/// (TranslationCompensated) every call searches.
+template <typename BV>
+class CoherentProximity {
+ public:
+  using S = typename BV::S;  ///< float or double
+
+  /// Keeps references: the models must outlive this object.
+  CoherentProximity(const AdaptiveBVHModel<BV>& first, const AdaptiveBVHModel<BV>& second);
+  ~CoherentProximity();
+  /// The moved-from object can only be destroyed.
+  CoherentProximity(CoherentProximity&&) noexcept;
+  CoherentProximity(const CoherentProximity&) = delete;
+  CoherentProximity& operator=(const CoherentProximity&) = delete;
+
+  /// As the function above. `distance` may differ from call to call.
+  bool isNearer(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S distance);
+
+  /// How many calls had to search, so far.
+  std::size_t searches() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// What a query of pairs is asked for.
+template <typename S>
+struct ProximityRequest {
+  S distance = 0;                      ///< pairs at most so far apart
+  bool enable_distances = false;       ///< also their distances
+  bool enable_nearest_points = false;  ///< also their nearest points
+};
+
+/// Pairs of triangles, in arrays side by side. A result that is used again allocates nothing once it
+/// has grown large enough.
+template <typename S>
+struct TrianglePairs {
+  /// Triangle of the first model, and of the second; within one model the smaller index first.
+  std::vector<std::array<int, 2>> triangles;
+  /// Of each pair; empty unless asked for. 0 where they touch.
+  std::vector<S> distances;
+  /// Of each pair: a nearest point on the first and on the second, in the world; empty unless asked
+  /// for. Where they touch both are a common point, up to rounding.
+  std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
+
+  std::size_t size() const { return triangles.size(); }
+  void clear() {
+    triangles.clear();
+    distances.clear();
+    nearest_points.clear();
+  }
+};
+
+/// All pairs of a triangle of the first model and one of the second whose distance is at most
+/// `request.distance`. `result` is overwritten. The order is that of the trees: two pairs keep their
+/// order from step to step, until a model is built anew. Returns the number of pairs.
+template <typename BV>
+std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
+                        const fcl::Transform3<typename BV::S>& tf1,
+                        const AdaptiveBVHModel<BV>& second,
+                        const fcl::Transform3<typename BV::S>& tf2,
+                        const ProximityRequest<typename BV::S>& request,
+                        TrianglePairs<typename BV::S>& result);
+
+/// As above, of one model with itself, in its own frame: each pair once, without the neighbours that
+/// `filter` leaves out.
+template <typename BV>
+std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
+                        const ProximityRequest<typename BV::S>& request,
+                        TrianglePairs<typename BV::S>& result,
+                        NeighbourFilter filter = NeighbourFilter::SharedVertex);
+
+/// For every vertex of `model` its distance to the surface of `other`: result[v] is exact where it
+/// is less than `limit`, and `limit` elsewhere. What one paints on a mesh. `result` is overwritten
+/// with model.num_vertices numbers.
+template <typename BV>
+void clearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
+               const AdaptiveBVHModel<BV>& other, const fcl::Transform3<typename BV::S>& other_tf,
+               typename BV::S limit, std::vector<typename BV::S>& result);
+
+/// As above, with a negative sign for a vertex inside of `other`: where its surface winds around the
+/// vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside. Throws
+/// std::invalid_argument also when `other` is not closed: every edge must be run through as often in
+/// one direction as in the other by the triangles that share it. Vertices are compared by index.
+template <typename BV>
+void signedClearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
+                     const AdaptiveBVHModel<BV>& other,
+                     const fcl::Transform3<typename BV::S>& other_tf, typename BV::S limit,
+                     std::vector<typename BV::S>& result);
+
+using CoherentProximityf = CoherentProximity<fcl::RSS<float>>;
+using CoherentProximityd = CoherentProximity<fcl::RSS<double>>;
+
+/// The models say which volume.
+template <typename BV>
+CoherentProximity(const AdaptiveBVHModel<BV>&, const AdaptiveBVHModel<BV>&)
+    -> CoherentProximity<BV>;
+
+extern template class CoherentProximity<fcl::RSS<float>>;
+extern template class CoherentProximity<fcl::RSS<double>>;
+extern template class CoherentProximity<fcl::OBBRSS<float>>;
+extern template class CoherentProximity<fcl::OBBRSS<double>>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "adaptive_bvh/proximity.h"
+#include "query/within_tests.h"
+
+namespace adaptive_bvh {
+
+/// Whether there is a near pair at all, and which.
+struct AnyPair {
+  static constexpr int kBatch = 32;
+
+  bool found = false;
+  LeafPair pair{0, 0};
+
+  static bool needsGap() { return false; }
+  bool isDone() const { return found; }
+  void add(const LeafPair& near, const TriangleGap*) {
+    found = true;
+    pair = near;
+  }
+};
+
+/// Writes near pairs into a result.
+template <typename BV>
+class PairSink {
+ public:
+  using S = typename BV::S;
+  using Result = TrianglePairs<S>;
+  static constexpr int kBatch = 256;
+
+  /// `is_self`: the smaller index comes first.
+  PairSink(const WithinInput<BV>& input, const ProximityRequest<S>& request, bool is_self,
+           Result& result)
+      : in_(input), request_(request), is_self_(is_self), result_(result) {}
+
+  bool needsGap() const { return request_.enable_distances || request_.enable_nearest_points; }
+  static bool isDone() { return false; }
+
+  ADAPTIVE_BVH_INLINE void add(const LeafPair& pair, const TriangleGap* gap) {
+    int first = in_.tree1.triangle(pair.first), second = in_.tree2.triangle(pair.second);
+    const bool swaps = is_self_ && first > second;
+    if (swaps) std::swap(first, second);
+    result_.triangles.push_back({first, second});
+    if (request_.enable_distances) result_.distances.push_back(static_cast<S>(gap->distance));
+    if (request_.enable_nearest_points) addPoints(gap->points, swaps);
+  }
+
+  /// For another thread.
+  PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
+  /// Some of what another has.
+  void append(const PairSink& other, std::size_t begin, std::size_t end) {
+    const auto copy = [&](const auto& from, auto& to) {
+      if (from.empty()) return;
+      to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin),
+                from.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    copy(other.result_.triangles, result_.triangles);
+    copy(other.result_.distances, result_.distances);
+    copy(other.result_.nearest_points, result_.nearest_points);
+  }
+
+ private:
+  void addPoints(const PointPair<double>& points, bool swaps) {
+    const auto placed = [&](const fcl::Vector3d& x) -> fcl::Vector3<S> {
+      const auto& tf = in_.first.tf.matrix();
+      return (tf.template topLeftCorner<3, 3>().template cast<double>() * x +
+              tf.template topRightCorner<3, 1>().template cast<double>())
+          .template cast<S>();
+    };
+    result_.nearest_points.push_back({placed(points.first), placed(points.second)});
+    if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
+  }
+
+  const WithinInput<BV>& in_;
+  const ProximityRequest<S>& request_;
+  const bool is_self_;
+  Result& result_;
+};
+
+}  // namespace adaptive_bvh

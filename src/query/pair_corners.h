@@ -1,0 +1,39 @@
+#pragma once
+
+#include "geometry/vectors4.h"
+#include "query/placed_mesh.h"
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// Two triangles, by their places in the order of the leaves of FCL's trees.
+struct LeafPair {
+  unsigned first, second;
+};
+
+/// The corners of four triangles of a four-wide tree, in its coordinates.
+ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
+                                       const std::array<unsigned, 4>& triangles,
+                                       Vector4x3 (&corners)[3]) {
+  VertexIndices at[4];
+  for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
+  for (std::size_t c = 0; c < 3; ++c)
+    corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
+                                 positions[at[3][c]]);
+}
+
+/// Whether two triangles have so many vertices in common that the filter leaves them out.
+ADAPTIVE_BVH_INLINE bool areNeighbours(const Int4& a, const Int4& b, NeighbourFilter filter) {
+  if (filter == NeighbourFilter::None) return false;
+  const unsigned shared = sharedVertices(a, b);
+  const unsigned but_one = filter == NeighbourFilter::SharedEdge;
+  return (shared & (shared - but_one)) != 0;  // one bit at least, or two
+}
+
+/// Lets groups of four of `size` pairs be whole, by repeating the last one. There must be room for
+/// three more.
+ADAPTIVE_BVH_INLINE void padToFour(LeafPair* pairs, int size) {
+  for (int i = size; i % 4; ++i) pairs[i] = pairs[size - 1];
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <stdexcept>
+
+#include "model_state.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+
+template <typename S>
+void requireDistance(S distance) {
+  if (!(distance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a distance to ask for is negative or not a number");
+}
+
+/// Repairs a tree that was changed without our update. Throws where there is nothing to query.
+template <typename BV>
+void requireQueryable(const AdaptiveBVHModel<BV>& model) {
+  detail::ModelAccess<BV>::repairedType(model);
+  requireTriangles<BV>(model);
+}
+
+template <typename BV>
+const AdaptiveTree<BV>& treeOf(const AdaptiveBVHModel<BV>& model) {
+  return detail::ModelAccess<BV>::tree(model);
+}
+
+/// The four-wide tree of a mesh, up to date.
+template <typename BV>
+const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
+  return mesh.tree->wide.current(*mesh.model, *mesh.tree);
+}
+
+}  // namespace adaptive_bvh

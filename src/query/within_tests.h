@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+
+#include "geometry/triangle_distances4.h"
+#include "geometry/triangle_gap.h"
+#include "query/pair_corners.h"
+#include "query/relative_frame.h"
+
+namespace adaptive_bvh {
+
+/// A frame whose boxes reach farther, by a distance d: boxes of triangles that are at most d apart
+/// overlap. Of empty boxes nothing comes of it.
+template <typename Frame>
+class GrownFrame {
+ public:
+  static constexpr bool kIsIdentity = false;
+
+  /// `distance`: in the first tree's units.
+  GrownFrame(const Frame& frame, double distance)
+      : frame_(frame), by_(float4::all(static_cast<float>(std::min(distance, kMost) * kUp))) {}
+
+  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
+    Boxes4 grown = frame_(boxes);
+    for (int k = 0; k < 3; ++k) {
+      grown.low[k] -= by_;
+      grown.high[k] += by_;
+    }
+    return grown;
+  }
+
+ private:
+  static constexpr double kMost = 1e20;               // far less than what an empty box lacks
+  static constexpr double kUp = 1 + 1. / (1 << 20);   // more than the rounding of d and two sums
+
+  const Frame& frame_;
+  const Float4 by_;
+};
+
+/// What WithinTests is given of a query. Models, trees and placement are those of CandidateInput.
+template <typename BV>
+struct WithinInput {
+  using S = typename BV::S;
+  const PlacedMesh<BV>&first, &second;
+  const WideTree<S>&tree1, &tree2;
+  const fcl::Matrix3d R;  ///< places the second model in the first's coordinates
+  const fcl::Vector3d T;
+  NeighbourFilter filter;
+  double distance;
+};
+
+/// Tests pairs of triangles whose grown boxes overlap. By the hundred, and four at a time in single
+/// precision, it settles which are certainly near or apart: by their corners, and then by edges and
+/// faces. The exact distance, in double precision, decides about the few that are left.
+///
+///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
+///                         may be null unless needsGap()
+///   sink.isDone()         whether that is enough
+///   Sink::kBatch          how many pairs are tested together
+template <typename BV, typename Frame, typename Sink>
+class WithinTests {
+ public:
+  using S = typename BV::S;
+
+  WithinTests(const WithinInput<BV>& input, const Frame& frame, Sink& sink)
+      : in_(input),
+        frame_(frame),
+        sink_(sink),
+        limit_(static_cast<float>(
+            std::min(input.distance * input.tree1.scale(), double(kLargest)))) {}
+
+  ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
+    ++candidates_;
+    pairs_[size_] = {triangle1, triangle2};
+    size_ +=
+        !areNeighbours(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2), in_.filter);
+    if (size_ == Sink::kBatch) testAll();
+  }
+  bool isDone() const { return sink_.isDone(); }
+  /// What was found and not yet tested.
+  void finish() { testAll(); }
+
+  long candidates() const { return candidates_; }
+  long exactTests() const { return exact_tests_; }
+
+  /// The exact test of one pair.
+  TriangleGap gap(const LeafPair& pair) const {
+    TrianglePoints<double> q = points(*in_.second.model, in_.tree2, pair.second);
+    for (fcl::Vector3d& x : q) x = in_.R * x + in_.T;
+    return gapOf(points(*in_.first.model, in_.tree1, pair.first), q);
+  }
+  bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
+
+ private:
+  static constexpr float kLargest = 1e30f;
+  enum Verdict : std::uint8_t { kOpen, kNear, kApart };
+
+  void testAll() {
+    padToFour(pairs_, size_);
+    for (int i = 0; i < size_; i += 4) {
+      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      setVerdicts(distances(group).byCorners(limit_), {i, i + 1, i + 2, i + 3});
+    }
+    testOpen();
+    for (int i = 0; i < size_ && !sink_.isDone(); ++i) settle(pairs_[i], verdicts_[i]);
+    size_ = 0;
+  }
+
+  /// Those that corners left open, by edges and faces.
+  void testOpen() {
+    int open[Sink::kBatch + 3], count = 0;
+    for (int i = 0; i < size_; ++i) {
+      open[count] = i;
+      count += verdicts_[i] == kOpen;
+    }
+    for (int i = count; i % 4; ++i) open[i] = open[count - 1];
+    for (int i = 0; i < count; i += 4) {
+      const std::array<int, 4> at = {open[i], open[i + 1], open[i + 2], open[i + 3]};
+      const LeafPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
+      setVerdicts(distances(group).byFeatures(limit_), at);
+    }
+  }
+
+  ADAPTIVE_BVH_INLINE void setVerdicts(const Nearness4& nearness, const std::array<int, 4>& at) {
+    for (std::size_t k = 0; k < 4; ++k)
+      verdicts_[at[k]] = static_cast<std::uint8_t>((nearness.near >> k & 1) * kNear +
+                                                   (nearness.apart >> k & 1) * kApart);
+  }
+
+  ADAPTIVE_BVH_INLINE void settle(const LeafPair& pair, std::uint8_t verdict) {
+    if (verdict == kApart) return;
+    if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
+    ++exact_tests_;
+    const TriangleGap exact = gap(pair);
+    if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
+  }
+
+  /// In the coordinates of the first tree.
+  ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafPair (&group)[4]) const {
+    Vector4x3 p[3], q[3];
+    gatherCorners(in_.first.tree->topology.slots, in_.tree1.positions(),
+                  {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+    gatherCorners(in_.second.tree->topology.slots, in_.tree2.positions(),
+                  {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+    for (Vector4x3& corner : q) corner = frame_(corner);
+    return TriangleDistances4(p, q, frame_.error());
+  }
+  static TrianglePoints<double> points(const fcl::BVHModel<BV>& model, const WideTree<S>& tree,
+                                       unsigned triangle) {
+    const Int4 v = tree.vertices(triangle);
+    return {model.vertices[v[0]].template cast<double>(),
+            model.vertices[v[1]].template cast<double>(),
+            model.vertices[v[2]].template cast<double>()};
+  }
+
+  const WithinInput<BV>& in_;
+  const Frame& frame_;
+  Sink& sink_;
+  const float limit_;  ///< in the first tree's units
+  LeafPair pairs_[Sink::kBatch + 3];
+  std::uint8_t verdicts_[Sink::kBatch + 3];
+  int size_ = 0;
+  long candidates_ = 0, exact_tests_ = 0;
+};
+
+}  // namespace adaptive_bvh
