@@ -1,0 +1,87 @@
+#include "tree/feature_owners.h"
+
+#include <algorithm>
+
+#include "geometry/scratch.h"
+#include "volume/each_volume.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// An edge of one triangle, kept with the smaller of its vertices.
+struct HalfEdge {
+  unsigned other;   ///< the larger vertex
+  unsigned number;  ///< 3 t + k
+
+  friend bool operator<(const HalfEdge& a, const HalfEdge& b) {
+    return a.other != b.other ? a.other < b.other : a.number < b.number;
+  }
+};
+
+/// Calls visit(smaller, larger, number) for each edge of each triangle.
+template <typename S, typename Visit>
+void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit) {
+  for (unsigned t = 0; t < triangles; ++t) {
+    const VertexIndices v = mesh.verticesOf(t);
+    for (unsigned k = 0; k < 3; ++k) {
+      const unsigned a = v[k], b = v[(k + 1) % 3];
+      if (a != b) visit(std::min(a, b), std::max(a, b), 3 * t + k);
+    }
+  }
+}
+
+template <typename S>
+void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+              Scratch<std::uint8_t>& bits) {
+  Scratch<unsigned> begin(vertices + 2, 0);  // of those at a vertex; shifted by one while filled
+  forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
+  for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  Scratch<HalfEdge> edges(begin.back());
+  forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned b, unsigned number) {
+    edges[begin[a + 1]++] = {b, number};
+  });
+  for (std::size_t v = 0; v < vertices; ++v) {
+    std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1]);
+    for (unsigned i = begin[v]; i < begin[v + 1]; ++i)
+      if (i == begin[v] || edges[i].other != edges[i - 1].other)
+        bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
+  }
+}
+
+template <typename S>
+void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+                 Scratch<std::uint8_t>& bits) {
+  Scratch<std::uint8_t> has_owner(vertices, 0);
+  for (unsigned t = 0; t < triangles; ++t) {
+    const VertexIndices v = mesh.verticesOf(t);
+    for (unsigned k = 0; k < 3; ++k) {
+      if (!has_owner[v[k]]) bits[t] |= static_cast<std::uint8_t>(1 << k);
+      has_owner[v[k]] = 1;
+    }
+  }
+}
+
+}  // namespace
+
+template <typename BV>
+void FeatureOwners::adopt(const fcl::BVHModel<BV>& model) {
+  const auto mesh = viewOf(model);
+  const auto triangles = static_cast<unsigned>(model.num_tris);
+  const auto vertices = static_cast<std::size_t>(model.num_vertices);
+  Scratch<std::uint8_t> bits(triangles, 0);
+  ownVertices(mesh, triangles, vertices, bits);
+  ownEdges(mesh, triangles, vertices, bits);
+  owners_.resize(triangles);
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const auto& node = model.getBV(i);
+    if (!node.isLeaf()) continue;
+    const auto triangle = static_cast<unsigned>(node.primitiveId());
+    owners_[static_cast<std::size_t>(node.first_primitive)] = {triangle, bits[triangle]};
+  }
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template void FeatureOwners::adopt(const fcl::BVHModel<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "geometry/mesh_of_model.h"
+
+namespace adaptive_bvh {
+
+/// A triangle, and which of its vertices and edges it stands for.
+struct FeatureOwner {
+  unsigned triangle;  ///< FCL's number
+  unsigned bits;  ///< 0 to 2: the corners that it owns; 3 to 5: edges, from corner k to the next
+
+  unsigned vertices() const { return bits & 7; }
+  unsigned edges() const { return bits >> 3; }
+  bool ownsVertex(unsigned k) const { return bits >> k & 1; }
+  bool ownsEdge(unsigned k) const { return bits >> (3 + k) & 1; }
+};
+
+/// Each vertex and each edge is owned by one triangle, the one with the smallest number. So pairs
+/// of triangles whose boxes meet give every pair of features once: the owned vertices of one with
+/// the face of the other, and owned edges with owned edges (representative triangles: Curtis,
+/// Tamstorf, Manocha 2008). An edge between a vertex and itself is owned by none.
+class FeatureOwners {
+ public:
+  template <typename BV>
+  void adopt(const fcl::BVHModel<BV>& model);
+
+  /// By place in the order of FCL's leaves, as triangles of a WideTree are.
+  const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }
+  const FeatureOwner* data() const { return owners_.data(); }
+  std::size_t size() const { return owners_.size(); }
+  std::size_t bytes() const { return owners_.capacity() * sizeof(FeatureOwner); }
+
+ private:
+  std::vector<FeatureOwner> owners_;
+};
+
+/// Those of one model, found by the first query that needs them after a build. Queries on many
+/// threads may ask at once; one of them does the work, the others wait. A copy begins without them.
+class FeatureOwnersOnDemand {
+ public:
+  FeatureOwnersOnDemand() = default;
+  FeatureOwnersOnDemand(const FeatureOwnersOnDemand&) {}
+  FeatureOwnersOnDemand& operator=(const FeatureOwnersOnDemand&) = delete;
+
+  /// `topology_number`: AdaptiveTree's.
+  template <typename BV>
+  const FeatureOwners& current(const fcl::BVHModel<BV>& model, std::uint64_t topology_number) {
+    if (topology_.load(std::memory_order_acquire) == topology_number) return owners_;
+    const std::lock_guard<std::mutex> lock(adopting_);
+    if (topology_.load(std::memory_order_relaxed) == topology_number) return owners_;
+    owners_.adopt(model);
+    topology_.store(topology_number, std::memory_order_release);
+    return owners_;
+  }
+
+  std::size_t bytes() const { return owners_.bytes(); }
+
+ private:
+  std::atomic<std::uint64_t> topology_{0};
+  std::mutex adopting_;
+  FeatureOwners owners_;
+};
+
+}  // namespace adaptive_bvh

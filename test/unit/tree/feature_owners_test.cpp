@@ -1,0 +1,106 @@
+// Which triangle owns which vertex and edge, against sets of all vertices and edges.
+#include "tree/feature_owners.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/feature_pairs.h"
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::FeatureOwner;
+using adaptive_bvh::FeatureOwners;
+using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+using Edge = std::pair<unsigned, unsigned>;
+
+std::vector<TriangleMesh<double>> meshes() {
+  std::mt19937 random(5);
+  TriangleMesh<double> repeated = plate<double>(5, 5);
+  for (std::size_t i = 0; i < repeated.triangles.size(); i += 3) {
+    fcl::Triangle& t = repeated.triangles[i];
+    t.set(t[0], t[1], i % 2 == 0 ? t[1] : t[0]);
+  }
+  TriangleMesh<double> fan = plate<double>(1, 30);  // one edge of many triangles
+  for (std::size_t i = 0; i < fan.triangles.size(); ++i) fan.triangles[i].set(0, 1, 2 + i % 60);
+  return {plate<double>(1, 1),
+          plate<double>(9, 7),
+          tube<double>(6, 20),
+          soup<double>(40, random),
+          repeated,
+          fan};
+}
+
+Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
+  const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), number);
+  return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
+}
+
+/// Each vertex of a triangle, and each edge, has one owner: that with the smallest number.
+TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
+  for (const auto& mesh : meshes()) {
+    Model model;
+    ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+    std::map<unsigned, unsigned> vertices;
+    std::map<Edge, unsigned> edges;
+    for (unsigned i = 0; i < 3 * mesh.triangles.size(); ++i) {
+      vertices.emplace(unsigned(mesh.triangles[i / 3][int(i % 3)]), i);
+      const Edge edge = edgeOf(mesh, i);
+      if (edge.first != edge.second) edges.emplace(edge, i);
+    }
+    FeatureOwners owners;
+    owners.adopt(model);
+    ASSERT_EQ(mesh.triangles.size(), owners.size());
+    std::set<unsigned> owned_vertices, owned_edges, triangles;
+    for (std::size_t place = 0; place < owners.size(); ++place) {
+      const FeatureOwner& owner = owners[place];
+      triangles.insert(owner.triangle);
+      for (unsigned k = 0; k < 3; ++k) {
+        if (owner.ownsVertex(k)) owned_vertices.insert(3 * owner.triangle + k);
+        if (owner.ownsEdge(k)) owned_edges.insert(3 * owner.triangle + k);
+        EXPECT_EQ(owner.ownsEdge(k), (owner.edges() >> k & 1) != 0);
+        EXPECT_EQ(owner.ownsVertex(k), (owner.vertices() >> k & 1) != 0);
+      }
+    }
+    EXPECT_EQ(mesh.triangles.size(), triangles.size());
+    std::set<unsigned> expected_vertices, expected_edges;
+    for (const auto& v : vertices) expected_vertices.insert(v.second);
+    for (const auto& e : edges) expected_edges.insert(e.second);
+    EXPECT_EQ(expected_vertices, owned_vertices);
+    EXPECT_EQ(expected_edges, owned_edges);
+  }
+}
+
+/// Places are those of FCL's leaves.
+TEST(FeatureOwners, AreInTheOrderOfLeaves) {
+  Model model;
+  ASSERT_EQ(fcl::BVH_OK, fillModel(tube<double>(6, 20), model));
+  FeatureOwners owners;
+  owners.adopt(model);
+  for (int i = 0; i < model.getNumBVs(); ++i)
+    if (model.getBV(i).isLeaf()) {
+      EXPECT_EQ(unsigned(model.getBV(i).primitiveId()),
+                owners[std::size_t(model.getBV(i).first_primitive)].triangle);
+    }
+}
+
+/// Once for each topology; a copy has none and finds its own.
+TEST(FeatureOwners, AreFoundOnDemand) {
+  Model model, other;
+  ASSERT_EQ(fcl::BVH_OK, fillModel(plate<double>(3, 3), model));
+  ASSERT_EQ(fcl::BVH_OK, fillModel(plate<double>(5, 5), other));
+  adaptive_bvh::FeatureOwnersOnDemand owners;
+  EXPECT_EQ(18u, owners.current(model, 7).size());
+  EXPECT_EQ(18u, owners.current(other, 7).size()) << "of the same topology, nothing is done";
+  EXPECT_EQ(50u, owners.current(other, 8).size());
+  EXPECT_GE(owners.bytes(), 50 * sizeof(FeatureOwner));
+  const adaptive_bvh::FeatureOwnersOnDemand copy(owners);
+  EXPECT_EQ(0u, copy.bytes());
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
