@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/self_collision.h"
 
 namespace adaptive_bvh {
@@ -27,7 +28,7 @@ namespace adaptive_bvh {
 ///
 /// **Threads.** Thread-safe on shared models, as query.h; a query of pairs takes several threads
 /// itself where AdaptiveBVHModel::setQueryThreads says so, and its result is the same whatever
-/// their number. Every query is recorded for test B of the refit policy.
+/// their number. Queries of two models or of pairs are recorded for test B of the refit policy.
 
 /// Whether the distance of two models is at most `distance`. Much cheaper than the distance: stops
 /// at the first pair of triangles that is near enough, and looks at nothing that is farther away.
@@ -73,12 +74,12 @@ struct ProximityRequest {
   bool enable_nearest_points = false;  ///< also their nearest points
 };
 
-/// Pairs of triangles, in arrays side by side. A result that is used again allocates nothing once it
-/// has grown large enough.
+/// Pairs of triangles, in arrays side by side. A result that is used again allocates nothing once
+/// it has grown large enough.
 template <typename S>
 struct TrianglePairs {
   /// Triangle of the first model, and of the second; within one model the smaller index first.
-  std::vector<std::array<int, 2>> triangles;
+  std::vector<FeaturePair> triangles;
   /// Of each pair; empty unless asked for. 0 where they touch.
   std::vector<S> distances;
   /// Of each pair: a nearest point on the first and on the second, in the world; empty unless asked
@@ -94,8 +95,8 @@ struct TrianglePairs {
 };
 
 /// All pairs of a triangle of the first model and one of the second whose distance is at most
-/// `request.distance`. `result` is overwritten. The order is that of the trees: two pairs keep their
-/// order from step to step, until a model is built anew. Returns the number of pairs.
+/// `request.distance`. `result` is overwritten. The order is that of the trees: two pairs keep
+/// their order from step to step, until a model is built anew. Returns the number of pairs.
 template <typename BV>
 std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
                         const fcl::Transform3<typename BV::S>& tf1,
@@ -104,13 +105,28 @@ std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
                         const ProximityRequest<typename BV::S>& request,
                         TrianglePairs<typename BV::S>& result);
 
-/// As above, of one model with itself, in its own frame: each pair once, without the neighbours that
-/// `filter` leaves out.
+/// As above, of one model with itself, in its own frame: each pair once, without the neighbours
+/// that `filter` leaves out.
 template <typename BV>
 std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
                         const ProximityRequest<typename BV::S>& request,
                         TrianglePairs<typename BV::S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
+
+/// What contact solvers work on: all pairs of a vertex and a face, and of two edges, whose distance
+/// is at most `distance`, each once (feature_pairs.h says how edges are numbered). `result` is
+/// overwritten. Returns the number of pairs.
+template <typename BV>
+std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
+                               const fcl::Transform3<typename BV::S>& tf1,
+                               const AdaptiveBVHModel<BV>& second,
+                               const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance,
+                               FeaturePairs& result);
+
+/// As above, of one model with itself, without features that have a vertex in common.
+template <typename BV>
+std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& model, typename BV::S distance,
+                               FeaturePairs& result);
 
 /// For every vertex of `model` its distance to the surface of `other`: result[v] is exact where it
 /// is less than `limit`, and `limit` elsewhere. What one paints on a mesh. `result` is overwritten
@@ -120,10 +136,11 @@ void clearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename
                const AdaptiveBVHModel<BV>& other, const fcl::Transform3<typename BV::S>& other_tf,
                typename BV::S limit, std::vector<typename BV::S>& result);
 
-/// As above, with a negative sign for a vertex inside of `other`: where its surface winds around the
-/// vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside. Throws
-/// std::invalid_argument also when `other` is not closed: every edge must be run through as often in
-/// one direction as in the other by the triangles that share it. Vertices are compared by index.
+/// As above, with a negative sign for a vertex inside of `other`: where its surface winds around
+/// the vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside.
+/// Throws std::invalid_argument also when `other` is not closed: every edge must be run through as
+/// often in one direction as in the other by the triangles that share it. Vertices are compared by
+/// index.
 template <typename BV>
 void signedClearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
                      const AdaptiveBVHModel<BV>& other,

@@ -110,8 +110,8 @@ class TriangleDistances4 {
                                                 const Vector4x3 (&x)[3], float sign) {
     const Vector4x3 u = vectors4::difference(face[1], face[0]),
                     v = vectors4::difference(face[2], face[0]), normal = vectors4::cross(u, v);
-    const Float4 inverse = float4::all(1) / float4::upper<Float4>(vectors4::dot(normal, normal),
-                                                                  float4::all(kLeast));
+    const Float4 inverse =
+        float4::all(1) / float4::upper<Float4>(vectors4::dot(normal, normal), float4::all(kLeast));
     const Vector4x3 to_u = scaled(vectors4::cross(v, normal), inverse),
                     to_v = scaled(vectors4::cross(normal, u), inverse);
     const Float4 zero = float4::all(0), one = float4::all(1), signs = float4::all(sign);

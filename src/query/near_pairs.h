@@ -37,26 +37,25 @@ class PairSink {
   static bool isDone() { return false; }
 
   ADAPTIVE_BVH_INLINE void add(const LeafPair& pair, const TriangleGap* gap) {
-    int first = in_.tree1.triangle(pair.first), second = in_.tree2.triangle(pair.second);
+    const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
+               second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
-    if (swaps) std::swap(first, second);
-    result_.triangles.push_back({first, second});
+    result_.triangles.push_back(swaps ? FeaturePair{second, first} : FeaturePair{first, second});
     if (request_.enable_distances) result_.distances.push_back(static_cast<S>(gap->distance));
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
 
   /// For another thread.
   PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
-  /// Some of what another has.
-  void append(const PairSink& other, std::size_t begin, std::size_t end) {
-    const auto copy = [&](const auto& from, auto& to) {
-      if (from.empty()) return;
-      to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin),
-                from.begin() + static_cast<std::ptrdiff_t>(end));
-    };
-    copy(other.result_.triangles, result_.triangles);
-    copy(other.result_.distances, result_.distances);
-    copy(other.result_.nearest_points, result_.nearest_points);
+  /// How much a result has, and what came after an earlier such mark.
+  using Mark = std::size_t;
+  static Mark markOf(const Result& r) { return r.size(); }
+  void append(const PairSink& other, Mark begin, Mark end) {
+    const Result& from = other.result_;
+    appendPart(from.triangles, begin, end, result_.triangles);
+    if (request_.enable_distances) appendPart(from.distances, begin, end, result_.distances);
+    if (request_.enable_nearest_points)
+      appendPart(from.nearest_points, begin, end, result_.nearest_points);
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "model_state.h"
+#include "query/near_features.h"
 #include "query/near_pairs.h"
 #include "query/proximity_arguments.h"
 #include "query/rigid_motion.h"
@@ -14,7 +15,8 @@ namespace adaptive_bvh {
 namespace {
 
 template <typename BV>
-PlacedMesh<BV> placed(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf) {
+PlacedMesh<BV> placed(const AdaptiveBVHModel<BV>& model,
+                      const fcl::Transform3<typename BV::S>& tf) {
   return {&model, &treeOf(model), tf};
 }
 
@@ -52,8 +54,7 @@ struct PairOfMeshes {
 
  private:
   static TrianglePoints<double> corners(const fcl::BVHModel<BV>& model, unsigned triangle) {
-    const fcl::Triangle& t =
-        model.tri_indices[triangle < unsigned(model.num_tris) ? triangle : 0u];
+    const fcl::Triangle& t = model.tri_indices[triangle < unsigned(model.num_tris) ? triangle : 0u];
     return {model.vertices[t[0]].template cast<double>(),
             model.vertices[t[1]].template cast<double>(),
             model.vertices[t[2]].template cast<double>()};
@@ -89,11 +90,10 @@ void searchOnThreads(const WithinInput<BV>& input, const Frame& frame, const Tas
   tasks.collect(sink, search);
 }
 
-template <bool kIsSelf, typename BV, typename Frame>
-void collect(const WithinInput<BV>& input, const Frame& frame, PairSink<BV>& sink) {
-  WithinSearch<kIsSelf, BV, Frame, PairSink<BV>> search(input, frame, sink);
-  const TaskPool pool(
-      std::max(input.first.tree->query_threads, input.second.tree->query_threads));
+template <bool kIsSelf, typename BV, typename Frame, typename Sink>
+void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
+  WithinSearch<kIsSelf, BV, Frame, Sink> search(input, frame, sink);
+  const TaskPool pool(std::max(input.first.tree->query_threads, input.second.tree->query_threads));
   if (pool.size() > 1)
     searchOnThreads(input, frame, pool, sink, search);
   else
@@ -244,6 +244,34 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   return false;
 }
 
+namespace {
+
+/// Of two models.
+template <typename BV, typename MakeSink>
+void collectPairs(const PairOfMeshes<BV>& meshes, double distance, const MakeSink& makeSink) {
+  const WithinInput<BV> input = meshes.within(distance);
+  auto sink = makeSink(input);
+  const auto frame = meshes.frame();
+  if (frame.isPrecise())
+    collect<false>(input, frame, sink);
+  else
+    testAllPairs(input, sink);
+}
+
+/// Of one with itself.
+template <typename BV, typename MakeSink>
+void collectOwnPairs(const AdaptiveBVHModel<BV>& model, double distance, NeighbourFilter filter,
+                     const MakeSink& makeSink) {
+  using S = typename BV::S;
+  const fcl::Transform3<S> identity = fcl::Transform3<S>::Identity();
+  const PairOfMeshes<BV> meshes(model, identity, model, identity);
+  const WithinInput<BV> input = meshes.within(distance, filter);
+  auto sink = makeSink(input);
+  collect<true>(input, SameFrame<S>(), sink);
+}
+
+}  // namespace
+
 template <typename BV>
 std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
                         const fcl::Transform3<typename BV::S>& tf1,
@@ -255,14 +283,9 @@ std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
   requireQueryable(first);
   requireQueryable(second);
   result.clear();
-  const PairOfMeshes<BV> meshes(first, tf1, second, tf2);
-  const WithinInput<BV> input = meshes.within(static_cast<double>(request.distance));
-  PairSink<BV> sink(input, request, false, result);
-  const auto frame = meshes.frame();
-  if (frame.isPrecise())
-    collect<false>(input, frame, sink);
-  else
-    testAllPairs(input, sink);
+  collectPairs(
+      PairOfMeshes<BV>(first, tf1, second, tf2), double(request.distance),
+      [&](const WithinInput<BV>& input) { return PairSink<BV>(input, request, false, result); });
   return result.size();
 }
 
@@ -270,26 +293,54 @@ template <typename BV>
 std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
                         const ProximityRequest<typename BV::S>& request,
                         TrianglePairs<typename BV::S>& result, NeighbourFilter filter) {
-  using S = typename BV::S;
   requireDistance(request.distance);
   requireQueryable(model);
   result.clear();
-  const fcl::Transform3<S> identity = fcl::Transform3<S>::Identity();
-  const PairOfMeshes<BV> meshes(model, identity, model, identity);
-  const WithinInput<BV> input = meshes.within(static_cast<double>(request.distance), filter);
-  PairSink<BV> sink(input, request, true, result);
-  collect<true>(input, SameFrame<S>(), sink);
+  collectOwnPairs(model, double(request.distance), filter, [&](const WithinInput<BV>& input) {
+    return PairSink<BV>(input, request, true, result);
+  });
   return result.size();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                             \
-  template bool isNearer(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,             \
-                         const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, BV::S);     \
-  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,   \
-                                   const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,   \
-                                   const ProximityRequest<BV::S>&, TrianglePairs<BV::S>&);       \
-  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const ProximityRequest<BV::S>&,  \
-                                   TrianglePairs<BV::S>&, NeighbourFilter);                      \
+template <typename BV>
+std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
+                               const fcl::Transform3<typename BV::S>& tf1,
+                               const AdaptiveBVHModel<BV>& second,
+                               const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance,
+                               FeaturePairs& result) {
+  requireDistance(distance);
+  requireQueryable(first);
+  requireQueryable(second);
+  result.clear();
+  collectPairs(PairOfMeshes<BV>(first, tf1, second, tf2), double(distance),
+               [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, false, result); });
+  return result.size();
+}
+
+template <typename BV>
+std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& model, typename BV::S distance,
+                               FeaturePairs& result) {
+  requireDistance(distance);
+  requireQueryable(model);
+  result.clear();
+  collectOwnPairs(
+      model, double(distance), NeighbourFilter::None,
+      [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, true, result); });
+  return result.size();
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                            \
+  template bool isNearer(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,            \
+                         const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, BV::S);    \
+  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,  \
+                                   const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,  \
+                                   const ProximityRequest<BV::S>&, TrianglePairs<BV::S>&);      \
+  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const ProximityRequest<BV::S>&, \
+                                   TrianglePairs<BV::S>&, NeighbourFilter);                     \
+  template std::size_t featurePairsWithin(                                                      \
+      const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, const AdaptiveBVHModel<BV>&,  \
+      const fcl::Transform3<BV::S>&, BV::S, FeaturePairs&);                                     \
+  template std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>&, BV::S, FeaturePairs&);   \
   template class CoherentProximity<BV>;
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

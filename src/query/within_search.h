@@ -111,14 +111,14 @@ class WithinTasks {
   /// What a task found: some of a worker's.
   struct Found {
     const Worker* worker = nullptr;
-    std::size_t begin = 0, end = 0;
+    typename Sink::Mark begin = {}, end = {};
   };
 
   void run(const NodePair& task, std::unique_ptr<Worker>& worker, Found& found) {
     if (!worker) worker = std::make_unique<Worker>(*this);
-    const std::size_t begin = worker->own.size();
+    const auto begin = Sink::markOf(worker->own);
     worker->search.run(task);
-    found = {worker.get(), begin, worker->own.size()};
+    found = {worker.get(), begin, Sink::markOf(worker->own)};
   }
 
   const WithinInput<BV>& input_;

@@ -30,8 +30,8 @@ class GrownFrame {
   }
 
  private:
-  static constexpr double kMost = 1e20;               // far less than what an empty box lacks
-  static constexpr double kUp = 1 + 1. / (1 << 20);   // more than the rounding of d and two sums
+  static constexpr double kMost = 1e20;              // far less than what an empty box lacks
+  static constexpr double kUp = 1 + 1. / (1 << 20);  // more than the rounding of d and two sums
 
   const Frame& frame_;
   const Float4 by_;
@@ -47,7 +47,34 @@ struct WithinInput {
   const fcl::Vector3d T;
   NeighbourFilter filter;
   double distance;
+
+  /// In the first model's coordinates.
+  TrianglePoints<double> pointsOfFirst(unsigned triangle) const {
+    return points(*first.model, tree1, triangle);
+  }
+  TrianglePoints<double> pointsOfSecond(unsigned triangle) const {
+    TrianglePoints<double> q = points(*second.model, tree2, triangle);
+    for (fcl::Vector3d& x : q) x = R * x + T;
+    return q;
+  }
+
+ private:
+  static TrianglePoints<double> points(const fcl::BVHModel<BV>& model, const WideTree<S>& tree,
+                                       unsigned triangle) {
+    const Int4 v = tree.vertices(triangle);
+    return {model.vertices[v[0]].template cast<double>(),
+            model.vertices[v[1]].template cast<double>(),
+            model.vertices[v[2]].template cast<double>()};
+  }
 };
+
+/// Adds a part of one vector to another.
+template <typename T>
+void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
+                std::vector<T>& to) {
+  to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin),
+            from.begin() + static_cast<std::ptrdiff_t>(end));
+}
 
 /// Tests pairs of triangles whose grown boxes overlap. By the hundred, and four at a time in single
 /// precision, it settles which are certainly near or apart: by their corners, and then by edges and
@@ -66,8 +93,8 @@ class WithinTests {
       : in_(input),
         frame_(frame),
         sink_(sink),
-        limit_(static_cast<float>(
-            std::min(input.distance * input.tree1.scale(), double(kLargest)))) {}
+        limit_(
+            static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))) {}
 
   ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
     ++candidates_;
@@ -85,9 +112,7 @@ class WithinTests {
 
   /// The exact test of one pair.
   TriangleGap gap(const LeafPair& pair) const {
-    TrianglePoints<double> q = points(*in_.second.model, in_.tree2, pair.second);
-    for (fcl::Vector3d& x : q) x = in_.R * x + in_.T;
-    return gapOf(points(*in_.first.model, in_.tree1, pair.first), q);
+    return gapOf(in_.pointsOfFirst(pair.first), in_.pointsOfSecond(pair.second));
   }
   bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
 
@@ -144,13 +169,6 @@ class WithinTests {
                   {group[0].second, group[1].second, group[2].second, group[3].second}, q);
     for (Vector4x3& corner : q) corner = frame_(corner);
     return TriangleDistances4(p, q, frame_.error());
-  }
-  static TrianglePoints<double> points(const fcl::BVHModel<BV>& model, const WideTree<S>& tree,
-                                       unsigned triangle) {
-    const Int4 v = tree.vertices(triangle);
-    return {model.vertices[v[0]].template cast<double>(),
-            model.vertices[v[1]].template cast<double>(),
-            model.vertices[v[2]].template cast<double>()};
   }
 
   const WithinInput<BV>& in_;

@@ -30,8 +30,9 @@ void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit)
   }
 }
 
+/// Returns whether each edge is run through as often in one direction as in the other.
 template <typename S>
-void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+bool ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
               Scratch<std::uint8_t>& bits) {
   Scratch<unsigned> begin(vertices + 2, 0);  // of those at a vertex; shifted by one while filled
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
@@ -40,12 +41,23 @@ void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned b, unsigned number) {
     edges[begin[a + 1]++] = {b, number};
   });
-  for (std::size_t v = 0; v < vertices; ++v) {
+  const auto direction = [&](unsigned v, unsigned number) {
+    return mesh.verticesOf(number / 3)[number % 3] == v ? 1 : -1;
+  };
+  bool is_closed = true;
+  int sum = 0;  // of the directions of one edge
+  for (unsigned v = 0; v < vertices; ++v) {
     std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1]);
-    for (unsigned i = begin[v]; i < begin[v + 1]; ++i)
-      if (i == begin[v] || edges[i].other != edges[i - 1].other)
+    for (unsigned i = begin[v]; i < begin[v + 1]; ++i) {
+      if (i == begin[v] || edges[i].other != edges[i - 1].other) {
         bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
+        is_closed = is_closed && sum == 0;
+        sum = 0;
+      }
+      sum += direction(v, edges[i].number);
+    }
   }
+  return is_closed && sum == 0;
 }
 
 template <typename S>
@@ -70,7 +82,7 @@ void FeatureOwners::adopt(const fcl::BVHModel<BV>& model) {
   const auto vertices = static_cast<std::size_t>(model.num_vertices);
   Scratch<std::uint8_t> bits(triangles, 0);
   ownVertices(mesh, triangles, vertices, bits);
-  ownEdges(mesh, triangles, vertices, bits);
+  is_closed_ = ownEdges(mesh, triangles, vertices, bits);
   owners_.resize(triangles);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const auto& node = model.getBV(i);

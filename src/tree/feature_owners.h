@@ -33,10 +33,14 @@ class FeatureOwners {
   const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }
   const FeatureOwner* data() const { return owners_.data(); }
   std::size_t size() const { return owners_.size(); }
+  /// Whether the triangles enclose something: each edge is run through as often in one direction as
+  /// in the other.
+  bool isClosed() const { return is_closed_; }
   std::size_t bytes() const { return owners_.capacity() * sizeof(FeatureOwner); }
 
  private:
   std::vector<FeatureOwner> owners_;
+  bool is_closed_ = false;
 };
 
 /// Those of one model, found by the first query that needs them after a build. Queries on many

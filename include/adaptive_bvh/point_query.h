@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+
+namespace adaptive_bvh {
+
+/// \file
+/// Points and rays against a deforming model in its present state: nothing is rebuilt. Everything
+/// is in the model's own frame and unit, and computed in double precision for models of either
+/// precision.
+///
+/// **Errors.** std::invalid_argument when a number is not finite, a direction is zero, a distance
+/// is negative or NaN, and when the model has no triangles or is not built.
+///
+/// **Threads.** Thread-safe on shared models, as query.h. A query of many takes several threads
+/// itself where AdaptiveBVHModel::setQueryThreads says so. Not recorded for the refit policy.
+
+/// The point of a surface that is nearest to a point.
+template <typename S>
+struct ClosestPoint {
+  fcl::Vector3<S> point;
+  S distance;
+  int triangle;  ///< that has it; one of them, where several do
+};
+
+/// The nearest point of the model's triangles. The distance is exact up to rounding: 2^-48 (4e-15)
+/// of the largest distance of `point` to a corner of the triangle.
+template <typename BV>
+ClosestPoint<typename BV::S> closestPoint(const AdaptiveBVHModel<BV>& model,
+                                          const fcl::Vector3<typename BV::S>& point);
+
+/// Of many points, in their order. `result` is overwritten; one that is used again allocates
+/// nothing. Points that follow each other are best near each other.
+template <typename BV>
+void closestPoints(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* points,
+                   std::size_t count, std::vector<ClosestPoint<typename BV::S>>& result);
+/// From a vector.
+template <typename BV>
+void closestPoints(const AdaptiveBVHModel<BV>& model,
+                   const std::vector<fcl::Vector3<typename BV::S>>& points,
+                   std::vector<ClosestPoint<typename BV::S>>& result) {
+  closestPoints(model, points.data(), points.size(), result);
+}
+
+/// Where a ray meets a triangle: at origin + t * direction.
+template <typename S>
+struct RayHit {
+  S t;           ///< >= 0; infinite where the ray meets nothing
+  int triangle;  ///< -1 where the ray meets nothing
+  S u, v;        ///< the point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c
+};
+
+/// Every triangle that a ray meets, by increasing t; of equal t the smaller index first.
+/// `direction` has any length. Sides and corners belong to each triangle that has them, so a ray
+/// cannot slip between two neighbours (watertight: Woop, Benthin, Wald 2013). A triangle in whose
+/// plane the ray lies is not met. `result` is overwritten. Returns the number of hits.
+template <typename BV>
+std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>& origin,
+                    const fcl::Vector3<typename BV::S>& direction,
+                    std::vector<RayHit<typename BV::S>>& result);
+
+/// The first of them.
+template <typename BV>
+RayHit<typename BV::S> firstHit(const AdaptiveBVHModel<BV>& model,
+                                const fcl::Vector3<typename BV::S>& origin,
+                                const fcl::Vector3<typename BV::S>& direction);
+
+/// The first hit of each of many rays, in their order. `result` is overwritten.
+template <typename BV>
+void firstHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* origins,
+               const fcl::Vector3<typename BV::S>* directions, std::size_t count,
+               std::vector<RayHit<typename BV::S>>& result);
+
+}  // namespace adaptive_bvh

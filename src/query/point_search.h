@@ -1,0 +1,126 @@
+#pragma once
+
+#include <limits>
+
+#include "geometry/feature_distance.h"
+#include "geometry/scratch.h"
+#include "query/placed_mesh.h"
+#include "tree/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// The nearest triangle to a point, by the four-wide tree of a model: depth first, the nearest box
+/// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
+/// single precision, triangles in double: docs/bounds.md, 14.
+template <typename BV>
+class PointSearch {
+ public:
+  using S = typename BV::S;
+
+  struct Nearest {
+    fcl::Vector3d point = fcl::Vector3d::Zero();
+    double distance = std::numeric_limits<double>::infinity();
+    int triangle = -1;  ///< its index; -1 where none is nearer than the distance at first
+  };
+
+  PointSearch(const fcl::BVHModel<BV>& model, const WideTree<S>& tree)
+      : model_(model), tree_(tree), open_(static_cast<std::size_t>(3 * tree.depth() + 4)) {}
+
+  /// Finds a triangle nearer to `x` than `nearest` is.
+  void search(const fcl::Vector3d& x, Nearest& nearest) {
+    setPoint(x, nearest.distance);
+    top_ = open_.data();
+    *top_++ = {0, 0.f};
+    while (top_ != open_.data()) {
+      const Open at = *--top_;
+      if (at.gap <= limit_) visit(tree_.nodes()[at.node], x, nearest);
+    }
+  }
+  /// Tries one triangle, as a first bound.
+  void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
+    const fcl::Triangle& t = model_.tri_indices[triangle];
+    tryFace(x, {point(t[0]), point(t[1]), point(t[2])}, triangle, nearest);
+  }
+
+ private:
+  struct Open {
+    int node;
+    float gap;  ///< squared
+  };
+
+  template <typename Index>
+  fcl::Vector3d point(Index vertex) const {
+    return model_.vertices[vertex].template cast<double>();
+  }
+  static void tryFace(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
+                      int triangle, Nearest& nearest) {
+    const auto found = vertexFaceDistance<double>(x, face);
+    if (found.distance < nearest.distance) nearest = {found.second, found.distance, triangle};
+  }
+
+  /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision
+  /// rounds, and so is a gap; the boxes' own margin has room for as much where they are below 2.
+  void setPoint(const fcl::Vector3d& x, double distance) {
+    const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
+    const double size = y.template lpNorm<Eigen::Infinity>();
+    error_ = float4::all(size > 2 ? static_cast<float>(std::min(size, kFar) * kError) : 0.f);
+    for (int k = 0; k < 3; ++k)
+      point_[k] = float4::all(static_cast<float>(std::max(-kFar, std::min(y[k], kFar))));
+    if (!(size < kFar)) error_ = float4::all(std::numeric_limits<float>::max());
+    setLimit(distance);
+  }
+  /// Rounded up by more than the few roundings of a squared gap.
+  void setLimit(double distance) {
+    const double limit = distance * tree_.scale();
+    limit_ = limit < kFar ? static_cast<float>(limit * limit * (1 + 1. / (1 << 20)) + kLeast)
+                          : std::numeric_limits<float>::infinity();
+  }
+
+  ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
+    using float4::upper;
+    Float4 sum = float4::all(0);
+    for (int k = 0; k < 3; ++k) {
+      const Float4 gap =
+          upper<Float4>(upper<Float4>(boxes.low[k] - point_[k], point_[k] - boxes.high[k]) - error_,
+                        float4::all(0));
+      sum += gap * gap;
+    }
+    return sum;
+  }
+
+  void visit(const WideNode& node, const fcl::Vector3d& x, Nearest& nearest) {
+    const Float4 gaps = squaredGaps(node.boxes);
+    int order[4];  // the farthest first
+    for (int i = 0; i < node.count; ++i) {
+      int at = i;
+      for (; at > 0 && gaps[order[at - 1]] < gaps[i]; --at) order[at] = order[at - 1];
+      order[at] = i;
+    }
+    if (!node.isLeaf()) {
+      for (int i = 0; i < node.count; ++i)
+        if (gaps[order[i]] <= limit_) *top_++ = {node.below[order[i]], gaps[order[i]]};
+      return;
+    }
+    for (int i = node.count; i-- > 0;)
+      if (gaps[order[i]] <= limit_)
+        testTriangle(static_cast<unsigned>(node.first + order[i]), x, nearest);
+  }
+  void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
+    const Int4& v = tree_.vertices(place);
+    const double before = nearest.distance;
+    tryFace(x, {point(v[0]), point(v[1]), point(v[2])}, tree_.triangle(place), nearest);
+    if (nearest.distance < before) setLimit(nearest.distance);
+  }
+
+  static constexpr double kFar = 1e15;  // its square is within single precision
+  static constexpr double kError = 1. / (1 << 22), kLeast = 1e-37;
+
+  const fcl::BVHModel<BV>& model_;
+  const WideTree<S>& tree_;
+  Scratch<Open> open_;
+  Open* top_ = nullptr;
+  Float4 point_[3], error_;
+  float limit_ = 0;
+};
+
+}  // namespace adaptive_bvh
