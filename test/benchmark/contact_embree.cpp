@@ -1,7 +1,5 @@
 // Embree 3: a tree of float boxes, refitted by rtcCommitScene, and rtcCollide. It only finds pairs
 // of triangles whose boxes are near; what they are then is decided in the callback, by FCL's test.
-#include <embree3/rtcore.h>
-
 #include <array>
 #include <cfloat>
 #include <cmath>
@@ -10,24 +8,12 @@
 
 #include "contact_judge.h"
 #include "contact_pairs.h"
+#include "embree_support.h"
 
 namespace adaptive_bvh_bench {
 namespace {
 
-/// A float below or at x, at most two floats away.
-float roundedDown(double x) {
-  const auto f = float(x);
-  return double(f) <= x ? f : f - std::abs(f) * FLT_EPSILON - FLT_MIN;
-}
-float roundedUp(double x) { return -roundedDown(-x); }
-
-struct Release {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
-};
-template <typename Handle>
-using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
+using embree::Owned;
 
 /// One mesh: a scene with one user geometry, of one primitive a triangle.
 class EmbreeMesh {
@@ -69,13 +55,7 @@ class EmbreeMesh {
   static void writeBounds(const RTCBoundsFunctionArguments* arguments) {
     const auto& mesh = *static_cast<const EmbreeMesh*>(arguments->geometryUserPtr);
     const Eigen::AlignedBox3d& box = mesh.boxes_[arguments->primID];
-    RTCBounds& bounds = *arguments->bounds_o;
-    bounds.lower_x = roundedDown(box.min()[0]);
-    bounds.lower_y = roundedDown(box.min()[1]);
-    bounds.lower_z = roundedDown(box.min()[2]);
-    bounds.upper_x = roundedUp(box.max()[0]);
-    bounds.upper_y = roundedUp(box.max()[1]);
-    bounds.upper_z = roundedUp(box.max()[2]);
+    write(box, *arguments->bounds_o);
   }
 
   Mesh mesh_;
