@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "geometry/feature_distance.h"
-#include "geometry/scratch.h"
+#include "query/open_nodes.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
@@ -24,16 +24,15 @@ class PointSearch {
   };
 
   PointSearch(const fcl::BVHModel<BV>& model, const WideTree<S>& tree)
-      : model_(model), tree_(tree), open_(static_cast<std::size_t>(3 * tree.depth() + 4)) {}
+      : model_(model), tree_(tree), open_(tree.depth()) {}
 
   /// Finds a triangle nearer to `x` than `nearest` is.
   void search(const fcl::Vector3d& x, Nearest& nearest) {
     setPoint(x, nearest.distance);
-    top_ = open_.data();
-    *top_++ = {0, 0.f};
-    while (top_ != open_.data()) {
-      const Open at = *--top_;
-      if (at.gap <= limit_) visit(tree_.nodes()[at.node], x, nearest);
+    open_.start();
+    while (!open_.isEmpty()) {
+      const OpenNodes::Node at = open_.pop();
+      if (at.key <= limit_) visit(tree_.nodes()[at.number], x, nearest);
     }
   }
   /// Tries one triangle, as a first bound.
@@ -43,11 +42,6 @@ class PointSearch {
   }
 
  private:
-  struct Open {
-    int node;
-    float gap;  ///< squared
-  };
-
   template <typename Index>
   fcl::Vector3d point(Index vertex) const {
     return model_.vertices[vertex].template cast<double>();
@@ -90,20 +84,14 @@ class PointSearch {
 
   void visit(const WideNode& node, const fcl::Vector3d& x, Nearest& nearest) {
     const Float4 gaps = squaredGaps(node.boxes);
-    int order[4];  // the farthest first
-    for (int i = 0; i < node.count; ++i) {
-      int at = i;
-      for (; at > 0 && gaps[order[at - 1]] < gaps[i]; --at) order[at] = order[at - 1];
-      order[at] = i;
+    unsigned lanes = float4::bits(gaps <= float4::all(limit_)) & ((1u << node.count) - 1);
+    if (!node.isLeaf()) return open_.push(node, lanes, gaps);
+    alignas(16) float gap[4];
+    float4::store(gaps, gap);
+    for (; lanes; lanes &= lanes - 1) {
+      const int i = __builtin_ctz(lanes);
+      if (gap[i] <= limit_) testTriangle(static_cast<unsigned>(node.first + i), x, nearest);
     }
-    if (!node.isLeaf()) {
-      for (int i = 0; i < node.count; ++i)
-        if (gaps[order[i]] <= limit_) *top_++ = {node.below[order[i]], gaps[order[i]]};
-      return;
-    }
-    for (int i = node.count; i-- > 0;)
-      if (gaps[order[i]] <= limit_)
-        testTriangle(static_cast<unsigned>(node.first + order[i]), x, nearest);
   }
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
     const Int4& v = tree_.vertices(place);
@@ -117,8 +105,7 @@ class PointSearch {
 
   const fcl::BVHModel<BV>& model_;
   const WideTree<S>& tree_;
-  Scratch<Open> open_;
-  Open* top_ = nullptr;
+  OpenNodes open_;
   Float4 point_[3], error_;
   float limit_ = 0;
 };

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "geometry/scratch.h"
+#include "query/open_nodes.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
@@ -77,7 +77,7 @@ class RaySearch {
   using S = typename BV::S;
 
   RaySearch(const fcl::BVHModel<BV>& model, const WideTree<S>& tree)
-      : model_(model), tree_(tree), open_(static_cast<std::size_t>(3 * tree.depth() + 4)) {}
+      : model_(model), tree_(tree), open_(tree.depth()) {}
 
   /// Calls found(triangle, hit) for each hit with t >= 0, in any order; it returns the t up to
   /// which further ones are of interest.
@@ -85,20 +85,14 @@ class RaySearch {
   void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, Found&& found) {
     if (!setRay(origin, direction)) return;
     const RayTriangle test(origin, direction);
-    top_ = open_.data();
-    *top_++ = {0, 0.f};
-    while (top_ != open_.data()) {
-      const Open at = *--top_;
-      if (at.entry <= end_) visit(tree_.nodes()[at.node], test, found);
+    open_.start();
+    while (!open_.isEmpty()) {
+      const OpenNodes::Node at = open_.pop();
+      if (at.key <= end_) visit(tree_.nodes()[at.number], test, found);
     }
   }
 
  private:
-  struct Open {
-    int node;
-    float entry;
-  };
-
   /// False when the ray passes by the body. Lengths along the ray are in the tree's unit, from
   /// where it comes near the body: there all coordinates are below 8.
   bool setRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction) {
@@ -116,53 +110,45 @@ class RaySearch {
     const fcl::Vector3d entry = from + start_ * along;
     const auto error = static_cast<float>(kError + 4 * rounding);
     for (int k = 0; k < 3; ++k) {
-      from_[k] = float4::all(static_cast<float>(entry[k]));
-      const auto slope = static_cast<float>(along[k]);
+      const auto slope = static_cast<float>(along[k]), at = static_cast<float>(entry[k]);
       constexpr float kLeast = 1e-30f;
-      inverse_[k] =
-          float4::all(1 / (std::fabs(slope) > kLeast ? slope : std::copysign(kLeast, slope)));
+      const float inverse = 1 / (std::fabs(slope) > kLeast ? slope : std::copysign(kLeast, slope));
+      is_backward_[k] = slope < 0;
+      inverse_[k] = float4::all(inverse);
+      enter_[k] = float4::all((is_backward_[k] ? at - error : at + error) * inverse);
+      leave_[k] = float4::all((is_backward_[k] ? at + error : at - error) * inverse);
     }
-    error_ = float4::all(error);
-    end_ = std::numeric_limits<float>::infinity();
+    end_ = std::numeric_limits<float>::max();
     return true;
   }
   void setEnd(double t) {
-    end_ = static_cast<float>((t * per_t_ - start_) * (1 + 1. / (1 << 20)) + 1e-4);
+    const double end = (t * per_t_ - start_) * (1 + 1. / (1 << 20)) + 1e-4;
+    end_ = end < kFar ? static_cast<float>(end) : std::numeric_limits<float>::max();
   }
 
-  /// Where the ray enters four boxes, larger by the error; infinite where it does not.
-  ADAPTIVE_BVH_INLINE Float4 entries(const Boxes4& boxes) const {
+  /// Where the ray enters four boxes, each larger by the error. Returns a bit for each that it
+  /// meets before its end.
+  ADAPTIVE_BVH_INLINE unsigned meets(const Boxes4& boxes, Float4& enter) const {
     using float4::lower;
     using float4::upper;
-    Float4 enter = float4::all(0), leave = float4::all(std::numeric_limits<float>::max());
+    enter = float4::all(0);
+    Float4 leave = float4::all(end_);
     for (int k = 0; k < 3; ++k) {
-      const Float4 low = (boxes.low[k] - error_ - from_[k]) * inverse_[k],
-                   high = (boxes.high[k] + error_ - from_[k]) * inverse_[k];
-      enter = upper<Float4>(enter, lower<Float4>(low, high));
-      leave = lower<Float4>(leave, upper<Float4>(low, high));
+      const Float4 &near = is_backward_[k] ? boxes.high[k] : boxes.low[k],
+                   &far = is_backward_[k] ? boxes.low[k] : boxes.high[k];
+      enter = upper<Float4>(enter, near * inverse_[k] - enter_[k]);
+      leave = lower<Float4>(leave, far * inverse_[k] - leave_[k]);
     }
-    return enter <= leave ? enter : float4::all(std::numeric_limits<float>::infinity());
+    return float4::bits(enter <= leave);
   }
 
   template <typename Found>
-  void visit(const WideNode& node, const RayTriangle& test, Found&& found) {
-    const Float4 entry = entries(node.boxes);
-    if (node.isLeaf()) {
-      for (int i = 0; i < node.count; ++i)
-        if (isOpen(entry[i])) testTriangle(static_cast<unsigned>(node.first + i), test, found);
-      return;
-    }
-    int order[4];  // the farthest first
-    for (int i = 0; i < node.count; ++i) {
-      int at = i;
-      for (; at > 0 && entry[order[at - 1]] < entry[i]; --at) order[at] = order[at - 1];
-      order[at] = i;
-    }
-    for (int i = 0; i < node.count; ++i)
-      if (isOpen(entry[order[i]])) *top_++ = {node.below[order[i]], entry[order[i]]};
-  }
-  ADAPTIVE_BVH_INLINE bool isOpen(float entry) const {
-    return entry <= std::min(end_, std::numeric_limits<float>::max());
+  ADAPTIVE_BVH_INLINE void visit(const WideNode& node, const RayTriangle& test, Found&& found) {
+    Float4 enter;
+    unsigned lanes = meets(node.boxes, enter);
+    if (!node.isLeaf()) return open_.push(node, lanes, enter);
+    for (; lanes; lanes &= lanes - 1)
+      testTriangle(static_cast<unsigned>(node.first + __builtin_ctz(lanes)), test, found);
   }
   template <typename Found>
   void testTriangle(unsigned place, const RayTriangle& test, Found&& found) {
@@ -175,13 +161,13 @@ class RaySearch {
       setEnd(found(tree_.triangle(place), hit));
   }
 
-  static constexpr double kDouble = 1. / (1ull << 48), kError = 80. / (1 << 24);
+  static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24), kFar = 1e30;
 
   const fcl::BVHModel<BV>& model_;
   const WideTree<S>& tree_;
-  Scratch<Open> open_;
-  Open* top_ = nullptr;
-  Float4 from_[3], inverse_[3], error_;
+  OpenNodes open_;
+  Float4 inverse_[3], enter_[3], leave_[3];
+  bool is_backward_[3] = {};
   double start_ = 0, per_t_ = 1;
   float end_ = 0;
 };
