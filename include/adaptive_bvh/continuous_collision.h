@@ -96,7 +96,7 @@ template <typename BV>
 void candidates(const Motion<BV>& mesh, double separation, FeaturePairs& pairs);
 
 /// When two features come together, or somewhat earlier; Impact::kNever when they do not. 0 when
-/// they are together at the start.
+/// they are together at the start. Reads all positions: of many pairs use timesOfImpact.
 template <typename BV>
 double timeOfImpact(const Motion<BV>& first, const Motion<BV>& second, FeatureKind kind,
                     const FeaturePair& pair, double separation = 0);

@@ -62,7 +62,8 @@ class MovingModel {
     mesh_ = {wide.nodes(),
              &wide.vertices(0),
              &tree_.topology.slots,
-             &tree_.features.current(model, tree_.topology_number),
+             &tree_.owners.current(model, tree_.topology_number),
+             &tree_.features.leaves(model, tree_),
              memory.start.data(),
              memory.end.data(),
              model.tri_indices,
@@ -104,6 +105,8 @@ void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePa
            : k == FeatureKind::EdgeEdge ? 3 * mesh.num_triangles
                                         : mesh.num_triangles;
   };
+  if (query.isSelf() && kind == FeatureKind::FaceVertex)
+    refuseMotion("within one mesh a pair of a vertex and a face is a VertexFace");
   if (pair.first >= count(query.first, kind, FeatureKind::VertexFace) ||
       pair.second >= count(query.second, kind, FeatureKind::FaceVertex))
     refuseMotion("a pair names a feature that is not there");

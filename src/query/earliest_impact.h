@@ -33,15 +33,13 @@ class EarliestImpact {
     impact_.time = MovingFeatures::kNever;
   }
 
-  ADAPTIVE_BVH_INLINE void vertexFace(unsigned i, unsigned k, unsigned j) {
-    add<1>(points_, num_points_, {3 * i + k, 3 * j});
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    add<1>(points_, num_points_, {v, t});
   }
-  ADAPTIVE_BVH_INLINE void faceVertex(unsigned i, unsigned j, unsigned l) {
-    add<1>(points_, num_points_, {3 * j + l, 3 * i + 1});
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    add<1>(points_, num_points_, {v, t | kSwapped});
   }
-  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned i, unsigned k, unsigned j, unsigned l) {
-    add<2>(edges_, num_edges_, {3 * i + k, 3 * j + l});
-  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) { add<2>(edges_, num_edges_, {e, f}); }
 
   void finish() {
     testAll<1>(points_, num_points_);
@@ -61,9 +59,10 @@ class EarliestImpact {
  private:
   static constexpr unsigned kSize = 256;
 
-  /// Corners of triangles by place, 3 place + corner: a vertex and a face, whose number is one more
-  /// where the face is of the first mesh; or the first ends of two edges.
+  /// Two owned edges; or an owned vertex and the place of a triangle, with kSwapped where that is
+  /// of the first mesh.
   using Ref = FeaturePair;
+  static constexpr unsigned kSwapped = 1u << 31;
 
   template <int kFirsts>
   ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kSize], unsigned& count, const Ref& ref) {
@@ -90,30 +89,39 @@ class EarliestImpact {
             std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
   }
 
+  /// The corners of a pair: their slots, and of which tree.
+  struct Slots {
+    const SweptTree *first, *second;
+    unsigned at[4];
+  };
+  template <int kFirsts>
+  ADAPTIVE_BVH_INLINE Slots slotsOf(const Ref& ref) const {
+    const MovingMesh &a = pair_.first, &b = pair_.second;
+    if (kFirsts == 2) {
+      const OwnedEdge &e = a.features->edges()[ref.first], &f = b.features->edges()[ref.second];
+      return {&pair_.tree1, &pair_.tree2, {e.slots[0], e.slots[1], f.slots[0], f.slots[1]}};
+    }
+    const bool swapped = ref.second & kSwapped;
+    const VertexIndices face = (swapped ? a : b).slots->slotsOf(ref.second & ~kSwapped);
+    return {swapped ? &pair_.tree2 : &pair_.tree1,
+            swapped ? &pair_.tree1 : &pair_.tree2,
+            {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
+  }
+
   template <int kFirsts>
   ADAPTIVE_BVH_INLINE MovingPairs4 gather(const Ref* refs) const {
-    const Float4* begin[4][4];
-    const Float4* end[4][4];
-    for (int pair = 0; pair < 4; ++pair)
-      for (int c = 0; c < 4; ++c) {
-        const bool is_first = c < kFirsts;
-        const unsigned ref = is_first ? refs[pair].first : refs[pair].second;
-        // A vertex may be the second mesh's: then the face is the first's.
-        const bool swapped = kFirsts == 1 && refs[pair].second % 3 == 1;
-        const bool of_first = is_first != swapped;
-        const MovingMesh& mesh = of_first ? pair_.first : pair_.second;
-        const SweptTree& tree = of_first ? pair_.tree1 : pair_.tree2;
-        const unsigned corner = kFirsts == 2 ? (ref % 3 + unsigned(c % 2)) % 3
-                                : is_first   ? ref % 3
-                                             : unsigned(c - 1);
-        const unsigned slot = mesh.slots->slotsOf(ref / 3)[corner];
-        begin[c][pair] = &tree.begins()[slot];
-        end[c][pair] = &tree.ends()[slot];
-      }
+    const Slots slots[4] = {slotsOf<kFirsts>(refs[0]), slotsOf<kFirsts>(refs[1]),
+                            slotsOf<kFirsts>(refs[2]), slotsOf<kFirsts>(refs[3])};
     MovingPairs4 all;
     for (int c = 0; c < 4; ++c) {
-      all.begin[c] = float4::columns(*begin[c][0], *begin[c][1], *begin[c][2], *begin[c][3]);
-      all.end[c] = float4::columns(*end[c][0], *end[c][1], *end[c][2], *end[c][3]);
+      const auto begin = [&](int k) -> const Float4& {
+        return (c < kFirsts ? slots[k].first : slots[k].second)->begins()[slots[k].at[c]];
+      };
+      const auto end = [&](int k) -> const Float4& {
+        return (c < kFirsts ? slots[k].first : slots[k].second)->ends()[slots[k].at[c]];
+      };
+      all.begin[c] = float4::columns(begin(0), begin(1), begin(2), begin(3));
+      all.end[c] = float4::columns(end(0), end(1), end(2), end(3));
     }
     return all;
   }
@@ -133,24 +141,18 @@ class EarliestImpact {
 
   template <int kFirsts>
   Impact numbersOf(const Ref& ref) const {
-    const auto triangle = [](const MovingMesh& mesh, unsigned corner) {
-      return (*mesh.owners)[corner / 3].triangle;
-    };
-    const auto vertex = [](const MovingMesh& mesh, unsigned corner) {
-      return static_cast<unsigned>(mesh.vertices[corner / 3][int(corner % 3)]);
-    };
     const MovingMesh &a = pair_.first, &b = pair_.second;
     if (kFirsts == 2) {
-      FeaturePair edges = {3 * triangle(a, ref.first) + ref.first % 3,
-                           3 * triangle(b, ref.second) + ref.second % 3};
+      FeaturePair edges = {a.features->edges()[ref.first].number,
+                           b.features->edges()[ref.second].number};
       if (kIsSelf && edges.second < edges.first) std::swap(edges.first, edges.second);
       return {0, FeatureKind::EdgeEdge, edges};
     }
-    if (ref.second % 3 == 0)
-      return {0, FeatureKind::VertexFace, {vertex(a, ref.first), triangle(b, ref.second)}};
-    const FeaturePair swapped = {triangle(a, ref.second), vertex(b, ref.first)};
-    if (kIsSelf) return {0, FeatureKind::VertexFace, {swapped.second, swapped.first}};
-    return {0, FeatureKind::FaceVertex, swapped};
+    const bool swapped = ref.second & kSwapped;
+    const unsigned vertex = (swapped ? b : a).features->vertices()[ref.first].vertex;
+    const unsigned face = (*(swapped ? a : b).owners)[ref.second & ~kSwapped].triangle;
+    if (swapped && !kIsSelf) return {0, FeatureKind::FaceVertex, {face, vertex}};
+    return {0, FeatureKind::VertexFace, {vertex, face}};
   }
 
   const SweptPair& pair_;

@@ -12,17 +12,17 @@ class FeatureLists {
   FeatureLists(const MovingMesh& first, const MovingMesh& second, FeaturePairs& pairs)
       : first_(first), second_(second), pairs_(&pairs) {}
 
-  ADAPTIVE_BVH_INLINE void vertexFace(unsigned i, unsigned k, unsigned j) {
-    pairs_->vertex_face.push_back({vertex(first_, i, k), triangle(second_, j)});
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    pairs_->vertex_face.push_back({vertex(first_, v), triangle(second_, t)});
   }
-  ADAPTIVE_BVH_INLINE void faceVertex(unsigned i, unsigned j, unsigned l) {
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
     if (kIsSelf)
-      pairs_->vertex_face.push_back({vertex(second_, j, l), triangle(first_, i)});
+      pairs_->vertex_face.push_back({vertex(second_, v), triangle(first_, t)});
     else
-      pairs_->face_vertex.push_back({triangle(first_, i), vertex(second_, j, l)});
+      pairs_->face_vertex.push_back({triangle(first_, t), vertex(second_, v)});
   }
-  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned i, unsigned k, unsigned j, unsigned l) {
-    const unsigned a = 3 * triangle(first_, i) + k, b = 3 * triangle(second_, j) + l;
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
+    const unsigned a = first_.features->edges()[e].number, b = second_.features->edges()[f].number;
     if (kIsSelf && b < a)
       pairs_->edge_edge.push_back({b, a});
     else
@@ -48,8 +48,8 @@ class FeatureLists {
       : first_(first), second_(second), own_(std::make_unique<FeaturePairs>()) {
     pairs_ = own_.get();
   }
-  static unsigned vertex(const MovingMesh& mesh, unsigned place, unsigned k) {
-    return static_cast<unsigned>(mesh.vertices[place][int(k)]);
+  static unsigned vertex(const MovingMesh& mesh, unsigned v) {
+    return mesh.features->vertices()[v].vertex;
   }
   static unsigned triangle(const MovingMesh& mesh, unsigned place) {
     return (*mesh.owners)[place].triangle;

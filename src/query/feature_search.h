@@ -5,49 +5,13 @@
 
 namespace adaptive_bvh {
 
-/// Boxes of the vertices, edges and the face of one triangle: lanes 0 to 2 are corner k, and the
-/// edge from corner k to the next.
-struct TriangleBoxes {
-  Boxes4 vertices, edges, face;
-
-  TriangleBoxes() = default;
-  ADAPTIVE_BVH_INLINE TriangleBoxes(const VertexIndices& slots, const Box* boxes) {
-    const Box &a = boxes[slots[0]], &b = boxes[slots[1]], &c = boxes[slots[2]];
-    vertices = boxes4(a, b, c, c);
-    for (int k = 0; k < 3; ++k) {
-      using float4::broadcast;
-      using float4::lower;
-      using float4::rotated;
-      using float4::upper;
-      edges.low[k] = lower(vertices.low[k], rotated(vertices.low[k]));
-      edges.high[k] = upper(vertices.high[k], rotated(vertices.high[k]));
-      face.low[k] = broadcast<0>(lower(edges.low[k], rotated(edges.low[k])));
-      face.high[k] = broadcast<0>(upper(edges.high[k], rotated(edges.high[k])));
-    }
-  }
-};
-
-/// A bit for each lane in which boxes overlap.
-ADAPTIVE_BVH_INLINE unsigned overlapsByLane(const Boxes4& a, const Boxes4& b) {
-  return float4::bits((a.low[0] <= b.high[0]) & (b.low[0] <= a.high[0]) & (a.low[1] <= b.high[1]) &
-                      (b.low[1] <= a.high[1]) & (a.low[2] <= b.high[2]) & (b.low[2] <= a.high[2]));
-}
-/// Box `k` of four, in all lanes.
-ADAPTIVE_BVH_INLINE Boxes4 broadcast(const Boxes4& boxes, unsigned k) {
-  Boxes4 all;
-  for (int i = 0; i < 3; ++i) {
-    all.low[i] = float4::all(boxes.low[i][k]);
-    all.high[i] = float4::all(boxes.high[i][k]);
-  }
-  return all;
-}
-
-/// A visitor of WideSearch: from pairs of triangles it makes the pairs of features that they own
-/// and whose boxes overlap, each once. Features that share a vertex are left out in one mesh.
+/// A visitor of WideSearch: from pairs of leaves it makes the pairs of features that their
+/// triangles own and whose boxes overlap, each once. Features that share a vertex are left out in
+/// one mesh.
 ///
-///   Visitor::vertexFace(i, k, j)     corner k of triangle i of the first, and triangle j
-///   Visitor::faceVertex(i, j, l)     triangle i, and corner l of triangle j of the second
-///   Visitor::edgeEdge(i, k, j, l)    the edges from corner k of i and from corner l of j
+///   Visitor::vertexFace(v, t)   owned vertex v of the first, and the triangle in place t
+///   Visitor::faceVertex(t, v)   a triangle of the first, and an owned vertex of the second
+///   Visitor::edgeEdge(e, f)     two owned edges
 template <bool kIsSelf, typename Visitor>
 class FeatureFinder {
  public:
@@ -55,63 +19,74 @@ class FeatureFinder {
                 const SweptTree& tree2, Visitor& visitor)
       : first_(first), second_(second), tree1_(tree1), tree2_(tree2), visitor_(visitor) {}
 
-  ADAPTIVE_BVH_INLINE void found(unsigned i, unsigned j) {
-    const FeatureOwner &a = (*first_.owners)[i], &b = (*second_.owners)[j];
-    if ((a.bits | b.bits) == 0) return;
-    const unsigned shared = kIsSelf ? sharedVertices(first_.vertices[i], second_.vertices[j]) : 0;
-    if (i != triangle1_) boxes1_ = TriangleBoxes(first_.slots->slotsOf(i), tree1_.boxes());
-    if (j != triangle2_) boxes2_ = TriangleBoxes(second_.slots->slotsOf(j), tree2_.boxes());
-    triangle1_ = i;
-    triangle2_ = j;
-    unsigned of_first = 0, of_second = 0;  // vertices that they share
-    if (shared) {
-      of_first = (shared | shared >> 3 | shared >> 6) & 7;
-      of_second = sharedOfSecond(shared);
-    }
-    if (const unsigned owned = a.vertices() & ~of_first)
-      forEach(owned & overlapsByLane(boxes1_.vertices, boxes2_.face),
-              [&](unsigned k) { visitor_.vertexFace(i, k, j); });
-    if (const unsigned owned = b.vertices() & ~of_second)
-      forEach(owned & overlapsByLane(boxes2_.vertices, boxes1_.face),
-              [&](unsigned l) { visitor_.faceVertex(i, j, l); });
-    const unsigned edges2 = b.edges();
-    if (edges2 == 0) return;
-    forEach(a.edges(), [&](unsigned k) {
-      unsigned bits = edges2 & overlapsByLane(broadcast(boxes1_.edges, k), boxes2_.edges);
-      if (shared && bits) bits &= ~edgesSharing(i, k, j);
-      forEach(bits, [&](unsigned l) { visitor_.edgeEdge(i, k, j, l); });
-    });
+  /// All pairs below two leaves.
+  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b) {
+    const FeatureLeaves::Leaf &of_a = tree1_.leaf(first_, a), &of_b = tree2_.leaf(second_, b);
+    for (unsigned g = 0; g < of_a.vertexGroups(); ++g)
+      forEach(overlaps(tree1_.vertexBoxes(of_a.vertices + g), b.boxes),
+              [&](unsigned k, unsigned j) {
+                vertexFace(4 * (of_a.vertices + g) + k, unsigned(b.first) + j);
+              });
+    for (unsigned g = 0; g < of_b.vertexGroups(); ++g)
+      forEach(overlaps(tree2_.vertexBoxes(of_b.vertices + g), a.boxes),
+              [&](unsigned k, unsigned i) {
+                faceVertex(unsigned(a.first) + i, 4 * (of_b.vertices + g) + k);
+              });
+    for (unsigned g = 0; g < of_a.edgeGroups(); ++g)
+      for (unsigned h = 0; h < of_b.edgeGroups(); ++h)
+        edges(of_a.edges + g, of_b.edges + h, 0xffff);
+  }
+  /// Those within one leaf.
+  void foundLeaf(const WideNode& a) {
+    const FeatureLeaves::Leaf& leaf = tree1_.leaf(first_, a);
+    for (unsigned g = 0; g < leaf.vertexGroups(); ++g)
+      forEach(overlaps(tree1_.vertexBoxes(leaf.vertices + g), a.boxes),
+              [&](unsigned k, unsigned j) {
+                vertexFace(4 * (leaf.vertices + g) + k, unsigned(a.first) + j);
+              });
+    constexpr unsigned kUpper = 0x7310;  // the first before the second
+    for (unsigned g = 0; g < leaf.edgeGroups(); ++g)
+      for (unsigned h = g; h < leaf.edgeGroups(); ++h)
+        edges(leaf.edges + g, leaf.edges + h, g == h ? kUpper : 0xffff);
   }
   bool isDone() const { return false; }
 
  private:
-  /// The corners of the second that are corners of the first: lane l of group g compares corner l
-  /// of the first with corner l + g of the second.
-  static unsigned sharedOfSecond(unsigned shared) {
-    const unsigned as_is = shared & 7, once = shared >> 3 & 7, twice = shared >> 6 & 7;
-    return as_is | ((once << 1 | once >> 2) & 7) | ((twice << 2 | twice >> 1) & 7);
+  ADAPTIVE_BVH_INLINE void edges(unsigned g, unsigned h, unsigned mask) {
+    forEach(overlaps(tree1_.edgeBoxes(g), tree2_.edgeBoxes(h)) & mask,
+            [&](unsigned k, unsigned l) { edgeEdge(4 * g + k, 4 * h + l); });
   }
-  /// The edges of triangle j that share a vertex with edge k of triangle i.
-  unsigned edgesSharing(unsigned i, unsigned k, unsigned j) const {
-    const auto e = first_.edge(i, k);
-    const Int4& v = second_.vertices[j];
-    unsigned corners = 0;
-    for (unsigned l = 0; l < 3; ++l) {
-      const auto x = static_cast<unsigned>(v[l]);
-      corners |= static_cast<unsigned>(x == e[0] || x == e[1]) << l;
-    }
-    return corners | (corners >> 1 | corners << 2);  // an edge from corner l, or to it
+
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    if (!kIsSelf || !has(second_.vertices[t], first_.features->vertices()[v].vertex))
+      visitor_.vertexFace(v, t);
   }
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    if (!kIsSelf || !has(first_.vertices[t], second_.features->vertices()[v].vertex))
+      visitor_.faceVertex(t, v);
+  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
+    const OwnedEdge &a = first_.features->edges()[e], &b = second_.features->edges()[f];
+    const unsigned *p = a.vertices, *q = b.vertices;
+    if (!kIsSelf || !((p[0] == q[0]) | (p[0] == q[1]) | (p[1] == q[0]) | (p[1] == q[1])))
+      visitor_.edgeEdge(e, f);
+  }
+  ADAPTIVE_BVH_INLINE static bool has(const Int4& corners, unsigned vertex) {
+    const auto v = static_cast<std::int32_t>(vertex);
+    return (corners[0] == v) | (corners[1] == v) | (corners[2] == v);
+  }
+  /// Of sixteen bits: bit 4 j + i.
   template <typename Do>
   ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
-    for (; bits; bits &= bits - 1) act(static_cast<unsigned>(__builtin_ctz(bits)));
+    for (; bits; bits &= bits - 1) {
+      const auto bit = static_cast<unsigned>(__builtin_ctz(bits));
+      act(bit & 3, bit >> 2);
+    }
   }
 
   const MovingMesh &first_, &second_;
   const SweptTree &tree1_, &tree2_;
   Visitor& visitor_;
-  unsigned triangle1_ = ~0u, triangle2_ = ~0u;
-  TriangleBoxes boxes1_, boxes2_;
 };
 
 }  // namespace adaptive_bvh

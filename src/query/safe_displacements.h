@@ -20,16 +20,19 @@ class SafeDisplacements {
     if (!kIsSelf) begin(pair.second, second_);
   }
 
-  void vertexFace(unsigned i, unsigned k, unsigned j) {
-    const Int4 &a = pair_.first.vertices[i], &b = pair_.second.vertices[j];
-    share(FeatureKind::VertexFace, {{first(a[int(k)]), second(b[0]), second(b[1]), second(b[2])}});
+  void vertexFace(unsigned v, unsigned t) {
+    const Int4& b = pair_.second.vertices[t];
+    const unsigned a = pair_.first.features->vertices()[v].vertex;
+    share(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
   }
-  void faceVertex(unsigned i, unsigned j, unsigned l) {
-    const Int4 &a = pair_.first.vertices[i], &b = pair_.second.vertices[j];
-    share(FeatureKind::FaceVertex, {{second(b[int(l)]), first(a[0]), first(a[1]), first(a[2])}});
+  void faceVertex(unsigned t, unsigned v) {
+    const Int4& a = pair_.first.vertices[t];
+    const unsigned b = pair_.second.features->vertices()[v].vertex;
+    share(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
   }
-  void edgeEdge(unsigned i, unsigned k, unsigned j, unsigned l) {
-    const auto a = pair_.first.edge(i, k), b = pair_.second.edge(j, l);
+  void edgeEdge(unsigned e, unsigned f) {
+    const unsigned *a = pair_.first.features->edges()[e].vertices,
+                   *b = pair_.second.features->edges()[f].vertices;
     share(FeatureKind::EdgeEdge,
           {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
   }

@@ -71,6 +71,8 @@ void SweptTree::resize(const MovingMesh& mesh) {
   boxes_.resize(mesh.slots->size());
   begins_.resize(mesh.slots->size());
   ends_.resize(mesh.slots->size());
+  vertex_boxes_.resize(mesh.features->vertices().size() / 4);
+  edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
 /// Positions are off by their rounding, in double and then in single precision, and by what the
@@ -113,17 +115,42 @@ void SweptTree::refitToReach(const MovingMesh& mesh, const SweptFrame& frame, do
   refitNodes(mesh);
 }
 
+void SweptTree::refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf) {
+  const Box none = {float4::all(kNone), float4::all(-kNone)};
+  for (unsigned i = 0; i < leaf.num_vertices; i += 4) {
+    const OwnedVertex* const v = &mesh.features->vertices()[4 * leaf.vertices + i];
+    const auto box = [&](unsigned k) {
+      return i + k < leaf.num_vertices ? boxes_[v[k].slot] : none;
+    };
+    vertex_boxes_[leaf.vertices + i / 4] = boxes4(box(0), box(1), box(2), box(3));
+  }
+  for (unsigned i = 0; i < leaf.num_edges; i += 4) {
+    const OwnedEdge* const e = &mesh.features->edges()[4 * leaf.edges + i];
+    const auto box = [&](unsigned k) {
+      if (i + k >= leaf.num_edges) return none;
+      Box both = boxes_[e[k].slots[0]];
+      both.add(boxes_[e[k].slots[1]]);
+      return both;
+    };
+    edge_boxes_[leaf.edges + i / 4] = boxes4(box(0), box(1), box(2), box(3));
+  }
+}
+
 void SweptTree::refitNodes(const MovingMesh& mesh) {
+  auto leaf = static_cast<std::int32_t>(mesh.features->leaves().size());
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     WideNode& node = nodes_[i];
     const WideNode& links = mesh.nodes[i];
     std::copy(links.below, links.below + 4, node.below);
     node.first = links.first;
     node.count = links.count;
-    if (node.isLeaf())
+    if (node.isLeaf()) {
       refitLeaf(node, *mesh.slots, boxes_.data());
-    else
+      node.binary[0] = --leaf;
+      refitFeatures(mesh, SweptTree::leaf(mesh, node));
+    } else {
       refitInner(node, nodes_.data());
+    }
   }
 }
 

@@ -44,8 +44,14 @@ class SweptTree {
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
 
-  /// What a vertex sweeps, by slot.
-  const Box* boxes() const { return boxes_.data(); }
+  /// What the features of a group sweep (FeatureLeaves). Lanes without one are empty.
+  const Boxes4& vertexBoxes(unsigned group) const { return vertex_boxes_[group]; }
+  const Boxes4& edgeBoxes(unsigned group) const { return edge_boxes_[group]; }
+  /// Of a node that is a leaf.
+  static const FeatureLeaves::Leaf& leaf(const MovingMesh& mesh, const WideNode& node) {
+    return mesh.features->leaves()[static_cast<std::size_t>(node.binary[0])];
+  }
+
   /// Its positions at the begin and the end of the interval, by slot.
   const Float4* begins() const { return begins_.data(); }
   const Float4* ends() const { return ends_.data(); }
@@ -57,8 +63,11 @@ class SweptTree {
   void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown);
   void refitNodes(const MovingMesh& mesh);
 
-  std::vector<WideNode> nodes_;
-  std::vector<Box> boxes_;
+  void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
+
+  std::vector<WideNode> nodes_;  ///< `binary[0]` of a leaf: its number among the leaves
+  std::vector<Box> boxes_;       ///< what a vertex sweeps, by slot
+  std::vector<Boxes4> vertex_boxes_, edge_boxes_;
   std::vector<Float4> begins_, ends_;
   Float4 margin_;
   float position_error_ = kPositionError;
