@@ -8,6 +8,9 @@
 
 namespace adaptive_bvh {
 
+/// What two features are, the first mesh's before the second's.
+enum class FeatureKind { VertexFace, FaceVertex, EdgeEdge };
+
 /// Numbers of two features: of vertices, triangles or edges.
 struct FeaturePair {
   unsigned first, second;

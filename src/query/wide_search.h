@@ -1,6 +1,7 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "geometry/scratch.h"
@@ -13,7 +14,7 @@ namespace adaptive_bvh {
 /// Which pairs of four and four boxes overlap: bit 4 j + i for box i of `a` and box j of `b`.
 ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   unsigned bits = 0;
-  const auto test = [&](auto lane) {
+  const auto test = [&](auto lane) __attribute__((always_inline)) {
     constexpr int j = decltype(lane)::value;
     using float4::broadcast;
     bits |=
@@ -62,6 +63,13 @@ class VisitedNodes {
   std::vector<std::uint8_t>& lanes_;
 };
 
+/// Whether a visitor takes pairs of leaves, and not of triangles.
+template <typename Visitor, typename = void>
+struct TakesLeaves : std::false_type {};
+template <typename Visitor>
+struct TakesLeaves<Visitor, std::void_t<decltype(std::declval<Visitor&>().foundLeaf(
+                                std::declval<const WideNode&>()))>> : std::true_type {};
+
 /// A node of each of two four-wide trees; of one tree with itself a node twice, too.
 struct NodePair {
   int first, second;
@@ -72,6 +80,8 @@ struct NodePair {
 /// triangles are tested against the boxes of the other.
 ///
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
+///   Visitor::foundLeaves(a, b), foundLeaf(a)
+///                          where it has these: two leaves with such triangles, or one with itself
 ///   Visitor::isDone()      whether the answer is found
 ///   frame(boxes)           boxes of the second tree in the coordinates of the first
 ///   Frame::kIsIdentity     whether that leaves them as they are
@@ -142,7 +152,7 @@ class WideSearch {
     visited_first_.add(pair.first, of_a);
     visited_second_.add(pair.second, of_b);
     if (a.isLeaf() && b.isLeaf())
-      forEach(bits, [&](int i, int j) { found(a, i, b, j); });
+      found(a, b, bits);
     else if (a.isLeaf())
       forEach(of_b, [&](int j, int) { push(pair.first, b.below[j]); });
     else if (b.isLeaf())
@@ -168,7 +178,10 @@ class WideSearch {
     if (node.isLeaf()) {
       visited_first_.add(number,
                          (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
-      forEach(bits, [&](int i, int j) { found(node, i, node, j); });
+      if constexpr (TakesLeaves<Visitor>::value)
+        visitor_.foundLeaf(node);
+      else
+        found(node, node, bits);
       return;
     }
     visited_first_.add(number, 0);
@@ -189,8 +202,15 @@ class WideSearch {
       act(bit & 3, bit >> 2);
     }
   }
-  ADAPTIVE_BVH_INLINE void found(const WideNode& a, int i, const WideNode& b, int j) {
-    visitor_.found(static_cast<unsigned>(a.first + i), static_cast<unsigned>(b.first + j));
+  /// Pairs of triangles of two leaves.
+  ADAPTIVE_BVH_INLINE void found(const WideNode& a, const WideNode& b, unsigned bits) {
+    if constexpr (TakesLeaves<Visitor>::value) {
+      if (bits) visitor_.foundLeaves(a, b);
+    } else {
+      forEach(bits, [&](int i, int j) {
+        visitor_.found(static_cast<unsigned>(a.first + i), static_cast<unsigned>(b.first + j));
+      });
+    }
   }
 
   const WideNode *const first_, *const second_;

@@ -7,7 +7,7 @@
 
 #include "tree/box_tree.h"
 #include "tree/change_detector.h"
-#include "tree/feature_owners.h"
+#include "tree/feature_leaves.h"
 #include "tree/motion_bounds.h"
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
@@ -45,7 +45,8 @@ struct AdaptiveTree {
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   mutable WitnessCache witnesses;          ///< written by queries, too
   mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
-  mutable FeatureOwnersOnDemand features;  ///< written by queries, too
+  mutable FeatureOwnersOnDemand owners;    ///< written by queries, too
+  mutable FeaturesOnDemand features;       ///< written by queries, too
   int query_threads = 1;                   ///< that one query may use
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
@@ -69,7 +70,7 @@ struct AdaptiveTree {
 
   std::size_t bytes() const {
     return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes() +
-           wide.bytes() + features.bytes();
+           wide.bytes() + owners.bytes() + features.bytes();
   }
 
  private:

@@ -24,14 +24,22 @@ class WideTreeOnDemand {
     if (positions_.load(std::memory_order_acquire) == tree.positions) return wide_;
     const std::lock_guard<std::mutex> lock(refitting_);
     if (positions_.load(std::memory_order_relaxed) == tree.positions) return wide_;
-    if (topology_ != tree.topology_number) wide_.adopt(model);
-    topology_ = tree.topology_number;
+    adopt(model, tree);
     if (tree.boxes)
       wide_.refit(model, tree.topology.slots, tree.boxes->frame,
                   tree.boxes->root().largestCoordinate());
     else
       refitAroundMiddle(model, tree.topology.slots);
     positions_.store(tree.positions, std::memory_order_release);
+    return wide_;
+  }
+
+  /// As above, but boxes and positions may be old ones, and change at any time: links and vertices
+  /// only may be read. Also of a tree without boxes.
+  template <typename BV, typename Tree>
+  const WideTree<S>& topology(const fcl::BVHModel<BV>& model, const Tree& tree) {
+    const std::lock_guard<std::mutex> lock(refitting_);
+    adopt(model, tree);
     return wide_;
   }
 
@@ -43,6 +51,11 @@ class WideTreeOnDemand {
   void refitAroundMiddle(const fcl::BVHModel<BV>& model, const VertexSlots& slots) {
     const BodyFrame<S> frame(fcl::Matrix3d::Identity(), model.aabb_center, model.aabb_radius);
     wide_.refit(model, slots, frame, static_cast<float>(model.aabb_radius * frame.scale()));
+  }
+  template <typename BV, typename Tree>
+  void adopt(const fcl::BVHModel<BV>& model, const Tree& tree) {
+    if (topology_ != tree.topology_number) wide_.adopt(model);
+    topology_ = tree.topology_number;
   }
 
   std::atomic<std::uint64_t> positions_{0};  ///< AdaptiveTree::positions at the last refit

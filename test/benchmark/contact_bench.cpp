@@ -1,5 +1,6 @@
-// Update + contact of deforming meshes: self-collision, collision, and distance where meshes nearly
-// touch; this library, FCL, and, where their packages are there, Embree and CGAL. In one run.
+// Update + contact of deforming meshes: self-collision, collision, distance where meshes nearly
+// touch, and what touches between two frames; this library, FCL, and, where their packages are
+// there, Embree and CGAL. In one run.
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +18,7 @@ using namespace adaptive_bvh_bench;  // NOLINT: this is its program
 using scenarios::Body;
 using scenarios::Scenario;
 
-constexpr Job kJobs[] = {Job::SelfCollision, Job::Collide, Job::Distance};
+constexpr Job kJobs[] = {Job::SelfCollision, Job::Collide, Job::Distance, Job::Continuous};
 
 struct Options {
   std::vector<int> resolutions;
@@ -36,11 +37,13 @@ std::vector<ContactKind> contactMethods(int threads) {
   };
 #ifdef ADAPTIVE_BVH_HAS_EMBREE
   append(embreeContactMethods());
+  append(embreeContinuousMethods());
 #endif
 #ifdef ADAPTIVE_BVH_HAS_CGAL
   append(cgalContactMethods());
 #endif
   append(adaptiveContactMethods(threads));
+  append(continuousContactMethods(threads));
   return all;
 }
 
@@ -76,6 +79,9 @@ std::vector<ContactCase> bodyCases(int resolution, bool aligned) {
     all.push_back({Job::SelfCollision, alone(body, aligned)});
   for (Job job : {Job::Collide, Job::Distance})
     all.push_back({job, scenarios::pressedRodsPair({resolution, aligned})});
+  for (const Body& body :
+       {scenarios::foldingSheet(resolution), scenarios::crumpledSheet(resolution)})
+    all.push_back({Job::Continuous, alone(body, aligned)});
   return all;
 }
 
@@ -91,6 +97,8 @@ std::vector<ContactCase> poseCases(const Options& options, bool aligned) {
     };
     all.push_back({Job::SelfCollision, load(false)});
     for (Job job : {Job::Collide, Job::Distance}) all.push_back({job, load(options.split)});
+    // From one pose to the other in one step.
+    all.push_back({Job::Continuous, scenarios::withStride(load(false), kPoseSteps / 2)});
   }
 #endif
   return all;
@@ -145,8 +153,8 @@ bool run(Options options) {
 }
 
 void addOptions(CLI::App& app, Options& options) {
-  app.add_option("--job", options.jobs, "Only these: self-collision, collide, distance")
-      ->check(CLI::IsMember({"self-collision", "collide", "distance"}));
+  app.add_option("--job", options.jobs, "Only these: self-collision, collide, distance, continuous")
+      ->check(CLI::IsMember({"self-collision", "collide", "distance", "continuous"}));
   app.add_option("--scenario", options.scenarios, "Only scenarios whose name holds this");
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
   app.add_option("--poses", options.poses,
@@ -177,8 +185,10 @@ void addOptions(CLI::App& app, Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app(
-      "Update + self-collision, collision, and distance in near contact, ms a frame, many ways, in "
-      "one process. Prints markdown tables. Ends with status 1 when one of our rows is wrong.");
+      "Update + self-collision, collision, distance in near contact, and continuous collision, ms "
+      "a "
+      "frame, many ways, in one process. Prints markdown tables. Ends with status 1 when one of "
+      "our rows is wrong.");
   addOptions(app, options);
   try {
     app.parse(argc, argv);

@@ -2,66 +2,41 @@
 // of triangles whose boxes are near; what they are then is decided in the callback, by FCL's test.
 #include <array>
 #include <cfloat>
-#include <cmath>
 #include <stdexcept>
 #include <thread>
 
 #include "contact_judge.h"
 #include "contact_pairs.h"
-#include "embree_support.h"
+#include "embree_scene.h"
 
 namespace adaptive_bvh_bench {
 namespace {
 
-using embree::Owned;
-
-/// One mesh: a scene with one user geometry, of one primitive a triangle.
+/// One mesh: a box a triangle.
 class EmbreeMesh {
  public:
   EmbreeMesh(RTCDevice device, const scenarios::Body& body)
-      : mesh_(body.mesh()),
-        boxes_(mesh_.triangles.size()),
-        geometry_(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER)),
-        scene_(rtcNewScene(device)) {
-    rtcSetGeometryUserPrimitiveCount(geometry_.get(), unsigned(boxes_.size()));
-    rtcSetGeometryUserData(geometry_.get(), this);
-    rtcSetGeometryBoundsFunction(geometry_.get(), writeBounds, nullptr);
-    rtcSetGeometryBuildQuality(geometry_.get(), RTC_BUILD_QUALITY_REFIT);
-    // Only a dynamic scene of low quality keeps a tree a geometry, which can be refitted.
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
-    rtcAttachGeometry(scene_.get(), geometry_.get());
+      : mesh_(body.mesh()), boxes_(device, mesh_.triangles.size()) {
     update(body.positions(0));
   }
-  EmbreeMesh(const EmbreeMesh&) = delete;
-  EmbreeMesh& operator=(const EmbreeMesh&) = delete;
 
   void update(const Positions& positions) {
     mesh_.vertices = positions;
-    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
       const fcl::Triangle& t = mesh_.triangles[i];
       const Point &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
-      boxes_[i] = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+      boxes_.box(i) = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
     }
-    rtcCommitGeometry(geometry_.get());
-    rtcCommitScene(scene_.get());
+    boxes_.commit();
   }
 
   const Mesh& mesh() const { return mesh_; }
-  const Eigen::AlignedBox3d& box(unsigned i) const { return boxes_[i]; }
-  RTCScene scene() const { return scene_.get(); }
+  const Eigen::AlignedBox3d& box(unsigned i) const { return boxes_.box(i); }
+  RTCScene scene() const { return boxes_.scene(); }
 
  private:
-  static void writeBounds(const RTCBoundsFunctionArguments* arguments) {
-    const auto& mesh = *static_cast<const EmbreeMesh*>(arguments->geometryUserPtr);
-    const Eigen::AlignedBox3d& box = mesh.boxes_[arguments->primID];
-    write(box, *arguments->bounds_o);
-  }
-
   Mesh mesh_;
-  std::vector<Eigen::AlignedBox3d> boxes_;
-  Owned<RTCGeometry> geometry_;
-  Owned<RTCScene> scene_;
+  EmbreeBoxes boxes_;
 };
 
 /// Are the corners of `b` all on one side of the plane of `a`, by more than rounding? With E the

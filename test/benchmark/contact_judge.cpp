@@ -8,6 +8,7 @@
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 #include <fcl/narrowphase/distance.h>
 
+#include "contact_continuous.h"
 #include "contact_pairs.h"
 
 namespace adaptive_bvh_bench {
@@ -16,10 +17,14 @@ namespace {
 /// The boxes of a mesh's triangles, and an order in which their lower x ascends.
 class SortedBoxes {
  public:
-  explicit SortedBoxes(const Mesh& mesh) : order_(mesh.triangles.size()) {
+  explicit SortedBoxes(const Mesh& mesh) : SortedBoxes(mesh, mesh.vertices, mesh.vertices) {}
+  /// Around two positions of every vertex.
+  SortedBoxes(const Mesh& mesh, const Positions& start, const Positions& end)
+      : order_(mesh.triangles.size()) {
     for (const fcl::Triangle& t : mesh.triangles) {
-      boxes_.emplace_back(mesh.vertices[t[0]]);
-      boxes_.back().extend(mesh.vertices[t[1]]).extend(mesh.vertices[t[2]]);
+      boxes_.emplace_back(start[t[0]]);
+      boxes_.back().extend(start[t[1]]).extend(start[t[2]]);
+      for (int k = 0; k < 3; ++k) boxes_.back().extend(end[t[k]]);
     }
     std::iota(order_.begin(), order_.end(), 0u);
     std::sort(order_.begin(), order_.end(), [this](unsigned a, unsigned b) { return x(a) < x(b); });
@@ -50,7 +55,56 @@ class SortedBoxes {
   std::vector<unsigned> order_;
 };
 
+/// The earliest impact so far of some pairs of features. Nothing is tested whose boxes up to then
+/// do not overlap.
+class FirstImpact {
+ public:
+  explicit FirstImpact(const MovingPose& pose) : pose_(pose), now_(pose.end) {}
+
+  double time() const { return time_; }
+
+  /// All features of two triangles.
+  void test(const fcl::Triangle& a, const fcl::Triangle& b) {
+    for (int k = 0; k < 3; ++k) {
+      test(FeatureKind::VertexFace, {a[k], b[0], b[1], b[2]});
+      test(FeatureKind::VertexFace, {b[k], a[0], a[1], a[2]});
+      for (int l = 0; l < 3; ++l)
+        test(FeatureKind::EdgeEdge, {a[k], a[(k + 1) % 3], b[l], b[(l + 1) % 3]});
+    }
+  }
+
+ private:
+  void test(FeatureKind kind, const FeatureCorners& c) {
+    const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
+    Eigen::AlignedBox3d boxes[2];
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = std::max(i, firsts); i < firsts && j < 4; ++j)
+        if (c[i] == c[j]) return;
+      boxes[i >= firsts].extend(pose_.start[c[i]]).extend(now_[c[i]]);
+    }
+    if (!boxes[0].intersects(boxes[1])) return;
+    const double time = moving(pose_, kind, c).timeOfImpact(0, std::min(time_, 1.));
+    if (!(time < time_)) return;
+    time_ = time;
+    for (std::size_t v = 0; v < now_.size(); ++v)
+      now_[v] = pose_.start[v] + time * (pose_.end[v] - pose_.start[v]);
+  }
+
+  const MovingPose& pose_;
+  Positions now_;  // at that time
+  double time_ = MovingFeatures::kNever;
+};
+
 }  // namespace
+
+double earliestImpactOfAll(const MovingPose& pose) {
+  const SortedBoxes boxes(pose.mesh, pose.start, pose.end);
+  FirstImpact first(pose);
+  boxes.forOverlaps(boxes, false, [&](unsigned a, unsigned b) {
+    if (a != b) first.test(pose.mesh.triangles[a], pose.mesh.triangles[b]);
+  });
+  return first.time();
+}
 
 bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
   const auto corner = [](const Mesh& mesh, unsigned t, int k) -> const Point& {

@@ -11,15 +11,18 @@
 
 namespace adaptive_bvh_bench {
 
-enum class Job { SelfCollision, Collide, Distance };
+/// Continuous: what touches between two frames of one mesh, and when first.
+enum class Job { SelfCollision, Collide, Distance, Continuous };
 const char* toString(Job job);
 
-/// What is measured: of a self-collision the first body alone.
+/// What is measured: of a self-collision and of Continuous the first body alone.
 struct ContactCase {
   Job job;
   scenarios::Scenario scenario;
 
-  bool isSelf() const { return job == Job::SelfCollision; }
+  bool isSelf() const { return job == Job::SelfCollision || job == Job::Continuous; }
+  /// Whose answer is a number, not pairs: a distance, or a time.
+  bool isNumber() const { return job == Job::Distance || job == Job::Continuous; }
   std::size_t triangles() const {
     return isSelf() ? scenario.first.triangles().size() : scenario.triangles();
   }
@@ -41,6 +44,7 @@ struct ContactCounts {
 struct ContactAnswer {
   ContactCounts counts;
   std::vector<TrianglePair> pairs;  ///< sorted, each once
+  /// Or the time of the earliest impact.
   double distance = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -69,8 +73,10 @@ constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "recorded";
 
 /// This library's; with a row on so many threads where they are more than one.
 std::vector<ContactKind> adaptiveContactMethods(int threads);
-std::vector<ContactKind> fclContactMethods();     ///< FCL's RSS, refitted top-down
-std::vector<ContactKind> embreeContactMethods();  ///< where Embree 3 is found
-std::vector<ContactKind> cgalContactMethods();    ///< where CGAL is found
+std::vector<ContactKind> fclContactMethods();                    ///< FCL's RSS, refitted top-down
+std::vector<ContactKind> continuousContactMethods(int threads);  ///< this library's
+std::vector<ContactKind> embreeContactMethods();                 ///< where Embree 3 is found
+std::vector<ContactKind> embreeContinuousMethods();              ///< where Embree 3 is found
+std::vector<ContactKind> cgalContactMethods();                   ///< where CGAL is found
 
 }  // namespace adaptive_bvh_bench

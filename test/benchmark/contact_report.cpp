@@ -63,6 +63,8 @@ void writeHeader(std::ostream& out, Job job) {
   if (job == Job::Distance)
     for (const char* name : {"triangle tests", "wrong frames", "worst error"})
       cells.emplace_back(name);
+  else if (job == Job::Continuous)
+    for (const char* name : {"candidates", "wrong frames", "worst error"}) cells.emplace_back(name);
   else
     for (const char* name : {"candidates", "triangle tests", "contacts", "missed", "extra"})
       cells.emplace_back(name);
@@ -76,6 +78,8 @@ Cells answerCells(const ContactResult& result, const ContactMeasurement& m) {
   if (result.job == Job::Distance)
     return {mean(m.counts.triangle_tests), std::to_string(m.wrong_frames),
             text("%.0e", m.worst_error)};
+  if (result.job == Job::Continuous)
+    return {mean(m.counts.candidates), std::to_string(m.wrong_frames), text("%.0e", m.worst_error)};
   return {mean(m.counts.candidates), mean(m.counts.triangle_tests), mean(m.counts.contacts),
           m.by_fcl_test ? std::to_string(m.missed) : kUnknown,
           m.by_fcl_test ? std::to_string(m.extra) : kUnknown};
@@ -84,6 +88,7 @@ Cells answerCells(const ContactResult& result, const ContactMeasurement& m) {
 std::string caseName(const ContactResult& result) {
   std::string name = result.name;
   if (result.resolution > 1) name += ", ×" + std::to_string(result.resolution * result.resolution);
+  if (result.job == Job::Continuous) name += ", from " + text("%.1e", result.least_distance);
   if (result.job == Job::Distance)
     name +=
         ", " + text("%.1e", result.least_distance) + " to " + text("%.1e", result.largest_distance);
@@ -157,7 +162,9 @@ void writeContactSummary(std::ostream& out, const std::vector<ContactResult>& al
   for (const ContactResult& result : all) {
     Cells cells = {std::string(toString(result.job)) + ": " + caseName(result),
                    std::to_string(result.triangles),
-                   result.job == Job::Distance ? "" : perFrame(result.contacts, result.frames)};
+                   result.job == Job::Distance || result.job == Job::Continuous
+                       ? ""
+                       : perFrame(result.contacts, result.frames)};
     for (const ContactKind& kind : kinds) {
       const ContactMeasurement* m = find(result, kind.key.c_str());
       cells.push_back(

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "contact_judge.h"
-#include "embree_support.h"
+#include "embree_scene.h"
 #include "geometry/feature_distance.h"
 #include "geometry/triangle_gap.h"
 #include "proximity_method.h"
@@ -12,61 +12,49 @@
 namespace adaptive_bvh_bench {
 namespace {
 
-using embree::Owned;
+std::array<Point, 3> cornersOf(const scenarios::Mesh& mesh, unsigned i) {
+  const fcl::Triangle& t = mesh.triangles[i];
+  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+}
 
-/// One mesh, as boxes or as triangles.
-class EmbreeBody {
+/// One mesh: a box a triangle, grown on all sides.
+class GrownMesh {
  public:
-  EmbreeBody(RTCDevice device, const scenarios::Body& body, RTCGeometryType type, double growth)
+  GrownMesh(RTCDevice device, const scenarios::Body& body, double growth)
       : mesh_(body.mesh()),
         growth_(Point::Constant(growth)),
-        boxes_(mesh_.triangles.size()),
-        geometry_(rtcNewGeometry(device, type)),
-        scene_(rtcNewScene(device)) {
-    if (type == RTC_GEOMETRY_TYPE_USER) {
-      rtcSetGeometryUserPrimitiveCount(geometry_.get(), unsigned(boxes_.size()));
-      rtcSetGeometryBoundsFunction(geometry_.get(), writeBounds, nullptr);
-    } else {
-      setTriangles();
-    }
-    rtcSetGeometryUserData(geometry_.get(), this);
-    rtcSetGeometryBuildQuality(geometry_.get(), RTC_BUILD_QUALITY_REFIT);
-    // Only a dynamic scene of low quality keeps a tree a geometry, which can be refitted.
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
-    rtcAttachGeometry(scene_.get(), geometry_.get());
+        boxes_(device, mesh_.triangles.size()) {
     update(body.positions(0));
   }
-  EmbreeBody(const EmbreeBody&) = delete;
-  EmbreeBody& operator=(const EmbreeBody&) = delete;
 
   void update(const Positions& positions) {
     mesh_.vertices = positions;
-    if (floats_) {
-      for (std::size_t i = 0; i < positions.size(); ++i)
-        for (int k = 0; k < 3; ++k) floats_[3 * i + std::size_t(k)] = float(positions[i][k]);
-      rtcUpdateGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_VERTEX, 0);
-    } else {
-      for (std::size_t i = 0; i < boxes_.size(); ++i) {
-        const auto p = corners(unsigned(i));
-        boxes_[i] = {p[0].cwiseMin(p[1]).cwiseMin(p[2]) - growth_,
-                     p[0].cwiseMax(p[1]).cwiseMax(p[2]) + growth_};
-      }
+    for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
+      const auto p = corners(unsigned(i));
+      boxes_.box(i) = {p[0].cwiseMin(p[1]).cwiseMin(p[2]) - growth_,
+                       p[0].cwiseMax(p[1]).cwiseMax(p[2]) + growth_};
     }
-    rtcCommitGeometry(geometry_.get());
-    rtcCommitScene(scene_.get());
+    boxes_.commit();
   }
 
   const scenarios::Mesh& mesh() const { return mesh_; }
-  std::array<Point, 3> corners(unsigned i) const {
-    const fcl::Triangle& t = mesh_.triangles[i];
-    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
-  }
-  const Eigen::AlignedBox3d& box(unsigned i) const { return boxes_[i]; }
-  RTCScene scene() const { return scene_.get(); }
+  std::array<Point, 3> corners(unsigned i) const { return cornersOf(mesh_, i); }
+  const Eigen::AlignedBox3d& box(unsigned i) const { return boxes_.box(i); }
+  RTCScene scene() const { return boxes_.scene(); }
 
  private:
-  void setTriangles() {
+  scenarios::Mesh mesh_;
+  const Point growth_;
+  EmbreeBoxes boxes_;
+};
+
+/// One mesh as Embree's own triangles.
+class EmbreeTriangles {
+ public:
+  EmbreeTriangles(RTCDevice device, const scenarios::Body& body)
+      : mesh_(body.mesh()),
+        geometry_(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE)),
+        scene_(rtcNewScene(device)) {
     floats_ = static_cast<float*>(rtcSetNewGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_VERTEX,
                                                           0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
                                                           mesh_.vertices.size()));
@@ -75,15 +63,28 @@ class EmbreeBody {
                                 3 * sizeof(unsigned), mesh_.triangles.size()));
     for (const fcl::Triangle& t : mesh_.triangles)
       for (int k = 0; k < 3; ++k) *indices++ = unsigned(t[k]);
+    rtcSetGeometryBuildQuality(geometry_.get(), RTC_BUILD_QUALITY_REFIT);
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
+    rtcAttachGeometry(scene_.get(), geometry_.get());
+    update(body.positions(0));
   }
-  static void writeBounds(const RTCBoundsFunctionArguments* arguments) {
-    const auto& body = *static_cast<const EmbreeBody*>(arguments->geometryUserPtr);
-    write(body.boxes_[arguments->primID], *arguments->bounds_o);
-  }
+  EmbreeTriangles(const EmbreeTriangles&) = delete;
+  EmbreeTriangles& operator=(const EmbreeTriangles&) = delete;
 
+  void update(const Positions& positions) {
+    mesh_.vertices = positions;
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      for (int k = 0; k < 3; ++k) floats_[3 * i + std::size_t(k)] = float(positions[i][k]);
+    rtcUpdateGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry_.get());
+    rtcCommitScene(scene_.get());
+  }
+  std::array<Point, 3> corners(unsigned i) const { return cornersOf(mesh_, i); }
+  RTCScene scene() const { return scene_.get(); }
+
+ private:
   scenarios::Mesh mesh_;
-  const Point growth_;
-  std::vector<Eigen::AlignedBox3d> boxes_;
   Owned<RTCGeometry> geometry_;
   Owned<RTCScene> scene_;
   float* floats_ = nullptr;
@@ -94,10 +95,9 @@ class EmbreePairs : public ProximityMethod {
   explicit EmbreePairs(const ProximityCase& c)
       : distance_(c.distance),
         device_(rtcNewDevice("threads=1")),
-        first_(device_.get(), c.scenario.first, RTC_GEOMETRY_TYPE_USER, c.distance / 2) {
+        first_(device_.get(), c.scenario.first, c.distance / 2) {
     if (!c.is_self)
-      second_ = std::make_unique<EmbreeBody>(device_.get(), c.scenario.second,
-                                             RTC_GEOMETRY_TYPE_USER, c.distance / 2);
+      second_ = std::make_unique<GrownMesh>(device_.get(), c.scenario.second, c.distance / 2);
   }
 
   void update(const Frame& frame) override {
@@ -131,12 +131,12 @@ class EmbreePairs : public ProximityMethod {
     if (adaptive_bvh::gapOf(first_.corners(a), other().corners(b)).distance <= distance_)
       pairs_.emplace_back(a, b);
   }
-  const EmbreeBody& other() const { return second_ ? *second_ : first_; }
+  const GrownMesh& other() const { return second_ ? *second_ : first_; }
 
   const double distance_;
   Owned<RTCDevice> device_;
-  EmbreeBody first_;
-  std::unique_ptr<EmbreeBody> second_;
+  GrownMesh first_;
+  std::unique_ptr<GrownMesh> second_;
   std::vector<std::pair<unsigned, unsigned>> pairs_;
 };
 
@@ -146,7 +146,7 @@ class EmbreePoints : public ProximityMethod {
   explicit EmbreePoints(const ProximityCase& c)
       : case_(c),
         device_(rtcNewDevice("threads=1")),
-        body_(device_.get(), c.scenario.first, RTC_GEOMETRY_TYPE_TRIANGLE, 0),
+        body_(device_.get(), c.scenario.first),
         results_(c.points.size()) {}
 
   void update(const Frame& frame) override { body_.update(frame.first); }
@@ -189,7 +189,7 @@ class EmbreePoints : public ProximityMethod {
 
   const ProximityCase& case_;
   Owned<RTCDevice> device_;
-  EmbreeBody body_;
+  EmbreeTriangles body_;
   std::vector<float> results_;
 };
 
@@ -198,7 +198,7 @@ class EmbreeRays : public ProximityMethod {
   explicit EmbreeRays(const ProximityCase& c)
       : case_(c),
         device_(rtcNewDevice("threads=1")),
-        body_(device_.get(), c.scenario.first, RTC_GEOMETRY_TYPE_TRIANGLE, 0),
+        body_(device_.get(), c.scenario.first),
         results_(c.points.size()) {}
 
   void update(const Frame& frame) override { body_.update(frame.first); }
@@ -227,7 +227,7 @@ class EmbreeRays : public ProximityMethod {
  private:
   const ProximityCase& case_;
   Owned<RTCDevice> device_;
-  EmbreeBody body_;
+  EmbreeTriangles body_;
   std::vector<float> results_;
 };
 

@@ -1,0 +1,151 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/feature_pairs.h"
+
+/// \file
+/// Continuous collision: does anything come together between two frames, what, and when?
+///
+/// Every vertex moves on a straight line in the world, at constant speed, from its position at the
+/// start (t = 0) to that at the end (t = 1). Edges and faces are those between their vertices at
+/// each time. So a transform that changes moves each vertex on a straight line, too: a body that
+/// turns shrinks a little in between.
+///
+/// Two features, a vertex and a face or two edges, *come together* when their distance is the
+/// minimal separation or less. Without one (0) that is contact. Surfaces that do not intersect at
+/// the start can only do so later after two features have come together. (Whether they intersect at
+/// the start `collide` and `selfCollide` tell; a vertex that is inside a closed body already is not
+/// found.) Within one mesh pairs of features that share a vertex are left out. Vertices without a
+/// triangle have no part.
+///
+/// Answers are safe: no pair that comes together is missing, and no time is later than the exact
+/// one, whatever is rounded (docs/bounds.md, 15). They may be early, and name a pair that passes at
+/// next to nothing: by about 1e-14 of the size of the pair, and where two features turn while they
+/// come together at a very small angle, somewhat more.
+///
+/// All functions are thread-safe on shared models, and run on several threads themselves where
+/// AdaptiveBVHModel::setQueryThreads says so; the results and their order do not depend on that.
+/// They search boxes of their own, so any Propagation will do and FCL's nodes are not read. All
+/// memory is kept by the thread and by the results: in a steady step nothing is allocated on one
+/// thread.
+///
+/// Throws std::invalid_argument
+/// - when a model has no triangles or is not built;
+/// - when a separation is negative, infinite or not a number;
+/// - where positions before are asked for and the model has none (Motion);
+/// - when a number of positions is not that of the vertices;
+/// - when a position in the world is not finite, or beyond 2^252;
+/// - when a pair names a feature that is not there.
+namespace adaptive_bvh {
+
+/// How a model moves between two frames. Refers to the model and to the positions.
+template <typename BV>
+struct Motion {
+  using Model = AdaptiveBVHModel<BV>;
+  using S = typename Model::S;
+  using Point = typename Model::Point;
+  using Transform = fcl::Transform3<S>;
+
+  /// From model.prev_vertices to model.vertices, as a two-frame update (beginUpdateModel) leaves
+  /// them; from start_tf to end_tf.
+  explicit Motion(const Model& moving, const Transform& start_tf = Transform::Identity(),
+                  const Transform& end_tf = Transform::Identity());
+  /// From and to positions of your own, one per vertex in order; the model's may be among them.
+  Motion(const Model& moving, const Point* start, const Point* end, std::size_t count,
+         const Transform& start_tf = Transform::Identity(),
+         const Transform& end_tf = Transform::Identity());
+  /// From vectors.
+  Motion(const Model& moving, const std::vector<Point>& start, const std::vector<Point>& end,
+         const Transform& start_tf = Transform::Identity(),
+         const Transform& end_tf = Transform::Identity());
+
+  const Model* model;
+  const Point *start, *end;  ///< in the model's frame
+  Transform start_tf, end_tf;
+};
+
+/// Two features that come together.
+struct Impact {
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+  double time = kNever;  ///< from 0 to 1, or kNever: then the rest means nothing
+  FeatureKind kind = FeatureKind::VertexFace;
+  FeaturePair pair = {0, 0};
+
+  bool happens() const { return time <= 1; }
+};
+
+/// A time for each of some pairs: from 0 to 1, or Impact::kNever.
+struct ImpactTimes {
+  std::vector<double> vertex_face, face_vertex, edge_edge;
+};
+
+/// All pairs of features whose swept boxes (along the axes of the world, around both positions of
+/// their vertices) come as near as `separation`, each once; others can not come together. What was
+/// in `pairs` is replaced. Boxes are compared in single precision, rounded outward by 1e-6 of the
+/// size of the whole motion.
+template <typename BV>
+void candidates(const Motion<BV>& first, const Motion<BV>& second, double separation,
+                FeaturePairs& pairs);
+/// Of one mesh with itself.
+template <typename BV>
+void candidates(const Motion<BV>& mesh, double separation, FeaturePairs& pairs);
+
+/// When two features come together, or somewhat earlier; Impact::kNever when they do not. 0 when
+/// they are together at the start. Reads all positions: of many pairs use timesOfImpact.
+template <typename BV>
+double timeOfImpact(const Motion<BV>& first, const Motion<BV>& second, FeatureKind kind,
+                    const FeaturePair& pair, double separation = 0);
+/// Of two features of one mesh, and not FeatureKind::FaceVertex.
+template <typename BV>
+double timeOfImpact(const Motion<BV>& mesh, FeatureKind kind, const FeaturePair& pair,
+                    double separation = 0);
+
+/// For all of some pairs, in their order. What was in `times` is replaced.
+template <typename BV>
+void timesOfImpact(const Motion<BV>& first, const Motion<BV>& second, const FeaturePairs& pairs,
+                   double separation, ImpactTimes& times);
+/// Within one mesh.
+template <typename BV>
+void timesOfImpact(const Motion<BV>& mesh, const FeaturePairs& pairs, double separation,
+                   ImpactTimes& times);
+
+/// The first two features that come together, and when. Of several at the same time the smallest
+/// kind and numbers. Needs no list of candidates, and is faster than to make one.
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation = 0);
+/// Within one mesh.
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& mesh, double separation = 0);
+
+/// The time up to which nothing comes together: at every earlier time all features are farther
+/// apart than `separation`. 1 when that holds for the whole motion. Take somewhat less to keep a
+/// distance.
+template <typename BV>
+double largestSafeStep(const Motion<BV>& first, const Motion<BV>& second, double separation = 0) {
+  const double time = earliestImpact(first, second, separation).time;
+  return time < 1 ? time : 1;
+}
+/// Within one mesh.
+template <typename BV>
+double largestSafeStep(const Motion<BV>& mesh, double separation = 0) {
+  const double time = earliestImpact(mesh, separation).time;
+  return time < 1 ? time : 1;
+}
+
+/// How far each vertex may move from its start, in any direction and whatever the others do within
+/// theirs, so that no features come together: a length in the unit of the world for every vertex,
+/// at most that of its own motion (which says how far it wants to go). 0 where features are
+/// together at the start. What a solver needs that moves vertices one after the other.
+template <typename BV>
+void safeDisplacements(const Motion<BV>& first, const Motion<BV>& second, double separation,
+                       std::vector<double>& of_first, std::vector<double>& of_second);
+/// Within one mesh.
+template <typename BV>
+void safeDisplacements(const Motion<BV>& mesh, double separation, std::vector<double>& of_vertices);
+
+}  // namespace adaptive_bvh

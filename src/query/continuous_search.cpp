@@ -1,0 +1,152 @@
+#include "query/continuous_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "query/earliest_impact.h"
+#include "query/feature_lists.h"
+#include "query/safe_displacements.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The swept boxes of a query, in memory that the thread keeps.
+class SweptBoxes {
+ public:
+  explicit SweptBoxes(const ContinuousQuery& query)
+      : query_(query), frame_(query.first, query.second) {}
+
+  /// Each grown by half of the separation.
+  SweptPair sweep(const TimeInterval& interval) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      tree.refit(mesh, frame_, interval, query_.separation / 2);
+    });
+  }
+  SweptPair reach() {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      tree.refitToReach(mesh, frame_, query_.separation / 2);
+    });
+  }
+  const SweptFrame& frame() const { return frame_; }
+
+ private:
+  template <typename Refit>
+  SweptPair pairAfter(Refit&& refit) {
+    static thread_local SweptTree trees[2];
+    refit(trees[0], query_.first);
+    if (!query_.isSelf()) refit(trees[1], query_.second);
+    return {query_.first, trees[0], query_.second, trees[query_.isSelf() ? 0 : 1]};
+  }
+
+  const ContinuousQuery& query_;
+  const SweptFrame frame_;
+};
+
+/// How far vertices move in edges' lengths, from some triangles.
+double relativeMotion(const MovingMesh& mesh) {
+  constexpr unsigned kSamples = 1024;
+  const unsigned step = mesh.num_triangles / kSamples + 1;
+  double moved = 0, edges = 0;
+  for (unsigned t = 0; t < mesh.num_triangles; t += step) {
+    const auto ends = edgeVertices(mesh.triangles, 3 * t);
+    moved += (mesh.end[ends[0]] - mesh.start[ends[0]]).norm();
+    edges += (mesh.start[ends[1]] - mesh.start[ends[0]]).norm();
+  }
+  return moved / std::max(edges, 1e-300);
+}
+
+/// The first part of the motion that is searched: so short that vertices move by less than an
+/// edge's length. Swept boxes are small then; and once an impact is found nothing later is looked
+/// for.
+double firstPart(const ContinuousQuery& query) {
+  const double motion = std::max(relativeMotion(query.first), relativeMotion(query.second));
+  return motion < 1 ? 1 : std::max(1 / (2 * motion), 1. / 64);
+}
+
+template <bool kIsSelf>
+Impact earliestImpact(const ContinuousQuery& query) {
+  SweptBoxes boxes(query);
+  std::atomic<double> best{1};
+  TimeInterval part{0, firstPart(query)};
+  for (;;) {
+    const SweptPair pair = boxes.sweep(part);
+    EarliestImpact<kIsSelf> visitor(pair, boxes.frame(), part, query.separation, best);
+    searchFeatures<kIsSelf>(pair, visitor, query.threads);
+    if (visitor.impact().happens() || part.end == 1) return visitor.impact();
+    part = {part.end, part.end > 0.2 ? 1 : 4 * part.end};
+  }
+}
+
+}  // namespace
+
+MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
+                              const FeaturePair& pair) {
+  using Corners = std::array<fcl::Vector3d, 4>;
+  const double error = std::max(first.error, second.error);
+  if (kind == FeatureKind::EdgeEdge) {
+    const auto a = edgeVertices(first.triangles, pair.first);
+    const auto b = edgeVertices(second.triangles, pair.second);
+    const auto corners = [&](const fcl::Vector3d* x, const fcl::Vector3d* y) -> Corners {
+      return {x[a[0]], x[a[1]], y[b[0]], y[b[1]]};
+    };
+    return {kind, corners(first.start, second.start), corners(first.end, second.end), error};
+  }
+  const bool swapped = kind == FeatureKind::FaceVertex;
+  const MovingMesh &points = swapped ? second : first, &faces = swapped ? first : second;
+  const unsigned vertex = swapped ? pair.second : pair.first;
+  const fcl::Triangle& t = faces.triangles[swapped ? pair.first : pair.second];
+  const auto corners = [&](const fcl::Vector3d* x, const fcl::Vector3d* y) -> Corners {
+    return {x[vertex], y[t[0]], y[t[1]], y[t[2]]};
+  };
+  return {kind, corners(points.start, faces.start), corners(points.end, faces.end), error};
+}
+
+void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
+  pairs.clear();
+  SweptBoxes boxes(query);
+  const SweptPair pair = boxes.sweep({});
+  const auto search = [&](auto is_self) {
+    constexpr bool kIsSelf = decltype(is_self)::value;
+    FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
+    searchFeatures<kIsSelf>(pair, lists, query.threads);
+  };
+  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+}
+
+void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times) {
+  const TaskPool pool(query.threads);
+  const auto find = [&](FeatureKind kind, const std::vector<FeaturePair>& of,
+                        std::vector<double>& to) {
+    constexpr int kPart = 256;
+    const int size = static_cast<int>(of.size());
+    to.resize(of.size());
+    pool.forEach((size + kPart - 1) / kPart, [&](int part, int) {
+      for (int i = part * kPart; i < std::min(size, (part + 1) * kPart); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        to[at] =
+            movingFeatures(query.first, query.second, kind, of[at]).timeOfImpact(query.separation);
+      }
+    });
+  };
+  find(FeatureKind::VertexFace, pairs.vertex_face, times.vertex_face);
+  find(FeatureKind::FaceVertex, pairs.face_vertex, times.face_vertex);
+  find(FeatureKind::EdgeEdge, pairs.edge_edge, times.edge_edge);
+}
+
+Impact findEarliestImpact(const ContinuousQuery& query) {
+  return query.isSelf() ? earliestImpact<true>(query) : earliestImpact<false>(query);
+}
+
+void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
+                           std::vector<double>& of_second) {
+  SweptBoxes boxes(query);
+  const SweptPair pair = boxes.reach();
+  const auto search = [&](auto is_self) {
+    constexpr bool kIsSelf = decltype(is_self)::value;
+    SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
+    searchFeatures<kIsSelf>(pair, displacements, 1);
+  };
+  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+}
+
+}  // namespace adaptive_bvh

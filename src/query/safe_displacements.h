@@ -1,0 +1,83 @@
+#pragma once
+
+#include <algorithm>
+
+#include "query/continuous_search.h"
+#include "query/feature_tasks.h"
+
+namespace adaptive_bvh {
+
+/// A visitor of FeatureFinder that shares the room between two features among their vertices, in
+/// proportion to how far they move. While a vertex moves by r at most, no point of a feature moves
+/// by more than the largest r of its vertices.
+template <bool kIsSelf>
+class SafeDisplacements {
+ public:
+  SafeDisplacements(const SweptPair& pair, double separation, std::vector<double>& of_first,
+                    std::vector<double>& of_second)
+      : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {
+    begin(pair.first, first_);
+    if (!kIsSelf) begin(pair.second, second_);
+  }
+
+  void vertexFace(unsigned v, unsigned t) {
+    const Int4& b = pair_.second.vertices[t];
+    const unsigned a = pair_.first.features->vertices()[v].vertex;
+    share(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
+  }
+  void faceVertex(unsigned t, unsigned v) {
+    const Int4& a = pair_.first.vertices[t];
+    const unsigned b = pair_.second.features->vertices()[v].vertex;
+    share(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
+  }
+  void edgeEdge(unsigned e, unsigned f) {
+    const unsigned *a = pair_.first.features->edges()[e].vertices,
+                   *b = pair_.second.features->edges()[f].vertices;
+    share(FeatureKind::EdgeEdge,
+          {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
+  }
+
+  SafeDisplacements forWorker() const { return *this; }
+  void finish() {}
+  struct Mark {};
+  Mark mark() const { return {}; }
+  void take(const SafeDisplacements&, Mark, Mark) {}
+
+ private:
+  struct Corner {
+    const fcl::Vector3d *start, *end;
+    double* safe;
+
+    double motion() const { return (*end - *start).norm(); }
+  };
+
+  static void begin(const MovingMesh& mesh, std::vector<double>& safe) {
+    safe.resize(mesh.num_vertices);
+    for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
+  }
+  Corner first(int v) const { return corner(pair_.first, first_, v); }
+  Corner second(int v) const { return corner(pair_.second, kIsSelf ? first_ : second_, v); }
+  static Corner corner(const MovingMesh& mesh, std::vector<double>& safe, int v) {
+    return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
+  }
+
+  void share(FeatureKind kind, const std::array<Corner, 4>& c) {
+    const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
+    double moves[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i)
+      moves[i >= firsts] = std::max(moves[i >= firsts], c[i].motion());
+    const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
+    const MovingFeatures still(kind, at, at, std::max(pair_.first.error, pair_.second.error));
+    const double room = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
+    const double sum = moves[0] + moves[1];
+    if (!(sum * (1 + 1e-12) > room)) return;
+    for (std::size_t i = 0; i < 4; ++i)
+      *c[i].safe = std::min(*c[i].safe, room * (moves[i >= firsts] / sum));
+  }
+
+  const SweptPair& pair_;
+  const double separation_;
+  std::vector<double>&first_, &second_;
+};
+
+}  // namespace adaptive_bvh
