@@ -73,6 +73,7 @@ struct NodePair {
 ///
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
 ///   Visitor::isDone()      whether the answer is found
+///   Visitor::isFlat(node)  of an inner node of one tree: nothing below it need be found
 ///   frame(boxes)           boxes of the second tree in the coordinates of the first
 template <typename Frame, bool kIsSelf, typename Visitor>
 class WideSearch {
@@ -161,6 +162,7 @@ class WideSearch {
   /// A node of one tree against itself: every pair below once.
   void testNode(int number) {
     const WideNode& node = first_[number];
+    if (!node.isLeaf() && visitor_.isFlat(number)) return visited_first_.add(number, 0);
     constexpr unsigned kUpper = 0x7310;  // i < j
     const unsigned bits = overlaps(node.boxes, node.boxes) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;

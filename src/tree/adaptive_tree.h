@@ -7,6 +7,7 @@
 
 #include "tree/box_tree.h"
 #include "tree/change_detector.h"
+#include "tree/contours_on_demand.h"
 #include "tree/motion_bounds.h"
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
@@ -44,6 +45,7 @@ struct AdaptiveTree {
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   mutable WitnessCache witnesses;          ///< written by queries, too
   mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
+  mutable ContoursOnDemand contours;       ///< written by queries, too
   int query_threads = 1;                   ///< that one query may use
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
@@ -67,7 +69,7 @@ struct AdaptiveTree {
 
   std::size_t bytes() const {
     return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes() +
-           wide.bytes();
+           wide.bytes() + contours.bytes();
   }
 
  private:
