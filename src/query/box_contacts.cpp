@@ -1,6 +1,7 @@
 #include "query/box_contacts.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
@@ -48,12 +49,9 @@ void runOnThreads(const CandidateInput<BV>& input, const Frame& frame, const Con
 
 /// `kIsSelf`: both are the same, each pair of triangles is to be tested once.
 template <bool kIsSelf, typename BV, typename Frame>
-void search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, const Frame& frame,
-            NeighbourFilter filter, const ContactNode<BV>& node) {
+void search(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node) {
   using Search = ContactSearch<kIsSelf, BV, Frame>;
   static thread_local typename Search::Memory memory;
-  const CandidateInput<BV> input = {first,  second, wideTreeOf(first), wideTreeOf(second), node.R,
-                                    node.T, filter};
   Search search(input, frame, node, memory);
   const TaskPool pool(threadsFor(input, node));
   if (pool.size() > 1)
@@ -70,22 +68,30 @@ bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                     const CollisionQuery<typename BV::S>& query) {
   ContactNode<BV> node;
   initialize(node, first, second, query);
-  const RelativeFrame<typename BV::S> frame(wideTreeOf(first), wideTreeOf(second), node.R, node.T);
+  const auto &tree1 = wideTreeOf(first), &tree2 = wideTreeOf(second);
+  const RelativeFrame<typename BV::S> frame(tree1, tree2, node.R, node.T);
   if (!frame.isPrecise()) return false;
-  search<false>(first, second, frame, NeighbourFilter::None, node);
+  search<false, BV>({first, second, tree1, tree2, node.R, node.T, NeighbourFilter::None, nullptr},
+                    frame, node);
   return true;
 }
 
 template <typename BV>
 void selfCollideByBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
                         NeighbourFilter filter) {
+  using S = typename BV::S;
   ContactNode<BV> node;
   node.contacts_per_pair = 1;
   node.is_self = true;
   initialize(node, mesh, mesh, query);
   node.R.setIdentity();  // tf to tf, exactly
   node.T.setZero();
-  search<true>(mesh, mesh, SameFrame<typename BV::S>(), filter, node);
+  const auto& tree = wideTreeOf(mesh);
+  std::optional<FlatPatches<S>> flat;
+  if (FlatPatches<S>::kIsPossible && filter == NeighbourFilter::SharedVertex)
+    flat.emplace(tree, mesh.tree->contours.current(tree, *mesh.tree), mesh.tree->topology.slots);
+  search<true, BV>({mesh, mesh, tree, tree, node.R, node.T, filter, flat ? &*flat : nullptr},
+                   SameFrame<S>(), node);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \

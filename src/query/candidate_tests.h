@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_differences.h"
+#include "query/flat_patches.h"
 #include "query/pair_corners.h"
 
 namespace adaptive_bvh {
@@ -16,6 +17,7 @@ struct CandidateInput {
   const fcl::Matrix3<S>& R;
   const fcl::Vector3<S>& T;
   NeighbourFilter filter;
+  const FlatPatches<S>* flat;  ///< of a query of one tree with itself; or none
 };
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
@@ -48,6 +50,8 @@ class CandidateTests {
     if (size_ == kSize) testAll();
   }
   bool isDone() const { return is_done_; }
+  /// Whether no pair of triangles below a node is worth to be found, in a search of one tree.
+  bool isFlat(int node) const { return in_.flat && in_.flat->contains(node); }
   /// What was found and not yet tested.
   void finish() { testAll(); }
   /// Goes on with more pairs, whether or not there were contacts enough.

@@ -61,7 +61,7 @@ void findDistances(const AdaptiveBVHModel<BV>& model, const PointsSeenFrom<BV>& 
 template <typename BV>
 void requireClosed(const AdaptiveBVHModel<BV>& model) {
   const AdaptiveTree<BV>& tree = treeOf(model);
-  if (!tree.features.current(model, tree.topology_number).isClosed())
+  if (!tree.owners.current(model, tree.topology_number).isClosed())
     throw std::invalid_argument(
         "adaptive_bvh: a signed clearance is asked for to a model that is not closed: some edge is "
         "not run through as often in one direction as in the other");

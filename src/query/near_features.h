@@ -62,7 +62,7 @@ class FeatureSink {
   };
 
   static const FeatureOwners& ownersOf(const PlacedMesh<BV>& mesh) {
-    return mesh.tree->features.current(*mesh.model, mesh.tree->topology_number);
+    return mesh.tree->owners.current(*mesh.model, mesh.tree->topology_number);
   }
   bool isNear(double distance) const { return distance <= in_.distance; }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }

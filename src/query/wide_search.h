@@ -70,6 +70,13 @@ template <typename Visitor>
 struct TakesLeaves<Visitor, std::void_t<decltype(std::declval<Visitor&>().foundLeaf(
                                 std::declval<const WideNode&>()))>> : std::true_type {};
 
+/// Whether a visitor leaves flat nodes out.
+template <typename Visitor, typename = void>
+struct SkipsFlatNodes : std::false_type {};
+template <typename Visitor>
+struct SkipsFlatNodes<Visitor, std::void_t<decltype(std::declval<Visitor&>().isFlat(0))>>
+    : std::true_type {};
+
 /// A node of each of two four-wide trees; of one tree with itself a node twice, too.
 struct NodePair {
   int first, second;
@@ -83,6 +90,8 @@ struct NodePair {
 ///   Visitor::foundLeaves(a, b), foundLeaf(a)
 ///                          where it has these: two leaves with such triangles, or one with itself
 ///   Visitor::isDone()      whether the answer is found
+///   Visitor::isFlat(node)  where it has this: of an inner node of one tree, whether nothing below
+///                          it need be found
 ///   frame(boxes)           boxes of the second tree in the coordinates of the first
 ///   Frame::kIsIdentity     whether that leaves them as they are
 template <typename Frame, bool kIsSelf, typename Visitor>
@@ -172,6 +181,7 @@ class WideSearch {
   /// A node of one tree against itself: every pair below once.
   void testNode(int number) {
     const WideNode& node = first_[number];
+    if (!node.isLeaf() && isFlat(number)) return visited_first_.add(number, 0);
     constexpr unsigned kUpper = 0x7310;  // i < j
     const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
@@ -187,6 +197,13 @@ class WideSearch {
     visited_first_.add(number, 0);
     forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
     for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
+  }
+
+  ADAPTIVE_BVH_INLINE bool isFlat(int node) {
+    if constexpr (SkipsFlatNodes<Visitor>::value)
+      return visitor_.isFlat(node);
+    else
+      return false;
   }
 
   /// Of sixteen bits: bit j where any of the bits 4 j to 4 j + 3 is.

@@ -7,6 +7,7 @@
 
 #include "tree/box_tree.h"
 #include "tree/change_detector.h"
+#include "tree/contours_on_demand.h"
 #include "tree/feature_leaves.h"
 #include "tree/motion_bounds.h"
 #include "tree/topology.h"
@@ -47,6 +48,7 @@ struct AdaptiveTree {
   mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
   mutable FeatureOwnersOnDemand owners;    ///< written by queries, too
   mutable FeaturesOnDemand features;       ///< written by queries, too
+  mutable ContoursOnDemand contours;       ///< written by queries, too
   int query_threads = 1;                   ///< that one query may use
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
@@ -70,7 +72,7 @@ struct AdaptiveTree {
 
   std::size_t bytes() const {
     return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes() +
-           wide.bytes() + owners.bytes() + features.bytes();
+           wide.bytes() + owners.bytes() + features.bytes() + contours.bytes();
   }
 
  private:

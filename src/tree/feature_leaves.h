@@ -1,8 +1,6 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
-#include <mutex>
 #include <vector>
 
 #include "tree/feature_owners.h"
@@ -52,33 +50,21 @@ class FeatureLeaves {
   std::vector<OwnedEdge> edges_;
 };
 
-/// Owners of one model's features and its leaves, found by the first query that needs them after a
-/// build. Queries on many threads may ask at once; one of them does the work, the others wait. A
-/// copy begins without them.
+/// Those of one model, found by the first query that needs them after a build.
 class FeaturesOnDemand {
  public:
-  FeaturesOnDemand() = default;
-  FeaturesOnDemand(const FeaturesOnDemand&) {}
-  FeaturesOnDemand& operator=(const FeaturesOnDemand&) = delete;
-
   /// `tree`: the model's AdaptiveTree.
   template <typename BV, typename Tree>
   const FeatureLeaves& leaves(const fcl::BVHModel<BV>& model, const Tree& tree) {
-    if (topology_.load(std::memory_order_acquire) == tree.topology_number) return leaves_;
-    const std::lock_guard<std::mutex> lock(adopting_);
-    if (topology_.load(std::memory_order_relaxed) == tree.topology_number) return leaves_;
-    leaves_.adopt(tree.wide.topology(model, tree), tree.owners.current(model, tree.topology_number),
-                  tree.topology.slots);
-    topology_.store(tree.topology_number, std::memory_order_release);
-    return leaves_;
+    return leaves_.current(tree.topology_number, [&](FeatureLeaves& leaves) {
+      leaves.adopt(tree.wide.topology(model, tree),
+                   tree.owners.current(model, tree.topology_number), tree.topology.slots);
+    });
   }
-
   std::size_t bytes() const { return leaves_.bytes(); }
 
  private:
-  std::atomic<std::uint64_t> topology_{0};
-  std::mutex adopting_;
-  FeatureLeaves leaves_;
+  OnDemand<FeatureLeaves> leaves_;
 };
 
 }  // namespace adaptive_bvh

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
-#include <mutex>
 #include <vector>
 
 #include "geometry/mesh_of_model.h"
+#include "tree/on_demand.h"
 
 namespace adaptive_bvh {
 
@@ -43,31 +42,18 @@ class FeatureOwners {
   bool is_closed_ = false;
 };
 
-/// Those of one model, found by the first query that needs them after a build. Queries on many
-/// threads may ask at once; one of them does the work, the others wait. A copy begins without them.
+/// Those of one model, found by the first query that needs them after a build.
 class FeatureOwnersOnDemand {
  public:
-  FeatureOwnersOnDemand() = default;
-  FeatureOwnersOnDemand(const FeatureOwnersOnDemand&) {}
-  FeatureOwnersOnDemand& operator=(const FeatureOwnersOnDemand&) = delete;
-
   /// `topology_number`: AdaptiveTree's.
   template <typename BV>
   const FeatureOwners& current(const fcl::BVHModel<BV>& model, std::uint64_t topology_number) {
-    if (topology_.load(std::memory_order_acquire) == topology_number) return owners_;
-    const std::lock_guard<std::mutex> lock(adopting_);
-    if (topology_.load(std::memory_order_relaxed) == topology_number) return owners_;
-    owners_.adopt(model);
-    topology_.store(topology_number, std::memory_order_release);
-    return owners_;
+    return owners_.current(topology_number, [&](FeatureOwners& owners) { owners.adopt(model); });
   }
-
   std::size_t bytes() const { return owners_.bytes(); }
 
  private:
-  std::atomic<std::uint64_t> topology_{0};
-  std::mutex adopting_;
-  FeatureOwners owners_;
+  OnDemand<FeatureOwners> owners_;
 };
 
 }  // namespace adaptive_bvh

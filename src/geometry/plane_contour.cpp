@@ -1,0 +1,156 @@
+#include "geometry/plane_contour.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace adaptive_bvh {
+namespace {
+
+using float4::all;
+using float4::lower;
+using float4::upper;
+
+ADAPTIVE_BVH_INLINE Float4 gap(const Float4& a, const Float4& b, const Float4& c, const Float4& d) {
+  return upper<Float4>(lower(c, d) - upper(a, b), lower(a, b) - upper(c, d));
+}
+
+}  // namespace
+
+/// Of either coordinate: corners, the first again, and what the last chain reads beyond.
+PlaneContour::PlaneContour(std::size_t corners)
+    : corners_(corners),
+      memory_(2 * (corners + 2 * kChain)),
+      x_(memory_.data()),
+      y_(memory_.data() + corners + 2 * kChain) {}
+
+void PlaneContour::close() {
+  for (std::size_t i = corners_; i < corners_ + 2 * kChain; ++i) {
+    x_[i] = x_[0];
+    y_[i] = y_[0];
+  }
+}
+
+bool PlaneContour::keepsApart(float distance) {
+  close();
+  return isStar(distance) || (neighboursKeepApart(distance) && edgesKeepApart(distance));
+}
+
+PlaneContour::Ends PlaneContour::edge(std::size_t i) const {
+  return {all(x_[i]), all(y_[i]), all(x_[i + 1]), all(y_[i + 1])};
+}
+
+PlaneContour::Ends PlaneContour::chain(std::size_t first) const {
+  using float4::load;
+  return {load(&x_[first]), load(&y_[first]), load(&x_[first + 1]), load(&y_[first + 1])};
+}
+
+/// A bit for each edge of a chain.
+unsigned PlaneContour::edgesOf(std::size_t first) const {
+  return corners_ < first + kChain ? 15u >> (first + kChain - corners_) : 15u;
+}
+
+/// Seen from the middle, every edge turns to the left, and all together once around. Then what is
+/// not beside an edge is seen past an edge between: at no smaller angle than that of some edge, and
+/// no nearer than some edge.
+bool PlaneContour::isStar(float distance) const {
+  float middle_x = 0, middle_y = 0;
+  for (std::size_t i = 0; i < corners_; ++i) {
+    middle_x += x_[i];
+    middle_y += y_[i];
+  }
+  const Float4 x = all(middle_x / float(corners_)), y = all(middle_y / float(corners_));
+  Float4 least_sine = all(1), least_gap = all(std::numeric_limits<float>::max());
+  int turns = 0;
+  for (std::size_t i = 0; i < corners_; i += kChain) {
+    const Ends e = chain(i);
+    const Float4 ax = e.ax - x, ay = e.ay - y, bx = e.bx - x, by = e.by - y;
+    const Float4 edge_x = e.bx - e.ax, edge_y = e.by - e.ay;
+    const Float4 area = ax * by - ay * bx;
+    const unsigned edges = edgesOf(i);
+    if ((float4::bits(area > all(0)) & edges) != edges) return false;
+    turns += __builtin_popcount(float4::bits((ay < all(0)) & (by >= all(0))) & edges);
+    const Float4 length = float4::squareRoot(edge_x * edge_x + edge_y * edge_y);
+    const Float4 height = area / length;
+    const Float4 sides = (ax * ax + ay * ay) * (bx * bx + by * by);
+    const Float4 sine = height * length / float4::squareRoot(sides);
+    // Past the last edge both are no numbers, which compare as false.
+    least_sine = sine < least_sine ? sine : least_sine;
+    least_gap = height < least_gap ? height : least_gap;
+  }
+  return turns == 1 && packs::smallest(least_sine) * packs::smallest(least_gap) >= distance;
+}
+
+/// Of two edges that meet: the far end of either and the other edge. Where they meet at an obtuse
+/// angle the nearest point is where they meet, an edge away.
+bool PlaneContour::neighboursKeepApart(float distance) const {
+  for (std::size_t i = 0; i < corners_; ++i) {
+    const std::size_t next = i + 1 < corners_ ? i + 2 : 1;
+    const float ax = x_[i] - x_[i + 1], ay = y_[i] - y_[i + 1];
+    const float bx = x_[next] - x_[i + 1], by = y_[next] - y_[i + 1];
+    if (ax * bx + ay * by <= 0) continue;
+    const float longer = std::sqrt(std::max(ax * ax + ay * ay, bx * bx + by * by));
+    if (!(std::fabs(ax * by - ay * bx) >= distance * longer)) return false;
+  }
+  return true;
+}
+
+PlaneContour::ChainBox PlaneContour::boxOf(std::size_t first) const {
+  const auto x = std::minmax_element(x_ + first, x_ + first + kChain + 1);
+  const auto y = std::minmax_element(y_ + first, y_ + first + kChain + 1);
+  return {*x.first, *y.first, *x.second, *y.second};
+}
+
+/// By how much the other edges are more than `distance` away, across an edge or along it; times its
+/// length.
+ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& other,
+                                                   const Float4& distance) {
+  const Float4 x = e.bx - e.ax, y = e.by - e.ay;
+  const Float4 to_ax = other.ax - e.ax, to_ay = other.ay - e.ay;
+  const Float4 to_bx = other.bx - e.ax, to_by = other.by - e.ay;
+  const Float4 across_a = x * to_ay - y * to_ax, across_b = x * to_by - y * to_bx;
+  const Float4 along_a = x * to_ax + y * to_ay, along_b = x * to_bx + y * to_by;
+  const Float4 squared = x * x + y * y;
+  const Float4 across = upper<Float4>(lower(across_a, across_b), -upper(across_a, across_b));
+  const Float4 along = upper<Float4>(lower(along_a, along_b) - squared, -upper(along_a, along_b));
+  return upper(across, along) - distance * float4::squareRoot(squared);
+}
+
+/// An edge and those of a chain that come later and are no neighbours.
+ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t first,
+                                                      float least) const {
+  unsigned others = edgesOf(first);
+  if (first < i + 2) others &= 15u << (i + 2 - first);
+  if (i == 0 && first + kChain >= corners_) others &= ~(1u << (corners_ - 1 - first));
+  if (others == 0) return true;
+  const Ends a = edge(i), b = chain(first);
+  const Float4 distance = all(least), zero = all(0);
+  others &= ~float4::bits((gap(a.ax, a.bx, b.ax, b.bx) >= distance) |
+                          (gap(a.ay, a.by, b.ay, b.by) >= distance));
+  if (others == 0) return true;
+  others &=
+      ~float4::bits((gapBeside(a, b, distance) >= zero) | (gapBeside(b, a, distance) >= zero));
+  return others == 0;
+}
+
+/// Four by four, where the boxes of their chains are near.
+bool PlaneContour::edgesKeepApart(float distance) const {
+  Scratch<ChainBox> boxes;
+  for (std::size_t i = 0; i < corners_; i += kChain) boxes.push_back(boxOf(i));
+  for (std::size_t c = 0; c < boxes.size(); ++c) {
+    const ChainBox near{boxes[c].low_x - distance, boxes[c].low_y - distance,
+                        boxes[c].high_x + distance, boxes[c].high_y + distance};
+    const std::size_t end = std::min((c + 1) * kChain, corners_);
+    for (std::size_t other = c; other < boxes.size(); ++other) {
+      const ChainBox& box = boxes[other];
+      if (box.low_x > near.high_x || box.high_x < near.low_x || box.low_y > near.high_y ||
+          box.high_y < near.low_y)
+        continue;
+      for (std::size_t i = c * kChain; i < end; ++i)
+        if (!edgeKeepsApart(i, other * kChain, distance)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "geometry/vectors4.h"
+#include "tree/contours.h"
+
+namespace adaptive_bvh {
+
+/// Which nodes of a four-wide tree are surely flat enough that no two triangles below intersect, of
+/// those without a common vertex: seen along some direction all triangles face the viewer, and
+/// their contour does not come near itself. Then they cover no point twice (Volino and
+/// Magnenat-Thalmann 1994), and keep so far from each other that FCL's test says so, too:
+/// docs/bounds.md, 14.
+template <typename S>
+class FlatPatches {
+ public:
+  /// FCL's test in single precision is off by too much.
+  static constexpr bool kIsPossible = std::numeric_limits<S>::digits >= 53;
+
+  FlatPatches(const WideTree<S>& tree, const Contours& contours, const VertexSlots& slots)
+      : tree_(tree), contours_(contours), slots_(slots) {}
+
+  /// Of an inner node.
+  bool contains(int node) const;
+
+ private:
+  /// Seen along a direction: the distance from a triangle's corner to the opposite edge is at least
+  /// this share of the longest edge, and more than positions may be off by. The contour keeps as
+  /// far from itself.
+  static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree<S>::kPositionError;
+
+  /// Two directions that span the plane of view, and that at right angles to both; each four times.
+  struct View {
+    Vector4x3 right, up, ahead;
+  };
+  /// Of the triangles of a patch: the longest edge, and the smallest height as it is seen; not
+  /// positive where one is seen from behind.
+  struct Shape {
+    float edge, height;
+  };
+
+  View viewOf(const Patch& patch) const;
+  Shape shapeOf(const Patch& patch, const View& view) const;
+  bool contourKeepsApart(const Patch& patch, const View& view, float distance) const;
+  void read(const std::array<std::uint32_t, 4>& triangles, Vector4x3 (&corners)[3]) const;
+
+  const WideTree<S>& tree_;
+  const Contours& contours_;
+  const VertexSlots& slots_;
+};
+
+extern template class FlatPatches<float>;
+extern template class FlatPatches<double>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,136 @@
+// Of a node that FlatPatches calls flat, FCL's test calls no two triangles touching that have no
+// vertex in common; and surfaces that meet themselves are not called flat.
+#include "query/flat_patches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "model_state.h"
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::FlatPatches;
+using adaptive_bvh::Patch;
+using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+
+/// The flat nodes of a model.
+class FlatNodes {
+ public:
+  explicit FlatNodes(const Model& model)
+      : model_(model),
+        tree_(adaptive_bvh::detail::ModelAccess<fcl::RSSd>::tree(model)),
+        wide_(tree_.wide.current(model, tree_)),
+        contours_(tree_.contours.current(wide_, tree_)),
+        flat_(wide_, contours_, tree_.topology.slots) {}
+
+  bool hasFlatRoot() const { return flat_.contains(0); }
+  /// How many triangles lie below flat nodes; expects that none of a node meet.
+  unsigned check(int node = 0) const {
+    if (wide_.nodes()[node].isLeaf()) return 0;
+    const Patch& patch = contours_.patch(node);
+    if (flat_.contains(node)) {
+      expectApart(patch);
+      return patch.count;
+    }
+    unsigned sum = 0;
+    for (int k = 0; k < wide_.nodes()[node].count; ++k) sum += check(wide_.nodes()[node].below[k]);
+    return sum;
+  }
+
+ private:
+  void expectApart(const Patch& patch) const {
+    int touching = 0;
+    for (unsigned i = patch.first; i < patch.first + patch.count; ++i)
+      for (unsigned j = patch.first; j < patch.first + patch.count; ++j) {
+        const auto p = wide_.vertices(i), q = wide_.vertices(j);
+        if (adaptive_bvh::sharedVertices(p, q) != 0) continue;
+        const auto* const v = model_.vertices;
+        touching += fcl::detail::Intersect<double>::intersect_Triangle(v[p[0]], v[p[1]], v[p[2]],
+                                                                       v[q[0]], v[q[1]], v[q[2]]);
+      }
+    EXPECT_EQ(touching, 0) << "pairs among " << patch.count << " triangles from " << patch.first;
+  }
+
+  const Model& model_;
+  const adaptive_bvh::AdaptiveTree<fcl::RSSd>& tree_;
+  const adaptive_bvh::WideTree<double>& wide_;
+  const adaptive_bvh::Contours& contours_;
+  const FlatPatches<double> flat_;
+};
+
+unsigned flatTriangles(const TriangleMesh<double>& mesh) {
+  Model model;
+  fillModel(mesh, model);
+  return FlatNodes(model).check();
+}
+
+bool isFlat(const TriangleMesh<double>& mesh) {
+  Model model;
+  fillModel(mesh, model);
+  return FlatNodes(model).hasFlatRoot();
+}
+
+constexpr int kColumns = 20, kRows = 24;
+constexpr unsigned kAll = 2 * kColumns * kRows;
+
+TEST(FlatPatches, HoldNoPairThatFclCallsTouching) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> one(-1, 1);
+  unsigned flat = 0, all = 0;
+  for (int i = 0; i < 150; ++i) {
+    // From smooth to crumpled; squeezed, so that triangles become slender.
+    const double height = 0.4 * std::fabs(one(random)), noise = 0.06 * std::pow(one(random), 4),
+                 squeeze = std::pow(10., -2.5 * std::fabs(one(random))), waves = 12 * one(random);
+    auto mesh = plate<double>(kColumns, kRows);
+    const auto pose = randomPose<double>(random, 2);
+    for (auto& p : mesh.vertices) {
+      p = {p[0] * squeeze, p[1], height * std::sin(waves * p[0] + 3 * p[1])};
+      p = pose *
+          Vector3<double>(p + noise * Vector3<double>(one(random), one(random), one(random)));
+    }
+    flat += flatTriangles(mesh);
+    all += kAll;
+  }
+  EXPECT_GT(flat, all / 5);
+  EXPECT_LT(flat, all);
+}
+
+TEST(FlatPatches, HoldASheetAndADome) {
+  EXPECT_TRUE(isFlat(plate<double>(kColumns, kRows)));
+  const auto bowl = bent<double>(kColumns, kRows, [](double u, double v) {
+    const double x = 1.2 * u - 0.6, y = 1.2 * v - 0.6;
+    return Vector3<double>(x, y, std::sqrt(1 - x * x - y * y));
+  });
+  EXPECT_TRUE(isFlat(bowl));
+}
+
+/// All of it faces up, and it goes around by `turns`, to above where it began.
+TriangleMesh<double> ramp(double turns) {
+  return bent<double>(6, 80, [turns](double u, double v) {
+    const double around = 2 * M_PI * turns * v, radius = 1 + u;
+    return Vector3<double>(radius * std::cos(around), radius * std::sin(around), 0.2 * v);
+  });
+}
+
+TEST(FlatPatches, AreNotARampOfMoreThanOneTurn) {
+  EXPECT_TRUE(isFlat(ramp(0.9)));
+  EXPECT_FALSE(isFlat(ramp(1.1)));
+  EXPECT_FALSE(isFlat(ramp(2.3)));
+}
+
+/// As seen along any direction it covers some point twice.
+TEST(FlatPatches, AreNotAFoldedSheet) {
+  const auto folded = bent<double>(kColumns, kRows, [](double u, double v) {
+    return v < 0.5 ? Vector3<double>(u, v, 0) : Vector3<double>(u, 1 - v, 0.01 * (v - 0.5));
+  });
+  EXPECT_FALSE(isFlat(folded));
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
