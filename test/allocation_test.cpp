@@ -7,6 +7,8 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "support/meshes.h"
 #include "support/names.h"
@@ -138,6 +140,46 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
   EXPECT_EQ(0, in_updates);
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(refitted, 0);
+}
+
+/// Queries of what is near write into results that are used again.
+TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = plate<double>(10, 10);
+  AdaptiveModel model, other;
+  fillModel(mesh, model);
+  fillModel(tube<double>(6, 8), other);
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
+  above.translation() = Eigen::Vector3d(0, 0.4, 0.3);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<Vector3<double>>> frames;
+  for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
+
+  adaptive_bvh::CoherentProximity pair(model, other);
+  adaptive_bvh::TrianglePairs<double> pairs, own;
+  adaptive_bvh::FeaturePairs features;
+  std::vector<double> numbers;
+  std::vector<adaptive_bvh::ClosestPoint<double>> closest;
+  std::vector<adaptive_bvh::RayHit<double>> hits;
+  adaptive_bvh::ProximityRequest<double> request;
+  request.distance = 0.2;
+  request.enable_distances = request.enable_nearest_points = true;
+  long in_queries = 0;
+  std::size_t found = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    model.update(frames[std::size_t(frame) % frames.size()]);
+    const long before = allocations;
+    pair.isNearer(tf, above, 0.05 * (frame % 3));
+    isNearer(model, tf, other, above, 0.1);
+    found += pairsWithin(model, tf, other, above, request, pairs);
+    pairsWithin(model, request, own);
+    featurePairsWithin(model, tf, other, above, 0.2, features);
+    clearance(model, tf, other, above, 0.5, numbers);
+    closestPoints(model, frames[0], closest);
+    rayHits(model, Vector3<double>(0.3, 0.4, 2), Vector3<double>(0, 0.01, -1), hits);
+    if (frame >= 40) in_queries += allocations - before;
+  }
+  EXPECT_EQ(0, in_queries);
+  EXPECT_GT(found, 0u);
 }
 
 /// The faces of a cube, two triangles each.

@@ -16,7 +16,7 @@ struct Nearness4 {
 /// Two points, one of each triangle, are never nearer than the triangles are; a gap along a line is
 /// never larger. Both come from the nearest features that are found: whatever is rounded in looking
 /// for these, the points are points of the triangles and the line is a line. So only the rounding
-/// of the last few operations counts, which `margin` covers: docs/bounds.md, 14.
+/// of the last few operations counts, which `margin` covers: docs/bounds.md, 16.
 class TriangleDistances4 {
  public:
   /// `error`: of a component of a corner.

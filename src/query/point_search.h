@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 
 /// The nearest triangle to a point, by the four-wide tree of a model: depth first, the nearest box
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
-/// single precision, triangles in double: docs/bounds.md, 14.
+/// single precision, triangles in double: docs/bounds.md, 16.
 template <typename BV>
 class PointSearch {
  public:

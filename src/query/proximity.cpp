@@ -92,7 +92,9 @@ void searchOnThreads(const WithinInput<BV>& input, const Frame& frame, const Tas
 
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
 void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
-  WithinSearch<kIsSelf, BV, Frame, Sink> search(input, frame, sink);
+  using Search = WithinSearch<kIsSelf, BV, Frame, Sink>;
+  static thread_local typename Search::Memory memory;
+  Search search(input, frame, sink, memory);
   const TaskPool pool(std::max(input.first.tree->query_threads, input.second.tree->query_threads));
   if (pool.size() > 1)
     searchOnThreads(input, frame, pool, sink, search);
@@ -111,8 +113,9 @@ bool search(const PairOfMeshes<BV>& meshes, double distance, AnyPair& any) {
     testAllPairs(input, any);
     return any.found;
   }
-  using Frame = RelativeFrame<typename BV::S>;
-  WithinSearch<false, BV, Frame, AnyPair> search(input, frame, any);
+  using Search = WithinSearch<false, BV, RelativeFrame<typename BV::S>, AnyPair>;
+  static thread_local typename Search::Memory memory;
+  Search search(input, frame, any, memory);
   search.run({0, 0});
   search.record();
   return any.found;

@@ -70,7 +70,7 @@ class RayTriangle {
 };
 
 /// The triangles that a ray meets, by the four-wide tree of a model. Boxes are tested in single
-/// precision, from where the ray enters the body on; triangles in double: docs/bounds.md, 14.
+/// precision, from where the ray enters the body on; triangles in double: docs/bounds.md, 16.
 template <typename BV>
 class RaySearch {
  public:

@@ -14,11 +14,14 @@ namespace adaptive_bvh {
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
 class WithinSearch {
  public:
-  WithinSearch(const WithinInput<BV>& input, const Frame& frame, Sink& sink)
+  /// Of VisitedNodes.
+  using Memory = std::vector<std::uint8_t>[2];
+
+  WithinSearch(const WithinInput<BV>& input, const Frame& frame, Sink& sink, Memory& memory)
       : input_(input),
         grown_(frame, input.distance * input.tree1.scale()),
-        visited1_(memory_[0], input.tree1.size()),
-        visited2_(memory_[1], kIsSelf ? 0 : input.tree2.size()),
+        visited1_(memory[0], input.tree1.size()),
+        visited2_(memory[1], kIsSelf ? 0 : input.tree2.size()),
         tests_(input, frame, sink),
         walk_(input.tree1.nodes(), input.tree2.nodes(), grown_, tests_, visited1_,
               kIsSelf ? visited1_ : visited2_) {}
@@ -57,7 +60,6 @@ class WithinSearch {
 
   const WithinInput<BV>& input_;
   const Grown grown_;
-  std::vector<std::uint8_t> memory_[2];
   VisitedNodes visited1_, visited2_;
   Tests tests_;
   WideSearch<Grown, kIsSelf, Tests> walk_;
@@ -103,7 +105,8 @@ class WithinTasks {
  private:
   struct Worker {
     explicit Worker(const WithinTasks& t)
-        : sink(t.sink_.another(own)), search(t.input_, t.frame_, sink) {}
+        : sink(t.sink_.another(own)), search(t.input_, t.frame_, sink, memory) {}
+    typename Search::Memory memory;
     typename Sink::Result own;
     Sink sink;
     Search search;

@@ -5,6 +5,7 @@
 //
 // The first bit chooses RSS or OBBRSS. LLVMFuzzerTestOneInput is libFuzzer's entry (preset "fuzz");
 // replay.cpp calls it for ctest. With FUZZ_TRACE in the environment, it says what it calls.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +19,8 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "support/brute_force.h"
@@ -156,6 +159,7 @@ class Subject {
       case 31: octree(in); break;
       case 32: translate(in, before); break;
       case 33: otherVolumes(); break;
+      case 34: proximity(in); break;
       default: criterion(in); break;
     }
     check(state, before);
@@ -380,6 +384,35 @@ class Subject {
         REQUIRE(contact.pos.allFinite() && contact.normal.allFinite());
         REQUIRE(std::isfinite(contact.penetration_depth));
       }
+  }
+
+  /// What is within a distance is what has such a distance, of all pairs; points agree with it.
+  void proximity(Bytes& in) {
+    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
+    const double d = 0.125 * in.below(16);
+    const Point x = in.points(1)[0];
+    if (!isQueryable() || !isPlainFrame()) return;
+    adaptive_bvh::ProximityRequest<double> request;
+    request.distance = std::numeric_limits<double>::infinity();
+    request.enable_distances = true;
+    adaptive_bvh::TrianglePairs<double> all, near;
+    REQUIRE(pairsWithin(*model_, still, obstacle(), tf, request, all) ==
+            std::size_t(model_->num_tris) * std::size_t(obstacle().num_tris));
+    request.distance = d;
+    pairsWithin(*model_, still, obstacle(), tf, request, near);
+    const auto within = [&](double limit) {
+      return std::size_t(std::count_if(all.distances.begin(), all.distances.end(),
+                                       [&](double distance) { return distance <= limit; }));
+    };
+    REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
+    const bool is_nearer = isNearer(*model_, still, obstacle(), tf, d);
+    REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
+    if (!x.allFinite()) return;
+    const auto closest = adaptive_bvh::closestPoint<BV>(*model_, x);
+    REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
+    if (!(closest.distance > 1e-6)) return;
+    const auto hit = adaptive_bvh::firstHit<BV>(*model_, x, Point(closest.point - x));
+    REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
   }
 
   /// The distance of a sphere, and its points in the world, in either order.
