@@ -215,6 +215,19 @@ Impact earliestImpact(const Motion<BV>& mesh, double separation) {
 }
 
 template <typename BV>
+Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation,
+                      FeaturePairs& pairs) {
+  return withQuery(first, &second, separation,
+                   [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
+}
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& mesh, double separation, FeaturePairs& pairs) {
+  return withQuery<BV>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+    return findEarliestImpact(query, pairs);
+  });
+}
+
+template <typename BV>
 void safeDisplacements(const Motion<BV>& first, const Motion<BV>& second, double separation,
                        std::vector<double>& of_first, std::vector<double>& of_second) {
   withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
@@ -241,6 +254,8 @@ void safeDisplacements(const Motion<BV>& mesh, double separation,
   template void timesOfImpact(const Motion<BV>&, const FeaturePairs&, double, ImpactTimes&);     \
   template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double);                  \
   template Impact earliestImpact(const Motion<BV>&, double);                                     \
+  template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double, FeaturePairs&);   \
+  template Impact earliestImpact(const Motion<BV>&, double, FeaturePairs&);                      \
   template void safeDisplacements(const Motion<BV>&, const Motion<BV>&, double,                  \
                                   std::vector<double>&, std::vector<double>&);                   \
   template void safeDisplacements(const Motion<BV>&, double, std::vector<double>&);
