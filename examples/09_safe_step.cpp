@@ -59,9 +59,9 @@ int main() {
     }
     cloth.update(now);
     std::printf("step %d: safe up to %.3f of the step, fallen by %.4f\n", step, safe, fallen);
-    if (impact.happens() && impact.kind == adaptive_bvh::FeatureKind::VertexFace)
-      std::printf("  vertex %u would reach triangle %u\n", impact.pair.first, impact.pair.second);
-    if (impact.happens() && impact.kind == adaptive_bvh::FeatureKind::EdgeEdge)
-      std::printf("  edge %u would reach edge %u\n", impact.pair.first, impact.pair.second);
+    const char* const kinds[] = {"vertex and triangle", "triangle and vertex", "edge and edge"};
+    if (impact.happens())
+      std::printf("  %s %u, %u would come together first\n", kinds[static_cast<int>(impact.kind)],
+                  impact.pair.first, impact.pair.second);
   }
 }

@@ -36,9 +36,9 @@ double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Tra
     const fcl::Vector3d x = positions[i].template cast<double>();
     world[i] = is_still ? x : fcl::Vector3d(R * x + T);
     sum += world[i].lpNorm<1>() * 0;
-    largest = std::max(largest, std::max(x.lpNorm<1>(), world[i].lpNorm<1>()));
+    largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
   }
-  if (!(sum == 0) || !(largest <= rounding::largestCoordinate<double>()))
+  if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
     refuseMotion("a position is not finite, or too large");
   if (is_still) return 0;
   return 8 * std::numeric_limits<double>::epsilon() *
