@@ -62,6 +62,13 @@ struct Motion {
   Motion(const Model& moving, const std::vector<Point>& start, const std::vector<Point>& end,
          const Transform& start_tf = Transform::Identity(),
          const Transform& end_tf = Transform::Identity());
+  /// Vectors that end with the statement are refused.
+  Motion(const Model&, std::vector<Point>&&, const std::vector<Point>&,
+         const Transform& = Transform::Identity(),
+         const Transform& = Transform::Identity()) = delete;
+  Motion(const Model&, const std::vector<Point>&, std::vector<Point>&&,
+         const Transform& = Transform::Identity(),
+         const Transform& = Transform::Identity()) = delete;
 
   const Model* model;
   const Point *start, *end;  ///< in the model's frame

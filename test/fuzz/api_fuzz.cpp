@@ -399,7 +399,8 @@ class Subject {
     std::vector<double> safe, of_obstacle;
     try {
       const Motion motion(*model_, start, end, still, end_tf);
-      const Motion rest(obstacle(), pointsOf(obstacle()), pointsOf(obstacle()));
+      const Points of_rest = pointsOf(obstacle());
+      const Motion rest(obstacle(), of_rest, of_rest);
       const adaptive_bvh::Impact first = earliestImpact(motion, separation);
       REQUIRE(isQueryable() && isUsable(end) && separation >= 0 && std::isfinite(separation));
       const adaptive_bvh::Impact listed = earliestImpact(motion, separation, pairs);
