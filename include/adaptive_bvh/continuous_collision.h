@@ -51,17 +51,17 @@ struct Motion {
   using Transform = fcl::Transform3<S>;
 
   /// From model.prev_vertices to model.vertices, as a two-frame update (beginUpdateModel) leaves
-  /// them; from start_tf to end_tf.
-  explicit Motion(const Model& moving, const Transform& start_tf = Transform::Identity(),
-                  const Transform& end_tf = Transform::Identity());
+  /// them; from one transform to another.
+  explicit Motion(const Model& moving, const Transform& from_tf = Transform::Identity(),
+                  const Transform& to_tf = Transform::Identity());
   /// From and to positions of your own, one per vertex in order; the model's may be among them.
-  Motion(const Model& moving, const Point* start, const Point* end, std::size_t count,
-         const Transform& start_tf = Transform::Identity(),
-         const Transform& end_tf = Transform::Identity());
+  Motion(const Model& moving, const Point* from, const Point* to, std::size_t count,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity());
   /// From vectors.
-  Motion(const Model& moving, const std::vector<Point>& start, const std::vector<Point>& end,
-         const Transform& start_tf = Transform::Identity(),
-         const Transform& end_tf = Transform::Identity());
+  Motion(const Model& moving, const std::vector<Point>& from, const std::vector<Point>& to,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity());
   /// Vectors that end with the statement are refused.
   Motion(const Model&, std::vector<Point>&&, const std::vector<Point>&,
          const Transform& = Transform::Identity(),

@@ -138,12 +138,12 @@ void timesOf(const Motion<BV>& first, const Motion<BV>* second, const FeaturePai
 }  // namespace
 
 template <typename BV>
-Motion<BV>::Motion(const Model& moving, const Transform& from, const Transform& to)
+Motion<BV>::Motion(const Model& moving, const Transform& from_tf, const Transform& to_tf)
     : model(&moving),
       start(moving.prev_vertices),
       end(moving.vertices),
-      start_tf(from),
-      end_tf(to) {
+      start_tf(from_tf),
+      end_tf(to_tf) {
   if (!start)
     refuseMotion(
         "the model has no positions of the step before: make a two-frame update "
