@@ -7,6 +7,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
@@ -180,6 +181,37 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(found, 0u);
+}
+
+/// Continuous collision keeps its memory in the thread and in the results.
+TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
+  using BV = TestVolume<double>;
+  using Motion = adaptive_bvh::Motion<BV>;
+  const TriangleMesh<double> mesh = plate<double>(20, 20), hose = tube<double>(6, 8);
+  AdaptiveModel model, other;
+  fillModel(mesh, model);
+  fillModel(hose, other);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<Vector3<double>>> frames;
+  for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
+  adaptive_bvh::FeaturePairs pairs, own;
+  adaptive_bvh::ImpactTimes times;
+  std::vector<double> of_first, of_second;
+  long in_queries = 0;
+  for (int frame = 0; frame < 57; ++frame) {
+    const auto from = std::size_t(frame % 19);
+    const Motion motion(model, frames[from], frames[from + 1]);
+    const Motion still(other, hose.vertices, hose.vertices);
+    const long before = allocations;
+    candidates(motion, still, 0.1, pairs);
+    timesOfImpact(motion, still, pairs, 0.1, times);
+    earliestImpact(motion, still, 0.01);
+    earliestImpact(motion, 0.001, own);
+    safeDisplacements(motion, still, 0.01, of_first, of_second);
+    if (frame >= 38) in_queries += allocations - before;
+  }
+  EXPECT_EQ(0, in_queries);
+  EXPECT_FALSE(own.edge_edge.empty());
 }
 
 /// The faces of a cube, two triangles each.

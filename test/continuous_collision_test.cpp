@@ -221,6 +221,10 @@ TYPED_TEST(ContinuousCollision, TwoModelsAgainstAllPairs) {
     timesOfImpact(a.motion(), b.motion(), pairs, separation, times);
     const Impact first = this->earliest(pairs, times);
     this->expectSame(first, earliestImpact(a.motion(), b.motion(), separation));
+    FeaturePairs again;
+    this->expectSame(first, earliestImpact(a.motion(), b.motion(), separation, again));
+    EXPECT_TRUE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge &&
+                pairs.face_vertex == again.face_vertex);
     EXPECT_EQ(std::min(1., first.time), largestSafeStep(a.motion(), b.motion(), separation));
     if (first.happens()) {
       EXPECT_EQ(first.time,
@@ -250,6 +254,9 @@ TYPED_TEST(ContinuousCollision, OneModelAgainstAllPairs) {
     timesOfImpact(a.motion(), pairs, separation, times);
     const Impact first = this->earliest(pairs, times);
     this->expectSame(first, earliestImpact(a.motion(), separation));
+    FeaturePairs again;
+    this->expectSame(first, earliestImpact(a.motion(), separation, again));
+    EXPECT_TRUE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
     EXPECT_EQ(std::min(1., first.time), largestSafeStep(a.motion(), separation));
     if (first.happens()) {
       EXPECT_EQ(first.time, timeOfImpact(a.motion(), first.kind, first.pair, separation));
@@ -369,6 +376,8 @@ TYPED_TEST(ContinuousCollision, OnThreads) {
   EXPECT_EQ(times_one.vertex_face, times_two.vertex_face);
   EXPECT_EQ(times_one.edge_edge, times_two.edge_edge);
   this->expectSame(first, earliestImpact(motion, 1e-3));
+  this->expectSame(first, earliestImpact(motion, 1e-3, two));
+  EXPECT_TRUE(one.edge_edge == two.edge_edge);
   this->expectSame(between, earliestImpact(motion, motion, 0));
   EXPECT_EQ(0, between.time) << "a mesh touches its like from the start";
 }

@@ -38,7 +38,7 @@
 /// - when a separation is negative, infinite or not a number;
 /// - where positions before are asked for and the model has none (Motion);
 /// - when a number of positions is not that of the vertices;
-/// - when a position in the world is not finite, or beyond 2^252;
+/// - when a position in the world is not finite, or much larger than a model may have them;
 /// - when a pair names a feature that is not there.
 namespace adaptive_bvh {
 
@@ -51,17 +51,24 @@ struct Motion {
   using Transform = fcl::Transform3<S>;
 
   /// From model.prev_vertices to model.vertices, as a two-frame update (beginUpdateModel) leaves
-  /// them; from start_tf to end_tf.
-  explicit Motion(const Model& moving, const Transform& start_tf = Transform::Identity(),
-                  const Transform& end_tf = Transform::Identity());
+  /// them; from one transform to another.
+  explicit Motion(const Model& moving, const Transform& from_tf = Transform::Identity(),
+                  const Transform& to_tf = Transform::Identity());
   /// From and to positions of your own, one per vertex in order; the model's may be among them.
-  Motion(const Model& moving, const Point* start, const Point* end, std::size_t count,
-         const Transform& start_tf = Transform::Identity(),
-         const Transform& end_tf = Transform::Identity());
+  Motion(const Model& moving, const Point* from, const Point* to, std::size_t count,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity());
   /// From vectors.
-  Motion(const Model& moving, const std::vector<Point>& start, const std::vector<Point>& end,
-         const Transform& start_tf = Transform::Identity(),
-         const Transform& end_tf = Transform::Identity());
+  Motion(const Model& moving, const std::vector<Point>& from, const std::vector<Point>& to,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity());
+  /// Vectors that end with the statement are refused.
+  Motion(const Model&, std::vector<Point>&&, const std::vector<Point>&,
+         const Transform& = Transform::Identity(),
+         const Transform& = Transform::Identity()) = delete;
+  Motion(const Model&, const std::vector<Point>&, std::vector<Point>&&,
+         const Transform& = Transform::Identity(),
+         const Transform& = Transform::Identity()) = delete;
 
   const Model* model;
   const Point *start, *end;  ///< in the model's frame
@@ -121,6 +128,14 @@ Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double 
 /// Within one mesh.
 template <typename BV>
 Impact earliestImpact(const Motion<BV>& mesh, double separation = 0);
+
+/// With all candidates, as `candidates` lists them: faster than both calls.
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation,
+                      FeaturePairs& pairs);
+/// Within one mesh.
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& mesh, double separation, FeaturePairs& pairs);
 
 /// The time up to which nothing comes together: at every earlier time all features are farther
 /// apart than `separation`. 1 when that holds for the whole motion. Take somewhat less to keep a

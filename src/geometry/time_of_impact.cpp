@@ -8,15 +8,15 @@
 namespace adaptive_bvh {
 namespace {
 
-using Point = MovingFeatures::Point;
-using Corners = std::array<Point, 4>;
+using Vector = MovingFeatures::Point;
+using Corners = std::array<Vector, 4>;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;
 
 /// Of length one, or zero where that is not sure.
-Point unit(const Point& direction) {
+Vector unit(const Vector& direction) {
   const double length = direction.norm();
-  return length > 1e-150 ? Point(direction / length) : Point(Point::Zero());
+  return length > 1e-150 ? Vector(direction / length) : Vector(Vector::Zero());
 }
 
 /// Unit vectors along which features may be apart: from the second to the first.
@@ -35,26 +35,26 @@ class Directions {
 
   /// The likeliest first. Zero where there is none. Near contact the difference of the nearest
   /// points has lost its digits; the normal has not, nor what is at right angles to an edge.
-  Point operator[](int k) const {
+  Vector operator[](int k) const {
     if (k == 0) return unit(difference_);
     if (k == 1) {
-      const Point normal = edges_[0].cross(edges_[1]);
-      return unit(normal.dot(difference_) < 0 ? Point(-normal) : normal);
+      const Vector normal = edges_[0].cross(edges_[1]);
+      return unit(normal.dot(difference_) < 0 ? Vector(-normal) : normal);
     }
     return across(edges_[k - 2], firsts_ == 2 && k == 4);
   }
 
  private:
-  Point across(const Point& edge, bool is_none) const {
+  Vector across(const Vector& edge, bool is_none) const {
     const double square = edge.squaredNorm();
-    if (is_none || !(square > 0)) return Point::Zero();
-    Point x = difference_ - (difference_.dot(edge) / square) * edge;
+    if (is_none || !(square > 0)) return Vector::Zero();
+    Vector x = difference_ - (difference_.dot(edge) / square) * edge;
     x -= (x.dot(edge) / square) * edge;
     return unit(x);
   }
 
   int firsts_;
-  Point edges_[3], difference_;
+  Vector edges_[3], difference_;
 };
 
 }  // namespace

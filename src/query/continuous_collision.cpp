@@ -36,9 +36,9 @@ double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Tra
     const fcl::Vector3d x = positions[i].template cast<double>();
     world[i] = is_still ? x : fcl::Vector3d(R * x + T);
     sum += world[i].lpNorm<1>() * 0;
-    largest = std::max(largest, std::max(x.lpNorm<1>(), world[i].lpNorm<1>()));
+    largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
   }
-  if (!(sum == 0) || !(largest <= rounding::largestCoordinate<double>()))
+  if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
     refuseMotion("a position is not finite, or too large");
   if (is_still) return 0;
   return 8 * std::numeric_limits<double>::epsilon() *
@@ -138,12 +138,12 @@ void timesOf(const Motion<BV>& first, const Motion<BV>* second, const FeaturePai
 }  // namespace
 
 template <typename BV>
-Motion<BV>::Motion(const Model& moving, const Transform& from, const Transform& to)
+Motion<BV>::Motion(const Model& moving, const Transform& from_tf, const Transform& to_tf)
     : model(&moving),
       start(moving.prev_vertices),
       end(moving.vertices),
-      start_tf(from),
-      end_tf(to) {
+      start_tf(from_tf),
+      end_tf(to_tf) {
   if (!start)
     refuseMotion(
         "the model has no positions of the step before: make a two-frame update "
@@ -215,6 +215,19 @@ Impact earliestImpact(const Motion<BV>& mesh, double separation) {
 }
 
 template <typename BV>
+Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation,
+                      FeaturePairs& pairs) {
+  return withQuery(first, &second, separation,
+                   [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
+}
+template <typename BV>
+Impact earliestImpact(const Motion<BV>& mesh, double separation, FeaturePairs& pairs) {
+  return withQuery<BV>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+    return findEarliestImpact(query, pairs);
+  });
+}
+
+template <typename BV>
 void safeDisplacements(const Motion<BV>& first, const Motion<BV>& second, double separation,
                        std::vector<double>& of_first, std::vector<double>& of_second) {
   withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
@@ -241,6 +254,8 @@ void safeDisplacements(const Motion<BV>& mesh, double separation,
   template void timesOfImpact(const Motion<BV>&, const FeaturePairs&, double, ImpactTimes&);     \
   template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double);                  \
   template Impact earliestImpact(const Motion<BV>&, double);                                     \
+  template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double, FeaturePairs&);   \
+  template Impact earliestImpact(const Motion<BV>&, double, FeaturePairs&);                      \
   template void safeDisplacements(const Motion<BV>&, const Motion<BV>&, double,                  \
                                   std::vector<double>&, std::vector<double>&);                   \
   template void safeDisplacements(const Motion<BV>&, double, std::vector<double>&);

@@ -77,6 +77,22 @@ Impact earliestImpact(const ContinuousQuery& query) {
   }
 }
 
+/// All candidates and, where the whole motion is searched at once, the earliest impact.
+template <bool kIsSelf>
+Impact listAll(const ContinuousQuery& query, FeaturePairs& pairs) {
+  if (firstPart(query) < 1) {
+    findCandidates(query, pairs);
+    return earliestImpact<kIsSelf>(query);
+  }
+  SweptBoxes boxes(query);
+  std::atomic<double> best{1};
+  const SweptPair pair = boxes.sweep({});
+  const FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
+  ListsAndImpact<kIsSelf> visitor(lists, {pair, boxes.frame(), {}, query.separation, best});
+  searchFeatures<kIsSelf>(pair, visitor, query.threads);
+  return visitor.impact();
+}
+
 }  // namespace
 
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
@@ -102,7 +118,6 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 }
 
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
-  pairs.clear();
   SweptBoxes boxes(query);
   const SweptPair pair = boxes.sweep({});
   const auto search = [&](auto is_self) {
@@ -135,6 +150,10 @@ void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTi
 
 Impact findEarliestImpact(const ContinuousQuery& query) {
   return query.isSelf() ? earliestImpact<true>(query) : earliestImpact<false>(query);
+}
+
+Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
+  return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
 }
 
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,

@@ -24,6 +24,8 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs);
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times);
 Impact findEarliestImpact(const ContinuousQuery& query);
+/// And all candidates.
+Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second);
 

@@ -4,6 +4,7 @@
 
 #include "geometry/moving_pairs4.h"
 #include "query/continuous_search.h"
+#include "query/feature_lists.h"
 #include "query/feature_tasks.h"
 
 namespace adaptive_bvh {
@@ -41,6 +42,7 @@ class EarliestImpact {
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) { add<2>(edges_, num_edges_, {e, f}); }
 
+  void begin() {}
   void finish() {
     testAll<1>(points_, num_points_);
     testAll<2>(edges_, num_edges_);
@@ -49,10 +51,14 @@ class EarliestImpact {
   long pairs() const { return pairs_; }           ///< whose boxes overlap
   long timeTests() const { return time_tests_; }  ///< of which the time of impact decided
 
-  EarliestImpact forWorker() const { return EarliestImpact(*this); }
+  EarliestImpact forWorker(FeaturePairs&) const { return EarliestImpact(*this); }
   struct Mark {};
   Mark mark() const { return {}; }
-  void take(const EarliestImpact& worker, Mark, Mark) {
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool&) {
+    for (const Found& task : tasks) take(*task.visitor);
+  }
+  void take(const EarliestImpact& worker) {
     if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
   }
 
@@ -164,6 +170,53 @@ class EarliestImpact {
   Ref points_[kSize], edges_[kSize];
   unsigned num_points_ = 0, num_edges_ = 0;
   long pairs_ = 0, time_tests_ = 0;
+};
+
+/// Both in one search: lists all pairs, and looks for the earliest impact.
+template <bool kIsSelf>
+class ListsAndImpact {
+ public:
+  ListsAndImpact(const FeatureLists<kIsSelf>& lists, const EarliestImpact<kIsSelf>& earliest)
+      : lists_(lists), earliest_(earliest) {}
+
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    lists_.vertexFace(v, t);
+    earliest_.vertexFace(v, t);
+  }
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    lists_.faceVertex(t, v);
+    earliest_.faceVertex(t, v);
+  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
+    lists_.edgeEdge(e, f);
+    earliest_.edgeEdge(e, f);
+  }
+  void begin() { lists_.begin(); }
+  void finish() { earliest_.finish(); }
+  const Impact& impact() const { return earliest_.impact(); }
+
+  ListsAndImpact forWorker(FeaturePairs& memory) const {
+    return {lists_.forWorker(memory), earliest_.forWorker(memory)};
+  }
+  using Mark = typename FeatureLists<kIsSelf>::Mark;
+  Mark mark() const { return lists_.mark(); }
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    struct Part {
+      FeatureLists<kIsSelf>* visitor;
+      Mark from, to;
+    };
+    std::vector<Part> parts;
+    for (const Found& task : tasks) {
+      parts.push_back({&task.visitor->lists_, task.from, task.to});
+      earliest_.take(task.visitor->earliest_);
+    }
+    lists_.take(parts, pool);
+  }
+
+ private:
+  FeatureLists<kIsSelf> lists_;
+  EarliestImpact<kIsSelf> earliest_;
 };
 
 }  // namespace adaptive_bvh

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
+
 #include "adaptive_bvh/feature_pairs.h"
+#include "geometry/scratch.h"
 #include "query/moving_mesh.h"
+#include "threads/task_pool.h"
 
 namespace adaptive_bvh {
 
@@ -10,43 +14,64 @@ template <bool kIsSelf>
 class FeatureLists {
  public:
   FeatureLists(const MovingMesh& first, const MovingMesh& second, FeaturePairs& pairs)
-      : first_(first), second_(second), pairs_(&pairs) {}
+      : first_(first), second_(second), pairs_(pairs) {}
+
+  void begin() { pairs_.clear(); }
 
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    pairs_->vertex_face.push_back({vertex(first_, v), triangle(second_, t)});
+    pairs_.vertex_face.push_back({vertex(first_, v), triangle(second_, t)});
   }
   ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
     if (kIsSelf)
-      pairs_->vertex_face.push_back({vertex(second_, v), triangle(first_, t)});
+      pairs_.vertex_face.push_back({vertex(second_, v), triangle(first_, t)});
     else
-      pairs_->face_vertex.push_back({triangle(first_, t), vertex(second_, v)});
+      pairs_.face_vertex.push_back({triangle(first_, t), vertex(second_, v)});
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
     const unsigned a = first_.features->edges()[e].number, b = second_.features->edges()[f].number;
     if (kIsSelf && b < a)
-      pairs_->edge_edge.push_back({b, a});
+      pairs_.edge_edge.push_back({b, a});
     else
-      pairs_->edge_edge.push_back({a, b});
+      pairs_.edge_edge.push_back({a, b});
   }
-
-  FeatureLists forWorker() const { return FeatureLists(first_, second_); }
   void finish() {}
-  struct Mark {
-    std::size_t sizes[3];
-  };
+
+  /// How many there are of each kind.
+  using Mark = std::array<std::size_t, 3>;
   Mark mark() const {
-    return {{pairs_->vertex_face.size(), pairs_->face_vertex.size(), pairs_->edge_edge.size()}};
+    return {pairs_.vertex_face.size(), pairs_.face_vertex.size(), pairs_.edge_edge.size()};
   }
-  void take(const FeatureLists& worker, const Mark& from, const Mark& to) {
-    append(pairs_->vertex_face, worker.pairs_->vertex_face, from.sizes[0], to.sizes[0]);
-    append(pairs_->face_vertex, worker.pairs_->face_vertex, from.sizes[1], to.sizes[1]);
-    append(pairs_->edge_edge, worker.pairs_->edge_edge, from.sizes[2], to.sizes[2]);
+  /// Lists apart, in memory that is kept in `memory`.
+  FeatureLists forWorker(FeaturePairs& memory) const {
+    return FeatureLists(first_, second_, memory);
+  }
+  /// Takes over what tasks found, in their order; `Found` has a visitor, and marks from and to.
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    takeKind(
+        0, pairs_.vertex_face, tasks, pool,
+        [](FeatureLists & f) -> auto& { return f.pairs_.vertex_face; });
+    takeKind(
+        1, pairs_.face_vertex, tasks, pool,
+        [](FeatureLists & f) -> auto& { return f.pairs_.face_vertex; });
+    takeKind(
+        2, pairs_.edge_edge, tasks, pool,
+        [](FeatureLists & f) -> auto& { return f.pairs_.edge_edge; });
   }
 
  private:
-  FeatureLists(const MovingMesh& first, const MovingMesh& second)
-      : first_(first), second_(second), own_(std::make_unique<FeaturePairs>()) {
-    pairs_ = own_.get();
+  template <typename Found, typename Of>
+  static void takeKind(std::size_t kind, std::vector<FeaturePair>& to,
+                       const std::vector<Found>& tasks, const TaskPool& pool, const Of& of) {
+    Scratch<std::size_t> begins(1, 0);
+    for (const Found& task : tasks)
+      begins.push_back(begins.back() + task.to[kind] - task.from[kind]);
+    to.resize(begins.back());
+    pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
+      const auto i = static_cast<std::size_t>(task);
+      const FeaturePair* const from = of(*tasks[i].visitor).data();
+      std::copy(from + tasks[i].from[kind], from + tasks[i].to[kind], to.data() + begins[i]);
+    });
   }
   static unsigned vertex(const MovingMesh& mesh, unsigned v) {
     return mesh.features->vertices()[v].vertex;
@@ -54,14 +79,9 @@ class FeatureLists {
   static unsigned triangle(const MovingMesh& mesh, unsigned place) {
     return (*mesh.owners)[place].triangle;
   }
-  static void append(std::vector<FeaturePair>& to, const std::vector<FeaturePair>& from,
-                     std::size_t begin, std::size_t end) {
-    to.insert(to.end(), from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
-  }
 
   const MovingMesh &first_, &second_;
-  std::unique_ptr<FeaturePairs> own_;
-  FeaturePairs* pairs_;
+  FeaturePairs& pairs_;
 };
 
 }  // namespace adaptive_bvh

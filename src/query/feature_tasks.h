@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <new>
 #include <vector>
 
+#include "adaptive_bvh/feature_pairs.h"
 #include "query/feature_search.h"
 #include "threads/task_pool.h"
 
@@ -45,65 +47,86 @@ class FeatureWalk {
   WideSearch<SameFrame<double>, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
 };
 
+/// What a worker's visitor may keep between queries.
+struct WorkerMemory {
+  VisitedMemory visited[2];
+  FeaturePairs pairs;
+};
+
 /// The walk cut into tasks, in the order in which one thread comes to them.
 ///
-///   visitor.forWorker()              another visitor, of one thread
-///   visitor.finish()                 after a task: what was found and not yet looked at
-///   visitor.mark()                   where it stands
-///   visitor.take(worker, from, to)   what a worker found between two marks
+///   visitor.forWorker(pairs)    another visitor, of one thread; `pairs` is memory
+///   visitor.begin()             before a thread runs tasks with it
+///   visitor.finish()            after a task: what was found and not yet looked at
+///   visitor.mark()              where it stands
+///   visitor.take(tasks, pool)   takes over what the tasks found
 template <bool kIsSelf, typename Visitor>
 class FeatureTasks {
  public:
   static constexpr std::size_t kLeastTasks = 512;
 
-  FeatureTasks(const SweptPair& pair, Visitor& visitor, const std::vector<NodePair>& tasks)
-      : pair_(pair), visitor_(visitor), tasks_(tasks), found_(tasks.size()) {}
+  /// `memory`: of each worker.
+  FeatureTasks(const SweptPair& pair, Visitor& visitor, const std::vector<NodePair>& tasks,
+               std::vector<WorkerMemory>& memory)
+      : pair_(pair), visitor_(visitor), tasks_(tasks), memory_(memory), found_(tasks.size()) {}
 
   /// Throws std::bad_alloc when memory ran out in a task.
   void run(const TaskPool& pool) {
-    workers_.resize(static_cast<std::size_t>(pool.size()));
+    const auto workers = static_cast<std::size_t>(pool.size());
+    workers_.resize(workers);
+    memory_.resize(std::max(workers, memory_.size()));
     pool.forEach(static_cast<int>(tasks_.size()), [this](int task, int slot) {
       try {
-        run(static_cast<std::size_t>(task), workers_[static_cast<std::size_t>(slot)]);
+        run(static_cast<std::size_t>(task), static_cast<std::size_t>(slot));
       } catch (const std::bad_alloc&) {
         out_of_memory_ = true;
       }
     });
     if (out_of_memory_) throw std::bad_alloc();
-    for (const Found& found : found_)
-      if (found.worker) visitor_.take(found.worker->visitor, found.from, found.to);
+    visitor_.take(found_, pool);
   }
 
  private:
   struct Worker {
-    explicit Worker(const FeatureTasks& tasks)
-        : visitor(tasks.visitor_.forWorker()), walk(tasks.pair_, visitor, memory) {}
-    VisitedMemory memory[2];
+    Worker(const FeatureTasks& tasks, WorkerMemory& memory)
+        : visitor(tasks.visitor_.forWorker(memory.pairs)),
+          walk(tasks.pair_, visitor, memory.visited) {
+      visitor.begin();
+    }
     Visitor visitor;
     FeatureWalk<kIsSelf, Visitor> walk;
   };
   /// What one task found: some of a worker's.
   struct Found {
-    const Worker* worker = nullptr;
-    typename Visitor::Mark from, to;
+    Visitor* visitor = nullptr;
+    typename Visitor::Mark from{}, to{};
   };
 
-  void run(std::size_t task, std::unique_ptr<Worker>& worker) {
-    if (!worker) worker = std::make_unique<Worker>(*this);
-    found_[task].from = worker->visitor.mark();
+  void run(std::size_t task, std::size_t slot) {
+    std::unique_ptr<Worker>& worker = workers_[slot];
+    if (!worker) worker = std::make_unique<Worker>(*this, memory_[slot]);
+    Found& found = found_[task];
+    found.visitor = &worker->visitor;
+    found.from = worker->visitor.mark();
     worker->walk.run(tasks_[task]);
     worker->visitor.finish();
-    found_[task].to = worker->visitor.mark();
-    found_[task].worker = worker.get();
+    found.to = worker->visitor.mark();
   }
 
   const SweptPair& pair_;
   Visitor& visitor_;
   const std::vector<NodePair>& tasks_;
+  std::vector<WorkerMemory>& memory_;
   std::vector<Found> found_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::atomic<bool> out_of_memory_{false};
 };
+
+/// That a calling thread keeps for those that help it.
+inline std::vector<WorkerMemory>& workersMemory() {
+  static thread_local std::vector<WorkerMemory> memory;
+  return memory;
+}
 
 /// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads.
 template <bool kIsSelf, typename Visitor>
@@ -115,9 +138,12 @@ void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
     std::vector<NodePair> tasks{{0, 0}};
     using Tasks = FeatureTasks<kIsSelf, Visitor>;
     walk.split(tasks, Tasks::kLeastTasks);
-    if (tasks.size() >= Tasks::kLeastTasks) return Tasks(pair, visitor, tasks).run(pool);
+    if (tasks.size() >= Tasks::kLeastTasks)
+      return Tasks(pair, visitor, tasks, workersMemory()).run(pool);
+    visitor.begin();
     for (const NodePair& task : tasks) walk.run(task);
   } else {
+    visitor.begin();
     walk.run({0, 0});
   }
   visitor.finish();

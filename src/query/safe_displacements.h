@@ -37,11 +37,14 @@ class SafeDisplacements {
           {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
   }
 
-  SafeDisplacements forWorker() const { return *this; }
+  /// Not on several threads: what it skips depends on the order.
+  SafeDisplacements forWorker(FeaturePairs&) const { return *this; }
+  void begin() {}
   void finish() {}
   struct Mark {};
   Mark mark() const { return {}; }
-  void take(const SafeDisplacements&, Mark, Mark) {}
+  template <typename Found>
+  void take(const std::vector<Found>&, const TaskPool&) {}
 
  private:
   struct Corner {
@@ -61,13 +64,35 @@ class SafeDisplacements {
     return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
   }
 
+  /// At most the distance of two features: that of the balls around their corners.
+  static double distanceOfBalls(const std::array<Corner, 4>& c, std::size_t firsts) {
+    fcl::Vector3d middle[2] = {fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
+    for (std::size_t i = 0; i < 4; ++i)
+      middle[i >= firsts] += *c[i].start / double(i < firsts ? firsts : 4 - firsts);
+    double radius[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i)
+      radius[i >= firsts] =
+          std::max(radius[i >= firsts], (*c[i].start - middle[i >= firsts]).squaredNorm());
+    return (middle[0] - middle[1]).norm() - std::sqrt(radius[0]) - std::sqrt(radius[1]);
+  }
+
+  /// What the two may move by now, with some reserve for rounding.
+  double needs(const std::array<Corner, 4>& c, std::size_t firsts) const {
+    double safe[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
+    return (separation_ + safe[0] + safe[1]) * (1 + 1e-9) + 4 * error();
+  }
+  double error() const { return std::max(pair_.first.error, pair_.second.error); }
+
   void share(FeatureKind kind, const std::array<Corner, 4>& c) {
     const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
+    const double far = distanceOfBalls(c, firsts);
+    if (far * (1 - 1e-9) > needs(c, firsts) && far > 1e-6 * c[0].start->norm()) return;
     double moves[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i)
       moves[i >= firsts] = std::max(moves[i >= firsts], c[i].motion());
     const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
-    const MovingFeatures still(kind, at, at, std::max(pair_.first.error, pair_.second.error));
+    const MovingFeatures still(kind, at, at, error());
     const double room = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
     const double sum = moves[0] + moves[1];
     if (!(sum * (1 + 1e-12) > room)) return;

@@ -22,7 +22,7 @@ void refitLeaf(WideNode& node, const VertexSlots& slots, const Box* vertices) {
   Box boxes[4];
   for (Box& box : boxes) box = {float4::all(kNone), float4::all(-kNone)};
   for (int i = 0; i < node.count; ++i) {
-    const VertexIndices at = slots.slotsOf(static_cast<std::size_t>(node.first + i));
+    const VertexIndices at = slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
     boxes[i] = vertices[at[0]];
     boxes[i].add(vertices[at[1]]);
     boxes[i].add(vertices[at[2]]);

@@ -80,7 +80,8 @@ std::vector<ContactCase> bodyCases(int resolution, bool aligned) {
   for (Job job : {Job::Collide, Job::Distance})
     all.push_back({job, scenarios::pressedRodsPair({resolution, aligned})});
   for (const Body& body :
-       {scenarios::foldingSheet(resolution), scenarios::crumpledSheet(resolution)})
+       {scenarios::foldingSheet(resolution), scenarios::crumpledSheet(resolution),
+        scenarios::pressedRods(resolution)})
     all.push_back({Job::Continuous, alone(body, aligned)});
   return all;
 }

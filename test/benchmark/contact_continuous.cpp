@@ -22,8 +22,7 @@ class Continuous : public ContactMethod {
   }
   void query() override {
     const adaptive_bvh::Motion<fcl::RSSd> motion(model_, start_, end_);
-    candidates(motion, 0, pairs_);
-    first_ = earliestImpact(motion);
+    first_ = earliestImpact(motion, 0, pairs_);
   }
   ContactAnswer answer() override {
     ContactAnswer answer;

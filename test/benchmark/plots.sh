@@ -89,7 +89,7 @@ GNUPLOT
 contact() {
   local key plots=""
   for key in fcl-rss cgal embree embree-planes recorded coherent; do
-    jq -r --arg key "$key" "$jq_tools"'.[]
+    jq -r --arg key "$key" "$jq_tools"'.[] | select(.job != "continuous")
       | ([.methods[] | select(.key == $key)
           | [.update_ms, .query_ms] | transpose | map(add) | median] | .[0] // "NaN") as $ms
       | "\"\(.job): \(.name | sub("\\.[a-z]+$"; ""))\(

@@ -19,6 +19,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
@@ -159,7 +160,9 @@ class Subject {
       case 31: octree(in); break;
       case 32: translate(in, before); break;
       case 33: otherVolumes(); break;
-      case 34: proximity(in); break;
+      case 34:
+      case 35: continuous(in); break;
+      case 36: proximity(in); break;
       default: criterion(in); break;
     }
     check(state, before);
@@ -413,6 +416,51 @@ class Subject {
     if (!(closest.distance > 1e-6)) return;
     const auto hit = adaptive_bvh::firstHit<BV>(*model_, x, Point(closest.point - x));
     REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
+
+  /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
+  /// and no vertex that stays within its bounds brings anything together.
+  void continuous(Bytes& in) {
+    using Motion = adaptive_bvh::Motion<BV>;
+    const Points start = frame(), end = in.points(some(in));
+    const fcl::Transform3d still = fcl::Transform3d::Identity(),
+                           end_tf = in.oneIn(2) ? pose(in) : still;
+    const double separation = in.oneIn(4) ? in.coordinate() : in.below(4) / 16.;
+    if (!isBuilt() && !isBuilding()) return;  // a frame is open; asked when it is closed
+    adaptive_bvh::FeaturePairs pairs, again;
+    adaptive_bvh::ImpactTimes times;
+    std::vector<double> safe, of_obstacle;
+    try {
+      const Motion motion(*model_, start, end, still, end_tf);
+      const Points of_rest = pointsOf(obstacle());
+      const Motion rest(obstacle(), of_rest, of_rest);
+      const adaptive_bvh::Impact first = earliestImpact(motion, separation);
+      REQUIRE(isQueryable() && isUsable(end) && separation >= 0 && std::isfinite(separation));
+      const adaptive_bvh::Impact listed = earliestImpact(motion, separation, pairs);
+      candidates(motion, separation, again);
+      REQUIRE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
+      timesOfImpact(motion, pairs, separation, times);
+      double earliest = adaptive_bvh::Impact::kNever;
+      for (const auto* of : {&times.vertex_face, &times.edge_edge})
+        for (const double time : *of) earliest = std::min(earliest, time);
+      safeDisplacements(motion, rest, separation, safe, of_obstacle);
+      REQUIRE(safe.size() == start.size());
+      for (const double length : safe) REQUIRE(length >= 0);
+      REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
+      if (!isPlainFrame() || !std::all_of(end.begin(), end.end(), [](const Point& p) {
+            return isPlain(p[0]) && isPlain(p[1]) && isPlain(p[2]);
+          }))
+        return;
+      REQUIRE(first.time == earliest && listed.time == earliest);
+      if (!first.happens()) return;
+      REQUIRE(first.kind == listed.kind && first.pair == listed.pair);
+      REQUIRE(timeOfImpact(motion, first.kind, first.pair, separation) == first.time);
+    } catch (const std::invalid_argument&) {
+      REQUIRE(!isQueryable() || !isUsable(end) || end.size() != start.size() ||
+              !(separation >= 0 && std::isfinite(separation)) || start.empty());
+    }
+  }
+  static Points pointsOf(const Model& model) {
+    return Points(model.vertices, model.vertices + model.num_vertices);
   }
 
   /// The distance of a sphere, and its points in the world, in either order.

@@ -1,5 +1,5 @@
 // Which triangle owns which vertex and edge, against sets of all vertices and edges.
-#include "tree/feature_owners.h"
+#include "tree/feature_leaves.h"
 
 #include <gtest/gtest.h>
 
@@ -86,6 +86,51 @@ TEST(FeatureOwners, AreInTheOrderOfLeaves) {
       EXPECT_EQ(unsigned(model.getBV(i).primitiveId()),
                 owners[std::size_t(model.getBV(i).first_primitive)].triangle);
     }
+}
+
+/// Leaves of a four-wide tree have what their triangles own: every vertex and edge once, in groups
+/// that are filled up.
+TEST(FeatureLeaves, HaveAllFeaturesOnce) {
+  for (const auto& mesh : meshes()) {
+    Model model;
+    ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+    FeatureOwners owners;
+    owners.adopt(model);
+    adaptive_bvh::WideTree<double> tree;
+    tree.adopt(model);
+    adaptive_bvh::VertexSlots slots;
+    slots.adopt(model);
+    adaptive_bvh::FeatureLeaves features;
+    features.adopt(tree, owners, slots);
+    std::size_t vertices = 0, edges = 0;
+    for (std::size_t place = 0; place < owners.size(); ++place) {
+      vertices += std::size_t(__builtin_popcount(owners[place].vertices()));
+      edges += std::size_t(__builtin_popcount(owners[place].edges()));
+    }
+    std::set<unsigned> found_vertices, found_edges;
+    for (const auto& leaf : features.leaves()) {
+      for (unsigned i = 0; i < leaf.num_vertices; ++i) {
+        const auto& owned = features.vertices()[4 * leaf.vertices + i];
+        EXPECT_TRUE(found_vertices.insert(owned.vertex).second);
+        EXPECT_EQ(owned.vertex, slots.vertices()[owned.slot]);
+      }
+      for (unsigned i = 0; i < leaf.num_edges; ++i) {
+        const auto& owned = features.edges()[4 * leaf.edges + i];
+        EXPECT_TRUE(found_edges.insert(owned.number).second);
+        const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), owned.number);
+        for (int k = 0; k < 2; ++k) {
+          EXPECT_EQ(ends[std::size_t(k)], owned.vertices[k]);
+          EXPECT_EQ(owned.vertices[k], slots.vertices()[owned.slots[k]]);
+        }
+      }
+      EXPECT_EQ((leaf.num_edges + 3u) / 4, leaf.edgeGroups());
+      EXPECT_EQ((leaf.num_vertices + 3u) / 4, leaf.vertexGroups());
+    }
+    EXPECT_EQ(vertices, found_vertices.size());
+    EXPECT_EQ(edges, found_edges.size());
+    EXPECT_EQ(0u, features.vertices().size() % 4);
+    EXPECT_EQ(0u, features.edges().size() % 4);
+  }
 }
 
 /// Once for each topology; a copy has none and finds its own.
