@@ -416,6 +416,7 @@ class Subject {
     if (!(closest.distance > 1e-6)) return;
     const auto hit = adaptive_bvh::firstHit<BV>(*model_, x, Point(closest.point - x));
     REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
+  }
 
   /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
   /// and no vertex that stays within its bounds brings anything together.
