@@ -16,8 +16,8 @@ namespace adaptive_bvh {
 /// and rays). Every answer is that of a test of all pairs of triangles on the present positions, in
 /// double precision, for models of either precision.
 ///
-/// **Rounding.** Distances are off by less than 2^-46 (1.4e-14) of the largest coordinate of the
-/// pair, seen from the first model. A pair whose distance is so near to d may be in or out. A
+/// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
+/// models, seen from the first. A pair whose distance is so near to d may be in or out. A
 /// distance below 2^-48 of the extent of its two triangles counts as 0.
 ///
 /// **Frames and units.** `tf1` and `tf2` place the models in the world; lengths are in the models'

@@ -7,11 +7,12 @@
 
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
+#include "geometry/triangle_gap.h"
 
 namespace adaptive_bvh {
 
-/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and FCL's exact
-/// distance. All in the frame of the first mesh.
+/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, FCL's exact
+/// distance, and our own. All in the frame of the first mesh.
 template <typename S>
 class TriangleSeparation {
  public:
@@ -90,6 +91,19 @@ class TriangleSeparation {
     return {placed(b[0]), placed(b[1]), placed(b[2])};
   }
 
+  /// Without FCL's thresholds on size: see gapOf.
+  S nearestDistance(const VertexIndices& a, const VertexIndices& b, Point& on_a,
+                    Point& on_b) const {
+    const auto p = firstCorners(a);
+    const TriangleGap gap = gapOf(
+        {p[0].template cast<double>(), p[1].template cast<double>(), p[2].template cast<double>()},
+        secondCorners(b));
+    on_a = gap.points.first.template cast<S>();
+    on_b = gap.points.second.template cast<S>();
+    return static_cast<S>(gap.distance);
+  }
+
+  /// FCL's.
   S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
     return fcl::detail::TriangleDistance<S>::triDistance(
         vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]], vertices2_[b[0]], vertices2_[b[1]],

@@ -96,10 +96,13 @@ void DistanceVisitor<BV>::addWitness(int triangle1, int triangle2) {
       triangle2 >= second_.model->num_tris)
     return;
   Point on1, on2;
-  const S d = triangles_.distance(viewOf(*first_.model).verticesOf(unsigned(triangle1)),
-                                  viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
+  const S d = distanceOf(viewOf(*first_.model).verticesOf(unsigned(triangle1)),
+                         viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
   ++work_.leaf_tests;
-  if (d < result_.min_distance) improve(d, triangle1, triangle2, on1, on2);
+  if (d < result_.min_distance)
+    improve(d, triangle1, triangle2, on1, on2);
+  else
+    triangles_.lookAlong(on1, on2);
 }
 
 template <typename BV>
@@ -378,7 +381,7 @@ double DistanceVisitor<BV>::testTriangles(int i, int j, double bound, double sla
     if (separation >= limit_) return bound;
   }
   Point on1, on2;
-  const S d = triangles_.distance(a, b, on1, on2);
+  const S d = distanceOf(a, b, on1, on2);
   ++work_.leaf_tests;
   if (d < result_.min_distance)
     improve(d, first_.model->getBV(quad1_.below[i].node).primitiveId(),

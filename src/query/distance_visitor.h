@@ -40,6 +40,12 @@ class DistanceVisitor {
 
   /// False when the objects are so far apart, for their sizes, that single precision will not do.
   bool isPossible() const { return boxes_.isPrecise(); }
+  /// To be called first, when it only matters whether the distance is at most `enough`: the search
+  /// ends with the first such pair. Distances of triangles are then our own, not FCL's.
+  void stopAt(S enough) {
+    enough_ = enough;
+    is_own_ = true;
+  }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
   /// From now on, adds the pairs at which a search stops to `pairs`; those that it comes to from
@@ -67,8 +73,8 @@ class DistanceVisitor {
     return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
   }
 
-  /// The distance is 0: nothing can be nearer.
-  bool isDone() const { return result_.min_distance <= 0; }
+  /// The distance is 0, so nothing can be nearer; or small enough.
+  bool isDone() const { return result_.min_distance <= enough_; }
 
   /// To be called after the search. Counts it as a recorded query of both models. Returns whether
   /// it found a smaller distance than `result` came with.
@@ -124,6 +130,10 @@ class DistanceVisitor {
   void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open);
   void stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open, double* least);
   double testTriangles(int i, int j, double bound, double slack);
+  S distanceOf(const VertexIndices& a, const VertexIndices& b, Point& on1, Point& on2) const {
+    return is_own_ ? triangles_.nearestDistance(a, b, on1, on2)
+                   : triangles_.distance(a, b, on1, on2);
+  }
   void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
   void setLimit();
   /// `bound` bounds the distance below two nodes.
@@ -157,6 +167,8 @@ class DistanceVisitor {
   float limit2_ = 0;   // as a squared gap of boxes: see BoxPair
   float nearly2_ = 0;  // a squared gap that would prune if boxes were exact
   bool improved_ = false;
+  S enough_ = 0;         ///< a distance that ends the search
+  bool is_own_ = false;  ///< distances of triangles are ours
   std::vector<Pair>& open_;
   BoxQuad quad1_, quad2_;  // of the pair that is split
   int quad2_of_ = -1;

@@ -1,6 +1,7 @@
 #include "query/pair_cache.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace adaptive_bvh {
 
@@ -81,33 +82,67 @@ void Front<BV>::searchFromPairs(DistanceVisitor<BV>& visitor) {
   account_.add(cost, cost_from_roots_);
 }
 
+namespace {
+
+/// Searches from the front, where there is one and the witness is not enough.
+template <typename BV>
+void search(DistanceVisitor<BV>& visitor, PairCache<BV>& cache,
+            const fcl::DistanceResult<typename BV::S>& result) {
+  visitor.addWitness(cache.witness1, cache.witness2);
+  if (!visitor.isDone() && cache.front)
+    cache.front->search(visitor);
+  else if (!visitor.isDone())
+    visitor.search(0, 0);
+  else if (cache.front)
+    cache.front->clear();
+  if (!visitor.finish()) return;
+  cache.witness1 = static_cast<int>(result.b1);
+  cache.witness2 = static_cast<int>(result.b2);
+}
+
+/// How far the transforms have moved the models since its front was begun.
+template <typename BV>
+double moveTo(PairCache<BV>& cache, const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
+  if (!cache.front) return 0;
+  cache.front->moveTo(first, second);
+  return cache.front->rigidMotion();
+}
+
+}  // namespace
+
 template <typename BV>
 bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                      const DistanceQuery<typename BV::S>& query, PairCache<BV>& cache) {
   if (query.isSatisfied()) return true;
-  const bool with_front = cache.front.has_value();
-  if (with_front) cache.front->moveTo(first, second);
-  DistanceVisitor<BV> visitor(first, second, query, with_front ? cache.front->rigidMotion() : 0);
+  DistanceVisitor<BV> visitor(first, second, query, moveTo(cache, first, second));
   if (!visitor.isPossible()) return false;
-  visitor.addWitness(cache.witness1, cache.witness2);
-  if (visitor.isDone()) {
-    if (with_front) cache.front->clear();
-  } else if (with_front) {
-    cache.front->search(visitor);
-  } else {
-    visitor.search(0, 0);
-  }
-  if (visitor.finish()) {
-    cache.witness1 = static_cast<int>(query.result.b1);
-    cache.witness2 = static_cast<int>(query.result.b2);
-  }
+  search(visitor, cache, query.result);
   return true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                          \
-  template class Front<BV>;                                                   \
-  template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, \
-                                const DistanceQuery<BV::S>&, PairCache<BV>&);
+template <typename BV>
+bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                    typename BV::S enough, PairCache<BV>& cache, bool& is_nearer,
+                    typename BV::S& farther) {
+  using S = typename BV::S;
+  const fcl::DistanceRequest<S> request;
+  fcl::DistanceResult<S> result(
+      std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));
+  DistanceVisitor<BV> visitor(first, second, {request, result}, moveTo(cache, first, second));
+  if (!visitor.isPossible()) return false;
+  visitor.stopAt(enough);
+  search(visitor, cache, result);
+  is_nearer = result.min_distance <= enough;
+  farther = result.min_distance;
+  return true;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                \
+  template class Front<BV>;                                                         \
+  template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,       \
+                                const DistanceQuery<BV::S>&, PairCache<BV>&);       \
+  template bool compareByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, BV::S, \
+                               PairCache<BV>&, bool&, BV::S&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -1,11 +1,12 @@
 #include "adaptive_bvh/proximity.h"
 
-#include <cmath>
-#include <string>
+#include <algorithm>
+#include <type_traits>
 
 #include "model_state.h"
 #include "query/near_features.h"
 #include "query/near_pairs.h"
+#include "query/pair_cache.h"
 #include "query/proximity_arguments.h"
 #include "query/rigid_motion.h"
 #include "query/within_search.h"
@@ -121,6 +122,16 @@ bool search(const PairOfMeshes<BV>& meshes, double distance, AnyPair& any) {
   return any.found;
 }
 
+/// As compareByBoxes, which is the faster way for distances that are not next to nothing. Its
+/// bounds are rounded as the models' own numbers, so they must be double.
+template <typename BV>
+bool canCompareByBoxes(const PairOfMeshes<BV>& meshes, double distance) {
+  constexpr double kNothing = 1e-9;
+  const auto size = double(meshes.first.model->aabb_radius + meshes.second.model->aabb_radius);
+  return std::is_same<typename BV::S, double>::value && meshes.first.hasBoxes() &&
+         meshes.second.hasBoxes() && distance > kNothing * size;
+}
+
 /// The last pair that was near, and a search only where it is not any more.
 template <typename BV>
 class NearestKnown {
@@ -132,6 +143,11 @@ class NearestKnown {
 
   double distance() const { return meshes_.gap(pair_.first, pair_.second).distance; }
   bool isNearer(double limit) const { return distance() <= limit; }
+  PairCache<BV> cache() const { return {int(pair_.first), int(pair_.second), {}}; }
+  void keep(const PairCache<BV>& cache) {
+    pair_ = {unsigned(cache.witness1), unsigned(cache.witness2)};
+    witnesses_.keep(meshes_.second.model, pair_);
+  }
   bool searchNearer(double limit) {
     AnyPair any;
     if (!search(meshes_, limit, any)) return false;
@@ -159,7 +175,17 @@ bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename 
   const PairOfMeshes<BV> meshes(first, tf1, second, tf2);
   NearestKnown<BV> known(meshes);
   const auto limit = static_cast<double>(distance);
-  return known.isNearer(limit) || known.searchNearer(limit);
+  if (known.isNearer(limit)) return true;
+  if (canCompareByBoxes(meshes, limit)) {
+    PairCache<BV> cache = known.cache();
+    bool is_nearer = false;
+    typename BV::S farther = distance;
+    if (compareByBoxes(meshes.first, meshes.second, distance, cache, is_nearer, farther)) {
+      known.keep(cache);
+      return is_nearer;
+    }
+  }
+  return known.searchNearer(limit);
 }
 
 template <typename BV>
@@ -170,8 +196,8 @@ struct CoherentProximity<BV>::State {
   /// How far the models have moved, in all, when the bound was found; and at the last call.
   double moved_then = 0, moved = 0;
   double bound = -1;  ///< of their distance then; negative where there is none
-  double reach = 0;   ///< how much farther than asked the next search looks
   std::size_t searches = 0;
+  PairCache<BV> cache = {0, 0, Front<BV>()};
 
   /// Brings `moved` up to date. Returns by how much it grew.
   double move(const PairOfMeshes<BV>& meshes) {
@@ -190,6 +216,9 @@ struct CoherentProximity<BV>::State {
   bool isSurelyFarther(double distance) const {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
+  }
+  bool isWitnessNear(const PairOfMeshes<BV>& meshes, double distance) const {
+    return meshes.gap(unsigned(cache.witness1), unsigned(cache.witness2)).distance <= distance;
   }
   void setBound(double farther_than) {
     bound = farther_than;
@@ -224,24 +253,24 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   requireQueryable(state.first);
   requireQueryable(state.second);
   const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);
+  // As far as sixteen steps like the last one could use up.
+  constexpr double kSteps = 16;
   const double step = state.move(meshes);
   const auto limit = static_cast<double>(distance);
   if (state.isSurelyFarther(limit)) return false;
+  if (canCompareByBoxes(meshes, limit)) {
+    if (state.isWitnessNear(meshes, limit)) return true;
+    ++state.searches;
+    bool is_nearer = false;
+    S farther = distance + static_cast<S>(kSteps * step);
+    if (compareByBoxes(meshes.first, meshes.second, distance, state.cache, is_nearer, farther)) {
+      if (!is_nearer) state.setBound(static_cast<double>(farther));
+      return is_nearer;
+    }
+  }
   NearestKnown<BV> known(meshes);
   if (known.isNearer(limit)) return true;
   ++state.searches;
-  // As far as sixteen steps like the last one could use up, unless something is known to be there.
-  constexpr double kSteps = 16;
-  const double reach = std::min(kSteps * step, (known.distance() - limit) / 2);
-  if (reach > 2 * step || step == 0) {
-    const double farther = limit + reach;
-    if (!known.searchNearer(farther)) {
-      state.setBound(farther);
-      return false;
-    }
-    if (known.isNearer(limit)) return true;
-    ++state.searches;
-  }
   if (known.searchNearer(limit)) return true;
   state.setBound(limit);
   return false;
