@@ -125,9 +125,8 @@ double MovingFeatures::shareAlong(const Point& direction, const Corners& now,
 
 double MovingFeatures::timeOfImpact(double separation, double until) const {
   constexpr int kMostSteps = 200;
-  constexpr double kLook = 4;  // so much farther than along one direction
   const double target = separation * (1 + 4 * kUnit) + slack_;
-  double t = 0;
+  double t = 0, look = 4;  // so much farther than along one direction
   for (int count = 0; count < kMostSteps; ++count) {
     const Corners now = at(t);
     const Directions directions(firsts_, now);
@@ -140,13 +139,14 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
       step = std::max(step, along);
     }
     if (!(t + step > t * (1 + 16 * kUnit))) return t;
-    const double farther = std::min(t + kLook * step, 1.);
+    const double farther = std::min(t + look * step, 1.);
     const Corners later = at(farther);
     const Point direction = directions[best];
     Point turned = Directions(firsts_, later)[best];
     if (turned.dot(direction) < 0) turned = -turned;
-    const double share = shareAlong(direction, now, turned, later, target) * (1 - 4 * kUnit);
-    t = std::max(t + step, t + share * (farther - t));
+    const double share = shareAlong(direction, now, turned, later, target);
+    look = share == 1 ? 8 * look : std::max(2., 2 * share * look);
+    t = std::max(t + step, t + share * (1 - 4 * kUnit) * (farther - t));
   }
   return t;
 }
