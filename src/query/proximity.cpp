@@ -271,8 +271,12 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   NearestKnown<BV> known(meshes);
   if (known.isNearer(limit)) return true;
   ++state.searches;
-  if (known.searchNearer(limit)) return true;
-  state.setBound(limit);
+  double farther = std::min(limit + kSteps * step, (limit + known.distance()) / 2);
+  if (known.searchNearer(farther)) {
+    if (known.isNearer(limit) || known.searchNearer(limit)) return true;
+    farther = limit;
+  }
+  state.setBound(farther);
   return false;
 }
 
