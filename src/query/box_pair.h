@@ -108,6 +108,9 @@ class BoxPair {
   }
   float ratio() const { return ratio_; }
 
+  /// By so much boxes may be nearer to each other, along any direction, than what they hold.
+  double error() const { return error_ / scale_; }
+
   /// Two nodes whose squared gap is at least this are at least `distance` apart.
   template <typename S>
   float squaredGapFor(S distance) const {
