@@ -3,46 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/boxes4.h"
+#include "geometry/frame_change.h"
 #include "tree/box_tree.h"
 
 namespace adaptive_bvh {
-
-/// A change of frame: y' = M y + t, M a rotation times a scale.
-class FrameChange {
- public:
-  FrameChange() = default;
-  FrameChange(const fcl::Matrix3d& m, const fcl::Vector3d& t) {
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        m_[i][k] = float4::all(static_cast<float>(m(i, k)));
-        sizes_[i][k] = float4::absolute(m_[i][k]);
-      }
-      t_[i] = float4::all(static_cast<float>(t[i]));
-    }
-  }
-
-  /// The boxes around the boxes in the new frame.
-  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
-    const Float4 half = float4::all(0.5f);
-    Float4 center[3], side[3];
-    for (int k = 0; k < 3; ++k) {
-      center[k] = (boxes.low[k] + boxes.high[k]) * half;
-      side[k] = (boxes.high[k] - boxes.low[k]) * half;
-    }
-    Boxes4 turned;
-    for (int i = 0; i < 3; ++i) {
-      const Float4 c = t_[i] + m_[i][0] * center[0] + m_[i][1] * center[1] + m_[i][2] * center[2];
-      const Float4 s = sizes_[i][0] * side[0] + sizes_[i][1] * side[1] + sizes_[i][2] * side[2];
-      turned.low[i] = c - s;
-      turned.high[i] = c + s;
-    }
-    return turned;
-  }
-
- private:
-  Float4 m_[3][3], sizes_[3][3], t_[3];
-};
 
 /// Of boxes i of one tree and j of another, four by four: row[j][i].
 struct Gaps4x4 {
@@ -107,6 +71,9 @@ class BoxPair {
       gaps.row[j] = float4::upper<Float4>(gaps.row[j], second.row[j] * float4::all(ratio2_));
   }
   float ratio() const { return ratio_; }
+
+  /// By so much boxes may be nearer to each other, along any direction, than what they hold.
+  double error() const { return error_ / scale_; }
 
   /// Two nodes whose squared gap is at least this are at least `distance` apart.
   template <typename S>

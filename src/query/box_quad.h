@@ -46,6 +46,13 @@ class BoxQuad {
   /// Those below the left child.
   unsigned leftLanes() const { return (1u << first_right) - 1; }
 
+  /// Of the largest box: the sum of its sides.
+  float largest() const {
+    Float4 sizes = float4::all(0);
+    for (int k = 0; k < 3; ++k) sizes += boxes.high[k] - boxes.low[k];
+    return packs::largest(sizes);
+  }
+
   CountedNode below[4];
   int count = 0;
   int first_right = 0;  ///< the first that is below the right child

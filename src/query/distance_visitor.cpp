@@ -62,6 +62,8 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       vertices_(first_, second_, triangles_.R(), triangles_.T()),
       has_volumes_(first.tree->volumesAreCurrent() && second.tree->volumesAreCurrent()),
       volumes_(separationsOf(triangles_, first, second, has_volumes_)),
+      line_(first, second, triangles_.R(), triangles_.T(),
+            boxes_.error() + static_cast<double>(volumes_.error())),
       rounding_(roundingOf(triangles_, first, second)),
       open_(openPairs<Pair>()) {
   open_.reserve(16 *
@@ -88,6 +90,7 @@ void DistanceVisitor<BV>::improve(S distance, int triangle1, int triangle2, cons
   improved_ = true;
   setLimit();
   triangles_.lookAlong(on1, on2);
+  line_.lookAlong(triangles_.direction());
 }
 
 template <typename BV>
@@ -151,6 +154,7 @@ bool DistanceVisitor<BV>::prune(const Pair& pair, S& separation) {
   if (pair.gap < kNear * limit2_ || pair.first.leaves + pair.second.leaves <= kFew) return false;
   S bound = has_volumes_ ? separationOf(node1, node2) : S(0);
   if (has_volumes_ && bound < limit_) separation = bound;
+  if (bound < limit_) bound = std::max(bound, S(line_(node1, node2, has_volumes_)));
   if (bound < limit_) {
     if (!mayReadVertices(pair, bound)) return false;
     const auto enough = static_cast<double>(limitWithinRounding());
@@ -209,7 +213,8 @@ void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
     push(pair, gaps, open);
 }
 
-/// Both nodes are split, or only one that is much larger. The second one's often stays.
+/// Both nodes are split, or only one: that which is much larger, or which does not become smaller
+/// by it because all lies everywhere below. The second one's quad often stays.
 template <typename BV>
 void DistanceVisitor<BV>::setQuads(const Pair& pair) {
   const auto size = [](const Box& box) { return float4::sum(box.high - box.low); };
@@ -224,12 +229,17 @@ void DistanceVisitor<BV>::setQuads(const Pair& pair) {
       quad.setBelow(tree, node);
   };
   set(quad1_, nodes1_, pair.first, !small1 && !small2 && size2 > kMuchLarger * size1);
-  const bool alone2 = !small1 && !small2 && size1 > kMuchLarger * size2;
-  if (quad2_of_ == pair.second.node && quad2_alone_ == alone2) return;
-  quad2_of_ = pair.second.node;
-  quad2_alone_ = alone2;
-  set(quad2_, nodes2_, pair.second, alone2);
-  turned2_ = boxes_.toFirst()(quad2_.boxes);
+  const bool are_large = !small1 && !small2;
+  const bool alone2 = are_large && (size1 > kMuchLarger * size2 ||
+                                    (size1 >= size2 && quad1_.largest() > kNoSmaller * size1));
+  if (quad2_of_ != pair.second.node || quad2_alone_ != alone2) {
+    quad2_of_ = pair.second.node;
+    quad2_alone_ = alone2;
+    set(quad2_, nodes2_, pair.second, alone2);
+    turned2_ = boxes_.toFirst()(quad2_.boxes);
+  }
+  if (are_large && size2 > size1 && boxes_.ratio() * quad2_.largest() > kNoSmaller * size2)
+    quad1_.setNode(nodes1_, pair.first);
 }
 
 /// Bit 4 j + i where the gap of i and j is smaller.

@@ -7,6 +7,7 @@
 #include "geometry/triangle_separation.h"
 #include "query/box_pair.h"
 #include "query/box_quad.h"
+#include "query/line_separation.h"
 #include "query/placed_mesh.h"
 #include "query/vertex_separation.h"
 #include "volume/each_volume.h"
@@ -99,6 +100,8 @@ class DistanceVisitor {
   static constexpr double kNearly = 63. / 64;
   /// Of two boxes only the larger is split, when it is larger by this factor.
   static constexpr float kMuchLarger = 2;
+  /// A node whose largest part is larger than this share of it does not become smaller by a split.
+  static constexpr float kNoSmaller = 0.8f;
 
   static bool isSmall(const CountedNode& node) { return node.leaves <= BoxQuad::kSmall; }
   /// Of pairs of lanes, bit 4 j + i for i of the first: the lanes of either side.
@@ -162,6 +165,7 @@ class DistanceVisitor {
   /// FCL's volumes may be read: none waits to be brought up to date.
   const bool has_volumes_;
   const VolumeSeparation<BV> volumes_;
+  LineSeparation<BV> line_;
   const S rounding_;   // of FCL's distance of two triangles
   S limit_;            // distances from here on do not matter
   float limit2_ = 0;   // as a squared gap of boxes: see BoxPair

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/frame_change.h"
 #include "geometry/triangle_contact.h"
 #include "geometry/triangle_pairs4.h"
 #include "tree/wide_tree.h"
@@ -40,13 +41,6 @@ class RelativeFrame {
     const fcl::Matrix3d m =
         first.toBody() * turn * second.toBody().transpose() / (second.scale() * second.scale());
     const fcl::Vector3d t = first.toBody() * (turn * second.origin() + moved - first.origin());
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        m_[i][k] = float4::all(static_cast<float>(m(i, k)));
-        sizes_[i][k] = float4::absolute(m_[i][k]);
-      }
-      t_[i] = float4::all(static_cast<float>(t[i]));
-    }
     // Coordinates in either tree are below 2. FCL computes R x + T in its own numbers.
     in_model_ = 4 * first.scale() *
                 (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
@@ -57,8 +51,7 @@ class RelativeFrame {
              (1 + 2 * ratio) * static_cast<double>(WideTree<S>::kPositionError) + in_model_;
     longest_ = std::max(1., ratio);
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
-    margin_ = float4::all(
-        static_cast<float>(2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>())));
+    change_ = FrameChange(m, t, 2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>()));
   }
 
   /// Whether single precision can express both; else FCL's traversal is to answer.
@@ -75,33 +68,13 @@ class RelativeFrame {
     for (fcl::Vector3<S>& x : points) x = R * x + T;
   }
 
-  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
-    const Float4 half = float4::all(0.5f);
-    Float4 center[3], side[3];
-    for (int k = 0; k < 3; ++k) {
-      center[k] = (boxes.low[k] + boxes.high[k]) * half;
-      side[k] = (boxes.high[k] - boxes.low[k]) * half;
-    }
-    Boxes4 turned;
-    for (int i = 0; i < 3; ++i) {
-      const Float4 c = t_[i] + m_[i][0] * center[0] + m_[i][1] * center[1] + m_[i][2] * center[2];
-      const Float4 s =
-          margin_ + sizes_[i][0] * side[0] + sizes_[i][1] * side[1] + sizes_[i][2] * side[2];
-      turned.low[i] = c - s;
-      turned.high[i] = c + s;
-    }
-    return turned;
-  }
-
+  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const { return change_(boxes); }
   ADAPTIVE_BVH_INLINE Vector4x3 operator()(const Vector4x3& points) const {
-    const auto along = [&](int i) -> Float4 {
-      return t_[i] + m_[i][0] * points.x + m_[i][1] * points.y + m_[i][2] * points.z;
-    };
-    return {along(0), along(1), along(2)};
+    return change_(points);
   }
 
  private:
-  Float4 m_[3][3], sizes_[3][3], t_[3], margin_;
+  FrameChange change_;
   double error_, in_model_, longest_;
   bool is_precise_;
 };

@@ -27,6 +27,9 @@ class VolumeSeparation {
                    (T.template lpNorm<1>() + 2 * coordinate_sum1 + 2 * coordinate_sum2) +
                rounding::tiny<S>()) {}
 
+  /// Covers the rounding of a separation along a unit vector.
+  S error() const { return error_; }
+
   /// A lower bound of the distance of the volumes. `direction`: any vector of length 1 up to
   /// rounding, in the first model's coordinates. Stops once the bound reaches `enough`.
   ///
