@@ -217,8 +217,8 @@ struct CoherentProximity<BV>::State {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
   }
-  bool isWitnessNear(const PairOfMeshes<BV>& meshes, double distance) const {
-    return meshes.gap(unsigned(cache.witness1), unsigned(cache.witness2)).distance <= distance;
+  double witnessDistance(const PairOfMeshes<BV>& meshes) const {
+    return meshes.gap(unsigned(cache.witness1), unsigned(cache.witness2)).distance;
   }
   void setBound(double farther_than) {
     bound = farther_than;
@@ -253,16 +253,19 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   requireQueryable(state.first);
   requireQueryable(state.second);
   const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);
-  // As far as sixteen steps like the last one could use up.
-  constexpr double kSteps = 16;
   const double step = state.move(meshes);
   const auto limit = static_cast<double>(distance);
   if (state.isSurelyFarther(limit)) return false;
-  if (canCompareByBoxes(meshes, limit)) {
-    if (state.isWitnessNear(meshes, limit)) return true;
+  // The search looks as far as sixteen steps like the last one could use up; no farther than asked
+  // where one step will.
+  constexpr double kSteps = 16;
+  if (canCompareByBoxes(meshes, limit + kSteps * step)) {
+    const double known = state.witnessDistance(meshes);
+    if (known <= limit) return true;
     ++state.searches;
     bool is_nearer = false;
-    S farther = distance + static_cast<S>(kSteps * step);
+    const double reach = known - limit > step ? kSteps * step : 0;
+    S farther = static_cast<S>(limit + reach);
     if (compareByBoxes(meshes.first, meshes.second, distance, state.cache, is_nearer, farther)) {
       if (!is_nearer) state.setBound(static_cast<double>(farther));
       return is_nearer;
