@@ -45,10 +45,10 @@ namespace adaptive_bvh {
 /// How a model moves between two frames. Refers to the model and to the positions.
 template <typename BV>
 struct Motion {
-  using Model = AdaptiveBVHModel<BV>;
-  using S = typename Model::S;
-  using Point = typename Model::Point;
-  using Transform = fcl::Transform3<S>;
+  using Model = AdaptiveBVHModel<BV>;    ///< what moves
+  using S = typename Model::S;           ///< float or double
+  using Point = typename Model::Point;   ///< x, y, z in the model's frame
+  using Transform = fcl::Transform3<S>;  ///< places the model in the world
 
   /// From model.prev_vertices to model.vertices, as a two-frame update (beginUpdateModel) leaves
   /// them; from one transform to another.
@@ -70,25 +70,31 @@ struct Motion {
          const Transform& = Transform::Identity(),
          const Transform& = Transform::Identity()) = delete;
 
-  const Model* model;
-  const Point *start, *end;  ///< in the model's frame
-  Transform start_tf, end_tf;
+  const Model* model;  ///< its triangles say what the features are
+  const Point* start;  ///< positions at t = 0, in the model's frame
+  const Point* end;    ///< at t = 1
+  Transform start_tf;  ///< of the model at t = 0
+  Transform end_tf;    ///< at t = 1
 };
 
 /// Two features that come together.
 struct Impact {
+  /// The time of what does not happen.
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 
   double time = kNever;  ///< from 0 to 1, or kNever: then the rest means nothing
-  FeatureKind kind = FeatureKind::VertexFace;
-  FeaturePair pair = {0, 0};
+  FeatureKind kind = FeatureKind::VertexFace;  ///< of the pair
+  FeaturePair pair = {0, 0};                   ///< numbers as in FeaturePairs
 
+  /// Whether anything comes together.
   bool happens() const { return time <= 1; }
 };
 
 /// A time for each of some pairs: from 0 to 1, or Impact::kNever.
 struct ImpactTimes {
-  std::vector<double> vertex_face, face_vertex, edge_edge;
+  std::vector<double> vertex_face;  ///< of FeaturePairs::vertex_face, in their order
+  std::vector<double> face_vertex;  ///< of FeaturePairs::face_vertex
+  std::vector<double> edge_edge;    ///< of FeaturePairs::edge_edge
 };
 
 /// All pairs of features whose swept boxes (along the axes of the world, around both positions of

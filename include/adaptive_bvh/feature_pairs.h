@@ -13,12 +13,16 @@ enum class FeatureKind { VertexFace, FaceVertex, EdgeEdge };
 
 /// Numbers of two features: of vertices, triangles or edges.
 struct FeaturePair {
-  unsigned first, second;
+  unsigned first;   ///< a feature of the first mesh
+  unsigned second;  ///< a feature of the second
 
+  /// Are both numbers the same?
   friend bool operator==(const FeaturePair& a, const FeaturePair& b) {
     return a.first == b.first && a.second == b.second;
   }
+  /// Does a number differ?
   friend bool operator!=(const FeaturePair& a, const FeaturePair& b) { return !(a == b); }
+  /// By the first number, then by the second.
   friend bool operator<(const FeaturePair& a, const FeaturePair& b) {
     return a.first != b.first ? a.first < b.first : a.second < b.second;
   }
@@ -40,7 +44,9 @@ struct FeaturePairs {
   /// An edge of the first and one of the second; of one mesh with itself the smaller number first.
   std::vector<FeaturePair> edge_edge;
 
+  /// How many pairs of all kinds.
   std::size_t size() const { return vertex_face.size() + face_vertex.size() + edge_edge.size(); }
+  /// Keeps the memory.
   void clear() {
     vertex_face.clear();
     face_vertex.clear();

@@ -21,9 +21,9 @@ namespace adaptive_bvh {
 /// The point of a surface that is nearest to a point.
 template <typename S>
 struct ClosestPoint {
-  fcl::Vector3<S> point;
-  S distance;
-  int triangle;  ///< that has it; one of them, where several do
+  fcl::Vector3<S> point;  ///< on the surface
+  S distance;             ///< from the point that was asked for
+  int triangle;           ///< that has it; one of them, where several do
 };
 
 /// The nearest point of the model's triangles. The distance is exact up to rounding: 2^-48 (4e-15)
@@ -50,7 +50,8 @@ template <typename S>
 struct RayHit {
   S t;           ///< >= 0; infinite where the ray meets nothing
   int triangle;  ///< -1 where the ray meets nothing
-  S u, v;        ///< the point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c
+  S u;           ///< the point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c
+  S v;           ///< as u
 };
 
 /// Every triangle that a ray meets, by increasing t; of equal t the smaller index first.

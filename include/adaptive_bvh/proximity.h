@@ -86,7 +86,9 @@ struct TrianglePairs {
   /// for. Where they touch both are a common point, up to rounding.
   std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
 
+  /// How many pairs.
   std::size_t size() const { return triangles.size(); }
+  /// Keeps the memory.
   void clear() {
     triangles.clear();
     distances.clear();
@@ -147,7 +149,9 @@ void signedClearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<ty
                      const fcl::Transform3<typename BV::S>& other_tf, typename BV::S limit,
                      std::vector<typename BV::S>& result);
 
+/// In single precision.
 using CoherentProximityf = CoherentProximity<fcl::RSS<float>>;
+/// In double precision.
 using CoherentProximityd = CoherentProximity<fcl::RSS<double>>;
 
 /// The models say which volume.
