@@ -35,7 +35,7 @@ class PlaneContour {
   bool isStar(float distance) const;
   bool neighboursKeepApart(float distance) const;
   bool edgesKeepApart(float distance) const;
-  bool edgeKeepsApart(std::size_t i, std::size_t first, float distance) const;
+  bool edgeKeepsApart(std::size_t i, std::size_t first, float least) const;
   unsigned edgesOf(std::size_t first) const;
   Ends edge(std::size_t i) const;
   Ends chain(std::size_t first) const;

@@ -13,11 +13,6 @@ namespace adaptive_bvh {
 namespace {
 
 template <typename BV>
-const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
-  return mesh.tree->wide.current(*mesh.model, *mesh.tree);
-}
-
-template <typename BV>
 void initialize(ContactNode<BV>& node, const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                 const CollisionQuery<typename BV::S>& query) {
   using Base = typename FclMeshCollision<BV>::Node;

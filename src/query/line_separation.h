@@ -27,7 +27,7 @@ class LineSeparation {
 
   /// `direction`: in the first model's coordinates, of length 1 up to rounding, or zero.
   void lookAlong(const fcl::Vector3<S>& direction) {
-    const fcl::Vector3d n = direction.template cast<double>();
+    const fcl::Vector3d& n = direction.template cast<double>();
     sides_[0].lookAlong(n);
     sides_[1].lookAlong(-(R_.transpose() * n));
     apart_ = n.dot(T_) - error_;

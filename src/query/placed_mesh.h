@@ -25,6 +25,12 @@ struct PlacedMesh {
   TraversalStatistics* statistics() const { return tree ? &tree->statistics : nullptr; }
 };
 
+/// The four-wide tree of an adaptive model, up to date.
+template <typename BV>
+const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
+  return mesh.tree->wide.current(*mesh.model, *mesh.tree);
+}
+
 /// The other object of a query, a shape or an octree.
 template <typename S>
 struct PlacedGeometry {

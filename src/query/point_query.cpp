@@ -33,7 +33,7 @@ template <typename BV>
 ClosestPoint<typename BV::S> search(PointSearch<BV>& search,
                                     const fcl::Vector3<typename BV::S>& point, int guess) {
   using S = typename BV::S;
-  const fcl::Vector3d x = point.template cast<double>();
+  const fcl::Vector3d& x = point.template cast<double>();
   typename PointSearch<BV>::Nearest nearest;
   if (guess >= 0) search.tryTriangle(x, guess, nearest);
   search.search(x, nearest);

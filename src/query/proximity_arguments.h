@@ -25,10 +25,4 @@ const AdaptiveTree<BV>& treeOf(const AdaptiveBVHModel<BV>& model) {
   return detail::ModelAccess<BV>::tree(model);
 }
 
-/// The four-wide tree of a mesh, up to date.
-template <typename BV>
-const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
-  return mesh.tree->wide.current(*mesh.model, *mesh.tree);
-}
-
 }  // namespace adaptive_bvh
