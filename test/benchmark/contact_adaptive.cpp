@@ -40,6 +40,7 @@ class AdaptiveContact : public ContactMethod {
                                       contacts_);
         break;
       case Job::Distance: distance(); break;
+      case Job::Continuous: break;  // contact_continuous.cpp
     }
   }
 
