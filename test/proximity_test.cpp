@@ -142,7 +142,7 @@ TYPED_TEST_SUITE(Proximity, TestScalars);
 TYPED_TEST(Proximity, FindsTheTrianglesOfTwoModelsWithinAnyDistance) {
   using S = TypeParam;
   int queries = 0;
-  for (int body = 0; body < 500; ++body) {
+  for (int body = 0; body < 250; ++body) {
     const int size = body % 50 ? 20 : 100;
     typename TestFixture::Model a, b;
     fillModel(this->mesh(2 + this->random_.below(size)), a);
@@ -184,14 +184,14 @@ TYPED_TEST(Proximity, FindsTheTrianglesOfTwoModelsWithinAnyDistance) {
       EXPECT_EQ(result.size() > 0, isNearer(a, tf1, b, tf2, request.distance));
     }
   }
-  EXPECT_EQ(queries, 2500);
+  EXPECT_EQ(queries, 1250);
 }
 
 TYPED_TEST(Proximity, FindsTheTrianglesOfOneModelWithinAnyDistance) {
   using S = TypeParam;
   constexpr NeighbourFilter kFilters[] = {NeighbourFilter::SharedVertex,
                                           NeighbourFilter::SharedEdge, NeighbourFilter::None};
-  for (int body = 0; body < 500; ++body) {
+  for (int body = 0; body < 250; ++body) {
     typename TestFixture::Model a;
     fillModel(this->mesh(2 + this->random_.below(body % 50 ? 30 : 120)), a);
     for (int step = 0; step < 5; ++step) {
@@ -230,7 +230,7 @@ std::map<std::pair<unsigned, unsigned>, unsigned> edgesOf(const Model& model) {
 
 TYPED_TEST(Proximity, FindsTheFeaturesOfTwoModels) {
   using S = TypeParam;
-  for (int body = 0; body < 400; ++body) {
+  for (int body = 0; body < 200; ++body) {
     const int size = body % 50 ? 12 : 50;
     typename TestFixture::Model a, b;
     fillModel(this->mesh(2 + this->random_.below(size)), a);
@@ -278,7 +278,7 @@ TYPED_TEST(Proximity, FindsTheFeaturesOfTwoModels) {
 
 TYPED_TEST(Proximity, FindsTheFeaturesOfOneModelWithoutSharedVertices) {
   using S = TypeParam;
-  for (int body = 0; body < 400; ++body) {
+  for (int body = 0; body < 200; ++body) {
     typename TestFixture::Model a;
     fillModel(this->mesh(2 + this->random_.below(body % 50 ? 16 : 60)), a);
     const auto edges = edgesOf(a);

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <thread>
 
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "model_state.h"
@@ -107,6 +109,44 @@ class QueryThreads : public testing::Test {
 };
 
 TYPED_TEST_SUITE(QueryThreads, TestScalars);
+
+TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
+  using S = TypeParam;
+  struct Answers {
+    adaptive_bvh::TrianglePairs<S> own, both;
+    adaptive_bvh::FeaturePairs features;
+    std::vector<S> clearance;
+  };
+  const auto ask = [this](int threads) {
+    this->first_.setQueryThreads(threads);
+    this->second_.setQueryThreads(threads);
+    adaptive_bvh::ProximityRequest<S> request;
+    request.distance = S(0.02);
+    request.enable_distances = request.enable_nearest_points = true;
+    Answers answers;
+    pairsWithin(this->first_, request, answers.own);
+    pairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, request, answers.both);
+    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, S(0.01),
+                       answers.features);
+    clearance(this->first_, this->tf1_, this->second_, this->tf2_, S(1), answers.clearance);
+    return answers;
+  };
+  const Answers expected = ask(1);
+  EXPECT_GT(expected.own.size(), 1000u);
+  EXPECT_GT(expected.both.size(), 1000u);
+  for (const int threads : {2, 3, 8}) {
+    const Answers now = ask(threads);
+    for (const auto part : {&Answers::own, &Answers::both}) {
+      EXPECT_EQ((expected.*part).triangles, (now.*part).triangles);
+      EXPECT_EQ((expected.*part).distances, (now.*part).distances);
+      EXPECT_EQ((expected.*part).nearest_points, (now.*part).nearest_points);
+    }
+    EXPECT_EQ(expected.features.vertex_face, now.features.vertex_face);
+    EXPECT_EQ(expected.features.face_vertex, now.features.face_vertex);
+    EXPECT_EQ(expected.features.edge_edge, now.features.edge_edge);
+    EXPECT_EQ(expected.clearance, now.clearance);
+  }
+}
 
 TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
   using Result = typename TestFixture::Result;
