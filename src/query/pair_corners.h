@@ -22,6 +22,19 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* p
                                  positions[at[3][c]]);
 }
 
+/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: models and
+/// trees, of CandidateInput or WithinInput; `frame` as in WideSearch.
+template <typename Input, typename Frame>
+ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
+                                       const LeafPair (&group)[4], Vector4x3 (&p)[3],
+                                       Vector4x3 (&q)[3]) {
+  gatherCorners(in.first.tree->topology.slots, in.tree1.positions(),
+                {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+  gatherCorners(in.second.tree->topology.slots, in.tree2.positions(),
+                {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+  for (Vector4x3& corner : q) corner = frame(corner);
+}
+
 /// Whether two triangles have so many vertices in common that the filter leaves them out.
 ADAPTIVE_BVH_INLINE bool areNeighbours(const Int4& a, const Int4& b, NeighbourFilter filter) {
   if (filter == NeighbourFilter::None) return false;

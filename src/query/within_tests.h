@@ -163,11 +163,7 @@ class WithinTests {
   /// In the coordinates of the first tree.
   ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
-    gatherCorners(in_.first.tree->topology.slots, in_.tree1.positions(),
-                  {group[0].first, group[1].first, group[2].first, group[3].first}, p);
-    gatherCorners(in_.second.tree->topology.slots, in_.tree2.positions(),
-                  {group[0].second, group[1].second, group[2].second, group[3].second}, q);
-    for (Vector4x3& corner : q) corner = frame_(corner);
+    gatherCorners(in_, frame_, group, p, q);
     return TriangleDistances4(p, q, frame_.error());
   }
 
