@@ -27,8 +27,8 @@ class VertexSeparation {
         T_(T.template cast<double>()) {}
 
   /// A lower bound of the distance, up to rounding, when it is at least `enough`; else any smaller
-  /// number. Tried are `direction`, of length 1 (or zero), in the first's coordinates, and the
-  /// normals of either part.
+  /// number. Tried are `direction` (of any length), in the first's coordinates, and the normals of
+  /// either part.
   double operator()(int node1, int node2, const fcl::Vector3<S>& direction, double enough) {
     const Part a = partOf(first_, node1), b = partOf(second_, node2);
     origin2_ = b.samples[0];
@@ -77,13 +77,15 @@ class VertexSeparation {
     const Vector u = farthest([&](const Vector& p) { return (p - from).squaredNorm(); }) - from;
     const Vector v =
         farthest([&](const Vector& p) { return u.cross(p - from).squaredNorm(); }) - from;
-    const Vector normal = u.cross(v);
-    const double length = normal.norm();
-    return length > 1e-300 ? Vector(normal / length) : Vector(Vector::Zero());
+    return u.cross(v).stableNormalized();
   }
 
-  /// Along a unit vector, from the first part to the second or back.
+  /// Along a vector, from the first part to the second or back. It is made a unit vector here, in
+  /// double precision: a rotation or a direction in single precision has a length of 1 to 7 digits.
   double along(const Part& a, const Part& b, Vector n, double enough) {
+    const double length = n.norm();
+    if (!(length > 0)) return std::numeric_limits<double>::lowest();
+    n /= length;
     const Vector middle_a = a.samples[kSamples / 2] - origin1_,
                  middle_b = R_ * (b.samples[kSamples / 2] - origin2_) + offset_;
     if (n.dot(middle_b - middle_a) < 0) n = -n;
