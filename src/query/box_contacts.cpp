@@ -63,10 +63,11 @@ bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                     const CollisionQuery<typename BV::S>& query) {
   ContactNode<BV> node;
   initialize(node, first, second, query);
-  const auto &tree1 = wideTreeOf(first), &tree2 = wideTreeOf(second);
-  const RelativeFrame<typename BV::S> frame(tree1, tree2, node.R, node.T);
+  const WideTrees<typename BV::S> trees = wideTreesOf(first, second);
+  const RelativeFrame<typename BV::S> frame(trees.first, trees.second, node.R, node.T);
   if (!frame.isPrecise()) return false;
-  search<false, BV>({first, second, tree1, tree2, node.R, node.T, NeighbourFilter::None, nullptr},
+  search<false, BV>({first, second, trees.first, trees.second, node.R, node.T,
+                     NeighbourFilter::None, nullptr},
                     frame, node);
   return true;
 }

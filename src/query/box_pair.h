@@ -45,6 +45,7 @@ class BoxPair {
     const fcl::Vector3d t = scale1 * (to_first * between);
     to_first_ = FrameChange(ratio * turn, t);
     to_second_ = FrameChange(turn.transpose() / ratio, -(turn.transpose() * t) / ratio);
+    is_aligned_ = turn.cwiseAbs().rowwise().sum().maxCoeff() < kAligned;
     scale_ = scale1;
     ratio_ = static_cast<float>(ratio);
     ratio2_ = ratio_ * ratio_;
@@ -54,6 +55,10 @@ class BoxPair {
     error_ = 2 * (kOperations * (extent1 + extent2 + t.lpNorm<1>()) +
                   BodyFrame<S>::kError * (extent1 + extent2));
   }
+
+  /// Whether the gaps in the second frame are hardly ever larger: boxes do not grow when they are
+  /// turned to the other frame, whose axes are nearly these.
+  bool isAligned() const { return is_aligned_; }
 
   bool isPrecise() const { return error_ < 1e12 && ratio_ > 1e-6f && ratio_ < 1e6f; }
 
@@ -97,8 +102,10 @@ class BoxPair {
 
  private:
   FrameChange to_first_, to_second_;
+  static constexpr double kAligned = 1 + 1. / 32;
   double scale_, error_;
   float ratio_, ratio2_;
+  bool is_aligned_;
 };
 
 }  // namespace adaptive_bvh

@@ -26,8 +26,8 @@ struct CandidateInput {
 /// own positions. FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
-///   node.test(leaf1, leaf2)  FCL's test of two of FCL's leaves, which adds their contacts
-///   node.add(leaf1, leaf2)   adds the contacts of two that it would find touching
+///   node.test(i, j)          FCL's test of two triangles, by their indices; adds their contacts
+///   node.add(i, j)           adds the contacts of two that it would find touching
 ///   node.isDone()            whether there are contacts enough
 template <typename BV, typename Frame, typename Node>
 class CandidateTests {
@@ -79,12 +79,12 @@ class CandidateTests {
 
   void settle(const LeafPair& pair, bool apart, bool touching) {
     if (apart) return;
-    const int leaf1 = in_.tree1.leaf(pair.first), leaf2 = in_.tree2.leaf(pair.second);
+    const int i = in_.tree1.triangle(pair.first), j = in_.tree2.triangle(pair.second);
     if (touching) {
-      node_.add(leaf1, leaf2);
+      node_.add(i, j);
     } else {
       ++fcl_tests_;
-      node_.test(leaf1, leaf2);
+      node_.test(i, j);
     }
     is_done_ = node_.isDone();
   }

@@ -12,8 +12,10 @@ namespace adaptive_bvh {
 /// FCL's test of two triangles, which adds their contacts.
 template <typename BV>
 struct ContactNode : MeshCollisionNode<BV> {
-  void test(int leaf1, int leaf2) const { this->leafTesting(leaf1, leaf2); }
-  void add(int leaf1, int leaf2) const { this->addTouching(leaf1, leaf2); }
+  void test(int triangle1, int triangle2) const {
+    this->testTriangles(triangle1, triangle2, false);
+  }
+  void add(int triangle1, int triangle2) const { this->testTriangles(triangle1, triangle2, true); }
   bool isDone() const { return this->canStop(); }
 };
 

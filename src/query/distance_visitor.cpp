@@ -195,7 +195,7 @@ void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
   work_.box_tests += quad1_.count * quad2_.count;
   Gaps4x4 gaps = BoxPair::gapsInFirst(quad1_.boxes, turned2_);
   unsigned open = below(gaps, limit2_);
-  if (open || is_kept_ || !std::isnan(separation)) {
+  if (!boxes_.isAligned() && (open || is_kept_ || !std::isnan(separation))) {
     boxes_.raiseBySecond(boxes_.toSecond()(quad1_.boxes), quad2_.boxes, gaps);
     open = below(gaps, limit2_);
   }

@@ -36,11 +36,12 @@ struct PairOfMeshes {
         (tf2.translation().template cast<double>() - tf1.translation().template cast<double>());
   }
   WithinInput<BV> within(double distance, NeighbourFilter filter = NeighbourFilter::None) const {
-    return {first, second, wideTreeOf(first), wideTreeOf(second), R, T, filter, distance};
+    const WideTrees<S> trees = wideTreesOf(first, second);
+    return {first, second, trees.first, trees.second, R, T, filter, distance};
   }
   RelativeFrame<S> frame() const {
-    return RelativeFrame<S>(wideTreeOf(first), wideTreeOf(second), R.template cast<S>(),
-                            T.template cast<S>());
+    const WideTrees<S> trees = wideTreesOf(first, second);
+    return RelativeFrame<S>(trees.first, trees.second, R.template cast<S>(), T.template cast<S>());
   }
   /// Of two triangles by their indices; of 0 where there are no such.
   TriangleGap gap(unsigned triangle1, unsigned triangle2) const {

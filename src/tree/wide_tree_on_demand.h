@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <mutex>
 
@@ -18,18 +19,24 @@ class WideTreeOnDemand {
   WideTreeOnDemand(const WideTreeOnDemand&) {}
   WideTreeOnDemand& operator=(const WideTreeOnDemand&) = delete;
 
-  /// `tree`: the model's AdaptiveTree, with boxes or without.
+  template <typename Tree>
+  bool isCurrent(const Tree& tree) const {
+    return positions_.load(std::memory_order_acquire) == tree.positions;
+  }
+
+  /// `tree`: the model's AdaptiveTree, with boxes or without. `axes`: where the four-wide tree is
+  /// not up to date, it is renewed along these axes; by default along those of the boxes.
   template <typename BV, typename Tree>
-  const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree) {
-    if (positions_.load(std::memory_order_acquire) == tree.positions) return wide_;
+  const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree,
+                             const fcl::Matrix3d* axes = nullptr) {
+    if (isCurrent(tree)) return wide_;
     const std::lock_guard<std::mutex> lock(refitting_);
-    if (positions_.load(std::memory_order_relaxed) == tree.positions) return wide_;
+    if (isCurrent(tree)) return wide_;
     adopt(model, tree);
     if (tree.boxes)
-      wide_.refit(model, tree.topology.slots, tree.boxes->frame,
-                  tree.boxes->root().largestCoordinate());
+      refitInBox(model, tree, axes ? *axes : tree.boxes->frame.axes());
     else
-      refitAroundMiddle(model, tree.topology.slots);
+      refitAroundMiddle(model, tree.topology.slots, axes ? *axes : fcl::Matrix3d::Identity());
     positions_.store(tree.positions, std::memory_order_release);
     return wide_;
   }
@@ -46,10 +53,23 @@ class WideTreeOnDemand {
   std::size_t bytes() const { return wide_.bytes(); }
 
  private:
-  /// In the axes of the model, from the middle of its local AABB.
+  /// From the origin of the tree's boxes. A coordinate along other axes is at most as large as the
+  /// distance from it.
+  template <typename BV, typename Tree>
+  void refitInBox(const fcl::BVHModel<BV>& model, const Tree& tree, const fcl::Matrix3d& axes) {
+    BodyFrame<S> frame = tree.boxes->frame;
+    frame.turn(axes);
+    const Box root = tree.boxes->root();
+    const Float4 corner = float4::upper(float4::absolute(root.low), float4::absolute(root.high));
+    const float size =
+        std::sqrt(corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2]);
+    wide_.refit(model, tree.topology.slots, frame, size * (1 + 1.f / (1 << 20)));
+  }
+  /// From the middle of the model's local AABB.
   template <typename BV>
-  void refitAroundMiddle(const fcl::BVHModel<BV>& model, const VertexSlots& slots) {
-    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), model.aabb_center, model.aabb_radius);
+  void refitAroundMiddle(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
+                         const fcl::Matrix3d& axes) {
+    const BodyFrame<S> frame(axes, model.aabb_center, model.aabb_radius);
     wide_.refit(model, slots, frame, static_cast<float>(model.aabb_radius * frame.scale()));
   }
   template <typename BV, typename Tree>

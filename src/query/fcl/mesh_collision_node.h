@@ -38,30 +38,34 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   /// the first. FCL's verdict on a mere touch, and its contact, may depend on that.
   bool is_self = false;
 
-  void leafTesting(int b1, int b2) const override { testLeaves(b1, b2, false); }
+  void leafTesting(int b1, int b2) const override {
+    testTriangles(this->model1->getBV(b1).primitiveId(), this->model2->getBV(b2).primitiveId(),
+                  false);
+  }
 
-  /// The contacts of two triangles that are known to touch, neither of them thin.
-  void addTouching(int b1, int b2) const { testLeaves(b1, b2, true); }
-
- private:
-  void testLeaves(int b1, int b2, bool touching) const {
-    if (!this->model1->isOccupied() || !this->model2->isOccupied())
-      return Base::leafTesting(b1, b2);  // finds costs only
-    int id1 = this->model1->getBV(b1).primitiveId();
-    int id2 = this->model2->getBV(b2).primitiveId();
+  /// Adds the contacts of two triangles. `touching`: they are known to touch, neither is thin.
+  void testTriangles(int id1, int id2, bool touching) const {
+    const bool occupied = this->model1->isOccupied() && this->model2->isOccupied();
+    if (!occupied && !hasCost()) return;
     if (is_self && id2 < id1) std::swap(id1, id2);
-    if (touching && !this->request.enable_contact && !this->request.enable_cost)
+    if (touching && occupied && !this->request.enable_contact && !this->request.enable_cost)
       return addPair(id1, id2);
     const TrianglePoints<S> first = pointsOf(*this->model1, id1);
     const TrianglePoints<S> second = pointsOf(*this->model2, id2);
     TrianglePoints<S> in_first;
     for (int i = 0; i < 3; ++i) in_first[i] = this->R * second[i] + this->T;
     if (!touching && !touch(first, in_first)) return;
-    if (this->request.enable_contact)
+    if (occupied && this->request.enable_contact)
       addContacts(id1, id2, contactOf(first, in_first));
-    else
+    else if (occupied)
       addPair(id1, id2);
     if (this->request.enable_cost) addCost(first, second);
+  }
+
+ private:
+  /// Of objects that may be there, as of those that are.
+  bool hasCost() const {
+    return this->request.enable_cost && !this->model1->isFree() && !this->model2->isFree();
   }
 
   static TrianglePoints<S> pointsOf(const fcl::BVHModel<BV>& model, int id) {
