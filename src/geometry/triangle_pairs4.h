@@ -39,6 +39,20 @@ class TrianglePairs4 {
     }
   }
 
+  /// From corners in two numbers each, the second being what the first was rounded by.
+  ADAPTIVE_BVH_INLINE TrianglePairs4(const Vector4x3 (&p_corners)[3],
+                                     const Vector4x3 (&p_residuals)[3],
+                                     const Vector4x3 (&q_corners)[3],
+                                     const Vector4x3 (&q_residuals)[3])
+      : TrianglePairs4(p_corners, q_corners) {
+    const TrianglePairs4 lost(p_residuals, q_residuals);
+    for (int k = 0; k < 3; ++k) {
+      p_edges[k] = vectors4::sum(p_edges[k], lost.p_edges[k]);
+      q_edges[k] = vectors4::sum(q_edges[k], lost.q_edges[k]);
+      q[k] = vectors4::sum(q[k], lost.q[k]);
+    }
+  }
+
   /// Which are apart along the normal of either: that leaves few.
   ADAPTIVE_BVH_INLINE unsigned apartByPlanes(const PairError& error) const {
     const Sizes sizes(*this, error);

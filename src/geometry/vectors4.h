@@ -12,6 +12,9 @@ namespace vectors4 {
 ADAPTIVE_BVH_INLINE Vector4x3 difference(const Vector4x3& a, const Vector4x3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+ADAPTIVE_BVH_INLINE Vector4x3 sum(const Vector4x3& a, const Vector4x3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 ADAPTIVE_BVH_INLINE Vector4x3 cross(const Vector4x3& a, const Vector4x3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }

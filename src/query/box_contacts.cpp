@@ -7,6 +7,7 @@
 
 #include "query/contact_tasks.h"
 #include "query/relative_frame.h"
+#include "query/wide_trees.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -66,9 +67,12 @@ bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
   const WideTrees<typename BV::S> trees = wideTreesOf(first, second);
   const RelativeFrame<typename BV::S> frame(trees.first, trees.second, node.R, node.T);
   if (!frame.isPrecise()) return false;
-  search<false, BV>({first, second, trees.first, trees.second, node.R, node.T,
-                     NeighbourFilter::None, nullptr},
-                    frame, node);
+  const CandidateInput<BV> input{first,  second, trees.first,           trees.second,
+                                 node.R, node.T, NeighbourFilter::None, nullptr};
+  if (frame.isSame())
+    search<false>(input, frame.same(), node);
+  else
+    search<false>(input, frame, node);
   return true;
 }
 

@@ -22,8 +22,9 @@ struct CandidateInput {
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
 /// and by the hundred those are left out that are surely apart, four at a time: first by their
-/// planes and edges, in the trees' coordinates, then by all axes of FCL's test, from the model's
-/// own positions. FCL's test decides about the few of which that is uncertain.
+/// planes and edges, then by all axes of FCL's test. Where both trees have the same coordinates,
+/// positions and residuals serve for all of it; else the last look is at the model's own positions.
+/// FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
 ///   node.test(i, j)          FCL's test of two triangles, by their indices; adds their contacts
@@ -39,7 +40,7 @@ class CandidateTests {
     const float share = differenceError<S>();
     const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
     coarse_ = {frame.error(), share, least};
-    fine_ = {frame.errorInModel(), share, least};
+    fine_ = {frame.preciseError(), share, least};
   }
 
   ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
@@ -62,15 +63,18 @@ class CandidateTests {
 
  private:
   static constexpr int kSize = 256;
+  /// Where both trees have the same coordinates, residuals make these as good as the model's.
+  static constexpr bool kHasResiduals = Frame::kIsIdentity;
 
   void testAll() {
     padToFour(pairs_, size_);
-    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByPlanes(coarse_); });
+    size_ = keep([&](const auto& group) { return coarse(group).apartByPlanes(coarse_); });
     padToFour(pairs_, size_);
-    size_ = keep([&](const TrianglePairs4& pairs) { return pairs.apartByEdgeNormals(coarse_); });
+    size_ = keep([&](const auto& group) { return apartByNormals(group); });
     padToFour(pairs_, size_);
     for (int i = 0; i < size_ && !is_done_; i += 4) {
-      const Verdicts4 verdicts = fine(&pairs_[i]).verdicts(fine_);
+      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const Verdicts4 verdicts = fine(group).verdicts(fine_);
       for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
         settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
@@ -95,7 +99,7 @@ class CandidateTests {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
       const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      const unsigned apart = areApart(coarse(group));
+      const unsigned apart = areApart(group);
       for (int k = 0; k < 4; ++k) {
         pairs_[kept] = group[k];
         kept += !(apart >> k & 1) & (i + k < size_);
@@ -111,8 +115,28 @@ class CandidateTests {
     return TrianglePairs4(p, q);
   }
 
+  /// Along the normals of triangles and edges. With residuals planes may be apart that were not.
+  ADAPTIVE_BVH_INLINE unsigned apartByNormals(const LeafPair (&group)[4]) const {
+    if constexpr (!kHasResiduals) return coarse(group).apartByEdgeNormals(coarse_);
+    const TrianglePairs4 pairs = precise(group);
+    return pairs.apartByPlanes(fine_) | pairs.apartByEdgeNormals(fine_);
+  }
+
+  ADAPTIVE_BVH_INLINE TrianglePairs4 fine(const LeafPair (&group)[4]) const {
+    if constexpr (kHasResiduals)
+      return precise(group);
+    else
+      return inModel(group);
+  }
+  /// With residuals.
+  ADAPTIVE_BVH_INLINE TrianglePairs4 precise(const LeafPair (&group)[4]) const {
+    Vector4x3 p[3], q[3], p_residuals[3], q_residuals[3];
+    gatherCorners(in_, frame_, group, p, q);
+    gatherResiduals(in_, group, p_residuals, q_residuals);
+    return TrianglePairs4(p, p_residuals, q, q_residuals);
+  }
   /// From the model's own positions.
-  TrianglePairs4 fine(const LeafPair* group) const {
+  TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
     TriangleDifferences<S> differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
       TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);

@@ -35,6 +35,16 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
   for (Vector4x3& corner : q) corner = frame(corner);
 }
 
+/// What rounding took off these corners, where both trees have the same coordinates.
+template <typename Input>
+ADAPTIVE_BVH_INLINE void gatherResiduals(const Input& in, const LeafPair (&group)[4],
+                                         Vector4x3 (&p)[3], Vector4x3 (&q)[3]) {
+  gatherCorners(in.first.tree->topology.slots, in.tree1.residuals(),
+                {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+  gatherCorners(in.second.tree->topology.slots, in.tree2.residuals(),
+                {group[0].second, group[1].second, group[2].second, group[3].second}, q);
+}
+
 /// Whether two triangles have so many vertices in common that the filter leaves them out.
 ADAPTIVE_BVH_INLINE bool areNeighbours(const Int4& a, const Int4& b, NeighbourFilter filter) {
   if (filter == NeighbourFilter::None) return false;

@@ -31,30 +31,6 @@ const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
   return mesh.tree->wide.current(*mesh.model, *mesh.tree);
 }
 
-template <typename S>
-struct WideTrees {
-  const WideTree<S>&first, &second;
-};
-
-/// Those of two models. Where one is renewed now, it is along the axes of the other: then no boxes
-/// grow by being turned from one to the other.
-template <typename BV>
-WideTrees<typename BV::S> wideTreesOf(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
-  const auto beside = [](const PlacedMesh<BV>& mesh, const PlacedMesh<BV>& other,
-                         const WideTree<typename BV::S>& tree) -> const WideTree<typename BV::S>& {
-    const fcl::Matrix3d turn = mesh.tf.linear().template cast<double>().transpose() *
-                               other.tf.linear().template cast<double>();
-    const fcl::Matrix3d axes = turn * tree.toBody().transpose() / tree.scale();
-    return mesh.tree->wide.current(*mesh.model, *mesh.tree, &axes);
-  };
-  if (second.tree->wide.isCurrent(*second.tree)) {
-    const auto& tree2 = wideTreeOf(second);
-    return {beside(first, second, tree2), tree2};
-  }
-  const auto& tree1 = wideTreeOf(first);
-  return {tree1, beside(second, first, tree1)};
-}
-
 /// The other object of a query, a shape or an octree.
 template <typename S>
 struct PlacedGeometry {

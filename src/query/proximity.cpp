@@ -9,6 +9,7 @@
 #include "query/pair_cache.h"
 #include "query/proximity_arguments.h"
 #include "query/rigid_motion.h"
+#include "query/wide_trees.h"
 #include "query/within_search.h"
 #include "volume/each_volume.h"
 

@@ -98,26 +98,21 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
 }
 
 template <typename S>
-void WideTree<S>::setFrame(const BodyFrame<S>& frame, float size) {
-  scale_ = std::ldexp(static_cast<double>(frame.scale()), -std::ilogb(std::max(size, 1e-30f)));
-  to_body_ = scale_ * frame.axes().transpose();
-  origin_ = frame.origin().template cast<double>();
-}
-
-template <typename S>
 template <typename BV>
 void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
-                        const BodyFrame<S>& frame, float size) {
-  setFrame(frame, size);
+                        const BodyCoordinates& coordinates) {
+  coordinates_ = coordinates;
   const std::vector<unsigned>& vertices = slots.vertices();
   positions_.resize(vertices.size());
-  const fcl::Matrix3d to_body = to_body_;
-  const fcl::Vector3d origin = origin_;
+  residuals_.resize(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const fcl::Vector3d y =
-        to_body * (model.vertices[vertices[i]].template cast<double>() - origin);
-    positions_[i] =
-        Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
+    const fcl::Vector3d y = coordinates(model.vertices[vertices[i]].template cast<double>());
+    const Float4 at{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]),
+                    0};
+    positions_[i] = at;
+    residuals_[i] =
+        Float4{static_cast<float>(y[0] - double(at[0])), static_cast<float>(y[1] - double(at[1])),
+               static_cast<float>(y[2] - double(at[2])), 0};
   }
   for (std::size_t i = nodes_.size(); i-- > 0;)
     if (nodes_[i].isLeaf())
@@ -167,7 +162,7 @@ template class WideTree<double>;
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                 \
   template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&);                    \
   template void WideTree<BV::S>::refit(const fcl::BVHModel<BV>&, const VertexSlots&, \
-                                       const BodyFrame<BV::S>&, float);
+                                       const BodyCoordinates&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -5,7 +5,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "geometry/body_frame.h"
+#include "geometry/body_coordinates.h"
 #include "geometry/boxes4.h"
 #include "geometry/mesh_of_model.h"
 #include "tree/vertex_slots.h"
@@ -50,15 +50,16 @@ struct alignas(64) WideNode {
 /// A four-wide tree, collapsed from a model's binary one, with boxes of the present positions (not
 /// of those before, in a two-frame update) in single precision: what queries for contacts read.
 ///
-/// Its coordinates are y = scale R^T (x - origin), by the axes and the origin of a BodyFrame, with
-/// a scale that brings the body's largest coordinate to between 1 and 2. They are computed in
-/// double precision and rounded once: docs/bounds.md, 13.
+/// Its coordinates are below 2. They are computed in double precision and rounded once; what that
+/// took off them is kept, too: docs/bounds.md, 13.
 template <typename S>
 class WideTree {
  public:
   /// Bounds the error of a position's component: 2u = 2^-23 for the rounding of numbers below 2,
   /// and as much for all that is rounded in double precision.
   static constexpr float kPositionError = 1.f / (1 << 22);
+  /// Bounds it for a position and its residual together.
+  static constexpr float kResidualError = 1.f / (1ull << 44);
   /// By so much boxes reach beyond the positions of their triangles.
   static constexpr float kBoxMargin = 1.f / (1 << 20);
 
@@ -66,11 +67,10 @@ class WideTree {
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model);
 
-  /// Computes all positions and boxes anew. `size` is the largest coordinate of the body in the
-  /// frame, or somewhat more.
+  /// Computes all positions and boxes anew, in these coordinates.
   template <typename BV>
-  void refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots, const BodyFrame<S>& frame,
-             float size);
+  void refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
+             const BodyCoordinates& coordinates);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -78,6 +78,8 @@ class WideTree {
 
   /// By slot.
   const Float4* positions() const { return positions_.data(); }
+  /// The positions in double precision, less `positions`.
+  const Float4* residuals() const { return residuals_.data(); }
   /// The index in the mesh of a triangle, which is given by its place in the order of the leaves.
   int triangle(unsigned triangle) const { return triangles_[triangle]; }
   /// FCL's leaf with it.
@@ -85,29 +87,27 @@ class WideTree {
   /// Its vertices; the fourth number is another.
   const Int4& vertices(unsigned triangle) const { return vertices_[triangle]; }
 
+  const BodyCoordinates& coordinates() const { return coordinates_; }
   /// y = to_body (x - origin).
-  const fcl::Matrix3d& toBody() const { return to_body_; }
-  const fcl::Vector3d& origin() const { return origin_; }
-  double scale() const { return scale_; }
+  const fcl::Matrix3d& toBody() const { return coordinates_.to_body; }
+  const fcl::Vector3d& origin() const { return coordinates_.origin; }
+  double scale() const { return coordinates_.scale; }
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(nodes_) + size(positions_) + size(vertices_) + size(triangles_);
+    return size(nodes_) + size(positions_) + size(residuals_) + size(vertices_) + size(triangles_);
   }
 
  private:
-  void setFrame(const BodyFrame<S>& frame, float size);
   void refitLeaf(WideNode& node, const VertexSlots& slots) const;
   void refitInner(WideNode& node) const;
 
   std::vector<WideNode> nodes_;  ///< those below a node follow it
-  std::vector<Float4> positions_;
+  std::vector<Float4> positions_, residuals_;
   std::vector<Int4> vertices_;  ///< and FCL's leaf
   std::vector<int> triangles_;  ///< the index of each
   int depth_ = 0;
-  fcl::Matrix3d to_body_ = fcl::Matrix3d::Identity();
-  fcl::Vector3d origin_ = fcl::Vector3d::Zero();
-  double scale_ = 1;
+  BodyCoordinates coordinates_;
 };
 
 }  // namespace adaptive_bvh

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <cmath>
 #include <cstdint>
 #include <mutex>
 
@@ -24,21 +23,31 @@ class WideTreeOnDemand {
     return positions_.load(std::memory_order_acquire) == tree.positions;
   }
 
-  /// `tree`: the model's AdaptiveTree, with boxes or without. `axes`: where the four-wide tree is
-  /// not up to date, it is renewed along these axes; by default along those of the boxes.
+  /// `tree`: the model's AdaptiveTree, with boxes or without.
   template <typename BV, typename Tree>
+  const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree) {
+    return current(model, tree, [&] { return ownCoordinates(model, tree); });
+  }
+  /// As above, renewed in the coordinates that `coordinates()` returns, where it was not up to
+  /// date.
+  template <typename BV, typename Tree, typename Coordinates>
   const WideTree<S>& current(const fcl::BVHModel<BV>& model, const Tree& tree,
-                             const fcl::Matrix3d* axes = nullptr) {
+                             const Coordinates& coordinates) {
     if (isCurrent(tree)) return wide_;
     const std::lock_guard<std::mutex> lock(refitting_);
     if (isCurrent(tree)) return wide_;
     adopt(model, tree);
-    if (tree.boxes)
-      refitInBox(model, tree, axes ? *axes : tree.boxes->frame.axes());
-    else
-      refitAroundMiddle(model, tree.topology.slots, axes ? *axes : fcl::Matrix3d::Identity());
+    wide_.refit(model, tree.topology.slots, coordinates());
     positions_.store(tree.positions, std::memory_order_release);
     return wide_;
+  }
+
+  /// Those of the tree's boxes; without boxes along the model's axes, from its middle.
+  template <typename BV, typename Tree>
+  static BodyCoordinates ownCoordinates(const fcl::BVHModel<BV>& model, const Tree& tree) {
+    if (tree.boxes) return {tree.boxes->frame, tree.boxes->root().largestCoordinate()};
+    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), model.aabb_center, model.aabb_radius);
+    return {frame, static_cast<float>(model.aabb_radius * frame.scale())};
   }
 
   /// As above, but boxes and positions may be old ones, and change at any time: links and vertices
@@ -53,25 +62,6 @@ class WideTreeOnDemand {
   std::size_t bytes() const { return wide_.bytes(); }
 
  private:
-  /// From the origin of the tree's boxes. A coordinate along other axes is at most as large as the
-  /// distance from it.
-  template <typename BV, typename Tree>
-  void refitInBox(const fcl::BVHModel<BV>& model, const Tree& tree, const fcl::Matrix3d& axes) {
-    BodyFrame<S> frame = tree.boxes->frame;
-    frame.turn(axes);
-    const Box root = tree.boxes->root();
-    const Float4 corner = float4::upper(float4::absolute(root.low), float4::absolute(root.high));
-    const float size =
-        std::sqrt(corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2]);
-    wide_.refit(model, tree.topology.slots, frame, size * (1 + 1.f / (1 << 20)));
-  }
-  /// From the middle of the model's local AABB.
-  template <typename BV>
-  void refitAroundMiddle(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
-                         const fcl::Matrix3d& axes) {
-    const BodyFrame<S> frame(axes, model.aabb_center, model.aabb_radius);
-    wide_.refit(model, slots, frame, static_cast<float>(model.aabb_radius * frame.scale()));
-  }
   template <typename BV, typename Tree>
   void adopt(const fcl::BVHModel<BV>& model, const Tree& tree) {
     if (topology_ != tree.topology_number) wide_.adopt(model);

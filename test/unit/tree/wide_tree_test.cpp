@@ -96,7 +96,7 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
     float size = 0;
     for (const Vector3<S>& p : mesh.vertices)
       for (int k = 0; k < 3; ++k) size = std::max(size, std::abs(frame.toBodyFrame(p)[k]));
-    this->tree_.refit(this->model_, this->slots_, frame, size);
+    this->tree_.refit(this->model_, this->slots_, {frame, size});
     std::vector<int> triangles;
     this->expectHeld(0, triangles);
     EXPECT_EQ(300u, triangles.size());
