@@ -428,6 +428,12 @@ bool AdaptiveBVHModel<BV>::traversed(int node) const {
 }
 
 template <typename BV>
+bool AdaptiveBVHModel<BV>::refitted(int node) const {
+  resynchronise();
+  return state_->tree.refits.marked(node);
+}
+
+template <typename BV>
 std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
   return sizeof(State) + state_->tree.bytes() + state_->update.bytes() + state_->buffer.bytes();
 }
