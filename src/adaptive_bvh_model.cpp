@@ -428,9 +428,9 @@ bool AdaptiveBVHModel<BV>::traversed(int node) const {
 }
 
 template <typename BV>
-bool AdaptiveBVHModel<BV>::refitted(int node) const {
+std::vector<int> AdaptiveBVHModel<BV>::refittedNodes() const {
   resynchronise();
-  return state_->tree.refits.marked(node);
+  return state_->tree.refits.marked();
 }
 
 template <typename BV>

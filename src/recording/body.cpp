@@ -52,6 +52,61 @@ float inflationOf(const fcl::RSS<S>& rss, S original_radius) {
   return size > 0 ? static_cast<float>(inflation / size) : 1;
 }
 
+/// The volumes of one model in one frame.
+template <typename BV>
+class VolumeReader {
+ public:
+  VolumeReader(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
+               const fcl::Vector3d& low, std::vector<VolumeRecord>& out)
+      : model_(model), choice_(choice), low_(low), out_(out) {
+    // Also brings nodes up to date that wait, or that others changed.
+    model_.getNodeType();
+    if (choice_.refits) refitted_ = model_.refittedNodes();
+  }
+
+  void read() {
+    readBelow(0, 0);
+    const auto larger = [&](int a, int b) {
+      return model_.getBV(a).num_primitives > model_.getBV(b).num_primitives;
+    };
+    const std::size_t count =
+        std::min(refitted_.size(), static_cast<std::size_t>(choice_.deeper_refits));
+    const auto end = refitted_.begin() + static_cast<std::ptrdiff_t>(count);
+    if (end != refitted_.end()) std::nth_element(refitted_.begin(), end, refitted_.end(), larger);
+    std::for_each(refitted_.begin(), end, [&](int node) { add(node, choice_.depth + 1, true); });
+  }
+
+ private:
+  /// What is refitted among them is taken out of the list.
+  void readBelow(int node, int depth) {
+    const fcl::BVNodeBase& at = model_.getBV(node);
+    const auto found = std::lower_bound(refitted_.begin(), refitted_.end(), node);
+    const bool refitted = found != refitted_.end() && *found == node;
+    if (refitted) refitted_.erase(found);
+    add(node, depth, refitted);
+    if (depth == choice_.depth || at.isLeaf()) return;
+    readBelow(at.leftChild(), depth + 1);
+    readBelow(at.rightChild(), depth + 1);
+  }
+
+  void add(int node, int depth, bool refitted) {
+    const fcl::BVNode<BV>& at = model_.getBV(node);
+    VolumeRecord record;
+    setShape(record, at.bv, low_);
+    record.inflation = inflationOf(sweptRectangle(at.bv), model_.originalRadius(node));
+    record.depth = static_cast<float>(depth);
+    record.leaf = at.isLeaf();
+    record.refitted = refitted;
+    out_.push_back(record);
+  }
+
+  const AdaptiveBVHModel<BV>& model_;
+  const VolumeChoice& choice_;
+  const fcl::Vector3d& low_;
+  std::vector<VolumeRecord>& out_;
+  std::vector<int> refitted_;
+};
+
 template <typename BV>
 class ModelSource : public BodySource {
  public:
@@ -73,30 +128,13 @@ class ModelSource : public BodySource {
   PointBlock appendPositions(Blob& blob) const override {
     return appendPoints(model_.vertices, static_cast<std::size_t>(model_.num_vertices), blob);
   }
-  void readVolumes(int depth, const fcl::Vector3d& low,
+  void readVolumes(const VolumeChoice& choice, const fcl::Vector3d& low,
                    std::vector<VolumeRecord>& out) const override {
-    if (depth < 0 || model_.getNumBVs() == 0) return;
-    model_.getNodeType();  // brings nodes up to date that wait, or that others changed
-    readBelow(0, 0, depth, low, out);
+    if (model_.getNumBVs() > 0) VolumeReader<BV>(model_, choice, low, out).read();
   }
   const UpdateReport& lastUpdate() const override { return model_.lastUpdate(); }
 
  private:
-  void readBelow(int node, int depth, int last, const fcl::Vector3d& low,
-                 std::vector<VolumeRecord>& out) const {
-    const fcl::BVNode<BV>& at = model_.getBV(node);
-    VolumeRecord record;
-    setShape(record, at.bv, low);
-    record.inflation = inflationOf(sweptRectangle(at.bv), model_.originalRadius(node));
-    record.depth = static_cast<float>(depth);
-    record.leaf = at.isLeaf();
-    record.refitted = model_.refitted(node);
-    out.push_back(record);
-    if (depth == last || at.isLeaf()) return;
-    readBelow(at.leftChild(), depth + 1, last, low, out);
-    readBelow(at.rightChild(), depth + 1, last, low, out);
-  }
-
   const AdaptiveBVHModel<BV>& model_;
 };
 
@@ -116,7 +154,8 @@ class MeshSource : public BodySource {
   PointBlock appendPositions(Blob& blob) const override {
     return appendPoints(mesh_.vertices.data(), mesh_.vertices.size(), blob);
   }
-  void readVolumes(int, const fcl::Vector3d&, std::vector<VolumeRecord>&) const override {}
+  void readVolumes(const VolumeChoice&, const fcl::Vector3d&,
+                   std::vector<VolumeRecord>&) const override {}
   const UpdateReport& lastUpdate() const override { return never_; }
 
  private:

@@ -19,9 +19,16 @@ struct VolumeRecord {
   /// Radius less that of the last refit, as a share of the volume's size
   /// (InflationReference::NodeSize).
   float inflation;
-  float depth;     ///< in the tree; 0 is the root
+  float depth;     ///< in the tree; 0 is the root. Of deeper refits: VolumeChoice::depth + 1
   float leaf;      ///< 1 for a leaf
   float refitted;  ///< 1 where the last update recomputed it
+};
+
+/// Which volumes of a tree are recorded.
+struct VolumeChoice {
+  int depth;          ///< all down to this one
+  bool refits;        ///< those of the last update are marked
+  int deeper_refits;  ///< so many of the refitted ones below that depth, the largest first
 };
 
 enum class VolumeKind { None, SweptRectangle, Box };
@@ -37,8 +44,8 @@ class BodySource {
   virtual VolumeKind volumeKind() const = 0;
 
   virtual PointBlock appendPositions(Blob& blob) const = 0;
-  /// The volumes down to a depth, parents first.
-  virtual void readVolumes(int depth, const fcl::Vector3d& low,
+  /// Parents first, then the deeper refits.
+  virtual void readVolumes(const VolumeChoice& choice, const fcl::Vector3d& low,
                            std::vector<VolumeRecord>& out) const = 0;
   virtual const UpdateReport& lastUpdate() const = 0;
 };

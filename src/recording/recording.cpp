@@ -124,9 +124,9 @@ RecordedPose Recording::State::poseOf(std::size_t index) {
     now.positions = before->positions;
   }
   volumes.clear();
-  body.source->readVolumes(run.options.volume_depth, now.positions.low, volumes);
-  for (VolumeRecord& volume : volumes)
-    if (!now.updated) volume.refitted = 0;
+  if (run.options.volume_depth >= 0)
+    body.source->readVolumes({run.options.volume_depth, now.updated, run.options.deeper_refits},
+                             now.positions.low, volumes);
   const std::size_t numbers = volumes.size() * (sizeof(VolumeRecord) / sizeof(float));
   now.volume_count = volumes.size();
   const auto* const records = reinterpret_cast<const float*>(volumes.data());
@@ -145,6 +145,7 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
     refuse("Recording", "frames_per_second must be positive");
   if (options.volume_depth > kDeepest)
     refuse("Recording", "volume_depth is at most " + std::to_string(kDeepest));
+  if (options.deeper_refits < 0) refuse("Recording", "deeper_refits is negative");
   state_->run.options = options;
 }
 

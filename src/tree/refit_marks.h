@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace adaptive_bvh {
@@ -24,7 +25,19 @@ class RefitMarks {
   }
   void mark(int node) { steps_[static_cast<std::size_t>(node)] = step_; }
   void markAll() { std::fill(steps_.begin(), steps_.end(), step_); }
-  bool marked(int node) const { return steps_[static_cast<std::size_t>(node)] == step_; }
+  /// In ascending order.
+  std::vector<int> marked() const {
+    std::vector<int> nodes;
+    if (steps_.empty()) return nodes;
+    const std::uint8_t *const first = steps_.data(), *const end = first + steps_.size();
+    for (const std::uint8_t* at = first; at < end; ++at) {
+      at = static_cast<const std::uint8_t*>(
+          std::memchr(at, step_, static_cast<std::size_t>(end - at)));
+      if (!at) break;
+      nodes.push_back(static_cast<int>(at - first));
+    }
+    return nodes;
+  }
 
   std::size_t bytes() const { return steps_.capacity(); }
 

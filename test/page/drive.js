@@ -35,6 +35,7 @@
     check(document.getElementById("scrubber").value === String(frame), `${at}: scrubber`);
     for (const [name, format] of [["distance", (v) => v.toPrecision(6) + unit],
       ["updateMs", (v) => v.toPrecision(3) + " ms"], ["queryMs", (v) => v.toPrecision(3) + " ms"],
+      ["clearance", (v) => v.toPrecision(6) + unit],
       ["contacts", (v) => v.toLocaleString("en")]]) {
       if (wanted[name] === undefined) continue;
       check(text(`value-${name}`) === format(wanted[name]),
@@ -54,9 +55,11 @@
         check(near(block.low[k] + drawn[3 * vertex + k], coordinate, tolerance),
           `${at}: vertex ${vertex} is drawn at ${block.low[k] + drawn[3 * vertex + k]}, not ${coordinate}`);
       });
-    const {count, refitted} = page.volumes(b);
+    const {count, refitted, others} = page.volumes(b);
     check(count === wanted.volumes, `${at}: ${count} volumes of ${wanted.volumes}`);
     check(refitted === wanted.refitted, `${at}: ${refitted} refitted of ${wanted.refitted}`);
+    check(refitted + others === wanted.allRefitted || (others >= 200 && wanted.allRefitted > 200),
+      `${at}: ${others} refitted elsewhere of ${wanted.allRefitted}`);
   }
 
   function checkPictures() {
@@ -133,6 +136,7 @@
     check(page.run.frames.length === expected.frames.length, "number of frames");
     check(page.firstPictureMs <= 3000, `first picture after ${page.firstPictureMs} ms`);
     check(text("facts").includes("16 bits") && / \d+\.\d MB/.test(text("facts")), "facts");
+    if (!page.settings.volumes) press("v");
     page.setDepth(expected.depth);
     expected.frames.forEach((wanted, frame) => {
       page.show(frame);

@@ -39,7 +39,7 @@ class BodyView {
         name === "position" ? this.positions : new Float32Array(3 * body.vertices), 3));
     this.geometry.setIndex(new THREE.BufferAttribute(this.triangles, 1));
     this.material = new THREE.MeshPhongMaterial({vertexColors: THREE.VertexColors,
-      side: THREE.DoubleSide, specular: 0x26282c, shininess: 24, polygonOffset: true,
+      side: THREE.DoubleSide, specular: 0x16181c, shininess: 18, polygonOffset: true,
       polygonOffsetFactor: 1, polygonOffsetUnits: 1});
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = false;

@@ -11,9 +11,11 @@ class Chart {
     this.canvas.setAttribute("aria-label", `${title} over the frames; click to show a frame`);
     document.getElementById("charts").append(box);
     const known = series.flatMap((line) => line.values).filter((value) => value !== undefined);
-    const [low, high] = extremes(known);
+    const [low, high] = extremes(known), usual = known.sort((a, b) => a - b)[
+      Math.floor(0.95 * (known.length - 1))];
     this.low = Math.min(0, low);
-    this.high = high > this.low ? high : this.low + 1;
+    this.high = Math.min(high, usual > 0 ? 2.5 * usual : high);  // few that stand out are cut
+    if (!(this.high > this.low)) this.high = this.low + 1;
     this.listen();
   }
 
@@ -50,7 +52,8 @@ class Chart {
     pen.clearRect(0, 0, width, height);
     const last = Math.max(run.frames.length - 1, 1);
     const x = (frame) => 3 + frame / last * (width - 6);
-    const y = (value) => height - 5 - (value - this.low) / (this.high - this.low) * (height - 20);
+    const y = (value) => height - 5 -
+      Math.min((value - this.low) / (this.high - this.low), 1.04) * (height - 20);
     this.drawGrid(pen, width, y);
     for (const line of this.series) this.drawLine(pen, line, x, y);
     this.drawMark(pen, x, y, height);
@@ -112,7 +115,7 @@ class Chart {
   sayValues() {
     const frame = this.hovered === null ? this.frame : this.hovered;
     const values = this.series.map((line) => line.values[frame])
-      .filter((value) => value !== undefined).map(this.format);
-    this.readout.textContent = `frame ${frame + 1}: ${values.join(", ") || "–"}`;
+      .filter((value) => value !== undefined).map((value) => this.format(value));
+    this.readout.textContent = `frame ${frame + 1}: ${values.join(" · ") || "–"}`;
   }
 }

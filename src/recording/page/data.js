@@ -78,6 +78,9 @@ function extremes(list) {
 
 const shown = {
   length: (value) => value.toPrecision(6) + (run.unit ? " " + run.unit : ""),
+  // Beside a larger length.
+  short: (value, largest) => (Math.abs(value) < 1e-4 * largest ? "0" : value.toPrecision(3)) +
+    (run.unit ? " " + run.unit : ""),
   time: (value) => value.toPrecision(3) + " ms",
   count: (value) => value.toLocaleString("en"),
   megabytes: (value) => (value / 1e6).toFixed(1) + " MB",

@@ -1,18 +1,28 @@
 // Looking around: turn, zoom and move the view by mouse, pen or fingers.
 const orbit = (() => {
-  const kStart = {turn: 0.62, tilt: 0.42, distance: 4.1};
+  const kStart = {turn: 0.62, tilt: 0.42, zoom: 1};
   const view = {};
   const target = new THREE.Vector3();
   const pointers = new Map();
 
+  // From where the sample points, seen in the first direction, fill the picture.
+  function fittingDistance() {
+    const {turn, tilt} = kStart, high = Math.tan(camera.fov * Math.PI / 360);
+    const out = new THREE.Vector3(Math.sin(turn) * Math.cos(tilt), Math.sin(tilt),
+      Math.cos(turn) * Math.cos(tilt));
+    const side = new THREE.Vector3(Math.cos(turn), 0, -Math.sin(turn)), up = out.clone().cross(side);
+    const kMargin = 0.86;
+    return world.points.reduce((most, point) => Math.max(most, point.dot(out) + Math.max(
+      Math.abs(point.dot(up)) / high, Math.abs(point.dot(side)) / (high * camera.aspect)) / kMargin),
+      0.1);
+  }
+
   function place() {
-    const {turn, tilt} = view;
-    const aspect = Math.min(camera.aspect, 1.25) / 1.25;  // a narrow picture shows it all, too
-    const distance = view.distance / Math.max(aspect, 0.2);
+    const {turn, tilt} = view, distance = view.zoom * fittingDistance();
     camera.position.set(Math.sin(turn) * Math.cos(tilt), Math.sin(tilt),
       Math.cos(turn) * Math.cos(tilt)).multiplyScalar(distance).add(target);
     camera.near = distance / 200;
-    camera.far = distance + 40;
+    camera.far = distance + 50;
     camera.lookAt(target);
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
@@ -31,7 +41,7 @@ const orbit = (() => {
   }
 
   function zoom(factor) {
-    view.distance = Math.min(Math.max(view.distance * factor, 0.02), 40);
+    view.zoom = Math.min(Math.max(view.zoom * factor, 0.01), 10);
     wantRender();
   }
 

@@ -55,7 +55,7 @@ function makeCharts(pick) {
       (value) => value.toPrecision(4) + (run.unit ? " " + run.unit : ""));
     add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
   }
-  add("Update and query", lines({name: "updateMs", colour: "--update"},
+  add("Time", lines({name: "updateMs", colour: "--update"},
     {name: "queryMs", colour: "--query"}), shown.time);
   return charts;
 }
@@ -128,10 +128,12 @@ function captionOf(frame, bodies, volumes) {
     said.push("Colours on the surface: clearance, the distance of each vertex to the other body.");
   if (settings.volumes) {
     const count = volumes.reduce((all, view) => all + (view.count || 0), 0);
-    const refitted = volumes.reduce((all, view) => all + (view.refitted || 0), 0);
-    said.push(`${plural(count, "bounding volume")} at depth ${settings.depth} of the ` +
-      `${run.volumeDepth} recorded, coloured by inflation; ` +
-      `${refitted ? shown.count(refitted) : "none"} of them refitted in this frame.`);
+    const green = volumes.reduce((all, view) => all + (view.refitted || 0) + (view.others || 0), 0);
+    const update = columns.update[frame], refitted = update ? update.refitted : 0;
+    said.push(`${plural(count, "bounding volume")} at depth ${settings.depth}, coloured by inflation.`);
+    if (refitted) said.push(`In green, from any depth, ${green < refitted
+      ? `${shown.count(green)} of the ${shown.count(refitted)} volumes` :
+      plural(refitted, "volume")} refitted in this frame.`);
   }
   return said.join(" ");
 }

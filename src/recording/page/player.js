@@ -29,7 +29,7 @@ function showVolumes() {
   volumes.forEach((view, b) => view.setVisible(settings.volumes && bodies[b].mesh.visible));
   if (settings.volumes) {
     volumes.forEach((view) => view.show(frameShown, settings.depth));
-    if (volumes.some((view) => view.refitted)) flashFrom = performance.now();
+    if (volumes.some((view) => view.refitted || view.others)) flashFrom = performance.now();
   }
   element("caption").textContent = captionOf(frameShown, bodies, volumes);
   wantRender();
@@ -96,6 +96,9 @@ function setDepth(depth) {
   settings.depth = Math.min(Math.max(depth, 0), deepest());
   if (element("depth")) element("depth").value = settings.depth;
   if (element("depth-number")) element("depth-number").textContent = settings.depth;
+  if (element("inflation-legend"))
+    element("inflation-legend").querySelector(".ends span:last-child").textContent =
+      largestInflation(settings.depth).toPrecision(2);
   showVolumes();
 }
 
@@ -122,7 +125,7 @@ function makeSettings() {
 
 function makeClearanceSetting() {
   const legend = addLegend("clearance-legend", "Clearance", clearanceRamp,
-    ...clearanceEnds.map((value) => value.toPrecision(3) + (run.unit ? " " + run.unit : "")));
+    ...clearanceEnds.map((value) => shown.short(value, clearanceEnds[1])));
   addSetting("clearance", "clearance", true, (on) => {
     settings.clearance = on;
     legend.hidden = !on;
@@ -132,9 +135,10 @@ function makeClearanceSetting() {
 
 function makeVolumeSettings() {
   const legend = addLegend("inflation-legend", "Inflation, of the volume's size", inflationRamp,
-    "0", largestInflation.toPrecision(2), refittedKey());
-  settings.volumes = true;
-  addSetting("volumes", "bounding volumes", true, (on) => {
+    "0", "", refittedKey());
+  settings.volumes = !hasClearance;
+  legend.hidden = !settings.volumes;
+  addSetting("volumes", "bounding volumes", settings.volumes, (on) => {
     settings.volumes = on;
     legend.hidden = !on;
     showVolumes();
@@ -186,8 +190,10 @@ makeSettings();
 listen();
 setColours();
 fitCanvas();
-setDepth(Math.min(3, deepest()));
-show(0);
+// run.html#frame=20&depth=4 opens the page there.
+const wanted = new URLSearchParams(location.hash.slice(1));
+setDepth(wanted.has("depth") ? Number(wanted.get("depth")) || 0 : Math.min(3, deepest()));
+show((Number(wanted.get("frame")) || 1) - 1);
 sayPlaying();
 render();
 
@@ -200,7 +206,8 @@ window.adaptiveBvhPage = {
   // Positions of a body as they are drawn, less `low` of its box.
   positions: (body) => bodies[body].positions,
   // Of a body, at the depth shown.
-  volumes: (body) => ({count: volumes[body].count, refitted: volumes[body].refitted}),
+  volumes: (body) => ({count: volumes[body].count, refitted: volumes[body].refitted,
+    others: volumes[body].others}),
   // The picture: rows from the bottom, four bytes a pixel.
   pixels() {
     render();

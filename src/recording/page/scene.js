@@ -2,25 +2,29 @@
 // moved to the origin, in double precision, before the graphics card computes in single precision.
 const canvas = document.getElementById("scene");
 
-function cornersOf(body) {
-  const {low, size} = body.positions, pose = new THREE.Matrix4().fromArray(matrixOf(body.pose));
-  const corners = [];
-  for (let i = 0; i < 8; ++i)
-    corners.push(new THREE.Vector3(...low.map((at, k) => at + (i >> k & 1 ? size[k] : 0)))
-      .applyMatrix4(pose));
-  return corners;
-}
-
 // A recorded pose (x, y, z, origin) as the numbers of a Matrix4.
 function matrixOf(pose) {
   return [0, 1, 2, 3].flatMap((column) => [...pose.slice(3 * column, 3 * column + 3),
     column === 3 ? 1 : 0]);
 }
 
+// Some of the points that are seen in the run, in the world.
+function samplePoints() {
+  const points = [], step = Math.max(1, Math.floor(run.frames.length / 16));
+  for (let f = 0; f < run.frames.length; f += step)
+    for (const {positions, pose} of run.frames[f].bodies) {
+      const all = readPoints(positions, new Float32Array(3 * positions.count));
+      const matrix = new THREE.Matrix4().fromArray(matrixOf(pose));
+      const stride = 3 * Math.max(1, Math.floor(positions.count / 400));
+      for (let i = 0; i < all.length; i += stride)
+        points.push(new THREE.Vector3(...positions.low.map((at, k) => at + all[i + k]))
+          .applyMatrix4(matrix));
+    }
+  return points;
+}
+
 const world = (() => {
-  const box = new THREE.Box3();
-  for (const frame of run.frames)
-    for (const body of frame.bodies) cornersOf(body).forEach((corner) => box.expandByPoint(corner));
+  const points = samplePoints(), box = new THREE.Box3().setFromPoints(points);
   const radius = box.getSize(new THREE.Vector3()).length() / 2;
   const up = new THREE.Vector3(...run.up).normalize();
   const turn = new THREE.Quaternion().setFromUnitVectors(up, new THREE.Vector3(0, 1, 0));
@@ -29,7 +33,7 @@ const world = (() => {
   const matrix = new THREE.Matrix4().makeRotationFromQuaternion(turn)
     .multiply(new THREE.Matrix4().makeScale(scale, scale, scale))
     .multiply(new THREE.Matrix4().makeTranslation(-middle.x, -middle.y, -middle.z));
-  return {matrix, scale};
+  return {matrix, scale, points: points.map((point) => point.applyMatrix4(matrix))};
 })();
 
 // Where something lies in the scene that is given in a body's frame, seen from `low`.
