@@ -100,9 +100,9 @@ struct RecordingOptions {
   /// Bounding volumes are recorded down to this depth of the tree, 0 is its root: at most
   /// 2^(depth + 1) volumes of 64 bytes a body and frame. None below 0.
   int volume_depth = 6;
-  /// Of the volumes below that depth those that the last update refitted are recorded, the largest
-  /// first, at most so many a body and frame.
-  int deeper_refits = 200;
+  /// Of the volumes below that depth those that the last update refitted are recorded: all, or so
+  /// many of a body and frame, from all over it.
+  int deeper_refits = 100;
   double frames_per_second = 25;  ///< at which the page plays
   fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world
 };

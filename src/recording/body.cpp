@@ -66,14 +66,10 @@ class VolumeReader {
 
   void read() {
     readBelow(0, 0);
-    const auto larger = [&](int a, int b) {
-      return model_.getBV(a).num_primitives > model_.getBV(b).num_primitives;
-    };
-    const std::size_t count =
-        std::min(refitted_.size(), static_cast<std::size_t>(choice_.deeper_refits));
-    const auto end = refitted_.begin() + static_cast<std::ptrdiff_t>(count);
-    if (end != refitted_.end()) std::nth_element(refitted_.begin(), end, refitted_.end(), larger);
-    std::for_each(refitted_.begin(), end, [&](int node) { add(node, choice_.depth + 1, true); });
+    const std::size_t all = refitted_.size(),
+                      count = std::min(all, static_cast<std::size_t>(choice_.deeper_refits));
+    for (std::size_t i = 0; i < count; ++i)
+      add(refitted_[i * all / count], choice_.depth + 1, true);
   }
 
  private:

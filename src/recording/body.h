@@ -28,7 +28,7 @@ struct VolumeRecord {
 struct VolumeChoice {
   int depth;          ///< all down to this one
   bool refits;        ///< those of the last update are marked
-  int deeper_refits;  ///< so many of the refitted ones below that depth, the largest first
+  int deeper_refits;  ///< at most so many of the refitted ones below that depth
 };
 
 enum class VolumeKind { None, SweptRectangle, Box };

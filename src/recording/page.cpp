@@ -31,22 +31,52 @@ void writeTail(const std::uint8_t* bytes, std::size_t count, std::ostream& out) 
     out.put(digit <= count ? kDigits[bits >> (18 - 6 * digit) & 63] : '=');
 }
 
-void writeBase64(const std::uint8_t* bytes, std::size_t count, std::ostream& out) {
-  const auto pairs = digitPairs();
-  std::array<char, 4 * 4096> text;
-  while (count >= 3) {
-    const std::size_t groups = std::min(count / 3, text.size() / 4);
-    for (std::size_t i = 0; i < groups; ++i) {
-      const unsigned bits = unsigned(bytes[3 * i]) << 16 | unsigned(bytes[3 * i + 1]) << 8 |
-                            unsigned(bytes[3 * i + 2]);
-      std::copy_n(pairs[bits >> 12].data(), 2, &text[4 * i]);
-      std::copy_n(pairs[bits & 4095].data(), 2, &text[4 * i + 2]);
+/// Bytes to base64, in any number of pieces.
+class Base64Writer {
+ public:
+  explicit Base64Writer(std::ostream& out) : out_(out) {}
+
+  void write(const std::uint8_t* bytes, std::size_t count) {
+    for (; waiting_ > 0 && count > 0; --count) add(*bytes++);
+    while (count >= 3) {
+      const std::size_t groups = std::min(count / 3, text_.size() / 4);
+      writeGroups(bytes, groups);
+      bytes += 3 * groups;
+      count -= 3 * groups;
     }
-    out.write(text.data(), static_cast<std::streamsize>(4 * groups));
-    bytes += 3 * groups;
-    count -= 3 * groups;
+    for (; count > 0; --count) add(*bytes++);
   }
-  writeTail(bytes, count, out);
+  void finish() { writeTail(group_, waiting_, out_); }
+
+ private:
+  /// To a group of three.
+  void add(std::uint8_t byte) {
+    group_[waiting_++] = byte;
+    if (waiting_ < 3) return;
+    waiting_ = 0;
+    writeGroups(group_, 1);
+  }
+  void writeGroups(const std::uint8_t* bytes, std::size_t groups) {
+    char* text = text_.data();
+    for (std::size_t i = 0; i < groups; ++i, bytes += 3, text += 4) {
+      const unsigned bits = unsigned(bytes[0]) << 16 | unsigned(bytes[1]) << 8 | bytes[2];
+      std::copy_n(pairs_[bits >> 12].data(), 2, text);
+      std::copy_n(pairs_[bits & 4095].data(), 2, text + 2);
+    }
+    out_.write(text_.data(), static_cast<std::streamsize>(4 * groups));
+  }
+
+  std::ostream& out_;
+  const std::array<std::array<char, 2>, 4096> pairs_ = digitPairs();
+  std::array<char, 4 * 4096> text_;
+  std::uint8_t group_[3];
+  std::size_t waiting_ = 0;
+};
+
+void writeBase64(const Blob& blob, std::ostream& out) {
+  Base64Writer writer(out);
+  for (const Blob::Part& part : blob.parts()) writer.write(part.bytes.get(), part.size);
+  writer.finish();
 }
 
 std::string escaped(const std::string& text) {
@@ -89,7 +119,7 @@ class Page {
 
   void write(std::ostream& out) const {
     for (const std::string_view piece : pieces_) {
-      if (piece.data() == kData.data()) writeBase64(run_.blob.data(), run_.blob.size(), out);
+      if (piece.data() == kData.data()) writeBase64(run_.blob, out);
       out.write(piece.data(), static_cast<std::streamsize>(piece.size()));
     }
   }

@@ -54,20 +54,27 @@ bool isNew(const UpdateReport& now, const UpdateReport& before) {
          now.refit_seconds != before.refit_seconds;
 }
 
-/// Numbers that are not finite count as left out.
-void dropUndefined(FrameResults& results) {
-  for (auto* number : {&results.distance, &results.update_ms, &results.query_ms})
-    if (*number && !std::isfinite(**number)) number->reset();
-  auto& pairs = results.nearest_points;
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                             [](const auto& pair) {
-                               return !pair[0].allFinite() || !pair[1].allFinite();
-                             }),
-              pairs.end());
-  auto& contacts = results.contacts;
-  contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
-                                [](const auto& point) { return !point.allFinite(); }),
-                 contacts.end());
+/// Numbers that are not finite count as left out. Contacts and clearance are left out, too.
+FrameResults definedNumbers(const FrameResults& results) {
+  FrameResults defined;
+  const auto number = [](const std::optional<double>& value) {
+    return value && std::isfinite(*value) ? value : std::nullopt;
+  };
+  defined.distance = number(results.distance);
+  defined.update_ms = number(results.update_ms);
+  defined.query_ms = number(results.query_ms);
+  for (const auto& pair : results.nearest_points)
+    if (pair[0].allFinite() && pair[1].allFinite()) defined.nearest_points.push_back(pair);
+  defined.contact_count = results.contact_count;
+  defined.note = results.note;
+  return defined;
+}
+
+PointBlock appendFinite(const std::vector<fcl::Vector3d>& points, Blob& blob) {
+  std::vector<fcl::Vector3d> finite;
+  for (const fcl::Vector3d& point : points)
+    if (point.allFinite()) finite.push_back(point);
+  return appendPoints(finite.data(), finite.size(), blob);
 }
 
 }  // namespace
@@ -78,6 +85,7 @@ struct Recording::State {
 
   int add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf, const std::string& name);
   RecordedPose poseOf(std::size_t body);
+  void keepVolumes(const RecordedPose* before, RecordedPose& now);
 };
 
 int Recording::State::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf,
@@ -97,11 +105,12 @@ int Recording::State::add(std::unique_ptr<BodySource> source, const fcl::Transfo
   body.vertices = source->vertices();
   body.triangles = source->triangleCount();
   body.small_indices = vertices <= std::numeric_limits<std::uint16_t>::max();
+  body.triangles_begin = run.blob.size();
   if (body.small_indices) {
     const std::vector<std::uint16_t> small(corners.begin(), corners.end());
-    body.triangles_begin = run.blob.append(small.data(), small.size());
+    run.blob.append(small.data(), small.size());
   } else {
-    body.triangles_begin = run.blob.append(corners.data(), corners.size());
+    run.blob.append(corners.data(), corners.size());
   }
   body.source = std::move(source);
   run.bodies.push_back(std::move(body));
@@ -116,26 +125,31 @@ RecordedPose Recording::State::poseOf(std::size_t index) {
   now.update = body.source->lastUpdate();
   now.updated = before ? isNew(now.update, before->update) : now.update.seconds() > 0;
 
-  const std::size_t end = run.blob.size();
   now.positions = body.source->appendPositions(run.blob);
-  const bool moved = !before || !samePoints(now.positions, before->positions, run.blob);
-  if (!moved) {
-    run.blob.shrink(end);
+  if (before && samePoints(now.positions, before->positions)) {
+    run.blob.takeBack(run.blob.size() - now.positions.begin);
     now.positions = before->positions;
   }
   volumes.clear();
   if (run.options.volume_depth >= 0)
     body.source->readVolumes({run.options.volume_depth, now.updated, run.options.deeper_refits},
                              now.positions.low, volumes);
-  const std::size_t numbers = volumes.size() * (sizeof(VolumeRecord) / sizeof(float));
-  now.volume_count = volumes.size();
-  const auto* const records = reinterpret_cast<const float*>(volumes.data());
-  if (before && before->volume_count == now.volume_count &&
-      std::memcmp(run.blob.data() + before->volumes_begin, records, numbers * sizeof(float)) == 0)
-    now.volumes_begin = before->volumes_begin;
-  else
-    now.volumes_begin = run.blob.append(records, numbers);
+  keepVolumes(before, now);
   return now;
+}
+
+/// What was read, or what the frame before has when that is the same.
+void Recording::State::keepVolumes(const RecordedPose* before, RecordedPose& now) {
+  now.volume_count = volumes.size();
+  if (volumes.empty()) return;
+  if (before && before->volume_count == volumes.size() &&
+      std::memcmp(before->volumes, volumes.data(), volumes.size() * sizeof(VolumeRecord)) == 0) {
+    now.volumes = before->volumes;
+    now.volumes_begin = before->volumes_begin;
+  } else {
+    now.volumes_begin = run.blob.size();
+    now.volumes = run.blob.append(volumes.data(), volumes.size());
+  }
 }
 
 Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<State>()) {
@@ -185,12 +199,8 @@ void Recording::frame(const FrameResults& results) {
   for (const VertexValues& clearance : results.clearance)
     frame.bodies[static_cast<std::size_t>(clearance.body)].clearance =
         appendValues(clearance.values, run.blob);
-  frame.results = results;
-  dropUndefined(frame.results);
-  frame.contacts =
-      appendPoints(frame.results.contacts.data(), frame.results.contacts.size(), run.blob);
-  frame.results.contacts = {};
-  frame.results.clearance = {};
+  frame.results = definedNumbers(results);
+  frame.contacts = appendFinite(results.contacts, run.blob);
   run.frames.push_back(std::move(frame));
 }
 

@@ -26,7 +26,8 @@ struct RecordedBody {
 struct RecordedPose {
   PointBlock positions;
   fcl::Transform3d pose;
-  std::size_t volumes_begin = 0, volume_count = 0;  ///< VolumeRecords in the Blob
+  const VolumeRecord* volumes = nullptr;            ///< in the Blob
+  std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
   std::optional<ValueBlock> clearance;
   bool updated = false;  ///< the model was updated since the frame before
   UpdateReport update;   ///< the last one
@@ -34,7 +35,7 @@ struct RecordedPose {
 
 /// A frame: results, and the bodies in their order.
 struct RecordedFrame {
-  FrameResults results;  ///< contacts and clearance are moved to the Blob
+  FrameResults results;  ///< without contacts and clearance, which are in the Blob
   PointBlock contacts;
   std::vector<RecordedPose> bodies;
 };
