@@ -103,7 +103,7 @@ struct RecordingOptions {
   /// Of the volumes below that depth those that the last update refitted are recorded: all, or so
   /// many of a body and frame, from all over it.
   int deeper_refits = 100;
-  double frames_per_second = 25;  ///< at which the page plays
+  double frames_per_second = 25;              ///< at which the page plays
   fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world
 };
 
@@ -129,8 +129,9 @@ class Recording {
   /// positive, `volume_depth` exceeds 20, or `deeper_refits` is negative.
   explicit Recording(const RecordingOptions& options = RecordingOptions());
   ~Recording();
-  /// The moved-from object can only be destroyed.
+  /// The moved-from object can only be destroyed or assigned to.
   Recording(Recording&&) noexcept;
+  Recording& operator=(Recording&&) noexcept;  ///< as the constructor
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 

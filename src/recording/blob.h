@@ -68,7 +68,8 @@ struct PointBlock {
   fcl::Vector3d low = fcl::Vector3d::Zero(), size = fcl::Vector3d::Zero();  ///< box around them
 };
 
-/// Appends finite points. Each coordinate as near as 16 bits allow: off by at most half of size / 65535.
+/// Appends finite points. Each coordinate as near as 16 bits allow: off by at most half of size /
+/// 65535.
 template <typename S>
 PointBlock appendPoints(const fcl::Vector3<S>* points, std::size_t count, Blob& blob);
 

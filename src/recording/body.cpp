@@ -10,8 +10,7 @@ void setPlace(VolumeRecord& record, const fcl::Vector3<S>& corner, const fcl::Ma
               const fcl::Vector3d& low) {
   for (int k = 0; k < 3; ++k) {
     record.corner[k] = static_cast<float>(static_cast<double>(corner[k]) - low[k]);
-    for (int side = 0; side < 2; ++side)
-      record.axis[side][k] = static_cast<float>(axes(k, side));
+    for (int side = 0; side < 2; ++side) record.axis[side][k] = static_cast<float>(axes(k, side));
   }
 }
 
@@ -28,8 +27,7 @@ void setShape(VolumeRecord& record, const fcl::OBBRSS<S>& volume, const fcl::Vec
   const fcl::Vector3<S> corner =
       box.To - box.axis.col(0) * box.extent[0] - box.axis.col(1) * box.extent[1];
   setPlace<S>(record, corner, box.axis, low);
-  for (int side = 0; side < 2; ++side)
-    record.side[side] = static_cast<float>(2 * box.extent[side]);
+  for (int side = 0; side < 2; ++side) record.side[side] = static_cast<float>(2 * box.extent[side]);
   record.radius = static_cast<float>(box.extent[2]);
 }
 

@@ -165,6 +165,7 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
 
 Recording::~Recording() = default;
 Recording::Recording(Recording&&) noexcept = default;
+Recording& Recording::operator=(Recording&&) noexcept = default;
 
 template <typename BV>
 int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
@@ -213,14 +214,12 @@ std::size_t Recording::bytes() const {
 }
 
 void Recording::write(std::ostream& out) const {
-  if (state_->run.frames.empty())
-    throw std::logic_error("Recording::write: no frame was recorded");
+  if (state_->run.frames.empty()) throw std::logic_error("Recording::write: no frame was recorded");
   writePage(state_->run, out);
 }
 
 void Recording::write(const std::string& path) const {
-  if (state_->run.frames.empty())
-    throw std::logic_error("Recording::write: no frame was recorded");
+  if (state_->run.frames.empty()) throw std::logic_error("Recording::write: no frame was recorded");
   errno = 0;
   std::ofstream file(path, std::ios::binary);
   if (file) writePage(state_->run, file);

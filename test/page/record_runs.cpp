@@ -80,10 +80,11 @@ class TestRun {
     out << expected_;
     if (!out.flush()) throw std::runtime_error("cannot write '" + path_ + ".json'");
     std::ifstream page(path_ + ".html", std::ios::ate | std::ios::binary);
-    std::printf("%s: %d frames, update and query %.1f ms, recording %.2f ms (%.1f %%), writing "
-                "%.1f ms, page %.2f MB\n",
-                path_.c_str(), recording.frames(), work_ms_, recording_ms_,
-                100 * recording_ms_ / work_ms_, writing, double(page.tellg()) / 1e6);
+    std::printf(
+        "%s: %d frames, update and query %.1f ms, recording %.2f ms (%.1f %%), writing "
+        "%.1f ms, page %.2f MB\n",
+        path_.c_str(), recording.frames(), work_ms_, recording_ms_, 100 * recording_ms_ / work_ms_,
+        writing, double(page.tellg()) / 1e6);
   }
 
  private:
