@@ -224,7 +224,7 @@ TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
   }
 }
 
-TEST(Recording, TrianglesAreThoseOfTheModel) {
+TEST(PageRecording, TrianglesAreThoseOfTheModel) {
   for (const int n : {3, 260}) {  // indices of 16 and of 32 bits
     const TriangleMesh<double> mesh = sheet<double>(n, 0);
     Recording recording;
@@ -248,7 +248,7 @@ TEST(Recording, TrianglesAreThoseOfTheModel) {
 }
 
 /// A body that does not change takes its positions and volumes once.
-TEST(Recording, ABodyAtRestIsStoredOnce) {
+TEST(PageRecording, ABodyAtRestIsStoredOnce) {
   AdaptiveBVHModeld model;
   fillModel(sheet<double>(20, 0), model);
   Recording recording;
@@ -260,7 +260,7 @@ TEST(Recording, ABodyAtRestIsStoredOnce) {
 }
 
 /// Numbers come back bit by bit; points within the precision of their own box.
-TEST(Recording, ResultsAreThoseGiven) {
+TEST(PageRecording, ResultsAreThoseGiven) {
   AdaptiveBVHModeld a, b;
   fillModel(sheet<double>(8, 0), a);
   fillModel(sheet<double>(8, 2), b);
@@ -313,7 +313,7 @@ TEST(Recording, ResultsAreThoseGiven) {
 }
 
 /// What was not computed is left out, not shown as a number.
-TEST(Recording, UndefinedNumbersAreLeftOut) {
+TEST(PageRecording, UndefinedNumbersAreLeftOut) {
   AdaptiveBVHModeld model;
   fillModel(sheet<double>(2, 0), model);
   Recording recording;
@@ -333,7 +333,7 @@ TEST(Recording, UndefinedNumbersAreLeftOut) {
 }
 
 /// One file: it says how long it is, holds the licence of three.js, and names nothing to load.
-TEST(Recording, ThePageIsSelfContained) {
+TEST(PageRecording, ThePageIsSelfContained) {
   AdaptiveBVHModeld model;
   fillModel(sheet<double>(2, 0), model);
   RecordingOptions options;
@@ -354,7 +354,7 @@ TEST(Recording, ThePageIsSelfContained) {
 }
 
 /// Recording is reading: it records no traversal statistics, and changes no later update.
-TEST(Recording, ChangesNothingInTheModel) {
+TEST(PageRecording, ChangesNothingInTheModel) {
   AdaptiveBVHModeld watched, alone;
   fillModel(sheet<double>(12, 0), watched);
   fillModel(sheet<double>(12, 0), alone);
@@ -372,7 +372,7 @@ TEST(Recording, ChangesNothingInTheModel) {
 }
 
 /// With volumes on demand FCL's nodes are brought up to date for a recording, unless it has none.
-TEST(Recording, VolumesOnDemand) {
+TEST(PageRecording, VolumesOnDemand) {
   adaptive_bvh::RefitPolicy policy;
   policy.volumes_on_demand = true;
   for (const int depth : {3, -1}) {
@@ -405,7 +405,7 @@ std::string messageOf(Call&& call) {
   return "nothing was thrown";
 }
 
-TEST(Recording, SaysWhatIsWrong) {
+TEST(PageRecording, SaysWhatIsWrong) {
   const auto origin = fcl::Transform3d::Identity();
   AdaptiveBVHModeld model, empty;
   fillModel(sheet<double>(4, 0), model);
@@ -447,7 +447,7 @@ TEST(Recording, SaysWhatIsWrong) {
             std::string::npos);
 }
 
-TEST(Recording, RefusesOptionsWithoutMeaning) {
+TEST(PageRecording, RefusesOptionsWithoutMeaning) {
   const auto refuses = [](void (*change)(RecordingOptions&)) {
     RecordingOptions options;
     change(options);

@@ -36,7 +36,7 @@ const volumeShader = {
       float alpha = mix(0.13, 0.72, rim * rim);
       if (max(abs(face.x), abs(face.y)) > 0.97) alpha = 0.6;
       vec3 colour = mix(tint.rgb, vec3(1.0), 0.55 * flash * tint.a);
-      gl_FragColor = vec4(colour, min(1.0, alpha + tint.a * (0.14 + 0.5 * flash)));
+      gl_FragColor = vec4(colour, min(1.0, alpha + tint.a * (0.08 + 0.4 * flash)));
     }`,
 };
 
