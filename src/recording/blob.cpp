@@ -8,8 +8,10 @@ constexpr double kSteps = 65535;
 /// Steps by unit of length; none along a side without length.
 double stepsBy(double size) { return size > 0 ? kSteps / size : 0; }
 
+/// Of 0 to 65535.
 std::uint16_t rounded(double steps) {
-  return static_cast<std::uint16_t>(static_cast<int>(steps + 0.5));
+  const double half_above = steps + 0.5;
+  return static_cast<std::uint16_t>(static_cast<int>(half_above));
 }
 
 /// Coordinates are taken twelve at a time, those of four points, for compilers to use vectors.

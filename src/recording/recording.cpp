@@ -84,7 +84,7 @@ struct Recording::State {
   std::vector<VolumeRecord> volumes;  ///< of one body in one frame
 
   int add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf, const std::string& name);
-  RecordedPose poseOf(std::size_t body);
+  RecordedPose poseOf(std::size_t index);
   void keepVolumes(const RecordedPose* before, RecordedPose& now);
 };
 
