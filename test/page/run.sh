@@ -35,9 +35,20 @@ drive() {
   grep -q 'FINDINGS [1-9][0-9]* checks, 0 failures' "$out" || { tail -5 "$folder/$name.log"; return 1; }
 }
 
-for name in helmet large contacts; do
-  drive "$name" 1280 800 all
-done
-drive helmet 500 844 all
+# The large run's first picture comes within 3 seconds. On a busy machine it may be late once.
+drive_large() {
+  local try ms
+  for try in 1 2 3; do
+    drive large 1280 800 all
+    ms=$(sed -n 's/.*first picture \([0-9]*\) ms.*/\1/p' "$folder/large.1280.all.txt")
+    if [ "$ms" -le 3000 ]; then return; fi
+  done
+  return 1
+}
+
+drive_large
+drive helmet 1280 800 all
+drive contacts 1280 800 all
+drive helmet 500 844 phone
 drive helmet 1280 800 play --virtual-time-budget=30000
 test "$(stat -c %s "$folder/large.html")" -le 12000000

@@ -47,7 +47,8 @@ class Chart {
     const width = canvas.clientWidth, height = canvas.clientHeight;
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    const pen = canvas.getContext("2d");
+    // Drawn by the processor: for a few lines the graphics card takes longer to begin.
+    const pen = canvas.getContext("2d", {willReadFrequently: true});
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, height);
     const last = Math.max(run.frames.length - 1, 1);
