@@ -149,7 +149,7 @@ class Recording {
   /// such body or the transform is not finite.
   void place(int body, const fcl::Transform3d& tf);
 
-  /// Records the bodies as they are now, with what was computed. Takes about 4 ns a vertex that
+  /// Records the bodies as they are now, with what was computed. Takes about 12 ns a vertex that
   /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a model
   /// has another number of vertices or triangles than when it was added, or a clearance names a
   /// missing body or has another number of values than the body has vertices. Then nothing is
