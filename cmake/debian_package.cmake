@@ -38,6 +38,21 @@ License: BSD-3-clause
  ${terms}
 ")
 
+if(CPACK_ADAPTIVE_BVH_HAS_THREE)
+  file(READ ${CPACK_ADAPTIVE_BVH_SOURCE}/src/recording/page/page.html page)
+  string(REGEX MATCH "Permission is hereby granted.*CONNECTION WITH THE SOFTWARE[^*]*" expat "${page}")
+  string(STRIP "${expat}" expat)
+  string(REPLACE "\n\n" "\n.\n" expat "${expat}")
+  string(REPLACE "\n" "\n " expat "${expat}")
+  file(APPEND ${doc}/copyright "
+Files: usr/lib/*/libadaptive_bvh_recording.a
+Copyright: 2010-2019 three.js authors
+License: Expat
+ ${expat}
+Comment: The library holds three.js, which is part of the pages that it writes.
+")
+endif()
+
 file(READ ${CPACK_ADAPTIVE_BVH_SOURCE}/CHANGELOG.md changes)
 file(WRITE ${doc}/changelog "${changes}")
 compress(changelog)

@@ -1,4 +1,4 @@
-# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io policy_json tuning]) and pkg-config.
+# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io policy_json recording tuning]) and pkg-config.
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/adaptive_bvh)
 
 install(DIRECTORY include/adaptive_bvh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
@@ -6,7 +6,7 @@ install(TARGETS adaptive_bvh EXPORT adaptive_bvh_targets)
 install(EXPORT adaptive_bvh_targets NAMESPACE adaptive_bvh:: DESTINATION ${cmake_dir}
   FILE adaptive_bvh-targets.cmake)
 # A component has its own file, so that finding the core never asks for what a component needs.
-foreach(component mesh_io policy_json tuning)
+foreach(component mesh_io policy_json recording tuning)
   if(TARGET adaptive_bvh_${component})
     install(TARGETS adaptive_bvh_${component} EXPORT adaptive_bvh_${component}_targets)
     install(EXPORT adaptive_bvh_${component}_targets NAMESPACE adaptive_bvh::

@@ -33,4 +33,7 @@ set(CPACK_STRIP_FILES OFF)
 set(CPACK_INSTALL_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/debian_package.cmake)
 set(CPACK_ADAPTIVE_BVH_SOURCE ${PROJECT_SOURCE_DIR})
 set(CPACK_ADAPTIVE_BVH_PREFIX ${CMAKE_INSTALL_PREFIX})
+if(TARGET adaptive_bvh_recording)
+  set(CPACK_ADAPTIVE_BVH_HAS_THREE ON)  # in libadaptive_bvh_recording.a
+endif()
 include(CPack)

@@ -11,6 +11,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/mesh_io.h"
+#include "page.h"
 
 using Positions = std::vector<fcl::Vector3d>;
 
@@ -31,7 +32,7 @@ double milliseconds(Work&& work) {
       .count();
 }
 
-int main() {
+int main(int argc, char** argv) {
   const std::string data = ADAPTIVE_BVH_EXAMPLE_DATA;
   const auto helmet = adaptive_bvh::loadMesh<double>(data + "/helmet.obj");
   const auto plate = adaptive_bvh::loadMesh<double>(data + "/plate.ply");
@@ -45,7 +46,10 @@ int main() {
   adaptive_bvh::CoherentDistanced pair(our_helmet, our_plate);  // follows the two over steps
 
   const auto origin = fcl::Transform3d::Identity();
-  const fcl::DistanceRequestd request;
+  Page page(argc, argv, "A helmet above a plate");
+  page.add(our_helmet, origin, "helmet");
+  page.add(our_plate, origin, "plate");
+  const fcl::DistanceRequestd request(page.wanted());  // nearest points are for the page
   const int steps = 200;
   double our_time = 0, fcl_time = 0, disagreement = 0;
   for (int step = 1; step <= steps; ++step) {
@@ -63,9 +67,11 @@ int main() {
       fcl::distance(&fcl_helmet, origin, &fcl_plate, origin, request, fcls);
     });
     disagreement = std::max(disagreement, std::abs(ours.min_distance - fcls.min_distance));
+    page.frame(ours);
     if (step % 25 == 0) std::printf("step %3d: distance %.6f\n", step, ours.min_distance);
   }
   std::printf("per step: FCL %.3f ms, adaptive_bvh %.3f ms, speed-up %.1fx\n", fcl_time / steps,
               our_time / steps, fcl_time / our_time);
   std::printf("largest disagreement with FCL %.3g\n", disagreement);
+  page.write();
 }

@@ -5,6 +5,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "page.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;  // was: fcl::BVHModel<fcl::RSSd>
 using Point = fcl::Vector3d;
@@ -20,7 +21,7 @@ std::vector<Point> sheet(double t) {
   return points;
 }
 
-int main() {
+int main(int argc, char** argv) {
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j < 20; ++j)
     for (std::size_t i = 0; i < 20; ++i) {
@@ -37,6 +38,9 @@ int main() {
   }
   fcl::Transform3d below = fcl::Transform3d::Identity();
   below.translation().z() = -0.5;
+  Page page(argc, argv, "A waving cloth above a floor");
+  page.add(cloth, fcl::Transform3d::Identity(), "cloth");
+  page.add(floor, below, "floor");
 
   for (int step = 1; step <= 10; ++step) {
     cloth.beginReplaceModel();
@@ -45,8 +49,10 @@ int main() {
 
     fcl::DistanceResultd result;
     fcl::distance<double>(&cloth, fcl::Transform3d::Identity(), &floor, below,
-                          fcl::DistanceRequestd(), result);
+                          fcl::DistanceRequestd(true), result);
+    page.frame(result);
     std::printf("step %2d: distance %.6f, %4d of %d volumes refitted\n", step, result.min_distance,
                 cloth.lastUpdate().refitted(), cloth.lastUpdate().nodes);
   }
+  page.write();
 }

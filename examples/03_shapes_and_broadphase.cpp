@@ -11,6 +11,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/broadphase.h"
 #include "adaptive_bvh/query.h"
+#include "page.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Object = fcl::CollisionObjectd;
@@ -31,13 +32,12 @@ std::vector<Point> pad(double t) {
 
 // The manager calls this for every pair whose boxes overlap.
 bool narrowPhase(Object* a, Object* b, void* contacts) {
-  const fcl::CollisionRequestd all(1000);
-  fcl::CollisionResultd result;
-  *static_cast<std::size_t*>(contacts) += adaptive_bvh::collide(a, b, all, result);
+  const fcl::CollisionRequestd all(1000, true);
+  adaptive_bvh::collide(a, b, all, *static_cast<fcl::CollisionResultd*>(contacts));
   return false;  // go on with the next pair
 }
 
-int main() {
+int main(int argc, char** argv) {
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j < 16; ++j)
     for (std::size_t i = 0; i < 16; ++i) {
@@ -62,12 +62,19 @@ int main() {
   for (Object* object : {&gripper, &ball, &pin, &bin}) manager.registerObject(object);
   manager.setup();
 
+  Page page(argc, argv, "A gripper pad among shapes");
+  page.add(*model, gripper.getTransform(), "pad");
+  page.addShape(fcl::Sphered(0.2), ball.getTransform(), "ball", 16u, 16u);
+  page.addShape(fcl::Cylinderd(0.1, 0.8), pin.getTransform(), "pin", 24u, 1u);
+  page.addShape(fcl::Boxd(4, 4, 0.1), bin.getTransform(), "bin");
   for (int step = 1; step <= 10; ++step) {
     model->update(pad(0.1 * step));
     adaptive_bvh::refresh(gripper, manager);
-    std::size_t contacts = 0;
+    fcl::CollisionResultd contacts;
     manager.collide(&contacts, narrowPhase);
-    std::printf("step %2d: %3zu contacts, %3d volumes refitted\n", step, contacts,
+    std::printf("step %2d: %3zu contacts, %3d volumes refitted\n", step, contacts.numContacts(),
                 model->lastUpdate().refitted());
+    page.frame(contacts);
   }
+  page.write();
 }

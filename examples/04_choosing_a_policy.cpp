@@ -6,6 +6,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "page.h"
 
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
@@ -26,7 +27,7 @@ std::vector<Point> hose(double t) {
   return points;
 }
 
-int main() {
+int main(int argc, char** argv) {
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j < kAlong; ++j)
     for (std::size_t i = 0; i < kAround; ++i) {
@@ -42,11 +43,14 @@ int main() {
   const auto origin = fcl::Transform3d::Identity();
 
   std::printf("%-26s %11s %15s %9s\n", "criterion", "ms a step", "refits a step", "nearest");
-  const auto run = [&](const char* name, const RefitPolicy& policy) {
+  Page page(argc, argv, "A hose beside a wall, with the default policy");
+  const auto run = [&](const char* name, const RefitPolicy& policy, Page* recorded = nullptr) {
     Model model(policy);
     model.beginModel();
     model.addSubModel(hose(0), triangles);
     model.endModel();
+    if (recorded) recorded->add(model, origin, "hose");
+    if (recorded) recorded->add(wall, origin, "wall");
     const int steps = 100;
     double seconds = 0, nearest = 1e9;
     long refits = 0;
@@ -55,14 +59,16 @@ int main() {
       const auto start = std::chrono::steady_clock::now();
       refits += model.update(positions).refitted();
       fcl::DistanceResultd result;
-      adaptive_bvh::distance(&model, origin, &wall, origin, fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance(&model, origin, &wall, origin, fcl::DistanceRequestd(true), result);
       seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       nearest = std::min(nearest, result.min_distance);
+      if (recorded) recorded->frame(result);
     }
     std::printf("%-26s %11.3f %15.1f %9.6f\n", name, 1e3 * seconds / steps, double(refits) / steps,
                 nearest);
   };
-  run("default", RefitPolicy());
+  run("default", RefitPolicy(), &page);
+  page.write();
   for (auto criterion :
        {FitnessCriterion::A, FitnessCriterion::B, FitnessCriterion::AB, FitnessCriterion::BC,
         FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC,

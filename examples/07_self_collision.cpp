@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "adaptive_bvh/self_collision.h"
+#include "page.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Point = fcl::Vector3d;
@@ -26,7 +27,7 @@ std::vector<Point> sheet(double angle) {
   return points;
 }
 
-int main() {
+int main(int argc, char** argv) {
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j < kCells; ++j)
     for (std::size_t i = 0; i < kCells; ++i) {
@@ -39,7 +40,9 @@ int main() {
   model.addSubModel(sheet(0), triangles);
   model.endModel();
 
-  const fcl::CollisionRequestd all(1000000);
+  Page page(argc, argv, "A sheet that is folded through itself");
+  page.add(model, fcl::Transform3d::Identity(), "sheet");
+  const fcl::CollisionRequestd all(1000000, true);
   for (int degrees = 0; degrees <= 195; degrees += 15) {
     model.update(sheet(degrees * M_PI / 180));
     fcl::CollisionResultd result;
@@ -51,5 +54,8 @@ int main() {
                   long(result.getContact(i).b2));
     if (result.numContacts() > kShown)
       std::printf("  ... and %zu more pairs\n", result.numContacts() - kShown);
+    page.note("Folded by " + std::to_string(degrees) + " degrees");
+    page.frame(result);
   }
+  page.write();
 }

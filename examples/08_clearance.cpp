@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "adaptive_bvh/proximity.h"
+#include "page.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Point = fcl::Vector3d;
@@ -59,6 +60,8 @@ int main(int argc, char** argv) {
   build(hose, pipe(0.1, 0));
   build(duct, pipe(0.25, 0));
   const fcl::Transform3d origin = fcl::Transform3d::Identity();
+  Page page(argc, argv, "The clearance of a hose in a duct");
+  page.add(hose, origin, "hose");
   std::vector<double> clearance;
   for (int step = 0; step <= 10; ++step) {
     hose.update(pipe(0.1, 0.014 * step));
@@ -68,6 +71,9 @@ int main(int argc, char** argv) {
         std::count_if(clearance.begin(), clearance.end(), [](double c) { return c < 0.05; });
     std::printf("step %2d: clearance %.6f, %4ld vertices nearer than 0.05\n", step, now,
                 long(near));
+    page.paint(0, clearance);
+    page.frame();
   }
-  if (argc > 1) write(argv[1], hose, clearance);
+  page.write();
+  if (argc == 2) write(argv[1], hose, clearance);
 }

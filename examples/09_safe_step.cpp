@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "adaptive_bvh/continuous_collision.h"
+#include "page.h"
 
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Motion = adaptive_bvh::Motion<fcl::RSSd>;
@@ -31,7 +32,7 @@ void build(Model& model, Place&& place) {
   model.endModel();
 }
 
-int main() {
+int main(int argc, char** argv) {
   Model cloth, ball;
   build(cloth, [](double x, double y) { return Point(x, y, 0.5 + 0.01 * std::sin(7 * x)); });
   build(ball, [](double u, double v) {
@@ -43,6 +44,9 @@ int main() {
 
   std::vector<Point> now(cloth.vertices, cloth.vertices + cloth.num_vertices), wanted;
   std::vector<double> of_cloth, of_ball;
+  Page page(argc, argv, "A cloth that falls onto a ball");
+  page.add(cloth, fcl::Transform3d::Identity(), "cloth");
+  page.add(ball, fcl::Transform3d::Identity(), "ball");
   for (int step = 1; step <= 6; ++step) {
     wanted = now;
     for (Point& p : wanted) p[2] -= 0.06;
@@ -58,10 +62,12 @@ int main() {
       fallen += share * 0.06 / double(now.size());
     }
     cloth.update(now);
+    page.frame();
     std::printf("step %d: safe up to %.3f of the step, fallen by %.4f\n", step, safe, fallen);
     const char* const kinds[] = {"vertex and triangle", "triangle and vertex", "edge and edge"};
     if (impact.happens())
       std::printf("  %s %u, %u would come together first\n", kinds[static_cast<int>(impact.kind)],
                   impact.pair.first, impact.pair.second);
   }
+  page.write();
 }

@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # Sets up everything and runs the main comparison, a helmet that deforms above a plate, or your
-# meshes: arguments go to tools/compare_with_fcl (try --help).
+# meshes: arguments go to tools/compare_with_fcl (try --help). It also writes the run as a page for
+# any browser, and says where.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
-  libassimp-dev nlohmann-json3-dev libcli11-dev libtbb-dev
+  libassimp-dev nlohmann-json3-dev libcli11-dev libtbb-dev libjs-three
 # The tests would ask for GoogleTest; a build folder that test/run.sh made keeps them.
 [ -f "$build/CMakeCache.txt" ] || tests_off=-DADAPTIVE_BVH_TESTS=OFF
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release ${tests_off:-} >/dev/null
 echo "Building (a minute or two the first time) ..."
 cmake --build "$build" --parallel "$(nproc)" --target compare_with_fcl >/dev/null
-exec "$build/examples/tools/compare_with_fcl" "$@"
+exec "$build/examples/tools/compare_with_fcl" --page "$build/run.html" "$@"

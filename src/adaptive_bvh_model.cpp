@@ -428,6 +428,12 @@ bool AdaptiveBVHModel<BV>::traversed(int node) const {
 }
 
 template <typename BV>
+std::vector<int> AdaptiveBVHModel<BV>::refittedNodes() const {
+  resynchronise();
+  return state_->tree.refits.marked();
+}
+
+template <typename BV>
 std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
   return sizeof(State) + state_->tree.bytes() + state_->update.bytes() + state_->buffer.bytes();
 }

@@ -20,6 +20,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "motion.h"
+#include "run_page.h"
 
 namespace {
 
@@ -28,7 +29,7 @@ using tools::Positions;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
 
 struct Options {
-  std::string mesh_a, mesh_b, to, csv, volume = "rss";
+  std::string mesh_a, mesh_b, to, csv, page, volume = "rss";
   int frames = 200;
 };
 
@@ -219,6 +220,8 @@ void run(const Options& options) {
   printRow("drop-in", sums[0], sum_fcl, options.frames);
   printRow("recorded", sums[1], sum_fcl, options.frames);
   printRow("coherent", sums[2], sum_fcl, options.frames);
+  if (!options.page.empty())
+    tools::writePage<BV>({a, b, motion_a, motion_b, options.frames}, options.page);
 }
 
 }  // namespace
@@ -233,6 +236,8 @@ int main(int argc, char** argv) {
   app.add_option("--volume", options.volume, "Bounding volumes of all models: rss or obbrss")
       ->check(CLI::IsMember({"rss", "obbrss"}));
   app.add_option("--csv", options.csv, "Write a row per frame to this file");
+  app.add_option("--page", options.page, "Then record the run as a page that plays it")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   try {
     app.parse(argc, argv);
     if (options.volume == "obbrss")

@@ -269,6 +269,9 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// only, else 0.
   S overallDisplacement(int triangle) const;
   bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
+  /// The nodes whose volumes the last update recomputed from their triangles, or `updateVolumes`
+  /// after it; in ascending order. None after a build.
+  std::vector<int> refittedNodes() const;
   QueryWork recordedWork() const;
   /// Memory beside FCL's own, in bytes.
   std::size_t trackingBytes() const;

@@ -17,6 +17,7 @@ void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
   setMoved();
   topology.adopt(model);
   statistics.reset(model.getNumBVs());
+  refits.reset(model.getNumBVs());
 }
 
 template <typename BV>

@@ -10,6 +10,7 @@
 #include "tree/contours_on_demand.h"
 #include "tree/feature_leaves.h"
 #include "tree/motion_bounds.h"
+#include "tree/refit_marks.h"
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
 #include "tree/wide_tree_on_demand.h"
@@ -30,6 +31,7 @@ struct AdaptiveTree {
         boxes(other.boxes),
         motion(other.motion),
         statistics(other.statistics),
+        refits(other.refits),
         query_threads(other.query_threads),
         detector(other.detector) {
     setVolumesCurrent(other.volumesAreCurrent());
@@ -44,6 +46,7 @@ struct AdaptiveTree {
   std::optional<BoxTree<S>> boxes;         ///< with Propagation::TranslationCompensated
   MotionBounds<S> motion;                  ///< of the volumes beside those boxes
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
+  RefitMarks refits;                       ///< of the last step
   mutable WitnessCache witnesses;          ///< written by queries, too
   mutable WideTreeOnDemand<S> wide;        ///< written by queries, too
   mutable FeatureOwnersOnDemand owners;    ///< written by queries, too
@@ -72,7 +75,7 @@ struct AdaptiveTree {
 
   std::size_t bytes() const {
     return topology.bytes() + (boxes ? boxes->bytes() : 0) + motion.bytes() + statistics.bytes() +
-           wide.bytes() + owners.bytes() + features.bytes() + contours.bytes();
+           refits.bytes() + wide.bytes() + owners.bytes() + features.bytes() + contours.bytes();
   }
 
  private:

@@ -107,6 +107,7 @@ class Refitter {
     for (int k = 0; k < unfit_count_; ++k) {
       const fcl::BVNode<BV>& node = target_.model.getBV(unfit_[k]);
       method_.refitted(target_, unfit_[k]);
+      target_.tree.refits.mark(unfit_[k]);
       counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives,
                   Volume<BV>::cornerSum(node.bv), unfit_[k] == 0};
     }

@@ -46,7 +46,9 @@ template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
   auto& method = scope.method();
+  const bool repaired = report.resynchronised;  // and every volume recomputed
   if (scope.isAtRest()) {
+    if (!repaired) target.tree.refits.clear();
     target.tree.statistics.clear();
     report.displacement_seconds = watch.lap();
     return true;
@@ -58,6 +60,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   }
   report.largest_displacement = static_cast<double>(seen.largestDisplacement());
 
+  if (!repaired) target.tree.refits.clear();
   target.tree.setMoved();
   openStep(target.model, input.kind);
   scope.write(seen);
@@ -183,6 +186,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   const std::lock_guard<std::mutex> lock(tree.repairing);
   if (tree.detector.matches(target.volume(0))) return true;  // another thread was first
   reset(target, state);
+  tree.refits.markAll();
   start(target, state, refitAllButRoot(target));
   tree.setVolumesCurrent(true);
   return true;
@@ -219,6 +223,7 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
         method.refitted(target, 0);
       },
       state.method);
+  tree.refits.markAll();
   tree.setVolumesCurrent(true);
 }
 

@@ -35,11 +35,13 @@ set(no_pagmo -DCMAKE_DISABLE_FIND_PACKAGE_pagmo=ON)
 expect(SUCCEEDS "REQUIRED" "${no_assimp};${no_pagmo}" SAYS "target adaptive_bvh" NOT "target tuning")
 expect(SUCCEEDS "REQUIRED;COMPONENTS;policy_json" "${no_assimp};${no_pagmo}"
   SAYS "found adaptive_bvh_policy_json" "target policy_json" NOT "target tuning")
+expect(SUCCEEDS "REQUIRED;COMPONENTS;recording" "${no_assimp};${no_pagmo}"
+  SAYS "found adaptive_bvh_recording" "target recording" NOT "target tuning")
 expect(SUCCEEDS "REQUIRED;COMPONENTS;tuning" "${no_assimp}"
   SAYS "found adaptive_bvh_tuning" "target tuning" "target policy_json" NOT "target mesh_io")
 
 expect(FAILS "REQUIRED;COMPONENTS;mesh_oi" ""
-  SAYS "no component 'mesh_oi': it has mesh_io, policy_json and tuning")
+  SAYS "no component 'mesh_oi': it has mesh_io, policy_json, recording and tuning")
 expect(FAILS "REQUIRED;COMPONENTS;mesh_io" "${no_assimp}"
   SAYS "'mesh_io' needs assimp, which was not found .*libassimp-dev")
 expect(FAILS "REQUIRED;COMPONENTS;tuning;typo" "${no_pagmo}"

@@ -9,6 +9,9 @@
 #ifdef WITH_POLICY_JSON
 #include <adaptive_bvh/policy_json.h>
 #endif
+#ifdef WITH_RECORDING
+#include <adaptive_bvh/recording.h>
+#endif
 #ifdef WITH_TUNING
 #include <adaptive_bvh/tuning.h>
 #endif
@@ -36,6 +39,12 @@ int main() {
   } catch (const adaptive_bvh::MeshLoadError& error) {
     std::printf("%s\n", error.what());
   }
+#endif
+#ifdef WITH_RECORDING
+  adaptive_bvh::Recording recording;
+  recording.add(model, fcl::Transform3d::Identity(), "model");
+  recording.frame(result);
+  recording.write("run.html");
 #endif
 #if defined(WITH_POLICY_JSON) || defined(WITH_TUNING)
   model.setRefitPolicy(adaptive_bvh::policyFromJson(adaptive_bvh::toJson(model.refitPolicy())));

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Draws the pictures of recorded pages into docs/pictures, by headless Chromium with software WebGL.
+# Needs chromium and imagemagick (both in Debian 12), and the examples built.
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+examples=${BUILD_DIR:-$root/build/release}/examples
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# draw NAME PAGE WIDTH,HEIGHT FRAGMENT [OPTION ...]: NAME.png, of what PAGE#FRAGMENT shows
+draw() {
+  local name=$1 page=$2 size=$3 fragment=$4
+  shift 4
+  chromium --headless=new --no-sandbox --disable-dev-shm-usage --use-angle=swiftshader \
+    --enable-unsafe-swiftshader --hide-scrollbars --window-size="$size" --virtual-time-budget=3000 \
+    --user-data-dir="$work/profile" --screenshot="$work/$name.png" "$@" \
+    "file://$work/$page.html#$fragment" 2>/dev/null
+  convert "$work/$name.png" +dither -colors 255 -strip "PNG8:$root/docs/pictures/$name.png"
+}
+
+"$examples/tools/compare_with_fcl" --page "$work/helmet.html"
+"$examples/08_clearance" --page "$work/clearance.html"
+draw page helmet 1280,740 "frame=64&depth=4"
+draw page_clearance clearance 900,620 "frame=9"
+draw page_phone helmet 390,760 "frame=150&depth=3" --force-device-scale-factor=1.5 \
+  --blink-settings=preferredColorScheme=0

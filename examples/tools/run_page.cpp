@@ -1,0 +1,77 @@
+#include "run_page.h"
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+
+#include "adaptive_bvh/coherent_distance.h"
+#ifdef ADAPTIVE_BVH_HAS_RECORDING
+#include "adaptive_bvh/recording.h"
+#endif
+
+namespace tools {
+
+#ifdef ADAPTIVE_BVH_HAS_RECORDING
+namespace {
+
+template <typename Work>
+double milliseconds(Work&& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+double megabytes(const std::string& path) {
+  return double(std::ifstream(path, std::ios::binary | std::ios::ate).tellg()) / 1e6;
+}
+
+}  // namespace
+
+template <typename BV>
+void writePage(const MovingPair& pair, const std::string& path) {
+  adaptive_bvh::AdaptiveBVHModel<BV> a, b;
+  fillModel(pair.a, a);
+  fillModel(pair.b, b);
+  adaptive_bvh::CoherentDistance distance(a, b);
+  const auto origin = fcl::Transform3d::Identity();
+
+  adaptive_bvh::RecordingOptions options;
+  options.title = "A deforming body above a waving plate";
+  options.volume_depth = 5;
+  adaptive_bvh::Recording recording(options);
+  recording.add(a, origin, "body");
+  recording.add(b, origin, "plate");
+  double run_ms = 0, recording_ms = 0;
+  for (int frame = 1; frame <= pair.frames; ++frame) {
+    const double t = double(frame) / pair.frames;
+    const Positions &pa = pair.motion_a.at(t), &pb = pair.motion_b.at(t);
+    fcl::DistanceResultd result;
+    const double update_ms = milliseconds([&] {
+      a.update(pa);
+      b.update(pb);
+    });
+    const double query_ms = milliseconds(
+        [&] { distance.distance(origin, origin, fcl::DistanceRequestd(true), result); });
+    run_ms += update_ms + query_ms;
+    recording_ms += milliseconds(
+        [&] { recording.frame(adaptive_bvh::FrameResults(result).addTimes(update_ms, query_ms)); });
+  }
+  const double writing_ms = milliseconds([&] { recording.write(path); });
+  std::printf(
+      "page: %s (%.1f MB)\n  coherent once more, recorded: recording %.3f ms a frame, "
+      "%.0f %% of update and query; writing %.0f ms\n",
+      path.c_str(), megabytes(path), recording_ms / pair.frames, 100 * recording_ms / run_ms,
+      writing_ms);
+}
+#else
+template <typename BV>
+void writePage(const MovingPair&, const std::string&) {
+  std::printf("built without the component recording (libjs-three): no page\n");
+}
+#endif
+
+template void writePage<fcl::RSSd>(const MovingPair&, const std::string&);
+template void writePage<fcl::OBBRSSd>(const MovingPair&, const std::string&);
+
+}  // namespace tools

@@ -1,0 +1,176 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <iosfwd>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fcl/narrowphase/collision_result.h>
+#include <fcl/narrowphase/distance_result.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/mesh.h"
+
+namespace adaptive_bvh {
+
+/// \file
+/// Component `recording`: a run of deforming models as one HTML page that plays it. The page holds
+/// all it needs (three.js, MIT licence, is in it): it opens in any browser, without a network.
+///
+///     adaptive_bvh::Recording recording;
+///     recording.add(hose, hose_pose, "hose");
+///     recording.add(engine, engine_pose, "engine");
+///     for (...) {
+///       hose.update(positions);
+///       adaptive_bvh::distance(&hose, hose_pose, &engine, engine_pose, request, result);
+///       recording.frame(result);
+///     }
+///     recording.write("run.html");
+
+/// A number for every vertex of a body, to be painted on it.
+struct VertexValues {
+  int body = 0;                ///< what Recording::add returned
+  std::vector<double> values;  ///< one a vertex, finite; as `clearance` (proximity.h) computes
+};
+
+/// What a run has computed in one frame. Every member may be left out; lengths are in the models'
+/// unit, points in the world. Numbers that are not finite count as left out.
+struct FrameResults {
+  std::optional<double> distance;   ///< the smallest of this frame
+  std::optional<double> update_ms;  ///< what the updates of this frame took, milliseconds
+  std::optional<double> query_ms;   ///< what its queries took, milliseconds
+  /// Of each pair: a nearest point on the first and on the second. Drawn as a segment.
+  std::vector<std::array<fcl::Vector3d, 2>> nearest_points;
+  std::optional<std::size_t> contact_count;  ///< pairs of triangles that touch
+  std::vector<fcl::Vector3d> contacts;       ///< where they do: drawn as points
+  std::vector<VertexValues> clearance;       ///< at most one a body
+  std::string note;                          ///< shown with the frame
+
+  FrameResults() = default;
+  /// The distance, and the nearest points where they were asked for.
+  template <typename S>
+  FrameResults(const fcl::DistanceResult<S>& result) {
+    add(result);
+  }
+  /// The contacts. Their positions are known where `enable_contact` was set.
+  template <typename S>
+  FrameResults(const fcl::CollisionResult<S>& result) {
+    add(result);
+  }
+
+  /// One more result of this frame. Of several distances the smallest is the frame's. NaN for
+  /// nearest points: they were not computed.
+  template <typename S>
+  FrameResults& add(const fcl::DistanceResult<S>& result) {
+    const double now = static_cast<double>(result.min_distance);
+    if (!distance || now < *distance) distance = now;
+    nearest_points.push_back({result.nearest_points[0].template cast<double>(),
+                              result.nearest_points[1].template cast<double>()});
+    return *this;
+  }
+  /// One more result of this frame: its contacts after those that are there.
+  template <typename S>
+  FrameResults& add(const fcl::CollisionResult<S>& result) {
+    contact_count = contact_count.value_or(0) + result.numContacts();
+    for (std::size_t i = 0; i < result.numContacts(); ++i)
+      contacts.push_back(result.getContact(i).pos.template cast<double>());
+    return *this;
+  }
+  /// What `clearance` or `signedClearance` computed for a body.
+  template <typename S>
+  FrameResults& addClearance(int body, const std::vector<S>& values) {
+    clearance.push_back({body, std::vector<double>(values.begin(), values.end())});
+    return *this;
+  }
+  /// How long updates and queries of this frame took, in milliseconds.
+  FrameResults& addTimes(double of_updates, double of_queries) {
+    update_ms = of_updates;
+    query_ms = of_queries;
+    return *this;
+  }
+};
+
+/// How a run is recorded and shown.
+struct RecordingOptions {
+  std::string title = "A run";  ///< of the page
+  std::string unit;             ///< of lengths, shown after them; e.g. "mm"
+  /// Bounding volumes are recorded down to this depth of the tree, 0 is its root: at most
+  /// 2^(depth + 1) volumes of 64 bytes a body and frame. None below 0.
+  int volume_depth = 6;
+  /// Of the volumes below that depth those that the last update refitted are recorded: all, or so
+  /// many of a body and frame, from all over it.
+  int deeper_refits = 100;
+  double frames_per_second = 25;              ///< at which the page plays
+  fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world
+};
+
+/// Records frames of a run and writes them as a page.
+///
+/// **What is kept.** Of each body and frame the positions of its vertices, each coordinate in 16
+/// bits of the box around the vertices: it is off by at most half of box / 65535, which the page
+/// says. A body that did not change since the frame before is not stored again. Beside them the
+/// volumes down to RecordingOptions::volume_depth in single precision, how much each is inflated,
+/// and whether the last update refitted it. About 6 bytes a vertex and frame; `bytes()` says how
+/// many.
+///
+/// **Models.** `frame` reads them as a query does, and changes nothing in them; it records no
+/// traversal statistics. One exception: where RefitPolicy::volumes_on_demand has left FCL's nodes
+/// behind, recording volumes brings them up to date first, which takes as long as a refit of the
+/// tree. Set `volume_depth = -1` to leave it.
+///
+/// **Lifetime.** Keeps references: a model must live until the last call of `frame`. `write` reads
+/// no model. The object serves one thread at a time.
+class Recording {
+ public:
+  /// Throws std::invalid_argument when `up` is zero or not finite, `frames_per_second` is not
+  /// positive, `volume_depth` exceeds 20, or `deeper_refits` is negative.
+  explicit Recording(const RecordingOptions& options = RecordingOptions());
+  ~Recording();
+  /// The moved-from object can only be destroyed or assigned to.
+  Recording(Recording&&) noexcept;
+  Recording& operator=(Recording&&) noexcept;  ///< as the constructor
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  /// A body of the run, placed by `tf`. Its triangles are those of now. Returns its number: 0, 1,
+  /// ... Throws std::invalid_argument when the model has no triangles, is not built, or its
+  /// transform is not finite, and std::logic_error when frames have been recorded.
+  template <typename BV>
+  int add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
+          const std::string& name);
+  /// A body that does not deform and is only looked at: an obstacle, or a shape as a mesh. Copied.
+  /// Throws as above.
+  int add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf, const std::string& name);
+
+  /// The body's transform from the next frame on. Throws std::invalid_argument when there is no
+  /// such body or the transform is not finite.
+  void place(int body, const fcl::Transform3d& tf);
+
+  /// Records the bodies as they are now, with what was computed. Takes about 12 ns a vertex that
+  /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a model
+  /// has another number of vertices or triangles than when it was added, or a clearance names a
+  /// missing body or has another number of values than the body has vertices. Then nothing is
+  /// recorded.
+  void frame(const FrameResults& results = FrameResults());
+
+  int bodies() const;         ///< how many were added
+  int frames() const;         ///< how many were recorded
+  std::size_t bytes() const;  ///< what they take in memory, about; on the page 4/3 of it
+
+  /// Writes the page: one file of about 0.9 megabytes and 4/3 of `bytes()`. Throws
+  /// std::logic_error when no frame was recorded, and std::runtime_error, which says why, when the
+  /// file cannot be written.
+  void write(const std::string& path) const;
+  /// Writes the page to a stream; its state says whether that worked. Throws std::logic_error when
+  /// no frame was recorded.
+  void write(std::ostream& out) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,149 @@
+// The numbers, charts and settings beside the scene.
+const element = (id) => document.getElementById(id);
+const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, refits: true};
+
+const columns = {
+  distance: run.frames.map((frame) => frame.distance),
+  updateMs: run.frames.map((frame) => frame.updateMs),
+  queryMs: run.frames.map((frame) => frame.queryMs),
+  contacts: run.frames.map((frame) => frame.contactCount),
+  clearance: run.frames.map((_, frame) => leastClearance(frame)),
+  update: run.frames.map((_, frame) => updateOf(frame)),
+};
+const isRecorded = (name) => columns[name].some((value) => value !== undefined);
+
+// Rows of the table of numbers: [id, label, colour of its line, text in a frame]; those recorded.
+const rows = [
+  ["distance", "Distance", "--distance", (f) => shown.length(columns.distance[f])],
+  ["clearance", "Least clearance", null, (f) => shown.length(columns.clearance[f])],
+  ["contacts", "Contacts", null, (f) => shown.count(columns.contacts[f])],
+  ["updateMs", "Update", "--update", (f) => shown.time(columns.updateMs[f])],
+  ["queryMs", "Query", "--query", (f) => shown.time(columns.queryMs[f])],
+  ["update", "Volumes refitted", null, (f) =>
+    `${shown.count(columns.update[f].refitted)} of ${shown.count(columns.update[f].nodes)}`],
+].filter(([id]) => isRecorded(id));
+
+for (const [id, label, colour] of rows) {
+  const term = document.createElement("dt"), value = document.createElement("dd");
+  if (colour) {
+    const key = document.createElement("span");
+    key.className = "key";
+    key.style.background = `var(${colour})`;
+    term.append(key);
+  }
+  term.append(label);
+  value.id = `value-${id}`;
+  element("numbers").append(term, value);
+}
+
+function showNumbers(frame) {
+  for (const [id, , , text] of rows)
+    element(`value-${id}`).textContent = columns[id][frame] === undefined ? "–" : text(frame);
+}
+
+function makeCharts(pick) {
+  const charts = [];
+  const lines = (...list) => list.filter(({name}) => isRecorded(name))
+    .map(({name, colour}) => ({name, colour, values: columns[name]}));
+  const add = (title, series, format) => {
+    if (series.length && run.frames.length > 1) charts.push(new Chart(title, series, format, pick));
+  };
+  add("Distance", lines({name: "distance", colour: "--distance"}),
+    (value) => value.toPrecision(4) + (run.unit ? " " + run.unit : ""));
+  if (!isRecorded("distance")) {
+    add("Least clearance", lines({name: "clearance", colour: "--distance"}),
+      (value) => value.toPrecision(4) + (run.unit ? " " + run.unit : ""));
+    add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
+  }
+  add("Time", lines({name: "updateMs", colour: "--update"},
+    {name: "queryMs", colour: "--query"}), shown.time);
+  return charts;
+}
+
+// A row of the settings: box, label and what follows it.
+function addSetting(id, label, on, change, more) {
+  const row = document.createElement("label"), box = document.createElement("input");
+  const name = document.createElement("span");
+  box.type = "checkbox";
+  box.id = id;
+  box.checked = on;
+  box.addEventListener("change", () => change(box.checked));
+  name.className = "name";
+  name.textContent = label;
+  row.append(box, name);
+  if (more) row.append(more);
+  element("show").append(row);
+  return box;
+}
+
+function swatch(colour) {
+  const square = document.createElement("span");
+  square.className = "swatch";
+  square.style.background = colour;
+  return square;
+}
+
+function addLegend(id, title, scale, low, high, extra) {
+  const legend = document.createElement("div");
+  legend.className = "legend";
+  legend.id = id;
+  legend.innerHTML = "<div class=\"title\"></div><div class=\"ramp\"></div>" +
+    "<div class=\"ends\"><span></span><span></span></div>";
+  legend.querySelector(".title").textContent = title;
+  legend.querySelector(".ramp").style.background = scale.css;
+  const ends = legend.querySelectorAll(".ends span");
+  [ends[0].textContent, ends[1].textContent] = [low, high];
+  if (extra) legend.append(extra);
+  element("legends").append(legend);
+  return legend;
+}
+
+function refittedKey() {
+  const key = document.createElement("div"), dot = document.createElement("span");
+  dot.className = "dot";
+  dot.style.background = kRefitted;
+  key.append(dot, "refitted in this frame");
+  return key;
+}
+
+// "a", "a and b", "a, b and c"
+function listed(names) {
+  return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names[names.length - 1]}`;
+}
+
+function plural(count, one, many) {
+  return `${shown.count(count)} ${count === 1 ? one : many || one + "s"}`;
+}
+
+// What the picture shows, in words.
+function captionOf(frame, bodies, volumes) {
+  const now = run.frames[frame], visible = run.bodies.filter((_, b) => bodies[b].mesh.visible);
+  const said = [];
+  if (now.note) said.push(now.note.replace(/[.\s]*$/, "") + ".");
+  said.push(visible.length ? `Frame ${frame + 1}: ${listed(visible.map(({name}) => name))}.`
+    : `Frame ${frame + 1}.`);
+  if (now.nearest) said.push(`The ${now.nearest.length > 1 ? "segments join" : "segment joins"} the nearest points.`);
+  if (now.contacts) said.push(`Points mark ${plural(now.contacts.count, "contact")}.`);
+  if (settings.clearance && now.bodies.some((body) => body.clearance))
+    said.push("Colours on the surface: clearance, the distance of each vertex to the other body.");
+  if (settings.volumes) {
+    const count = volumes.reduce((all, view) => all + (view.count || 0), 0);
+    const green = volumes.reduce((all, view) => all + (view.refitted || 0) + (view.others || 0), 0);
+    const update = columns.update[frame], refitted = update ? update.refitted : 0;
+    said.push(`${plural(count, "bounding volume")} at depth ${settings.depth}, coloured by inflation.`);
+    if (refitted) said.push(`In green, from any depth, ${green < refitted
+      ? `${shown.count(green)} of the ${shown.count(refitted)} volumes` :
+      plural(refitted, "volume")} refitted in this frame.`);
+  }
+  return said.join(" ");
+}
+
+function sayFacts() {
+  const triangles = run.bodies.reduce((all, body) => all + body.triangles, 0);
+  element("summary").textContent = [plural(run.bodies.length, "body", "bodies"),
+    plural(triangles, "triangle"), plural(run.frames.length, "frame")].join(" · ");
+  element("facts").textContent = `Positions are kept in 16 bits of the box around each body: ` +
+    `off by at most half of box / 65,535. Numbers are as they were computed. This page: ` +
+    `${shown.megabytes(pageBytes)}, of which ${shown.megabytes(4 / 3 * run.dataBytes)} are the run. ` +
+    `adaptive_bvh (BSD-3-Clause), three.js (MIT).`;
+}

@@ -1,0 +1,464 @@
+// recording.h: what a page holds is what the models held, within the precision that it states.
+#include "adaptive_bvh/recording.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "adaptive_bvh/hierarchy.h"
+#include "adaptive_bvh/query.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::FrameResults;
+using adaptive_bvh::Recording;
+using adaptive_bvh::RecordingOptions;
+using adaptive_bvh::TriangleMesh;
+using nlohmann::json;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kVolumeNumbers = 16;
+
+/// A waving sheet of 2 n^2 triangles at time t, far from the origin.
+template <typename S>
+TriangleMesh<S> sheet(int n, double t, double far = 100) {
+  TriangleMesh<S> mesh;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) {
+      const double x = double(i) / n, y = double(j) / n;
+      mesh.vertices.push_back(
+          fcl::Vector3d(far + x, y + 0.2 * t * x * x, 0.3 * std::sin(4 * x + t)).cast<S>());
+    }
+  const auto row = static_cast<std::size_t>(n) + 1;
+  for (std::size_t j = 0; j + 1 < row; ++j)
+    for (std::size_t i = 0; i + 1 < row; ++i) {
+      const std::size_t v = row * j + i;
+      mesh.triangles.emplace_back(v, v + 1, v + row + 1);
+      mesh.triangles.emplace_back(v, v + row + 1, v + row);
+    }
+  return mesh;
+}
+
+std::vector<std::uint8_t> decodeBase64(const std::string& text) {
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<std::uint8_t> bytes;
+  unsigned bits = 0, count = 0;
+  for (const char c : text) {
+    const std::size_t digit = digits.find(c);
+    if (digit == std::string::npos) break;  // "="
+    bits = bits << 6 | static_cast<unsigned>(digit);
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
+  }
+  return bytes;
+}
+
+/// A page, read as a browser does.
+struct Page {
+  std::string text;
+  json run;
+  std::vector<std::uint8_t> data;
+
+  explicit Page(const Recording& recording) {
+    std::ostringstream out;
+    recording.write(out);
+    text = out.str();
+    run = json::parse(element("<script id=\"run\" type=\"application/json\">"));
+    data = decodeBase64(element("<script id=\"data\" type=\"text/plain\">"));
+  }
+
+  std::string element(const std::string& tag) const {
+    const std::size_t begin = text.find(tag) + tag.size();
+    return text.substr(begin, text.find("</script>", begin) - begin);
+  }
+  template <typename T>
+  std::vector<T> numbers(std::size_t at, std::size_t count) const {
+    std::vector<T> out(count);
+    EXPECT_LE(at + count * sizeof(T), data.size());
+    EXPECT_EQ(at % 4, 0u);
+    std::memcpy(out.data(), data.data() + at, count * sizeof(T));
+    return out;
+  }
+  /// What a body has in a frame; what is left out is as in the frame before.
+  json bodyIn(std::size_t frame, std::size_t body, const char* name) const {
+    for (std::size_t f = frame + 1; f-- > 0;)
+      if (run["frames"][f]["bodies"][body].contains(name))
+        return run["frames"][f]["bodies"][body][name];
+    return {};
+  }
+  std::vector<fcl::Vector3d> points(const json& block) const {
+    const auto steps = numbers<std::uint16_t>(block["at"], 3 * block["count"].get<std::size_t>());
+    std::vector<fcl::Vector3d> out;
+    for (std::size_t i = 0; i < steps.size(); i += 3) {
+      fcl::Vector3d point;
+      for (std::size_t k = 0; k < 3; ++k)
+        point[static_cast<int>(k)] =
+            block["low"][k].get<double>() + steps[i + k] * block["size"][k].get<double>() / 65535;
+      out.push_back(point);
+    }
+    return out;
+  }
+};
+
+template <typename Model>
+void expectPositions(const Page& page, std::size_t frame, std::size_t body, const Model& model) {
+  const json block = page.bodyIn(frame, body, "positions");
+  const std::vector<fcl::Vector3d> points = page.points(block);
+  ASSERT_EQ(points.size(), static_cast<std::size_t>(model.num_vertices));
+  for (std::size_t v = 0; v < points.size(); ++v)
+    for (int k = 0; k < 3; ++k) {
+      const double size = block["size"][static_cast<std::size_t>(k)].get<double>();
+      const double rounding = 1e-14 * std::abs(points[v][k]);
+      ASSERT_NEAR(points[v][k], double(model.vertices[v][k]), size * 0.5 / 65535 + rounding)
+          << "frame " << frame << ", vertex " << v;
+    }
+}
+
+/// A recorded volume against the node's, as far as single precision goes.
+template <typename S>
+void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::RSS<S>& rss) {
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(volume[k], double(rss.To[k]) - low[k], 1e-6);
+    EXPECT_NEAR(volume[3 + k], rss.axis(k, 0), 1e-6);
+    EXPECT_NEAR(volume[6 + k], rss.axis(k, 1), 1e-6);
+  }
+  EXPECT_EQ(volume[9], float(rss.l[0]));
+  EXPECT_EQ(volume[10], float(rss.l[1]));
+  EXPECT_EQ(volume[11], float(rss.r));
+}
+template <typename S>
+void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::OBBRSS<S>& both) {
+  const fcl::OBB<S>& box = both.obb;
+  const double tolerance = sizeof(S) == 4 ? 1e-4 : 1e-6;  // 100 away from the origin
+  for (int k = 0; k < 3; ++k) {
+    const double corner = double(box.To[k]) - double(box.axis(k, 0)) * double(box.extent[0]) -
+                          double(box.axis(k, 1)) * double(box.extent[1]);
+    EXPECT_NEAR(volume[k], corner - low[k], tolerance);
+    EXPECT_NEAR(volume[6 + k], box.axis(k, 1), 1e-6);
+  }
+  EXPECT_EQ(volume[9], float(2 * box.extent[0]));
+  EXPECT_EQ(volume[11], float(box.extent[2]));
+}
+
+/// The recorded volumes are the nodes down to `depth`, and refitted ones below.
+template <typename BV>
+void expectVolumes(const Page& page, std::size_t frame, std::size_t body,
+                   const AdaptiveBVHModel<BV>& model, int depth) {
+  const json where = page.run["frames"][frame]["bodies"][body]["volumes"];
+  const std::size_t count = where[1];
+  const auto numbers = page.numbers<float>(where[0], kVolumeNumbers * count);
+  const json block = page.bodyIn(frame, body, "positions");
+  const fcl::Vector3d low(block["low"][0], block["low"][1], block["low"][2]);
+  const std::vector<int> refits = model.refittedNodes();
+  std::size_t next = 0, marked = 0;
+  const std::function<void(int, int)> expectBelow = [&](int node, int at) {
+    ASSERT_LT(next, count);
+    const float* const volume = &numbers[kVolumeNumbers * next++];
+    expectVolume(volume, low, model.getBV(node).bv);
+    EXPECT_EQ(volume[13], float(at));
+    EXPECT_EQ(volume[14] != 0, model.getBV(node).isLeaf());
+    const bool refitted = std::binary_search(refits.begin(), refits.end(), node);
+    EXPECT_EQ(volume[15] != 0, refitted);
+    marked += refitted;
+    EXPECT_GE(volume[12], 0);
+    if (refitted) {
+      EXPECT_NEAR(volume[12], 0, 1e-6) << "just fitted";
+    }
+    if (at == depth || model.getBV(node).isLeaf()) return;
+    expectBelow(model.getBV(node).leftChild(), at + 1);
+    expectBelow(model.getBV(node).rightChild(), at + 1);
+  };
+  expectBelow(0, 0);
+  EXPECT_EQ(count - next, std::min<std::size_t>(refits.size() - marked, 100));
+  for (std::size_t i = next; i < count; ++i) {
+    EXPECT_EQ(numbers[kVolumeNumbers * i + 13], float(depth + 1));
+    EXPECT_EQ(numbers[kVolumeNumbers * i + 15], 1);
+  }
+}
+
+template <typename BV>
+class PageOf : public testing::Test {};
+using Volumes =
+    testing::Types<fcl::RSS<float>, fcl::RSS<double>, fcl::OBBRSS<float>, fcl::OBBRSS<double>>;
+TYPED_TEST_SUITE(PageOf, Volumes);
+
+/// Positions are those of the model within half a step, volumes those of its nodes.
+TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
+  using S = typename TypeParam::S;
+  constexpr int kDepth = 4, kFrames = 6;
+  AdaptiveBVHModel<TypeParam> model;
+  fillModel(sheet<S>(17, 0), model);
+  RecordingOptions options;
+  options.volume_depth = kDepth;
+  std::vector<AdaptiveBVHModel<TypeParam>> copies;
+  copies.reserve(kFrames);
+  Recording recording(options);
+  recording.add(model, fcl::Transform3<S>::Identity(), "sheet");
+  std::size_t refits = 0;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    if (frame > 0) model.update(sheet<S>(17, 0.3 * frame).vertices);
+    copies.push_back(model);
+    refits += model.refittedNodes().size();
+    recording.frame();
+  }
+  EXPECT_GT(refits, 0u) << "else this tests little";
+  const Page page(recording);
+  for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    expectPositions(page, frame, 0, copies[frame]);
+    expectVolumes(page, frame, 0, copies[frame], kDepth);
+  }
+}
+
+TEST(PageRecording, TrianglesAreThoseOfTheModel) {
+  for (const int n : {3, 260}) {  // indices of 16 and of 32 bits
+    const TriangleMesh<double> mesh = sheet<double>(n, 0);
+    Recording recording;
+    recording.add(mesh, fcl::Transform3d::Identity(), "mesh");
+    recording.frame();
+    const Page page(recording);
+    const json body = page.run["bodies"][0];
+    EXPECT_EQ(body["triangles"], mesh.triangles.size());
+    EXPECT_EQ(body["indexBits"], mesh.vertices.size() > 65535 ? 32 : 16);
+    std::vector<std::uint32_t> corners;
+    if (body["indexBits"] == 32) {
+      corners = page.numbers<std::uint32_t>(body["indices"], 3 * mesh.triangles.size());
+    } else {
+      const auto small = page.numbers<std::uint16_t>(body["indices"], 3 * mesh.triangles.size());
+      corners.assign(small.begin(), small.end());
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        ASSERT_EQ(corners[3 * t + k], mesh.triangles[t][static_cast<int>(k)]);
+  }
+}
+
+/// A body that does not change takes its positions and volumes once.
+TEST(PageRecording, ABodyAtRestIsStoredOnce) {
+  AdaptiveBVHModeld model;
+  fillModel(sheet<double>(20, 0), model);
+  Recording recording;
+  recording.add(model, fcl::Transform3d::Identity(), "sheet");
+  recording.frame();
+  const std::size_t one = Page(recording).data.size();
+  for (int frame = 0; frame < 9; ++frame) recording.frame();
+  EXPECT_EQ(Page(recording).data.size(), one);
+}
+
+/// Numbers come back bit by bit; points within the precision of their own box.
+TEST(PageRecording, ResultsAreThoseGiven) {
+  AdaptiveBVHModeld a, b;
+  fillModel(sheet<double>(8, 0), a);
+  fillModel(sheet<double>(8, 2), b);
+  fcl::Transform3d below = fcl::Transform3d::Identity();
+  below.translation().z() = -0.1;
+  Recording recording;
+  const int of_a = recording.add(a, fcl::Transform3d::Identity(), "a");
+  recording.add(b, below, "b");
+
+  fcl::DistanceResultd nearest;
+  fcl::Transform3d far = below;
+  far.translation().z() = -3;
+  adaptive_bvh::distance(&a, fcl::Transform3d::Identity(), &b, far, fcl::DistanceRequestd(true),
+                         nearest);
+  fcl::CollisionResultd contacts;
+  adaptive_bvh::collide(&a, fcl::Transform3d::Identity(), &b, below,
+                        fcl::CollisionRequestd(1000, true), contacts);
+  ASSERT_GT(contacts.numContacts(), 3u);
+  std::vector<double> clearances(static_cast<std::size_t>(a.num_vertices), 0.25);
+  clearances[7] = -0.125;
+  FrameResults results(nearest);
+  results.add(contacts).addClearance(of_a, clearances).addTimes(1. / 3, 2e-7);
+  results.note = "</script> \"quoted\" \\ \n";
+  recording.frame(results);
+  recording.place(of_a, far);
+  recording.frame();
+
+  const Page page(recording);
+  const json frame = page.run["frames"][0];
+  EXPECT_EQ(frame["distance"], nearest.min_distance);
+  EXPECT_EQ(frame["updateMs"], 1. / 3);
+  EXPECT_EQ(frame["queryMs"], 2e-7);
+  EXPECT_EQ(frame["note"], results.note);
+  for (std::size_t k = 0; k < 6; ++k)
+    EXPECT_EQ(frame["nearest"][0][k], nearest.nearest_points[k / 3][static_cast<int>(k % 3)]);
+  EXPECT_EQ(frame["contactCount"], contacts.numContacts());
+  const std::vector<fcl::Vector3d> points = page.points(frame["contacts"]);
+  ASSERT_EQ(points.size(), contacts.numContacts());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_LT((points[i] - contacts.getContact(i).pos).norm(), 2e-5);
+  const json clearance = frame["bodies"][0]["clearance"];
+  EXPECT_EQ(clearance["low"], -0.125);
+  EXPECT_EQ(clearance["high"], 0.25);
+  const auto steps = page.numbers<std::uint16_t>(clearance["at"], clearances.size());
+  for (std::size_t v = 0; v < steps.size(); ++v) EXPECT_EQ(steps[v], v == 7 ? 0 : 65535);
+  EXPECT_EQ(frame["bodies"][1]["pose"][11], -0.1);
+  EXPECT_EQ(page.run["frames"][1]["bodies"][0]["pose"][11], -3);
+  EXPECT_FALSE(page.run["frames"][1]["bodies"][1].contains("pose")) << "as before";
+  EXPECT_FALSE(page.run["frames"][1].contains("distance"));
+}
+
+/// What was not computed is left out, not shown as a number.
+TEST(PageRecording, UndefinedNumbersAreLeftOut) {
+  AdaptiveBVHModeld model;
+  fillModel(sheet<double>(2, 0), model);
+  Recording recording;
+  recording.add(model, fcl::Transform3d::Identity(), "sheet");
+  FrameResults results;
+  results.distance = kNaN;
+  results.update_ms = std::numeric_limits<double>::infinity();
+  results.nearest_points.push_back({fcl::Vector3d(0, 0, kNaN), fcl::Vector3d::Zero()});
+  results.contacts = {fcl::Vector3d::Constant(kNaN), fcl::Vector3d(1, 2, 3)};
+  results.contact_count = 2;
+  recording.frame(results);
+  const Page page(recording);
+  const json frame = page.run["frames"][0];
+  for (const char* name : {"distance", "updateMs", "nearest"}) EXPECT_FALSE(frame.contains(name));
+  EXPECT_EQ(frame["contactCount"], 2);
+  EXPECT_EQ(frame["contacts"]["count"], 1);
+}
+
+/// One file: it says how long it is, holds the licence of three.js, and names nothing to load.
+TEST(PageRecording, ThePageIsSelfContained) {
+  AdaptiveBVHModeld model;
+  fillModel(sheet<double>(2, 0), model);
+  RecordingOptions options;
+  options.title = "a < b & c";
+  Recording recording(options);
+  recording.add(model, fcl::Transform3d::Identity(), "</script>");
+  recording.frame();
+  const Page page(recording);
+  const std::string tag = "<meta name=\"page-bytes\" content=\"";
+  EXPECT_EQ(std::stoul(page.text.substr(page.text.find(tag) + tag.size())), page.text.size());
+  EXPECT_NE(page.text.find("<title>a &lt; b &amp; c</title>"), std::string::npos);
+  EXPECT_NE(page.text.find("Permission is hereby granted, free of charge"), std::string::npos);
+  EXPECT_NE(page.text.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(page.text.find("{{"), std::string::npos);
+  for (const char* loads : {"<script src", "<link rel=\"stylesheet\"", "@import", "<img src"})
+    EXPECT_EQ(page.text.find(loads), std::string::npos) << loads;
+  EXPECT_EQ(page.run["bodies"][0]["name"], "</script>");
+}
+
+/// Recording is reading: it records no traversal statistics, and changes no later update.
+TEST(PageRecording, ChangesNothingInTheModel) {
+  AdaptiveBVHModeld watched, alone;
+  fillModel(sheet<double>(12, 0), watched);
+  fillModel(sheet<double>(12, 0), alone);
+  Recording recording;
+  recording.add(watched, fcl::Transform3d::Identity(), "sheet");
+  for (int frame = 1; frame < 5; ++frame) {
+    watched.update(sheet<double>(12, 0.2 * frame).vertices);
+    alone.update(sheet<double>(12, 0.2 * frame).vertices);
+    recording.frame();
+    EXPECT_EQ(watched.recordedWork().queries, 0);
+    EXPECT_EQ(watched.lastUpdate().refitted(), alone.lastUpdate().refitted());
+    for (int node = 0; node < alone.getNumBVs(); ++node)
+      ASSERT_EQ(watched.getBV(node).bv.r, alone.getBV(node).bv.r);
+  }
+}
+
+/// With volumes on demand FCL's nodes are brought up to date for a recording, unless it has none.
+TEST(PageRecording, VolumesOnDemand) {
+  adaptive_bvh::RefitPolicy policy;
+  policy.volumes_on_demand = true;
+  for (const int depth : {3, -1}) {
+    AdaptiveBVHModeld model(policy);
+    fillModel(sheet<double>(12, 0), model);
+    RecordingOptions options;
+    options.volume_depth = depth;
+    Recording recording(options);
+    recording.add(model, fcl::Transform3d::Identity(), "sheet");
+    const double before = model.getBV(0).bv.To.norm();
+    model.update(sheet<double>(12, 0, 500).vertices);
+    recording.frame();
+    EXPECT_EQ(model.getBV(0).bv.To.norm() != before, depth >= 0);
+    const Page page(recording);
+    expectPositions(page, 0, 0, model);
+    if (depth >= 0)
+      expectVolumes(page, 0, 0, model, depth);
+    else
+      EXPECT_EQ(page.run["frames"][0]["bodies"][0]["volumes"][1], 0);
+  }
+}
+
+template <typename Call>
+std::string messageOf(Call&& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(PageRecording, SaysWhatIsWrong) {
+  const auto origin = fcl::Transform3d::Identity();
+  AdaptiveBVHModeld model, empty;
+  fillModel(sheet<double>(4, 0), model);
+  Recording recording;
+  EXPECT_EQ(messageOf([&] { recording.frame(); }), "Recording::frame: no body was added");
+  EXPECT_EQ(messageOf([&] { recording.add(empty, origin, "e"); }),
+            "Recording::add: 'e' has no triangles or is not built");
+  EXPECT_EQ(messageOf([&] { recording.place(0, origin); }), "Recording::place: body 0, of 0");
+  recording.add(model, origin, "sheet");
+  EXPECT_EQ(messageOf([&] { recording.write("page.html"); }),
+            "Recording::write: no frame was recorded");
+
+  FrameResults results;
+  results.addClearance(0, std::vector<float>(3, 1.f));
+  EXPECT_EQ(messageOf([&] { recording.frame(results); }),
+            "Recording::frame: 3 clearances given for the 25 vertices of 'sheet'");
+  results.clearance[0] = {1, {}};
+  EXPECT_EQ(messageOf([&] { recording.frame(results); }),
+            "Recording::frame: a clearance of body 1, of 1 bodies");
+  results.clearance[0] = {0, std::vector<double>(25, kNaN)};
+  EXPECT_EQ(messageOf([&] { recording.frame(results); }),
+            "Recording::frame: a clearance is not finite");
+  EXPECT_EQ(recording.frames(), 0) << "what is refused is not recorded";
+
+  fcl::Transform3d bad = origin;
+  bad.translation().x() = kNaN;
+  EXPECT_EQ(messageOf([&] { recording.place(0, bad); }),
+            "Recording::place: the transform is not finite");
+  recording.frame();
+  EXPECT_THROW(recording.add(model, origin, "late"), std::logic_error);
+  fillModel(sheet<double>(5, 0), model);
+  EXPECT_EQ(messageOf([&] { recording.frame(); }),
+            "Recording::frame: 'sheet' has 36 vertices and 50 triangles, and had 25 and 32 when it "
+            "was added");
+  EXPECT_EQ(
+      messageOf([&] { recording.write("/no/such/folder/page.html"); }),
+      "Recording::write: cannot write '/no/such/folder/page.html': No such file or directory");
+  EXPECT_NE(messageOf([&] { recording.write("/dev/full"); }).find("No space left"),
+            std::string::npos);
+}
+
+TEST(PageRecording, RefusesOptionsWithoutMeaning) {
+  const auto refuses = [](void (*change)(RecordingOptions&)) {
+    RecordingOptions options;
+    change(options);
+    EXPECT_THROW(Recording{options}, std::invalid_argument);
+  };
+  refuses([](RecordingOptions& options) { options.up.setZero(); });
+  refuses([](RecordingOptions& options) { options.up[0] = kNaN; });
+  refuses([](RecordingOptions& options) { options.frames_per_second = 0; });
+  refuses([](RecordingOptions& options) { options.volume_depth = 21; });
+  refuses([](RecordingOptions& options) { options.deeper_refits = -1; });
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
