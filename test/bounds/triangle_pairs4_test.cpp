@@ -5,6 +5,7 @@
 
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
+#include "geometry/body_coordinates.h"
 #include "geometry/triangle_differences.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
@@ -31,20 +32,26 @@ struct Group {
 
   double scale() const { return std::ldexp(1., -std::ilogb(double(extent))); }
 
-  /// In the coordinates of a four-wide tree.
+  /// In the coordinates of a four-wide tree: positions, or what rounding took off them.
+  Vector4x3 corner(const TrianglePoints<S> (&triangles)[4], std::size_t c, bool residuals) const {
+    const adaptive_bvh::BodyCoordinates coordinates(axes, origin.template cast<double>(), scale());
+    Float4 at[4];
+    for (int k = 0; k < 4; ++k) {
+      fcl::Vector3d y = coordinates(triangles[k][c].template cast<double>());
+      if (residuals) y -= fcl::Vector3d(y.cast<float>().template cast<double>());
+      at[k] = Float4{float(y[0]), float(y[1]), float(y[2]), 0};
+    }
+    return adaptive_bvh::float4::columns(at[0], at[1], at[2], at[3]);
+  }
   TrianglePairs4 coarse() const {
-    const auto corner = [&](const TrianglePoints<S>(&triangles)[4], std::size_t c) {
-      Float4 at[4];
-      for (int k = 0; k < 4; ++k) {
-        const fcl::Vector3d y =
-            scale() * axes.transpose() *
-            (triangles[k][c].template cast<double>() - origin.template cast<double>());
-        at[k] = Float4{float(y[0]), float(y[1]), float(y[2]), 0};
-      }
-      return adaptive_bvh::float4::columns(at[0], at[1], at[2], at[3]);
-    };
-    return TrianglePairs4({corner(p, 0), corner(p, 1), corner(p, 2)},
-                          {corner(q, 0), corner(q, 1), corner(q, 2)});
+    return TrianglePairs4({corner(p, 0, false), corner(p, 1, false), corner(p, 2, false)},
+                          {corner(q, 0, false), corner(q, 1, false), corner(q, 2, false)});
+  }
+  TrianglePairs4 precise() const {
+    return TrianglePairs4({corner(p, 0, false), corner(p, 1, false), corner(p, 2, false)},
+                          {corner(p, 0, true), corner(p, 1, true), corner(p, 2, true)},
+                          {corner(q, 0, false), corner(q, 1, false), corner(q, 2, false)},
+                          {corner(q, 0, true), corner(q, 1, true), corner(q, 2, true)});
   }
   TrianglePairs4 fine() const {
     TriangleDifferences<S> differences(scale());
@@ -55,6 +62,7 @@ struct Group {
     return {position, adaptive_bvh::differenceError<S>(),
             adaptive_bvh::leastProduct<S>(scale(), 12)};
   }
+  PairError preciseError() const { return error(2 * adaptive_bvh::WideTree<S>::kResidualError); }
   PairError coarseError() const { return error(adaptive_bvh::WideTree<S>::kPositionError); }
 };
 
@@ -132,19 +140,22 @@ TYPED_TEST_SUITE(Pairs4, Scalars);
 /// Apart: never where FCL finds an intersection, nor where there is one. Touching: only where both
 /// do.
 TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
-  int apart = 0, touching = 0, by_planes = 0, pairs_apart = 0, pairs_touching = 0;
+  int apart = 0, residuals_apart = 0, touching = 0, by_planes = 0, pairs_apart = 0,
+      pairs_touching = 0;
   for (int round = 0; round < 20000; ++round) {
     const auto g = this->group(-6);
-    const TrianglePairs4 coarse = g.coarse(), fine = g.fine();
+    const TrianglePairs4 coarse = g.coarse(), precise = g.precise(), fine = g.fine();
     const unsigned planes =
-        coarse.apartByPlanes(g.coarseError()) | coarse.apartByEdgeNormals(g.coarseError());
-    const Verdicts4 all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0));
+        coarse.apartByPlanes(g.coarseError()) | coarse.apartByEdgeNormals(g.coarseError()) |
+        precise.apartByPlanes(g.preciseError()) | precise.apartByEdgeNormals(g.preciseError());
+    const Verdicts4 all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0)),
+                    residual = precise.verdicts(g.preciseError());
     for (int k = 0; k < 4; ++k) {
       const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
       const bool ours_says = adaptive_bvh::touch(g.p[k], g.q[k]);
-      const bool surely_apart = has(planes | all.apart | sharp.apart);
-      const bool surely_touching = has(all.touching | sharp.touching);
+      const bool surely_apart = has(planes | all.apart | sharp.apart | residual.apart);
+      const bool surely_touching = has(all.touching | sharp.touching | residual.touching);
       ASSERT_FALSE(surely_apart && fcl_says) << round << " planes " << has(planes) << " all "
                                              << has(all.apart) << " sharp " << has(sharp.apart);
       ASSERT_TRUE(!surely_touching || (fcl_says && ours_says)) << round;
@@ -155,11 +166,13 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
       by_planes += has(planes);
       apart += has(sharp.apart);
       touching += has(sharp.touching);
+      residuals_apart += has(residual.apart);
     }
   }
   // Most are certain, though the pairs were chosen to be hard.
   EXPECT_GT(by_planes, pairs_apart / 4) << pairs_apart;
   EXPECT_GT(apart, pairs_apart / 2) << pairs_apart;
+  EXPECT_GT(residuals_apart, apart * 99 / 100) << "as certain as by the model's own positions";
   EXPECT_GT(touching, pairs_touching / 5) << pairs_touching;
 }
 
@@ -182,14 +195,17 @@ TYPED_TEST(Pairs4, NothingIsCertainWhereFclUnderflows) {
     g.origin.setZero();
     g.extent = size;
     const Verdicts4 all = g.coarse().verdicts(g.coarseError()),
-                    sharp = g.fine().verdicts(g.error(0));
+                    sharp = g.fine().verdicts(g.error(0)),
+                    residual = g.precise().verdicts(g.preciseError());
     const unsigned planes =
         g.coarse().apartByPlanes(g.coarseError()) | g.coarse().apartByEdgeNormals(g.coarseError());
     for (int k = 0; k < 4; ++k) {
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
       fcl_says_touching += fcl_says;
-      ASSERT_FALSE(((planes | all.apart | sharp.apart) >> k & 1) != 0 && fcl_says) << round;
-      ASSERT_TRUE(((all.touching | sharp.touching) >> k & 1) == 0 || fcl_says) << round;
+      ASSERT_FALSE(((planes | all.apart | sharp.apart | residual.apart) >> k & 1) != 0 && fcl_says)
+          << round;
+      ASSERT_TRUE(((all.touching | sharp.touching | residual.touching) >> k & 1) == 0 || fcl_says)
+          << round;
     }
   }
   EXPECT_GT(fcl_says_touching, 1000);
