@@ -10,9 +10,9 @@
 
 namespace adaptive_bvh::python {
 
-MeshMotion::MeshMotion(std::shared_ptr<Model> model, const py::object& start, const py::object& end,
+MeshMotion::MeshMotion(const Model& model, const py::object& start, const py::object& end,
                        const py::object& start_tf, const py::object& end_tf)
-    : model_(std::move(model)),
+    : model_(model.shared_from_this()),
       start_tf_(poseFrom(start_tf, "start_tf")),
       end_tf_(poseFrom(end_tf, "end_tf")) {
   const auto take = [&](auto scalar) {
@@ -102,9 +102,9 @@ py::array_t<double> lengthsOf(std::vector<double>&& lengths) {
 
 void bindMotion(py::module_& module) {
   py::class_<MeshMotion>(module, "Motion", docs::kMotion)
-      .def(py::init<std::shared_ptr<Model>, const py::object&, const py::object&, const py::object&,
+      .def(py::init<const Model&, const py::object&, const py::object&, const py::object&,
                     const py::object&>(),
-           py::arg("model").none(false), py::arg("start"), py::arg("end") = py::none(),
+           py::arg("model"), py::arg("start"), py::arg("end") = py::none(),
            py::arg("start_tf") = py::none(), py::arg("end_tf") = py::none(), docs::kMotionInit);
   py::class_<FirstImpact>(module, "Impact", "Two features that come together first.")
       .def_property_readonly(

@@ -84,7 +84,7 @@ MeshArrays loadOf(const py::object& path, bool) {
 
 void bindLoadError(py::module_& module) {
   module.attr("MeshLoadError") = py::reinterpret_steal<py::object>(
-      PyErr_NewException("adaptive_bvh._core.MeshLoadError", PyExc_ValueError, nullptr));
+      PyErr_NewException("adaptive_bvh.MeshLoadError", PyExc_ValueError, nullptr));
 }
 #endif
 

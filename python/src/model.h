@@ -18,7 +18,7 @@ namespace adaptive_bvh::python {
 
 /// One of the four models of the library, behind a lock: queries share it, what changes the model
 /// has it for itself. The lock is only held without the GIL, so neither waits for the other.
-class Model : public Bound {
+class Model : public Bound, public std::enable_shared_from_this<Model> {
  public:
   using Variant =
       std::variant<AdaptiveBVHModel<fcl::RSS<double>>, AdaptiveBVHModel<fcl::RSS<float>>,

@@ -17,6 +17,9 @@ PYBIND11_MODULE(_core, module) {
   using namespace adaptive_bvh::python;
   module.doc() = docs::kModule;
   module.attr("__version__") = ADAPTIVE_BVH_PYTHON_VERSION;
+  // Types say where they can be imported from, in docstrings and errors.
+  const py::object name = module.attr("__name__");
+  module.attr("__name__") = "adaptive_bvh";
   bindPolicy(module);  // first: signatures and defaults of what follows name these types
   bindShapes(module);
   bindModel(module);
@@ -27,4 +30,5 @@ PYBIND11_MODULE(_core, module) {
   bindPoints(module);
   bindContinuous(module);
   bindMeshes(module);
+  module.attr("__name__") = name;
 }

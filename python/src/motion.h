@@ -15,7 +15,7 @@ class MeshMotion : public Bound {
  public:
   /// `end` may be None: the model's present positions. Throws as rowsFrom and poseFrom, and
   /// py::value_error when a number of positions is not that of the vertices.
-  MeshMotion(std::shared_ptr<Model> model, const py::object& start, const py::object& end,
+  MeshMotion(const Model& model, const py::object& start, const py::object& end,
              const py::object& start_tf, const py::object& end_tf);
 
   const Model& model() const { return *model_; }
@@ -35,7 +35,7 @@ class MeshMotion : public Bound {
     std::vector<Eigen::Matrix<S, 3, 1>> start, end;
   };
 
-  std::shared_ptr<Model> model_;
+  std::shared_ptr<const Model> model_;
   std::variant<Positions<double>, Positions<float>> positions_;
   fcl::Transform3d start_tf_, end_tf_;
 };

@@ -54,10 +54,9 @@ bool isNearerOf(ProximityPair& pair, double distance, const py::object& tf1,
 }  // namespace
 
 void bindPairs(py::module_& module) {
-  using ModelPointer = std::shared_ptr<Model>;
   py::class_<DistancePair>(module, "CoherentDistance", kCoherentDistance)
-      .def(py::init<ModelPointer, ModelPointer>(), py::arg("first").none(false),
-           py::arg("second").none(false), "first, second: models of the same volume and dtype.")
+      .def(py::init<const Model&, const Model&>(), py::arg("first"), py::arg("second"),
+           "first, second: models of the same volume and dtype.")
       .def(
           "distance", &distanceOf, py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
           py::kw_only(), py::arg("nearest_points") = true,
@@ -71,8 +70,8 @@ void bindPairs(py::module_& module) {
           },
           "Pairs of nodes that are remembered; 0 when the next search starts at the roots.");
   py::class_<ProximityPair>(module, "CoherentProximity", kCoherentProximity)
-      .def(py::init<ModelPointer, ModelPointer>(), py::arg("first").none(false),
-           py::arg("second").none(false), "first, second: models of the same volume and dtype.")
+      .def(py::init<const Model&, const Model&>(), py::arg("first"), py::arg("second"),
+           "first, second: models of the same volume and dtype.")
       .def("is_nearer", &isNearerOf, py::arg("distance"), py::arg("tf1") = py::none(),
            py::arg("tf2") = py::none(),
            "Whether the models placed by two poses are at most `distance`, a length, apart.")

@@ -23,8 +23,8 @@ template <template <typename> class Watcher>
 class ModelPair : public Bound {
  public:
   /// Throws py::type_error when the models have different volumes or numbers.
-  ModelPair(std::shared_ptr<const Model> first, std::shared_ptr<const Model> second)
-      : first_(std::move(first)), second_(std::move(second)) {
+  ModelPair(const Model& first, const Model& second)
+      : first_(first.shared_from_this()), second_(second.shared_from_this()) {
     Model::queryPair(*first_, *second_, [&](const auto& a, const auto& b) {
       using BV = typename VolumeOf<std::decay_t<decltype(a)>>::Type;
       watcher_.template emplace<Watcher<BV>>(a, b);
