@@ -92,6 +92,8 @@ void bindLoadError(py::module_& module) {
 
 void bindMeshes(py::module_& module) {
   bindLoadError(module);
+  module.attr("MeshLoadError").attr("__doc__") =
+      "A file could not be used. Names the path and the reason.";
   py::class_<MeshArrays>(module, "Mesh",
                          "Positions, and triangles that index them. Pass it to Model.")
       .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64.")
