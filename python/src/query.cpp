@@ -155,7 +155,9 @@ void bindResults(py::module_& module) {
       .def_readonly("points", &Contacts::points, "(K, 3) float64, in the world.")
       .def_readonly("normals", &Contacts::normals,
                     "(K, 3) float64, unit vectors from the first object to the second.")
-      .def_readonly("depths", &Contacts::depths, "(K,) float64, lengths: FCL's penetration depths. Of a sphere they are negative.")
+      .def_readonly(
+          "depths", &Contacts::depths,
+          "(K,) float64, lengths: FCL's penetration depths. Of a sphere they are negative.")
       .def("__len__", [](const Contacts& self) { return self.depths.shape(0); })
       .def("__repr__", [](const Contacts& self) {
         return "<adaptive_bvh.Contacts: " + std::to_string(self.depths.shape(0)) + ">";
