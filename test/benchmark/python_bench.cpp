@@ -45,7 +45,12 @@ class Subject {
 template <typename BV>
 class SubjectOf : public Subject {
  public:
-  explicit SubjectOf(const Arrays& arrays) { fillModel(arrays.mesh(), model_); }
+  SubjectOf(const Arrays& arrays, bool on_demand) {
+    adaptive_bvh::RefitPolicy policy;
+    policy.volumes_on_demand = on_demand;
+    model_.setRefitPolicy(policy);
+    fillModel(arrays.mesh(), model_);
+  }
 
   double update(const double* vertices) override {
     const auto start = Clock::now();
@@ -76,10 +81,10 @@ class SubjectOf : public Subject {
 extern "C" {
 
 Subject* make(const double* vertices, int num_vertices, const long* faces, int num_faces,
-              int is_obbrss) {
+              int is_obbrss, int on_demand) {
   const Arrays arrays{vertices, num_vertices, faces, num_faces};
-  if (is_obbrss) return new SubjectOf<fcl::OBBRSSd>(arrays);
-  return new SubjectOf<fcl::RSSd>(arrays);
+  if (is_obbrss) return new SubjectOf<fcl::OBBRSSd>(arrays, on_demand != 0);
+  return new SubjectOf<fcl::RSSd>(arrays, on_demand != 0);
 }
 
 void destroy(Subject* subject) { delete subject; }
