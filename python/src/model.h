@@ -91,9 +91,6 @@ class Model : public Bound, public std::enable_shared_from_this<Model> {
     std::shared_lock<std::shared_mutex> first_, second_;
   };
 
-  /// The C++ models: for objects that watch a model. Hold a lock.
-  const Variant& models() const { return models_; }
-
  private:
   Variant models_;
   std::size_t num_vertices_ = 0, num_faces_ = 0;

@@ -78,15 +78,16 @@ struct HitLists {
   }
 };
 
-/// Runs `f(model, rows...)` on arrays of N x 3 numbers of the model's type.
+/// Runs `f(S())` for the model's numbers S, with the GIL: to read arguments.
 template <typename F>
-void withRows(const Model& model, const F& f) {
+void withScalar(const Model& model, const F& f) {
   if (model.isDouble())
     f(double());
   else
     f(float());
 }
 
+/// Runs `f(model)` on the C++ model of numbers S, without the GIL.
 template <typename S, typename F>
 void queryAs(const Model& model, const F& f) {
   model.query([&](const auto& m) {
@@ -96,7 +97,7 @@ void queryAs(const Model& model, const F& f) {
 
 OnePoint closestPointOf(const Model& model, const py::object& point) {
   OnePoint answer{};
-  withRows(model, [&](auto scalar) {
+  withScalar(model, [&](auto scalar) {
     using S = decltype(scalar);
     const auto asked = pointFrom<S>(point, "point");
     queryAs<S>(model, [&](const auto& m) {
@@ -112,7 +113,7 @@ OnePoint closestPointOf(const Model& model, const py::object& point) {
 ManyPoints closestPointsOf(const Model& model, const py::object& points) {
   std::vector<double> nearest, distances;
   std::vector<int> triangles;
-  withRows(model, [&](auto scalar) {
+  withScalar(model, [&](auto scalar) {
     using S = decltype(scalar);
     const Rows<S> rows = rowsFrom<S>(points, "points");
     const auto count = static_cast<std::size_t>(rows.shape(0));
@@ -140,7 +141,7 @@ ManyPoints closestPointsOf(const Model& model, const py::object& points) {
 
 OneHit firstHitOf(const Model& model, const py::object& origin, const py::object& direction) {
   OneHit answer{};
-  withRows(model, [&](auto scalar) {
+  withScalar(model, [&](auto scalar) {
     using S = decltype(scalar);
     const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
     queryAs<S>(model, [&](const auto& m) {
@@ -170,7 +171,7 @@ struct Rays {
 
 ManyHits firstHitsOf(const Model& model, const py::object& origins, const py::object& directions) {
   HitLists lists;
-  withRows(model, [&](auto scalar) {
+  withScalar(model, [&](auto scalar) {
     using S = decltype(scalar);
     const Rays<S> rays(origins, directions);
     const std::size_t count = rays.size();
@@ -195,7 +196,7 @@ ManyHits rayHitsOf(const Model& model, const py::object& origins, const py::obje
   const py::object from_rows = listed(origins, "origins"),
                    along_rows = listed(directions, "directions");
   HitLists lists;
-  withRows(model, [&](auto scalar) {
+  withScalar(model, [&](auto scalar) {
     using S = decltype(scalar);
     const Rays<S> rays(from_rows, along_rows);
     const std::size_t count = rays.size();

@@ -82,7 +82,7 @@ NearPairs nearPairs(TrianglePairs<S>&& pairs) {
   return arrays;
 }
 
-/// `search(request, result)` fills a result for models of numbers of type S, without the GIL.
+/// What Python asks for, of models of either precision.
 struct PairsRequest {
   double distance;
   bool enable_distances, enable_nearest_points;

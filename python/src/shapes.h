@@ -15,8 +15,8 @@ namespace adaptive_bvh::python {
 /// A primitive of FCL in both precisions. Does not change, so threads may share it.
 class Shape : public Bound {
  public:
-  /// `sizes` are the arguments of FCL's constructor. Throws py::value_error when one is not
-  /// positive, or beyond 1e-30 and 1e30 times the unit.
+  /// `sizes` are the arguments of FCL's constructor. Throws py::value_error when one is not between
+  /// 1e-8 and 1e8.
   template <template <typename> class Primitive, typename... Sizes>
   static Shape make(const char* name, Sizes... sizes) {
     Shape shape(name, {sizes...});
