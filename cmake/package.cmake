@@ -28,6 +28,25 @@ if(TARGET adaptive_bvh_tuning)
 endif()
 list(JOIN depends ", " CPACK_DEBIAN_PACKAGE_DEPENDS)
 
+# A second package of the Python module, where there is one; the first stays as it is.
+if(TARGET adaptive_bvh_python)
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_COMPONENTS_ALL Unspecified python)
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME ${CPACK_PACKAGE_NAME})
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-adaptive-bvh)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_UNSPECIFIED_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
+  set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Exact distance and collision queries on deforming triangle meshes in NumPy
+arrays. The module adaptive_bvh for Python 3.")
+  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}), \
+python3 (<< 3.${next_minor}), python3-numpy")
+  find_program(dpkg_shlibdeps NAMES dpkg-shlibdeps)
+  if(dpkg_shlibdeps)  # from dpkg-dev: names the libraries that the module is linked with
+    set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  endif()
+endif()
+
 # What only a Debian package needs is made by cpack, not by an installation.
 set(CPACK_STRIP_FILES OFF)
 set(CPACK_INSTALL_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/debian_package.cmake)

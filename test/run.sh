@@ -7,7 +7,7 @@ build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
   libassimp-dev libcli11-dev libgtest-dev libpagmo-dev nlohmann-json3-dev libbenchmark-dev \
-  libtbb-dev libjs-three
+  libtbb-dev libjs-three pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DADAPTIVE_BVH_TESTS=ON \
   ${CMAKE_ARGS:-} >/dev/null
 cmake --build "$build" --parallel "$(nproc)"

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <type_traits>
+
+#include <pybind11/pybind11.h>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "adaptive_bvh/update_report.h"
+
+namespace adaptive_bvh::python {
+
+namespace py = pybind11;
+
+/// Base of the classes that Python sees. Python can make an object without calling __init__
+/// (Model.__new__(Model)); pybind11 would hand out memory that holds no object. For these classes
+/// that is a TypeError. Include this wherever such an object comes from Python.
+struct Bound {};
+
+/// Also classes of the library.
+template <typename T>
+constexpr bool kIsBound = std::is_base_of_v<Bound, T> || std::is_same_v<T, RefitPolicy> ||
+                          std::is_same_v<T, UpdateReport>;
+
+/// Refuses what was not constructed.
+template <typename T>
+class ConstructedCaster : public py::detail::type_caster_base<T> {
+ public:
+  bool load(py::handle source, bool convert) {
+    return this->template load_impl<ConstructedCaster>(source, convert);
+  }
+  /// Called by load_impl.
+  void load_value(py::detail::value_and_holder&& holder) {
+    if (!holder.holder_constructed())
+      throw py::type_error(
+          "an object of adaptive_bvh was not initialised: its __init__ was not "
+          "called");
+    py::detail::type_caster_base<T>::load_value(std::move(holder));
+  }
+};
+
+}  // namespace adaptive_bvh::python
+
+namespace pybind11::detail {
+template <typename T>
+class type_caster<T, enable_if_t<adaptive_bvh::python::kIsBound<T>>>
+    : public adaptive_bvh::python::ConstructedCaster<T> {};
+}  // namespace pybind11::detail

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <utility>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "arrays.h"
+#include "bound.h"
+
+namespace adaptive_bvh::python {
+
+/// Python's FeaturePairs: arrays of (K, 2) numbers.
+struct FeatureArrays : Bound {
+  FeatureArrays() = default;
+  /// Takes the lists over.
+  explicit FeatureArrays(FeaturePairs&& pairs);
+
+  py::ssize_t size() const {
+    return vertex_face.shape(0) + face_vertex.shape(0) + edge_edge.shape(0);
+  }
+
+  py::array_t<std::int32_t> vertex_face, face_vertex, edge_edge;
+};
+
+void bindFeatures(py::module_& module);
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,107 @@
+#include "meshes.h"
+
+#include <string>
+
+#include "adaptive_bvh/mesh.h"
+#include "arrays.h"
+#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
+#include "adaptive_bvh/mesh_io.h"
+#endif
+
+namespace adaptive_bvh::python {
+namespace {
+
+constexpr const char* kLoadMesh =
+    R"(Reads a triangle mesh: OBJ, STL, PLY, DAE (Collada), glTF and what else assimp reads.
+
+path: a string, bytes or a path object.
+weld: makes vertices of exactly equal position one, which most formats repeat for every face.
+Returns a Mesh. Raises MeshLoadError, a ValueError, when the file cannot be used.)";
+
+constexpr const char* kWeldVertices =
+    R"(Makes vertices of exactly equal position one, and renumbers the faces.
+
+vertices: (N, 3). faces: (M, 3) integers. Returns a Mesh. Neighbours that share vertices help a
+Model, and self_collide leaves them out.)";
+
+/// Python's Mesh.
+struct MeshArrays : Bound {
+  py::array_t<double> vertices;
+  py::array_t<std::int64_t> faces;
+};
+
+MeshArrays arraysOf(TriangleMesh<double>&& mesh) {
+  static_assert(sizeof(fcl::Triangle) == 3 * sizeof(std::int64_t), "three indices");
+  const auto vertices = static_cast<py::ssize_t>(mesh.vertices.size()),
+             faces = static_cast<py::ssize_t>(mesh.triangles.size());
+  MeshArrays arrays;
+  arrays.vertices = adopt<double>(std::move(mesh.vertices), {vertices, 3});
+  arrays.faces = adopt<std::int64_t>(std::move(mesh.triangles), {faces, 3});
+  return arrays;
+}
+
+MeshArrays weldOf(const py::object& vertices, const py::object& faces) {
+  const Rows<double> rows = rowsFrom<double>(vertices, "vertices");
+  const auto count = static_cast<std::size_t>(rows.shape(0));
+  TriangleMesh<double> mesh;
+  mesh.vertices.assign(pointsOf<double>(rows), pointsOf<double>(rows) + count);
+  mesh.triangles = trianglesFrom(faces, count);
+  {
+    const py::gil_scoped_release nogil;
+    weldVertices(mesh);
+  }
+  return arraysOf(std::move(mesh));
+}
+
+/// As the system's calls want it. Throws what Python's open would.
+std::string pathFrom(const py::object& path) {
+  PyObject* bytes = nullptr;
+  if (!PyUnicode_FSConverter(path.ptr(), &bytes)) throw py::error_already_set();
+  return std::string(py::reinterpret_steal<py::bytes>(bytes));
+}
+
+#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
+MeshArrays loadOf(const py::object& path, bool weld) {
+  const std::string name = pathFrom(path);
+  MeshLoadOptions options;
+  options.weld = weld;
+  TriangleMesh<double> mesh;
+  {
+    const py::gil_scoped_release nogil;
+    mesh = loadMesh<double>(name, options);
+  }
+  return arraysOf(std::move(mesh));
+}
+
+void bindLoadError(py::module_& module) {
+  py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
+}
+#else
+MeshArrays loadOf(const py::object& path, bool) {
+  throw std::runtime_error("cannot read " + pathFrom(path) +
+                           ": adaptive_bvh was built without assimp");
+}
+
+void bindLoadError(py::module_& module) {
+  module.attr("MeshLoadError") = py::reinterpret_steal<py::object>(
+      PyErr_NewException("adaptive_bvh.MeshLoadError", PyExc_ValueError, nullptr));
+}
+#endif
+
+}  // namespace
+
+void bindMeshes(py::module_& module) {
+  bindLoadError(module);
+  module.attr("MeshLoadError").attr("__doc__") =
+      "A file could not be used. Names the path and the reason.";
+  py::class_<MeshArrays>(module, "Mesh",
+                         "Positions, and triangles that index them. Pass it to Model.")
+      .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64.")
+      .def_readonly("faces", &MeshArrays::faces,
+                    "(M, 3) int64, counter-clockwise seen from outside.");
+  module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
+             kLoadMesh);
+  module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"), kWeldVertices);
+}
+
+}  // namespace adaptive_bvh::python

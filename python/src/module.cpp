@@ -1,0 +1,34 @@
+#include <pybind11/pybind11.h>
+
+#include "continuous.h"
+#include "docs.h"
+#include "features.h"
+#include "meshes.h"
+#include "model.h"
+#include "pairs.h"
+#include "points.h"
+#include "policy.h"
+#include "proximity.h"
+#include "query.h"
+#include "shapes.h"
+
+// The module adaptive_bvh._core. adaptive_bvh/__init__.py names what is public.
+PYBIND11_MODULE(_core, module) {
+  using namespace adaptive_bvh::python;
+  module.doc() = docs::kModule;
+  module.attr("__version__") = ADAPTIVE_BVH_PYTHON_VERSION;
+  // Types say where they can be imported from, in docstrings and errors.
+  const py::object name = module.attr("__name__");
+  module.attr("__name__") = "adaptive_bvh";
+  bindPolicy(module);  // first: signatures and defaults of what follows name these types
+  bindShapes(module);
+  bindModel(module);
+  bindQuery(module);
+  bindPairs(module);
+  bindFeatures(module);
+  bindProximity(module);
+  bindPoints(module);
+  bindContinuous(module);
+  bindMeshes(module);
+  module.attr("__name__") = name;
+}

@@ -1,0 +1,267 @@
+#include "points.h"
+
+#include <array>
+
+#include "adaptive_bvh/point_query.h"
+#include "arrays.h"
+#include "model.h"
+
+namespace adaptive_bvh::python {
+namespace {
+
+namespace docs {
+constexpr const char* kClosestPoints =
+    R"(Of each of many points the nearest point of the model's surface. Points that follow each other
+are best near each other.
+
+points: (N, 3), in the model's own frame. Returns ClosestPoints.)";
+
+constexpr const char* kFirstHits =
+    R"(Of each of many rays the first triangle that it meets.
+
+origins, directions: (N, 3), in the model's own frame; directions of any length but 0.
+Returns RayHits with N entries: t is infinite and the triangle -1 where a ray meets nothing.)";
+
+constexpr const char* kRayHits =
+    R"(All triangles that rays meet: of each ray by increasing t.
+
+origins, directions: (N, 3), or (3,) for one ray, in the model's own frame; directions of any length
+    but 0. Sides and corners belong to each triangle that has them: no ray slips between two.
+Returns RayHits; `rays` says which ray.)";
+}  // namespace docs
+
+struct OnePoint : Bound {
+  std::array<double, 3> point;
+  double distance;
+  int triangle;
+};
+
+struct ManyPoints : Bound {
+  py::array_t<double> points, distances;
+  py::array_t<std::int32_t> triangles;
+};
+
+struct OneHit : Bound {
+  double t;
+  int triangle;
+  double u, v;
+};
+
+struct ManyHits : Bound {
+  py::array_t<std::int32_t> rays, triangles;
+  py::array_t<double> t, u, v;
+};
+
+/// Hits side by side, before they become arrays.
+struct HitLists {
+  std::vector<int> rays, triangles;
+  std::vector<double> t, u, v;
+
+  template <typename S>
+  void add(int ray, const RayHit<S>& hit) {
+    rays.push_back(ray);
+    triangles.push_back(hit.triangle);
+    t.push_back(double(hit.t));
+    u.push_back(double(hit.u));
+    v.push_back(double(hit.v));
+  }
+
+  ManyHits arrays() && {
+    const auto count = static_cast<py::ssize_t>(rays.size());
+    ManyHits hits;
+    hits.rays = adopt<std::int32_t>(std::move(rays), {count});
+    hits.triangles = adopt<std::int32_t>(std::move(triangles), {count});
+    hits.t = adopt<double>(std::move(t), {count});
+    hits.u = adopt<double>(std::move(u), {count});
+    hits.v = adopt<double>(std::move(v), {count});
+    return hits;
+  }
+};
+
+/// Runs `f(S())` for the model's numbers S, with the GIL: to read arguments.
+template <typename F>
+void withScalar(const Model& model, const F& f) {
+  if (model.isDouble())
+    f(double());
+  else
+    f(float());
+}
+
+/// Runs `f(model)` on the C++ model of numbers S, without the GIL.
+template <typename S, typename F>
+void queryAs(const Model& model, const F& f) {
+  model.query([&](const auto& m) {
+    if constexpr (std::is_same_v<ScalarOf<decltype(m)>, S>) f(m);
+  });
+}
+
+OnePoint closestPointOf(const Model& model, const py::object& point) {
+  OnePoint answer{};
+  withScalar(model, [&](auto scalar) {
+    using S = decltype(scalar);
+    const auto asked = pointFrom<S>(point, "point");
+    queryAs<S>(model, [&](const auto& m) {
+      const ClosestPoint<S> closest = closestPoint(m, asked);
+      for (int k = 0; k < 3; ++k) answer.point[std::size_t(k)] = double(closest.point[k]);
+      answer.distance = double(closest.distance);
+      answer.triangle = closest.triangle;
+    });
+  });
+  return answer;
+}
+
+ManyPoints closestPointsOf(const Model& model, const py::object& points) {
+  std::vector<double> nearest, distances;
+  std::vector<int> triangles;
+  withScalar(model, [&](auto scalar) {
+    using S = decltype(scalar);
+    const Rows<S> rows = rowsFrom<S>(points, "points");
+    const auto count = static_cast<std::size_t>(rows.shape(0));
+    const auto* asked = pointsOf<S>(rows);
+    queryAs<S>(model, [&](const auto& m) {
+      std::vector<ClosestPoint<S>> result;
+      closestPoints(m, asked, count, result);
+      nearest.reserve(3 * count);
+      distances.reserve(count);
+      triangles.reserve(count);
+      for (const ClosestPoint<S>& closest : result) {
+        for (int k = 0; k < 3; ++k) nearest.push_back(double(closest.point[k]));
+        distances.push_back(double(closest.distance));
+        triangles.push_back(closest.triangle);
+      }
+    });
+  });
+  const auto count = static_cast<py::ssize_t>(distances.size());
+  ManyPoints arrays;
+  arrays.points = adopt<double>(std::move(nearest), {count, 3});
+  arrays.distances = adopt<double>(std::move(distances), {count});
+  arrays.triangles = adopt<std::int32_t>(std::move(triangles), {count});
+  return arrays;
+}
+
+OneHit firstHitOf(const Model& model, const py::object& origin, const py::object& direction) {
+  OneHit answer{};
+  withScalar(model, [&](auto scalar) {
+    using S = decltype(scalar);
+    const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
+    queryAs<S>(model, [&](const auto& m) {
+      const RayHit<S> hit = firstHit(m, from, along);
+      answer.t = double(hit.t);
+      answer.triangle = hit.triangle;
+      answer.u = double(hit.u);
+      answer.v = double(hit.v);
+    });
+  });
+  return answer;
+}
+
+/// N rays. Throws py::value_error when there are not as many directions as origins.
+template <typename S>
+struct Rays {
+  Rays(const py::object& from, const py::object& along)
+      : origins(rowsFrom<S>(from, "origins")), directions(rowsFrom<S>(along, "directions")) {
+    if (origins.shape(0) != directions.shape(0))
+      throw py::value_error("there are " + std::to_string(origins.shape(0)) + " origins and " +
+                            std::to_string(directions.shape(0)) + " directions");
+  }
+  std::size_t size() const { return static_cast<std::size_t>(origins.shape(0)); }
+
+  Rows<S> origins, directions;
+};
+
+ManyHits firstHitsOf(const Model& model, const py::object& origins, const py::object& directions) {
+  HitLists lists;
+  withScalar(model, [&](auto scalar) {
+    using S = decltype(scalar);
+    const Rays<S> rays(origins, directions);
+    const std::size_t count = rays.size();
+    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
+    queryAs<S>(model, [&](const auto& m) {
+      std::vector<RayHit<S>> result;
+      firstHits(m, from, along, count, result);
+      for (std::size_t i = 0; i < result.size(); ++i) lists.add(int(i), result[i]);
+    });
+  });
+  return std::move(lists).arrays();
+}
+
+/// One ray becomes a list of one.
+py::object listed(const py::object& rows, const char* name) {
+  py::array array = numbersFrom(rows, name);
+  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
+                           : py::object(array);
+}
+
+ManyHits rayHitsOf(const Model& model, const py::object& origins, const py::object& directions) {
+  const py::object from_rows = listed(origins, "origins"),
+                   along_rows = listed(directions, "directions");
+  HitLists lists;
+  withScalar(model, [&](auto scalar) {
+    using S = decltype(scalar);
+    const Rays<S> rays(from_rows, along_rows);
+    const std::size_t count = rays.size();
+    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
+    queryAs<S>(model, [&](const auto& m) {
+      std::vector<RayHit<S>> result;
+      for (std::size_t i = 0; i < count; ++i) {
+        rayHits(m, from[i], along[i], result);
+        for (const RayHit<S>& hit : result) lists.add(int(i), hit);
+      }
+    });
+  });
+  return std::move(lists).arrays();
+}
+
+void bindPointResults(py::module_& module) {
+  py::class_<OnePoint>(module, "ClosestPoint", "The point of a surface that is nearest to a point.")
+      .def_property_readonly(
+          "point", [](const OnePoint& self) { return py::array_t<double>(3, self.point.data()); },
+          "On the surface, (3,) float64.")
+      .def_readonly("distance", &OnePoint::distance, "A length.")
+      .def_readonly("triangle", &OnePoint::triangle, "That has the point.");
+  py::class_<ManyPoints>(module, "ClosestPoints", "Of N points, in their order. len() is N.")
+      .def_readonly("points", &ManyPoints::points, "On the surface, (N, 3) float64.")
+      .def_readonly("distances", &ManyPoints::distances, "(N,) float64, lengths.")
+      .def_readonly("triangles", &ManyPoints::triangles, "(N,) int32: those that have the points.")
+      .def("__len__", [](const ManyPoints& self) { return self.distances.shape(0); });
+}
+
+void bindHitResults(py::module_& module) {
+  py::class_<OneHit>(module, "RayHit", "Where a ray meets a triangle: at origin + t * direction.")
+      .def_readonly("t", &OneHit::t, "0 or more; infinite where the ray meets nothing.")
+      .def_readonly("triangle", &OneHit::triangle, "-1 where the ray meets nothing.")
+      .def_readonly("u", &OneHit::u,
+                    "The point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c.")
+      .def_readonly("v", &OneHit::v, "As u.");
+  py::class_<ManyHits>(module, "RayHits",
+                       "Where rays meet triangles, in arrays side by side. len() counts the hits.")
+      .def_readonly("rays", &ManyHits::rays, "(K,) int32: which of the rays.")
+      .def_readonly("triangles", &ManyHits::triangles, "(K,) int32: which triangle.")
+      .def_readonly("t", &ManyHits::t, "(K,) float64: the point is at origin + t * direction.")
+      .def_readonly(
+          "u", &ManyHits::u,
+          "(K,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners.")
+      .def_readonly("v", &ManyHits::v, "(K,) float64, as u.")
+      .def("__len__", [](const ManyHits& self) { return self.t.shape(0); });
+}
+
+}  // namespace
+
+void bindPoints(py::module_& module) {
+  bindPointResults(module);
+  bindHitResults(module);
+  module.def(
+      "closest_point", &closestPointOf, py::arg("model"), py::arg("point"),
+      "The nearest point of the model's surface to `point`, (3,), in the model's own frame.");
+  module.def("closest_points", &closestPointsOf, py::arg("model"), py::arg("points"),
+             docs::kClosestPoints);
+  module.def("first_hit", &firstHitOf, py::arg("model"), py::arg("origin"), py::arg("direction"),
+             "The first triangle that a ray meets. origin, direction: (3,), in the model's own "
+             "frame; the direction has any length but 0.");
+  module.def("first_hits", &firstHitsOf, py::arg("model"), py::arg("origins"),
+             py::arg("directions"), docs::kFirstHits);
+  module.def("ray_hits", &rayHitsOf, py::arg("model"), py::arg("origins"), py::arg("directions"),
+             docs::kRayHits);
+}
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <fcl/narrowphase/distance_result.h>
+
+#include "adaptive_bvh/self_collision.h"
+#include "bound.h"
+
+namespace adaptive_bvh::python {
+
+/// Python's DistanceResult, in the order of the arguments.
+struct Nearest : Bound {
+  double distance = 0;
+  std::array<double, 6> points = {};  ///< two points
+  std::array<std::int32_t, 2> triangles = {};
+};
+/// Of two models.
+Nearest nearestFrom(const fcl::DistanceResult<double>& result);
+Nearest nearestFrom(const fcl::DistanceResult<float>& result);
+
+/// Python's Contacts: arrays side by side.
+struct Contacts : Bound {
+  py::array_t<std::int32_t> pairs;
+  py::array_t<double> points, normals, depths;
+};
+
+/// 'shared vertex', 'shared edge' or 'none'. Throws py::value_error.
+NeighbourFilter neighbourFilter(const std::string& name);
+
+/// distance, collide, self_collide and their results.
+void bindQuery(py::module_& module);
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,44 @@
+#pragma once
+
+// Docstrings of distance, collide and self_collide.
+namespace adaptive_bvh::python::docs {
+
+inline constexpr const char* kDistance =
+    R"(The exact distance of two models, or of a model and a shape in either order.
+
+tf1, tf2: poses that place them in the world.
+nearest_points: False leaves out the points, which are then NaN.
+Returns a DistanceResult.)";
+
+inline constexpr const char* kDistanceValue =
+    "A length. 0 where two models touch; -1 where a shape touches a model, or has a part of its "
+    "surface inside.";
+
+inline constexpr const char* kDistancePoints =
+    "The nearest points, (2, 3) float64, in the world: of the first object and of the second. Of "
+    "models that touch both are a common point; of a shape that touches a model, NaN.";
+
+inline constexpr const char* kCollide =
+    R"(Where two models, or a model and a shape, touch: FCL's contacts.
+
+tf1, tf2: poses that place them in the world.
+max_contacts: stops when it has so many; None finds all.
+enable_contact: False leaves out points, normals and depths, which are then NaN. Faster.
+Returns Contacts.)";
+
+inline constexpr const char* kSelfCollide =
+    R"(Where a model touches itself: one contact for each pair of triangles, the smaller index first.
+
+tf: a pose that places the model in the world.
+max_contacts, enable_contact: as of collide.
+filter: which neighbours are left out: those with a 'shared vertex', those with a 'shared edge' (two
+    vertices in common), or 'none'. Vertices are compared by index: see weld_vertices.)";
+
+inline constexpr const char* kContacts =
+    "Contacts in arrays side by side: contact i is row i of each. len() counts them.";
+
+inline constexpr const char* kContactPairs =
+    "(K, 2) int32: the triangle of the first object and of the second, -1 for a shape. Two models "
+    "can have two contacts for one pair, as in FCL.";
+
+}  // namespace adaptive_bvh::python::docs

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+#include <fcl/geometry/shape/shape_base.h>
+
+#include "bound.h"
+
+namespace adaptive_bvh::python {
+
+/// A primitive of FCL in both precisions. Does not change, so threads may share it.
+class Shape : public Bound {
+ public:
+  /// `sizes` are the arguments of FCL's constructor. Throws py::value_error when one is not between
+  /// 1e-8 and 1e8.
+  template <template <typename> class Primitive, typename... Sizes>
+  static Shape make(const char* name, Sizes... sizes) {
+    Shape shape(name, {sizes...});
+    shape.double_ = std::make_shared<Primitive<double>>(sizes...);
+    shape.float_ = std::make_shared<Primitive<float>>(static_cast<float>(sizes)...);
+    return shape;
+  }
+
+  /// FCL's object, of numbers of type S.
+  template <typename S>
+  const fcl::CollisionGeometry<S>* geometry() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return double_.get();
+    else
+      return float_.get();
+  }
+
+  double size(std::size_t i) const { return sizes_[i]; }
+  /// As in Python: Box(1.0, 2.0, 3.0).
+  std::string text() const;
+
+ protected:
+  Shape(const char* name, std::vector<double> sizes);
+
+ private:
+  std::string name_;
+  std::vector<double> sizes_;
+  std::shared_ptr<const fcl::ShapeBase<double>> double_;
+  std::shared_ptr<const fcl::ShapeBase<float>> float_;
+};
+
+void bindShapes(py::module_& module);
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,20 @@
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+
+TYPES = [(v, d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
+
+
+@pytest.fixture(params=TYPES, ids=["-".join(t) for t in TYPES])
+def kind(request):
+    """Volume and dtype as arguments of Model."""
+    return dict(zip(("volume", "dtype"), request.param))
+
+
+@pytest.fixture
+def tolerance(kind):
+    """Of lengths about 1."""
+    return 1e-9 if kind["dtype"] == "float64" else 2e-5

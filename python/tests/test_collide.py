@@ -1,0 +1,93 @@
+import meshes
+import numpy as np
+import pytest
+from brute_force import no_shared_vertices, pair_set, triangle_distances
+
+import adaptive_bvh as ab
+
+
+def crossing(distances):
+    """Pairs of triangles that intersect; none of them may merely touch."""
+    return pair_set(np.argwhere(distances == 0))
+
+
+def test_equals_brute_force_in_every_step(kind):
+    rng = np.random.default_rng(4)
+    (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(5)
+    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    found = 0
+    for step in range(10):
+        moved1, moved2 = meshes.wave(v1, 0.3 * step), meshes.wave(v2, -0.2 * step)
+        a.update(moved1)
+        b.update(moved2)
+        tf1, tf2 = meshes.pose(rng), meshes.pose(rng, 0.3)
+        contacts = ab.collide(a, b, tf1, tf2)
+        expected = crossing(
+            triangle_distances(meshes.placed(moved1, tf1), f1, meshes.placed(moved2, tf2), f2)
+        )
+        assert pair_set(contacts.pairs) == expected
+        found += len(expected)
+        assert len(contacts) == len(contacts.pairs) == len(contacts.depths) >= len(expected)
+        np.testing.assert_allclose(np.linalg.norm(contacts.normals, axis=1), 1, atol=1e-5)
+    assert found > 100
+
+
+def test_contacts_are_arrays_side_by_side():
+    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    contacts = ab.collide(a, b, None, (np.eye(3), [0.01, 0.02, 0.03]))
+    k = len(contacts)
+    assert k > 0
+    assert contacts.pairs.shape == (k, 2) and contacts.pairs.dtype == np.int32
+    assert contacts.points.shape == contacts.normals.shape == (k, 3)
+    assert contacts.depths.shape == (k,)
+    for name in ("points", "normals", "depths"):
+        assert getattr(contacts, name).dtype == np.float64
+        assert np.isfinite(getattr(contacts, name)).all()
+
+
+def test_max_contacts_and_enable_contact():
+    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    tf = (np.eye(3), [0.01, 0.02, 0.03])
+    everything = ab.collide(a, b, None, tf)
+    assert len(ab.collide(a, b, None, tf, max_contacts=3)) == 3
+    assert len(ab.collide(a, b, None, tf, max_contacts=0)) == 0
+    pairs = ab.collide(a, b, None, tf, enable_contact=False)
+    assert pair_set(pairs.pairs) == pair_set(everything.pairs)
+    assert np.isnan(pairs.points).all() and np.isnan(pairs.depths).all()
+    for query in (lambda n: ab.collide(a, b, max_contacts=n), lambda n: ab.self_collide(a, max_contacts=n)):
+        with pytest.raises(ValueError, match="0 or more"):
+            query(-1)
+        with pytest.raises(TypeError):
+            query(1.5)
+    assert len(ab.collide(a, b, None, (np.eye(3), [0, 0, 5]))) == 0
+
+
+def test_self_collide_equals_brute_force(kind):
+    vertices, faces = meshes.sheet(8)
+    model = ab.Model(vertices, faces, **kind)
+    rolled = vertices.copy()  # a spiral that goes through itself
+    angle, radius = 3.9 * vertices[:, 0], 0.5 + 0.02 * np.sin(9 * vertices[:, 0])
+    rolled[:, 0], rolled[:, 2] = radius * np.cos(angle), radius * np.sin(angle)
+    rolled[:, 1] += 0.013 * vertices[:, 0]
+    model.update(rolled)
+    distances = triangle_distances(rolled, faces, rolled, faces)
+    apart = no_shared_vertices(faces) & np.triu(np.ones(distances.shape, bool), 1)
+    expected = crossing(np.where(apart, distances, 1))
+    assert len(expected) > 10
+    assert pair_set(ab.self_collide(model).pairs) == expected
+    assert pair_set(ab.self_collide(model, enable_contact=False).pairs) == expected
+    everything = ab.self_collide(model, filter="none", enable_contact=False)
+    assert len(everything) > len(ab.self_collide(model, filter="shared edge")) > len(expected)
+    with pytest.raises(ValueError, match="filter"):
+        ab.self_collide(model, filter="all")
+
+
+def test_self_collide_is_in_the_world():
+    (va, fa), (vb, fb) = meshes.sheet(1), meshes.sheet(1)
+    vertices = np.concatenate([va, vb[:, [2, 0, 1]] + 0.1])
+    model = ab.Model(vertices, np.concatenate([fa, fb + len(va)]))
+    tf = meshes.pose(np.random.default_rng(5), 2)
+    here, there = ab.self_collide(model), ab.self_collide(model, tf)
+    assert len(here) == len(there) > 0
+    np.testing.assert_allclose(meshes.placed(here.points, tf), there.points, atol=1e-12)
+    np.testing.assert_allclose(here.normals @ tf[:3, :3].T, there.normals, atol=1e-12)

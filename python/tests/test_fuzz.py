@@ -1,0 +1,214 @@
+"""Calls with arguments of all kinds: an answer or one of our errors, never a crash, and the model
+stays on its last frame."""
+
+import os
+
+import meshes
+import numpy as np
+import pytest
+from brute_force import triangle_distances
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import adaptive_bvh as ab
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # of NumPy, about values that it casts
+REFUSALS = (TypeError, ValueError, IndexError)
+BALL, SHEET = meshes.ball(0), meshes.sheet(2)
+
+numbers = st.one_of(
+    st.floats(-2, 2),
+    st.sampled_from([0.0, -0.0, 1e-300, 1e-20, 1e20, 1e70, 1e76, 1e308, np.nan, np.inf, -np.inf]),
+)
+dtypes = st.sampled_from(
+    ["f2", "f4", "f8", ">f8", ">f4", "g", "i1", "i4", "i8", "u8", "?", "c16", "O", "U4", "M8[s]"]
+)
+
+
+@st.composite
+def layouts(draw, array):
+    """The same numbers, elsewhere in memory."""
+    form = draw(st.integers(0, 7))
+    if form == 1:
+        array = np.asfortranarray(array)
+    elif form == 2:
+        array = np.repeat(array, 2, axis=0)[::2] if array.ndim else array
+    elif form == 3:
+        array = array[::-1].copy()[::-1] if array.ndim else array
+    elif form == 4:  # not aligned
+        raw = np.zeros(array.nbytes + 1, np.uint8)
+        if not array.dtype.hasobject:
+            raw[1:] = np.frombuffer(array.tobytes(), np.uint8)
+            array = raw[1:].view(array.dtype).reshape(array.shape)
+    elif form == 5:
+        array = np.array(array)
+        array.flags.writeable = False
+    elif form == 6:
+        return array.tolist()
+    elif form == 7:
+        array = np.ma.masked_array(array)
+    return array
+
+
+@st.composite
+def arrays(draw, shape):
+    """An array of that shape, of any type and layout."""
+    values = draw(hnp.arrays(np.float64, shape, elements=numbers, fill=st.floats(-1, 1)))
+    try:
+        with np.errstate(all="ignore"):
+            values = values.astype(draw(dtypes))
+    except (ValueError, TypeError):
+        pass
+    return draw(layouts(values))
+
+
+some_vertices = st.one_of(
+    arrays((6, 3)), arrays((6, 3)), arrays(hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=7))
+)
+some_indices = hnp.arrays(
+    st.sampled_from(["i1", "i8", "u8", ">i2", "f8"]),
+    st.integers(0, 7),
+    elements=st.integers(0, 8),
+).flatmap(layouts)
+kinds = st.sampled_from(
+    [dict(volume=v, dtype=d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
+)
+# More calls, other ones each time: ADAPTIVE_BVH_FUZZ=100 pytest test_fuzz.py
+EFFORT = int(os.environ.get("ADAPTIVE_BVH_FUZZ", 1))
+quick = settings(
+    max_examples=150 * EFFORT,
+    derandomize=EFFORT == 1,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+def is_usable(vertices):
+    return np.abs(vertices).max() < 1e6
+
+
+def check(model):
+    """The model is sound and answers as brute force does."""
+    assert model.validate()
+    vertices = model.vertices.astype(float)
+    if model.num_faces and is_usable(vertices):
+        other = ab.Model(*SHEET, volume=model.volume, dtype=model.dtype)
+        expected = triangle_distances(vertices, model.faces, *SHEET).min()
+        tolerance = 1e-6 if model.dtype == np.float64 else 1e-2
+        scale = 1 + np.abs(vertices).max()
+        distance = ab.distance(model, other).distance
+        assert distance == pytest.approx(expected, abs=tolerance * scale)
+
+
+@quick
+@given(kinds, st.lists(st.one_of(some_vertices, st.tuples(some_indices, some_vertices)), max_size=4))
+def test_updates(kind, updates):
+    model = ab.Model(*BALL, **kind)
+    for update in updates:
+        before = model.vertices
+        arguments = update if isinstance(update, tuple) else (update,)
+        try:
+            model.update(*arguments)
+        except REFUSALS:
+            np.testing.assert_array_equal(model.vertices, before)
+        else:
+            given_now = np.asarray(arguments[-1], model.dtype)
+            if len(arguments) == 1:
+                np.testing.assert_array_equal(model.vertices, given_now)
+            assert np.isfinite(model.vertices).all()
+    check(model)
+
+
+@quick
+@given(
+    kinds,
+    st.one_of(some_vertices, st.just(BALL[0])),
+    st.one_of(
+        hnp.arrays(
+            st.sampled_from(["i1", "u1", "i8", "u8", ">i4"]),
+            st.tuples(st.integers(0, 5), st.integers(2, 4)),
+            elements=st.integers(0, 7),
+        ).flatmap(layouts),
+        hnp.arrays(np.int64, (4, 3), elements=st.integers(0, 5)).flatmap(layouts),
+        st.none(),
+    ),
+)
+def test_builds(kind, vertices, faces):
+    try:
+        model = ab.Model(vertices, faces, **kind)
+    except REFUSALS:
+        return
+    np.testing.assert_array_equal(model.faces, np.asarray(faces).reshape(-1, 3))
+    check(model)
+
+
+@quick
+@given(st.one_of(arrays((4, 4)), st.tuples(arrays((3, 3)), arrays((3,))), some_vertices, st.text()))
+def test_poses(tf):
+    model = ab.Model(*BALL)
+    for query in (ab.distance, ab.collide, ab.clearance):
+        try:
+            query(model, model, tf2=tf) if query is not ab.clearance else query(model, model, tf=tf)
+        except REFUSALS:
+            pass
+
+
+class Evil:
+    """Says that it is an array."""
+
+    @property
+    def __array_interface__(self):
+        return dict(shape=(6, 3), typestr="<f8", data=None, version=3)
+
+    vertices = property(lambda self: 1 / 0)
+    faces = 3
+
+
+def pool():
+    """What any argument may be."""
+    models = [ab.Model(*BALL), ab.Model(*SHEET), ab.Model(*BALL, dtype="float32")]
+    models += [ab.Model(*SHEET, volume="obbrss"), ab.Model(BALL[0], np.zeros((0, 3), int))]
+    motions = [ab.Motion(m, m.vertices + 0.3) for m in models]
+    shapes = [ab.Box(1, 1, 1), ab.Sphere(1e-8), ab.Sphere(1e8), ab.Capsule(1, 1), ab.Cone(1, 1e8)]
+    shapes += [ab.Cylinder(1e-8, 1), ab.Ellipsoid(1, 1e-8, 1e8)]
+    raw = [c.__new__(c) for c in (ab.Model, ab.Motion, ab.Box, ab.FeaturePairs, ab.RefitPolicy)]
+    raw += [c.__new__(c) for c in (ab.CoherentDistance, ab.DistanceResult, ab.Contacts, ab.Mesh)]
+    plain = [None, True, 0, 1, -1, 2**70, 0.1, -0.5, np.nan, np.inf, "", "rss", "edge-edge", b"x"]
+    plain += [Evil(), object(), ab.Model, [], (), {}, [[0, 1]], (0, 0), np.eye(4), np.eye(3)]
+    plain += [(np.eye(3), [0, 0, 1e70]), (np.eye(3), [5, 5, 5]), BALL[0], BALL[1], np.zeros((0, 3))]
+    pairs = [ab.FeaturePairs(), ab.FeaturePairs(edge_edge=[[0, 23], [3, 5]])]
+    return models * 4 + motions * 2 + shapes + raw + plain + pairs * 2
+
+
+POOL = pool()
+FUNCTIONS = sorted(set(ab.__all__) - {"MeshLoadError"})
+
+
+@settings(quick, max_examples=2500 * EFFORT)
+@given(st.data())
+def test_every_function(data):
+    function = getattr(ab, data.draw(st.sampled_from(FUNCTIONS)))
+    numbers = data.draw(st.lists(st.integers(0, len(POOL) - 1), max_size=5))
+    arguments = [POOL[i] for i in numbers]
+    attributes = st.sampled_from([n for n in dir(ab.Model) if not n.startswith("__")])
+    if data.draw(st.integers(0, 5)) == 0 and arguments:
+        try:
+            function = getattr(arguments[0], data.draw(attributes))
+        except (AttributeError, ZeroDivisionError, *REFUSALS):
+            return
+        arguments = arguments[1:]
+    try:
+        result = function(*arguments) if callable(function) else function
+        for name in dir(result):
+            if not name.startswith("__"):
+                getattr(result, name)
+        repr(result)
+    except (*REFUSALS, ZeroDivisionError):
+        pass
+
+
+def test_models_of_the_pool_are_sound():
+    for model in POOL[:5]:
+        assert model.validate()

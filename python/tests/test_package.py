@@ -1,0 +1,113 @@
+"""The package beside its module: types, signatures, docstrings, example."""
+
+import ast
+import inspect
+import os
+import pathlib
+import re
+import runpy
+import subprocess
+import sys
+
+import pytest
+
+import adaptive_bvh as ab
+
+HERE = pathlib.Path(__file__).parent
+PACKAGE = pathlib.Path(ab.__file__).parent
+STUB = ast.parse((PACKAGE / "__init__.pyi").read_text())
+
+
+def test_stubtest():
+    pytest.importorskip("mypy.stubtest", reason="mypy is not installed")
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "adaptive_bvh", "--ignore-unused-allowlist",
+         "--allowlist", str(HERE / "stubtest_allowlist.txt")],
+        env={**os.environ, "MYPYPATH": str(PACKAGE.parent), "PYTHONPATH": str(PACKAGE.parent)},
+        capture_output=True, text=True, cwd=PACKAGE.parent)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+def functions_in_stub():
+    """Name, and the parameters with their defaults, of all functions and methods."""
+    for node in STUB.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name, node
+        elif isinstance(node, ast.ClassDef) and node.name[0] != "_":
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef):
+                    properties = [ast.unparse(d) for d in member.decorator_list]
+                    if not any("property" in p or "setter" in p for p in properties):
+                        yield node.name + "." + member.name, member
+
+
+def parameters(node):
+    a = node.args
+    positional = [p.arg for p in a.args if p.arg != "self"]
+    defaults = dict(zip(reversed(positional), reversed([ast.unparse(d) for d in a.defaults])))
+    defaults.update({p.arg: ast.unparse(d) for p, d in zip(a.kwonlyargs, a.kw_defaults) if d})
+    return positional, [p.arg for p in a.kwonlyargs], defaults
+
+
+def signatures_in_docstring(text, name):
+    """As pybind11 writes them: of one function, or numbered ones of several."""
+    for line in text.splitlines():
+        match = re.match(r"(?:\d+\. )?" + re.escape(name) + r"\((.*)\) -> ", line)
+        if match:
+            yield match.group(1)
+
+
+def test_stub_has_the_parameters_and_defaults_of_the_module():
+    checked = 0
+    documented = {}
+    for path, node in functions_in_stub():
+        target = ab
+        for part in path.split("."):
+            target = getattr(target, part)
+        name = path.split(".")[-1]
+        if name in ("__eq__", "__hash__", "__len__"):
+            continue
+        positional, keywords, defaults = parameters(node)
+        found = []
+        for signature in signatures_in_docstring(target.__doc__, name):
+            fake = ast.parse(f"def f({re.sub(r'adaptive_bvh[.]', '', signature)}): ...").body[0]
+            found.append(parameters(fake))
+        documented[path] = found
+        for _, _, theirs in found:
+            for key, value in theirs.items():
+                if value == "inf":  # of clearance: a number that has no literal
+                    theirs[key] = "..."
+        # The second way to call Model is the first with one argument less.
+        same = [f for f in found if (f[0], f[1]) == (positional, keywords)]
+        assert same, (path, positional, keywords, found)
+        for key, value in defaults.items():
+            assert same[0][2].get(key) == value, (path, key)
+        checked += 1
+    assert checked > 50
+
+
+def test_everything_public_has_a_docstring():
+    for name in ab.__all__:
+        thing = getattr(ab, name)
+        assert thing.__doc__, name
+        if inspect.isclass(thing) and name != "MeshLoadError":
+            for member, value in vars(thing).items():
+                if not member.startswith("_"):
+                    assert value.__doc__, name + "." + member
+        assert thing.__module__ in ("adaptive_bvh", "adaptive_bvh._core"), name
+    assert "(N, 3)" in ab.__doc__ and ab.__version__.count(".") == 2
+
+
+def test_public_names_are_those_of_the_module():
+    core = {n for n in dir(ab._core) if not n.startswith("_")}
+    assert core == set(ab.__all__)
+    assert ast.literal_eval(STUB.body[-1].value) == ab.__all__
+
+
+def test_example(capsys):
+    example = HERE.parent / "examples" / "deform.py"
+    runpy.run_path(str(example), run_name="__main__")
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 10
+    assert lines[0] == "step 1: distance 0.8900, 0 contacts"
+    assert lines[-1] == "step 10: distance 0.0000, 60 contacts"

@@ -1,0 +1,130 @@
+import meshes
+import numpy as np
+import pytest
+from brute_force import (
+    no_shared_vertices,
+    pair_set,
+    points_to_triangles,
+    segments,
+    surface_distances,
+    triangle_distances,
+)
+
+import adaptive_bvh as ab
+
+NEAR = 0.35
+
+
+def moved_models(kind, step):
+    (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(4)
+    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    moved1, moved2 = meshes.wave(v1, 0.3 * step), meshes.wave(v2, -0.2 * step)
+    a.update(moved1)
+    b.update(moved2)
+    rng = np.random.default_rng(step)
+    tf1, tf2 = meshes.pose(rng), meshes.pose(rng, 0.5 + 0.9 * step)
+    world1, world2 = meshes.placed(moved1, tf1), meshes.placed(moved2, tf2)
+    return (a, tf1, world1, f1), (b, tf2, world2, f2)
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_pairs_within_equals_brute_force(kind, tolerance, step):
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, step)
+    distances = triangle_distances(w1, f1, w2, f2)
+    nearest = distances.min()
+    assert (nearest == 0) == (step < 1)
+    limit = nearest + NEAR
+    while np.abs(distances - limit).min() < 2 * tolerance:
+        limit += 10 * tolerance
+    pairs = ab.pairs_within(
+        a, b, limit, tf1, tf2, enable_distances=True, enable_nearest_points=True
+    )
+    assert pair_set(pairs.triangles) == pair_set(np.argwhere(distances <= limit))
+    i, j = pairs.triangles.T
+    np.testing.assert_allclose(pairs.distances, distances[i, j], atol=tolerance)
+    gaps = np.linalg.norm(pairs.nearest_points[:, 0] - pairs.nearest_points[:, 1], axis=1)
+    np.testing.assert_allclose(gaps, distances[i, j], atol=10 * tolerance)
+    assert len(pairs) == len(pairs.triangles)
+    plain = ab.pairs_within(a, b, limit, tf1, tf2)
+    np.testing.assert_array_equal(plain.triangles, pairs.triangles)
+    assert plain.distances.shape == (0,) and plain.nearest_points.shape == (0, 2, 3)
+    watch = ab.CoherentProximity(a, b)
+    for ask in (lambda d: ab.is_nearer(a, b, d, tf1, tf2), lambda d: watch.is_nearer(d, tf1, tf2)):
+        assert ask(nearest + 2 * tolerance) is True
+        if nearest > 0:
+            assert ask(nearest - 2 * tolerance) is False
+    assert watch.searches >= (nearest > 0)
+
+
+def test_pairs_within_one_model(kind, tolerance):
+    vertices, faces = meshes.sheet(5)
+    model = ab.Model(vertices, faces, **kind)
+    moved = meshes.wave(vertices, 1)
+    model.update(moved)
+    distances = triangle_distances(moved, faces, moved, faces)
+    apart = np.triu(no_shared_vertices(faces), 1)
+    pairs = ab.pairs_within(model, 0.41, enable_distances=True)
+    assert pair_set(pairs.triangles) == pair_set(np.argwhere((distances <= 0.41) & apart))
+    i, j = pairs.triangles.T
+    np.testing.assert_allclose(pairs.distances, distances[i, j], atol=tolerance)
+
+
+def edges_of(faces):
+    """The number of each edge, its two vertices."""
+    first = {}
+    for t, face in enumerate(faces):
+        for k in range(3):
+            first.setdefault(frozenset((face[k], face[(k + 1) % 3])), 3 * t + k)
+    numbers = np.array(sorted(first.values()))
+    return numbers, faces[numbers // 3, numbers % 3], faces[numbers // 3, (numbers + 1) % 3]
+
+
+def test_feature_pairs_within_equals_brute_force(kind):
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, 1)
+    pairs = ab.feature_pairs_within(a, b, NEAR, tf1, tf2)
+    to_second = surface_distances(w1, w2, f2)
+    to_first = surface_distances(w2, w1, f1)
+    assert pair_set(pairs.vertex_face) == pair_set(np.argwhere(to_second <= NEAR))
+    assert pair_set(pairs.face_vertex[:, ::-1]) == pair_set(np.argwhere(to_first <= NEAR))
+    (n1, p, q), (n2, r, s) = edges_of(f1), edges_of(f2)
+    near = segments(w1[p][:, None], w1[q][:, None], w2[r][None], w2[s][None]) <= NEAR
+    i, j = np.nonzero(near)
+    assert pair_set(pairs.edge_edge) == set(zip(n1[i].tolist(), n2[j].tolist()))
+    assert len(pairs) == sum(map(len, (pairs.vertex_face, pairs.face_vertex, pairs.edge_edge)))
+    assert len(ab.feature_pairs_within(a, 0.5)) > 0
+
+
+def test_clearance_equals_brute_force(kind, tolerance):
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, 2)
+    expected = surface_distances(w1, w2, f2).min(axis=1)
+    result = ab.clearance(a, b, np.inf, tf1, tf2)
+    assert result.shape == (len(w1),) and result.dtype == np.float64
+    np.testing.assert_allclose(result, expected, atol=tolerance)
+    limited = ab.clearance(a, b, 0.9, tf=tf1, other_tf=tf2)
+    np.testing.assert_allclose(limited, np.minimum(expected, np.float32(0.9)), atol=tolerance)
+
+
+def test_signed_clearance_is_negative_inside(kind, tolerance):
+    sheet, ball = ab.Model(*meshes.sheet(4), **kind), ab.Model(*meshes.ball(2), **kind)
+    signed, plain = ab.signed_clearance(sheet, ball), ab.clearance(sheet, ball)
+    np.testing.assert_allclose(np.abs(signed), plain, atol=tolerance)
+    radii = np.linalg.norm(sheet.vertices, axis=1)
+    assert (signed[radii < 0.9] < 0).all() and (signed[radii > 1.01] > 0).all()
+    with pytest.raises(ValueError):
+        ab.signed_clearance(ball, sheet)  # which is not closed
+
+
+def test_a_distance_must_be_a_distance():
+    a = ab.Model(*meshes.ball(0))
+    for distance in (-1.0, np.nan):
+        for query in (
+            lambda d: ab.is_nearer(a, a, d),
+            lambda d: ab.pairs_within(a, a, d),
+            lambda d: ab.pairs_within(a, d),
+            lambda d: ab.feature_pairs_within(a, d),
+            lambda d: ab.clearance(a, a, d),
+            lambda d: ab.CoherentProximity(a, a).is_nearer(d),
+        ):
+            with pytest.raises(ValueError, match="negative or not a number"):
+                query(distance)
+    assert points_to_triangles(*np.zeros((4, 3))) == 0  # the oracle, of a point that is a triangle

@@ -1,0 +1,119 @@
+import meshes
+import numpy as np
+import pytest
+from brute_force import segments, surface_distances, triangle_distances
+
+import adaptive_bvh as ab
+
+
+def box_mesh(x, y, z):
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) / 2.0
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+    faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    return corners * [x, y, z], np.array(faces)
+
+
+def round_mesh(bottom, top, lz, n=100):
+    """A frustum around z."""
+    angle = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(n)], 1)
+    vertices = np.concatenate([bottom * ring - [0, 0, lz / 2], top * ring + [0, 0, lz / 2]])
+    vertices = np.concatenate([vertices, [[0, 0, -lz / 2], [0, 0, lz / 2]]])
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    low, high = np.full(n, 2 * n), np.full(n, 2 * n + 1)
+    parts = [(i, j, n + j), (i, n + j, n + i), (i, j, low), (n + i, n + j, high)]
+    return vertices, np.concatenate([np.stack(p, 1) for p in parts])
+
+
+def capsule_distance(v, f, radius, lz, tf):
+    tip = np.array([0, 0, lz / 2])
+    p, q = meshes.placed(np.array([tip, -tip]), tf)
+    corners = v[f]
+    sides = [segments(p[None], q[None], corners[:, k], corners[:, (k + 1) % 3]) for k in range(3)]
+    ends = surface_distances(np.array([p, q]), v, f)
+    return min(np.min(sides), ends.min()) - radius
+
+
+def mesh_distance(v, f, other, tf):
+    return triangle_distances(v, f, meshes.placed(other[0], tf), other[1]).min()
+
+
+CASES = {
+    "sphere": (ab.Sphere(0.4), lambda v, f, tf: surface_distances(tf[None, :3, 3], v, f).min() - 0.4),
+    "box": (ab.Box(0.5, 0.7, 0.9), lambda v, f, tf: mesh_distance(v, f, box_mesh(0.5, 0.7, 0.9), tf)),
+    "capsule": (ab.Capsule(0.2, 0.8), lambda v, f, tf: capsule_distance(v, f, 0.2, 0.8, tf)),
+    "cylinder": (
+        ab.Cylinder(0.3, 0.8),
+        lambda v, f, tf: mesh_distance(v, f, round_mesh(0.3, 0.3, 0.8), tf),
+    ),
+    "cone": (
+        ab.Cone(0.3, 0.8),
+        lambda v, f, tf: mesh_distance(v, f, round_mesh(0.3, 0.0, 0.8), tf),
+    ),
+    "ellipsoid": (
+        ab.Ellipsoid(0.3, 0.4, 0.5),
+        lambda v, f, tf: mesh_distance(v, f, _ellipsoid(), tf),
+    ),
+}
+
+
+def _ellipsoid():
+    vertices, faces = meshes.ball(4)
+    return vertices * [0.3, 0.4, 0.5], faces
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_distance_equals_brute_force(name, kind):
+    shape, brute = CASES[name]
+    rng = np.random.default_rng(6)
+    vertices, faces = meshes.sheet(2)
+    model = ab.Model(vertices, faces, **kind)
+    for step in range(2):
+        moved = meshes.wave(vertices, step)
+        model.update(moved)
+        tf = meshes.pose(rng, 2.5)
+        expected = brute(moved, faces, tf)
+        result = ab.distance(model, shape, None, tf)
+        assert result.distance == pytest.approx(expected, abs=2e-3)
+        swapped = ab.distance(shape, model, tf, None)
+        assert swapped.distance == result.distance
+        np.testing.assert_array_equal(swapped.points, result.points[::-1])
+        assert tuple(swapped.triangles) == tuple(result.triangles[::-1])
+        assert result.triangles[1] == -1 and result.triangles[0] >= 0
+        gap = np.linalg.norm(result.points[0] - result.points[1])
+        assert gap == pytest.approx(result.distance, abs=1e-3)
+        assert len(ab.collide(model, shape, None, tf)) == 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_shapes_that_touch(name, kind):
+    shape, _ = CASES[name]
+    vertices, faces = meshes.sheet(4)
+    model = ab.Model(vertices, faces, **kind)
+    tf = (np.eye(3), [0.1, 0.2, 0.05])
+    contacts, swapped = ab.collide(model, shape, None, tf), ab.collide(shape, model, tf, None)
+    assert len(contacts) == len(swapped) > 0
+    assert (contacts.pairs[:, 1] == -1).all() and (swapped.pairs[:, 0] == -1).all()
+    np.testing.assert_array_equal(contacts.pairs, swapped.pairs[:, ::-1])
+    np.testing.assert_array_equal(contacts.normals, -swapped.normals)
+    assert ab.distance(model, shape, None, tf).distance == -1
+
+
+def test_sphere_contact_has_normal_from_the_first_to_the_second():
+    model = ab.Model(*meshes.sheet(1))
+    above = ab.collide(model, ab.Sphere(1), None, (np.eye(3), [0, 0, 0.9]))
+    np.testing.assert_allclose(above.normals, [[0, 0, 1]] * len(above), atol=1e-9)
+    np.testing.assert_allclose(np.abs(above.depths), 0.1, atol=1e-9)
+
+
+def test_sizes_can_be_read_and_must_be_lengths():
+    assert (ab.Box(1, 2, 3).x, ab.Box(1, 2, 3).y, ab.Box(1, 2, 3).z) == (1, 2, 3)
+    assert ab.Sphere(2).radius == 2
+    assert (ab.Capsule(1, 2).radius, ab.Capsule(1, 2).lz) == (1, 2)
+    assert (ab.Ellipsoid(1, 2, 3).a, ab.Ellipsoid(1, 2, 3).c) == (1, 3)
+    assert repr(ab.Cone(0.5, 2)) == "Cone(0.5, 2.0)"
+    for size in (0, -1, np.nan, np.inf, 1e30):
+        with pytest.raises(ValueError, match="1e-8 to 1e8"):
+            ab.Sphere(size)
+    with pytest.raises(TypeError):
+        ab.Box("1", 2, 3)

@@ -1,0 +1,102 @@
+import threading
+import time
+
+import meshes
+import numpy as np
+import pytest
+
+import adaptive_bvh as ab
+
+
+def run_together(jobs, seconds=1.0):
+    """Runs each job again and again on a thread of its own. Raises what one of them raises."""
+    errors, end = [], time.monotonic() + seconds
+
+    def loop(job):
+        try:
+            while time.monotonic() < end and not errors:
+                job()
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=loop, args=(job,)) for job in jobs]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive(), "threads wait for each other"
+    if errors:
+        raise errors[0]
+
+
+def test_queries_beside_updates_see_one_frame_or_the_other(kind):
+    (v1, f1), (v2, f2) = meshes.ball(2), meshes.sheet(8)
+    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    frames1, frames2 = [v1, meshes.wave(v1, 1)], [v2, meshes.wave(v2, 2)]
+    tf = (np.eye(3), [0, 0, 3])
+    distances, counts = set(), set()
+    for one in frames1:
+        for other in frames2:
+            a.update(one)
+            b.update(other)
+            distances.add(round(ab.distance(a, b, None, tf).distance, 5))
+            counts.add(len(ab.pairs_within(b, a, 0.2)))
+    assert len(distances) == 4
+    pair = ab.CoherentDistance(b, a)
+    rng = np.random.default_rng(9)
+
+    def query():
+        assert round(ab.distance(a, b, None, tf).distance, 5) in distances
+        assert round(pair.distance(tf, None).distance, 5) in distances
+        assert len(ab.pairs_within(b, a, 0.2)) in counts
+        ab.self_collide(a), ab.collide(b, a), ab.closest_points(b, v1), a.vertices, a.last_update
+
+    run_together(
+        [
+            query,
+            query,
+            lambda: a.update(frames1[rng.integers(2)]),
+            lambda: b.update(frames2[rng.integers(2)]),
+        ],
+        0.6,
+    )
+    assert a.validate() and b.validate()
+
+
+@pytest.mark.parametrize("what", ["update", "query"])
+def test_others_run_meanwhile(what):
+    vertices, faces = meshes.sheet(300)
+    model = ab.Model(vertices, faces)
+    frames = [meshes.wave(vertices, t) for t in (0, 1)]
+    points = np.random.default_rng(10).normal(size=(20000, 3)) * 3
+
+    def call(i):
+        if what == "query":
+            ab.closest_points(model, points)
+        else:
+            model.update(frames[i % 2])
+
+    def timed(i):
+        start = time.perf_counter()
+        call(i)
+        return time.perf_counter() - start
+
+    alone = min(timed(i) for i in range(4))
+    gaps, done = [], threading.Event()
+
+    def work():
+        for i in range(20):
+            call(i)
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    last = time.perf_counter()
+    while not done.is_set():
+        now = time.perf_counter()
+        gaps.append(now - last)
+        last = now
+    thread.join()
+    # With the GIL held this thread would stand still in each of the 20 calls.
+    stood_still = sum(gap > 0.5 * alone for gap in gaps)
+    assert stood_still < 10, (stood_still, alone)
