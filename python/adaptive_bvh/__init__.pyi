@@ -1,5 +1,5 @@
 import os
-from typing import Any, Protocol, Tuple, Union, overload
+from typing import Any, Dict, Protocol, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -438,6 +438,38 @@ def safe_displacements(
 @overload
 def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
 
+class Recording:
+    def __init__(
+        self,
+        *,
+        title: str = "A run",
+        unit: str = "",
+        volume_depth: int = 6,
+        frames_per_second: float = 25.0,
+        up: npt.ArrayLike = (0, 0, 1),
+    ) -> None: ...
+    def add(self, body: Union[Model, _HasMesh], tf: _Pose = None, *, name: str = "") -> int: ...
+    def place(self, body: int, tf: _Pose) -> None: ...
+    def frame(
+        self,
+        distance: Union[DistanceResult, None] = None,
+        contacts: Union[Contacts, None] = None,
+        *,
+        update_ms: Union[float, None] = None,
+        query_ms: Union[float, None] = None,
+        clearance: Union[Dict[int, npt.ArrayLike], None] = None,
+        note: str = "",
+    ) -> None: ...
+    def write(
+        self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]
+    ) -> None: ...
+    @property
+    def num_bodies(self) -> int: ...
+    @property
+    def num_frames(self) -> int: ...
+    @property
+    def num_bytes(self) -> int: ...
+
 __all__ = [
     "Box",
     "Capsule",
@@ -459,6 +491,7 @@ __all__ = [
     "Motion",
     "RayHit",
     "RayHits",
+    "Recording",
     "RefitPolicy",
     "Shape",
     "Sphere",

@@ -53,13 +53,6 @@ MeshArrays weldOf(const py::object& vertices, const py::object& faces) {
   return arraysOf(std::move(mesh));
 }
 
-/// As the system's calls want it. Throws what Python's open would.
-std::string pathFrom(const py::object& path) {
-  PyObject* bytes = nullptr;
-  if (!PyUnicode_FSConverter(path.ptr(), &bytes)) throw py::error_already_set();
-  return std::string(py::reinterpret_steal<py::bytes>(bytes));
-}
-
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 MeshArrays loadOf(const py::object& path, bool weld) {
   const std::string name = pathFrom(path);
@@ -89,6 +82,12 @@ void bindLoadError(py::module_& module) {
 #endif
 
 }  // namespace
+
+std::string pathFrom(const py::object& path) {
+  PyObject* bytes = nullptr;
+  if (!PyUnicode_FSConverter(path.ptr(), &bytes)) throw py::error_already_set();
+  return std::string(py::reinterpret_steal<py::bytes>(bytes));
+}
 
 void bindMeshes(py::module_& module) {
   bindLoadError(module);

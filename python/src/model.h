@@ -63,6 +63,9 @@ class Model : public Bound, public std::enable_shared_from_this<Model> {
     return std::visit(f, models_);
   }
 
+  /// Holds the lock as a query does, to be called without the GIL.
+  std::shared_lock<std::shared_mutex> share() const { return std::shared_lock(mutex_); }
+
   /// Throws py::type_error when the models have different volumes or numbers.
   static void requireSameType(const Model& first, const Model& second);
 

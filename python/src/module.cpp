@@ -10,6 +10,7 @@
 #include "policy.h"
 #include "proximity.h"
 #include "query.h"
+#include "recording.h"
 #include "shapes.h"
 
 // The module adaptive_bvh._core. adaptive_bvh/__init__.py names what is public.
@@ -30,5 +31,6 @@ PYBIND11_MODULE(_core, module) {
   bindPoints(module);
   bindContinuous(module);
   bindMeshes(module);
+  bindRecording(module);
   module.attr("__name__") = name;
 }
