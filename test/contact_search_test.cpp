@@ -7,6 +7,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_contact.h"
+#include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_volume.h"
 

@@ -12,6 +12,7 @@
 #include "adaptive_bvh/self_collision.h"
 #include "model_state.h"
 #include "query/contact_tasks.h"
+#include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_volume.h"
 
