@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -19,11 +18,13 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
+#include "clock.h"
 #include "motion.h"
 #include "run_page.h"
 
 namespace {
 
+using tools::Clock;
 using tools::Motion;
 using tools::Positions;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
@@ -31,19 +32,6 @@ using Mesh = adaptive_bvh::TriangleMesh<double>;
 struct Options {
   std::string mesh_a, mesh_b, to, csv, page, volume = "rss";
   int frames = 200;
-};
-
-class Clock {
- public:
-  double milliseconds() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 struct Cost {

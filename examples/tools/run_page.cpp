@@ -1,10 +1,10 @@
 #include "run_page.h"
 
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 
 #include "adaptive_bvh/coherent_distance.h"
+#include "clock.h"
 #ifdef ADAPTIVE_BVH_HAS_RECORDING
 #include "adaptive_bvh/recording.h"
 #endif
@@ -13,14 +13,6 @@ namespace tools {
 
 #ifdef ADAPTIVE_BVH_HAS_RECORDING
 namespace {
-
-template <typename Work>
-double milliseconds(Work&& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
 
 double megabytes(const std::string& path) {
   return double(std::ifstream(path, std::ios::binary | std::ios::ate).tellg()) / 1e6;
@@ -47,17 +39,19 @@ void writePage(const MovingPair& pair, const std::string& path) {
     const double t = double(frame) / pair.frames;
     const Positions &pa = pair.motion_a.at(t), &pb = pair.motion_b.at(t);
     fcl::DistanceResultd result;
-    const double update_ms = milliseconds([&] {
-      a.update(pa);
-      b.update(pb);
-    });
-    const double query_ms = milliseconds(
-        [&] { distance.distance(origin, origin, fcl::DistanceRequestd(true), result); });
+    Clock clock;
+    a.update(pa);
+    b.update(pb);
+    const double update_ms = clock.milliseconds();
+    distance.distance(origin, origin, fcl::DistanceRequestd(true), result);
+    const double query_ms = clock.milliseconds();
+    recording.frame(adaptive_bvh::FrameResults(result).addTimes(update_ms, query_ms));
+    recording_ms += clock.milliseconds();
     run_ms += update_ms + query_ms;
-    recording_ms += milliseconds(
-        [&] { recording.frame(adaptive_bvh::FrameResults(result).addTimes(update_ms, query_ms)); });
   }
-  const double writing_ms = milliseconds([&] { recording.write(path); });
+  Clock clock;
+  recording.write(path);
+  const double writing_ms = clock.milliseconds();
   std::printf(
       "page: %s (%.1f MB)\n  coherent once more, recorded: recording %.3f ms a frame, "
       "%.0f %% of update and query; writing %.0f ms\n",
