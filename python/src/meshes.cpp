@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "adaptive_bvh/mesh.h"
 #include "arrays.h"
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 #include "adaptive_bvh/mesh_io.h"
@@ -41,11 +40,7 @@ MeshArrays arraysOf(TriangleMesh<double>&& mesh) {
 }
 
 MeshArrays weldOf(const py::object& vertices, const py::object& faces) {
-  const Rows<double> rows = rowsFrom<double>(vertices, "vertices");
-  const auto count = static_cast<std::size_t>(rows.shape(0));
-  TriangleMesh<double> mesh;
-  mesh.vertices.assign(pointsOf<double>(rows), pointsOf<double>(rows) + count);
-  mesh.triangles = trianglesFrom(faces, count);
+  TriangleMesh<double> mesh = meshFrom(vertices, faces);
   {
     const py::gil_scoped_release nogil;
     weldVertices(mesh);
@@ -87,6 +82,15 @@ std::string pathFrom(const py::object& path) {
   PyObject* bytes = nullptr;
   if (!PyUnicode_FSConverter(path.ptr(), &bytes)) throw py::error_already_set();
   return std::string(py::reinterpret_steal<py::bytes>(bytes));
+}
+
+TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& faces) {
+  const Rows<double> rows = rowsFrom<double>(vertices, "vertices");
+  const auto count = static_cast<std::size_t>(rows.shape(0));
+  TriangleMesh<double> mesh;
+  mesh.vertices.assign(pointsOf<double>(rows), pointsOf<double>(rows) + count);
+  mesh.triangles = trianglesFrom(faces, count);
+  return mesh;
 }
 
 void bindMeshes(py::module_& module) {

@@ -82,7 +82,7 @@ class RecordingOfModels : public Bound {
 
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (!py::isinstance<Model>(body)) return recording_.add(meshFrom(body), pose, name);
+    if (!py::isinstance<Model>(body)) return recording_.add(meshOf(body), pose, name);
     auto model = body.cast<std::shared_ptr<Model>>();
     const int number = model->query([&](const auto& m) {
       return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
@@ -119,17 +119,12 @@ class RecordingOfModels : public Bound {
     options.up = pointFrom<double>(a.up, "up");
     return options;
   }
-  static TriangleMesh<double> meshFrom(const py::object& body) {
+  static TriangleMesh<double> meshOf(const py::object& body) {
     if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
       throw py::type_error("body is a " +
                            std::string(py::str(py::type::of(body).attr("__name__"))) +
                            "; a Model, or an object with vertices and faces is needed");
-    const Rows<double> rows = rowsFrom<double>(body.attr("vertices"), "vertices");
-    const auto count = static_cast<std::size_t>(rows.shape(0));
-    TriangleMesh<double> mesh;
-    mesh.vertices.assign(pointsOf<double>(rows), pointsOf<double>(rows) + count);
-    mesh.triangles = trianglesFrom(body.attr("faces"), count);
-    return mesh;
+    return meshFrom(body.attr("vertices"), body.attr("faces"));
   }
 
   Recording recording_;
