@@ -63,7 +63,8 @@ class CandidateTests {
 
  private:
   static constexpr int kSize = 256;
-  /// Where both trees have the same coordinates, residuals make these as good as the model's.
+  /// Where both trees have the same coordinates, their positions with residuals are as good as the
+  /// model's own.
   static constexpr bool kHasResiduals = Frame::kIsIdentity;
 
   void testAll() {
@@ -117,19 +118,21 @@ class CandidateTests {
 
   /// Along the normals of triangles and edges. With residuals planes may be apart that were not.
   ADAPTIVE_BVH_INLINE unsigned apartByNormals(const LeafPair (&group)[4]) const {
-    if constexpr (!kHasResiduals) return coarse(group).apartByEdgeNormals(coarse_);
-    const TrianglePairs4 pairs = precise(group);
-    return pairs.apartByPlanes(fine_) | pairs.apartByEdgeNormals(fine_);
+    if constexpr (kHasResiduals) {
+      const TrianglePairs4 pairs = withResiduals(group);
+      return pairs.apartByPlanes(fine_) | pairs.apartByEdgeNormals(fine_);
+    } else {
+      return coarse(group).apartByEdgeNormals(coarse_);
+    }
   }
 
   ADAPTIVE_BVH_INLINE TrianglePairs4 fine(const LeafPair (&group)[4]) const {
     if constexpr (kHasResiduals)
-      return precise(group);
+      return withResiduals(group);
     else
       return inModel(group);
   }
-  /// With residuals.
-  ADAPTIVE_BVH_INLINE TrianglePairs4 precise(const LeafPair (&group)[4]) const {
+  ADAPTIVE_BVH_INLINE TrianglePairs4 withResiduals(const LeafPair (&group)[4]) const {
     Vector4x3 p[3], q[3], p_residuals[3], q_residuals[3];
     gatherCorners(in_, frame_, group, p, q);
     gatherResiduals(in_, group, p_residuals, q_residuals);

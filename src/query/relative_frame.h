@@ -29,7 +29,6 @@ class SameFrame {
   /// Of a position and its residual together.
   float preciseError() const { return 2 * WideTree<S>::kResidualError + apart_; }
   static double longest() { return kLongest; }
-  static void place(const fcl::Matrix3<S>&, const fcl::Vector3<S>&, TrianglePoints<S>&) {}
   const Boxes4& operator()(const Boxes4& boxes) const { return boxes; }
   const Vector4x3& operator()(const Vector4x3& points) const { return points; }
 
@@ -60,8 +59,10 @@ class RelativeFrame {
     error_ = kUnit * (6 * 4 * ratio + 4 * t.template lpNorm<1>()) +
              (1 + 2 * ratio) * static_cast<double>(WideTree<S>::kPositionError) + in_model_;
     longest_ = std::max(1., ratio);
-    apart_ = 4 * (m - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() * 3 +
-             2 * t.cwiseAbs().maxCoeff() + in_model_;
+    // Sums of three coordinates are below 6.
+    apart_ =
+        2 * (6 * (m - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() + t.cwiseAbs().maxCoeff()) +
+        in_model_;
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
     change_ = FrameChange(m, t, 2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>()));
   }

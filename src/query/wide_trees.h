@@ -15,9 +15,10 @@ struct Reach {
   fcl::Vector3d middle;
   double radius;
 
-  /// The largest coordinate of the ball, beside other coordinates.
-  double in(const BodyCoordinates& coordinates) const {
-    return coordinates(middle).cwiseAbs().maxCoeff() + coordinates.scale * radius;
+  /// Whether the other model's tree may have the ball in its coordinates: they are below 2.
+  bool fits(const BodyCoordinates& coordinates) const {
+    constexpr double kLargest = 2 - 1. / (1 << 10);
+    return coordinates(middle).cwiseAbs().maxCoeff() + coordinates.scale * radius < kLargest;
   }
 };
 
@@ -49,7 +50,7 @@ class SharedCoordinates {
   /// Where the model does not fit into them: others along the same axes.
   BodyCoordinates operator()(const BodyCoordinates& of_other) const {
     const fcl::Matrix3d axes = orthonormal(turn_.transpose() * of_other.axes());
-    if (reach().in(of_other) < kLargest)
+    if (reach().fits(of_other))
       return {axes, turn_.transpose() * (of_other.origin - moved_), of_other.scale};
     BodyCoordinates own = WideTreeOnDemand<S>::ownCoordinates(*mesh_.model, *mesh_.tree);
     // Along other axes, coordinates are up to the root of three larger.
@@ -57,8 +58,6 @@ class SharedCoordinates {
   }
 
  private:
-  static constexpr double kLargest = 2 - 1. / (1 << 10);
-
   Reach at(const fcl::Vector3<S>& middle, double radius) const {
     return {turn_ * middle.template cast<double>() + moved_, radius};
   }
@@ -85,14 +84,13 @@ WideTrees<typename BV::S> wideTreesOf(const PlacedMesh<BV>& first, const PlacedM
     return {beside(first, second, tree2), tree2};
   }
   // Those of the first one, with a scale that leaves room for the second beside it.
-  constexpr int kMostHalvings = 3;
+  constexpr double kSmallest = 1. / 4;
   const WideTree<S>& tree1 = first.tree->wide.current(*first.model, *first.tree, [&] {
     const BodyCoordinates own = WideTreeOnDemand<S>::ownCoordinates(*first.model, *first.tree);
     const Reach reach = SharedCoordinates<BV>(second, first).reach();
-    BodyCoordinates common = own;
-    for (int i = 0; i < kMostHalvings; ++i) {
-      if (reach.in(common) < 1.99) return common;
-      common = {own.axes(), own.origin, common.scale / 2};
+    for (double share = 1; share >= kSmallest; share /= 2) {
+      const BodyCoordinates common(own.axes(), own.origin, share * own.scale);
+      if (reach.fits(common)) return common;
     }
     return own;
   });
