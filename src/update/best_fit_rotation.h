@@ -20,7 +20,8 @@ class BestFitRotation {
   using Point = fcl::Vector3<S>;
   static constexpr std::size_t kSamples = 12;
 
-  /// Begins anew, with the body as it stands in a frame with these `axes`.
+  /// Begins anew, with the body as it stands in a frame with these `axes`. Of its triangles another
+  /// corner in turn: the first ones of long slivers may all lie on one line.
   template <typename BV>
   void start(const fcl::BVHModel<BV>& model, const Topology& topology, const fcl::Matrix3d& axes,
              S scale) {
@@ -31,7 +32,7 @@ class BestFitRotation {
     const std::size_t count = std::min<std::size_t>(kSamples, primitives);
     vertices_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
-      vertices_.push_back(topology.slots.verticesOf(i * primitives / count)[0]);
+      vertices_.push_back(topology.slots.verticesOf(i * primitives / count)[i % 3]);
     rest_ = last_ = samplesOf(model.vertices, model.aabb_center);
   }
 
