@@ -36,4 +36,25 @@ ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
   return sum;
 }
 
+/// Those of boxes i and j, four by four: row[j][i].
+struct Gaps4x4 {
+  Float4 row[4];
+
+  float operator()(int i, int j) const { return row[j][i]; }
+  /// The smallest of each i.
+  ADAPTIVE_BVH_INLINE Float4 least() const {
+    return float4::lower<Float4>(float4::lower<Float4>(row[0], row[1]),
+                                 float4::lower<Float4>(row[2], row[3]));
+  }
+  /// Bit 4 j + i where the gap of i and j is smaller.
+  ADAPTIVE_BVH_INLINE unsigned below(float gap) const {
+    unsigned bits = 0;
+    for (int j = 0; j < 4; ++j) bits |= float4::bits(row[j] < float4::all(gap)) << (4 * j);
+    return bits;
+  }
+};
+ADAPTIVE_BVH_INLINE Gaps4x4 squaredGaps(const Boxes4& a, const Boxes4& b) {
+  return {{squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b), squaredGaps<3>(a, b)}};
+}
+
 }  // namespace adaptive_bvh

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 #include <fcl/common/types.h>
 
@@ -25,34 +27,70 @@ struct Triangles4 {
   }
 };
 
-/// Lower bounds of the distances of four triangles p and four triangles q: the largest separation
-/// along both normals, the line between the middles, and a direction of the caller's. The origin is
-/// near, so that single precision is nearly as good as double: docs/bounds.md, 5.
-class TriangleBlock {
- public:
-  /// `direction`: of length 1 up to rounding, or zero; from p to q.
-  TriangleBlock(const Triangles4& p, const Triangles4& q, const Vector4x3& direction)
-      : p_(p), q_(q) {
-    setSide(p_, direction, p_side_);
-    setSide(q_, direction, q_side_);
-    const float size = std::max(packs::largest(p_side_.size), packs::largest(q_side_.size));
-    margin_ = float4::all(32 * kUnit * size);
-  }
+/// What TriangleBlock needs to know of four triangles.
+struct TriangleSides {
+  const Triangles4* triangles = nullptr;
+  Vector4x3 normal, middle;  ///< the normal of length 1, or zero; three times the middle
+  Float4 low, high;          ///< along a direction
+  float size = 0;            ///< the largest component of a corner
 
-  /// Of the triangles p and triangle `kLane` of q; may be negative. In the scaled unit.
-  template <int kLane>
-  ADAPTIVE_BVH_INLINE Float4 bounds() const {
+  TriangleSides() = default;
+  /// `direction`: of length 1 up to rounding, or zero. `t` is referred to.
+  ADAPTIVE_BVH_INLINE TriangleSides(const Triangles4& t, const Vector4x3& direction)
+      : triangles(&t) {
     using float4::lower;
     using float4::upper;
-    const Vector4x3 q[3] = {lane<kLane>(q_.corner[0]), lane<kLane>(q_.corner[1]),
-                            lane<kLane>(q_.corner[2])};
-    Float4 best = float4::broadcast<kLane>(q_side_.low) - p_side_.high;
-    best = upper<Float4>(best, gap(p_.corner, q, p_side_.normal));
-    best = upper<Float4>(best, gap(p_.corner, q, lane<kLane>(q_side_.normal)));
-    best = upper<Float4>(
-        best,
-        gap(p_.corner, q, unit(vectors4::difference(lane<kLane>(q_side_.middle), p_side_.middle))));
-    return (best - margin_) * float4::all(1 - 16 * kUnit);
+    const Vector4x3(&c)[3] = t.corner;
+    normal =
+        unit(vectors4::cross(vectors4::difference(c[1], c[0]), vectors4::difference(c[2], c[0])));
+    middle = vectors4::sum(vectors4::sum(c[0], c[1]), c[2]);
+    const Float4 a = vectors4::dot(direction, c[0]), b = vectors4::dot(direction, c[1]),
+                 d = vectors4::dot(direction, c[2]);
+    low = lower<Float4>(lower<Float4>(a, b), d);
+    high = upper<Float4>(upper<Float4>(a, b), d);
+    size = packs::largest(upper<Float4>(upper<Float4>(vectors4::size(c[0]), vectors4::size(c[1])),
+                                        vectors4::size(c[2])));
+  }
+
+  /// Of length 1; zero where squares would underflow.
+  ADAPTIVE_BVH_INLINE static Vector4x3 unit(const Vector4x3& v) {
+    const Float4 squared = vectors4::dot(v, v), zero = float4::all(0);
+    const Float4 inverse =
+        squared > float4::all(1e-30f) ? float4::all(1) / float4::squareRoot(squared) : zero;
+    return {v.x * inverse, v.y * inverse, v.z * inverse};
+  }
+};
+
+/// Lower bounds of the distances of four triangles p and four triangles q: the largest separation
+/// along both normals, the line between the middles, and the direction of the sides, from p to q.
+/// The origin is near, so that single precision is nearly as good as double: docs/bounds.md, 5.
+class TriangleBlock {
+ public:
+  /// Both sides along the same direction.
+  TriangleBlock(const TriangleSides& p, const TriangleSides& q)
+      : p_(p), q_(q), margin_(float4::all(32 * kUnit * std::max(p.size, q.size))) {}
+
+  /// Of the triangles p and triangle `kLane` of q; may be negative. In the scaled unit. Further
+  /// directions are not tried once all of `lanes`, a bit for each p, reach `enough`.
+  template <int kLane>
+  ADAPTIVE_BVH_INLINE Float4 bounds(float enough = std::numeric_limits<float>::infinity(),
+                                    unsigned lanes = 15) const {
+    using float4::upper;
+    const Vector4x3(&corners)[3] = q_.triangles->corner;
+    const Vector4x3 q[3] = {lane<kLane>(corners[0]), lane<kLane>(corners[1]),
+                            lane<kLane>(corners[2])};
+    const Vector4x3(&p)[3] = p_.triangles->corner;
+    Float4 best = certain(float4::broadcast<kLane>(q_.low) - p_.high);
+    const auto isEnough = [&] {
+      return (float4::bits(best >= float4::all(enough)) & lanes) == lanes;
+    };
+    if (isEnough()) return best;
+    best = upper<Float4>(best, certain(gap(p, q, p_.normal)));
+    if (isEnough()) return best;
+    best = upper<Float4>(best, certain(gap(p, q, lane<kLane>(q_.normal))));
+    if (isEnough()) return best;
+    const Vector4x3 between = vectors4::difference(lane<kLane>(q_.middle), p_.middle);
+    return upper<Float4>(best, certain(gap(p, q, TriangleSides::unit(between))));
   }
   /// By so much, at most, a bound is smaller than it had to be in exact arithmetic.
   float slack() const { return 4 * margin_[0]; }
@@ -60,33 +98,9 @@ class TriangleBlock {
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
 
-  struct Side {
-    Vector4x3 normal, middle;  // the normal of length 1, or zero; three times the middle
-    Float4 low, high;          // along the direction
-    Float4 size;               // the largest component
-  };
-
-  ADAPTIVE_BVH_INLINE static void setSide(const Triangles4& t, const Vector4x3& direction,
-                                          Side& side) {
-    using float4::lower;
-    using float4::upper;
-    const Vector4x3(&c)[3] = t.corner;
-    side.normal =
-        unit(vectors4::cross(vectors4::difference(c[1], c[0]), vectors4::difference(c[2], c[0])));
-    side.middle = {c[0].x + c[1].x + c[2].x, c[0].y + c[1].y + c[2].y, c[0].z + c[1].z + c[2].z};
-    const Float4 a = vectors4::dot(direction, c[0]), b = vectors4::dot(direction, c[1]),
-                 d = vectors4::dot(direction, c[2]);
-    side.low = lower<Float4>(lower<Float4>(a, b), d);
-    side.high = upper<Float4>(upper<Float4>(a, b), d);
-    side.size = upper<Float4>(upper<Float4>(vectors4::size(c[0]), vectors4::size(c[1])),
-                              vectors4::size(c[2]));
-  }
-  /// Of length 1; zero where squares would underflow.
-  ADAPTIVE_BVH_INLINE static Vector4x3 unit(const Vector4x3& v) {
-    const Float4 squared = vectors4::dot(v, v), zero = float4::all(0);
-    const Float4 inverse =
-        squared > float4::all(1e-30f) ? float4::all(1) / float4::squareRoot(squared) : zero;
-    return {v.x * inverse, v.y * inverse, v.z * inverse};
+  /// Less what may be rounded.
+  ADAPTIVE_BVH_INLINE Float4 certain(const Float4& separation) const {
+    return (separation - margin_) * float4::all(1 - 16 * kUnit);
   }
   template <int kLane>
   ADAPTIVE_BVH_INLINE static Vector4x3 lane(const Vector4x3& v) {
@@ -109,9 +123,8 @@ class TriangleBlock {
     return upper<Float4>(forward, backward);
   }
 
-  const Triangles4 &p_, &q_;
-  Side p_side_, q_side_;
-  Float4 margin_;
+  const TriangleSides &p_, &q_;
+  const Float4 margin_;
 };
 
 }  // namespace adaptive_bvh

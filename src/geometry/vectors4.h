@@ -9,6 +9,12 @@ using Vector4x3 = float4::Columns;
 
 namespace vectors4 {
 
+/// A vector four times, rounded to single precision.
+template <typename Vector>
+ADAPTIVE_BVH_INLINE Vector4x3 all(const Vector& v) {
+  return {float4::all(static_cast<float>(v[0])), float4::all(static_cast<float>(v[1])),
+          float4::all(static_cast<float>(v[2]))};
+}
 ADAPTIVE_BVH_INLINE Vector4x3 difference(const Vector4x3& a, const Vector4x3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }

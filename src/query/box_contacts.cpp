@@ -54,7 +54,7 @@ void search(const CandidateInput<BV>& input, const Frame& frame, const ContactNo
     runOnThreads(input, frame, node, pool, search);
   else
     search.run({0, 0});
-  search.record();
+  search.record(pool);
 }
 
 }  // namespace

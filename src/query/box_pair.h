@@ -8,13 +8,6 @@
 
 namespace adaptive_bvh {
 
-/// Of boxes i of one tree and j of another, four by four: row[j][i].
-struct Gaps4x4 {
-  Float4 row[4];
-
-  float operator()(int i, int j) const { return row[j][i]; }
-};
-
 /// The relative placement of two box trees. The gap of two boxes is computed in the frame of either
 /// tree: the box of one is enclosed by a box in the other's frame. A flat box is thin in its own
 /// frame whatever the angle, so the larger of both gaps is a good bound.
@@ -64,14 +57,9 @@ class BoxPair {
 
   const FrameChange& toFirst() const { return to_first_; }
   const FrameChange& toSecond() const { return to_second_; }
-  /// The squared gaps in the first frame; `b` is given there.
-  ADAPTIVE_BVH_INLINE static Gaps4x4 gapsInFirst(const Boxes4& a, const Boxes4& b) {
-    return {
-        {squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b), squaredGaps<3>(a, b)}};
-  }
-  /// Makes them the larger ones of both frames; `a` is given in the second.
+  /// Makes squared gaps in the first frame the larger ones of both; `a` is given in the second.
   ADAPTIVE_BVH_INLINE void raiseBySecond(const Boxes4& a, const Boxes4& b, Gaps4x4& gaps) const {
-    const Gaps4x4 second = gapsInFirst(a, b);
+    const Gaps4x4 second = squaredGaps(a, b);
     for (int j = 0; j < 4; ++j)
       gaps.row[j] = float4::upper<Float4>(gaps.row[j], second.row[j] * float4::all(ratio2_));
   }

@@ -56,9 +56,9 @@ class ContactSearch {
     leaf_tests_ += other.tests_.fclTests();
   }
   /// In both models.
-  void record() const {
-    visited1_.record(input_.tree1.nodes(), input_.first.tree->statistics);
-    visited2_.record(input_.tree2.nodes(), input_.second.tree->statistics);
+  void record(const TaskPool& pool) const {
+    visited1_.record(input_.tree1.nodes(), input_.first.tree->statistics, pool);
+    visited2_.record(input_.tree2.nodes(), input_.second.tree->statistics, pool);
     QueryWork work;
     work.box_tests = walk_.boxTests() + box_tests_;
     work.candidates = tests_.candidates() + candidates_;

@@ -15,45 +15,45 @@ void Front<BV>::moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second
 
 /// Of a search from the pairs, judged by some of them.
 template <typename BV>
-double Front<BV>::expectedCost(const DistanceVisitor<BV>& visitor) const {
+double Front<BV>::expectedCost(const PairSearch<BV>& search) const {
   if (pairs_.empty()) return std::numeric_limits<double>::max();
   const std::size_t pairs = pairs_.size() * every_;
   const std::size_t step = std::max<std::size_t>(1, samplingStride(pairs) / every_);
   double checked = 0, ended = 0;
   for (std::size_t i = 0; i < pairs_.size(); i += step) {
     ++checked;
-    ended += !visitor.isStillPruned(pairs_[i]);
+    ended += !search.stops().isStillPruned(pairs_[i]);
   }
   return double(pairs) * (kCheck + searchBelow() * ended / checked);
 }
 
 template <typename BV>
-void Front<BV>::search(DistanceVisitor<BV>& visitor) {
-  const double expected = expectedCost(visitor);
+void Front<BV>::run(PairSearch<BV>& search, bool& are_near) {
+  const double expected = expectedCost(search);
   if (isWhole()) {
     const bool worn =
         account_.excess > cost_from_roots_ || account_.spent > kRenewal * cost_from_roots_;
-    if (!worn && expected < cost_from_roots_) return searchFromPairs(visitor);
+    if (!worn && expected < cost_from_roots_) return searchFromPairs(search, are_near);
     needed_promises_ = account_.saved > 0 ? 1 : std::min(2 * needed_promises_, kMostPromises);
     promises_ = 0;
   }
   promises_ = expected < kPays * cost_from_roots_ ? promises_ + 1 : 0;
-  searchFromRoots(visitor, promises_ >= needed_promises_ ? 1 : samplingStride(stops_));
+  searchFromRoots(search, are_near, promises_ >= needed_promises_ ? 1 : samplingStride(stops_));
 }
 
 template <typename BV>
-void Front<BV>::searchFromRoots(DistanceVisitor<BV>& visitor, std::size_t every) {
+void Front<BV>::searchFromRoots(PairSearch<BV>& search, bool& are_near, std::size_t every) {
   clear();
   if (every == 1) pairs_.reserve(stops_ * 5 / 4);
-  visitor.keepStops(pairs_, every);
-  visitor.search(0, 0);
-  if (visitor.isDone()) {
+  search.stops().keep(pairs_, every);
+  search.fromRoots(are_near);
+  if (search.isDone()) {
     clear();  // not complete
   } else {
     stops_ = pairs_.size() * every;
     every_ = every;
   }
-  cost_from_roots_ = visitor.cost();
+  cost_from_roots_ = search.cost();
   search_below_ += (1 - search_below_) / 16;
   account_ = {};
   account_.saved = -kWrite * double(stops_);
@@ -61,20 +61,21 @@ void Front<BV>::searchFromRoots(DistanceVisitor<BV>& visitor, std::size_t every)
 
 /// A pair that no longer prunes gives its place to one of those that replace it.
 template <typename BV>
-void Front<BV>::searchFromPairs(DistanceVisitor<BV>& visitor) {
+void Front<BV>::searchFromPairs(PairSearch<BV>& search, bool are_near) {
+  if (are_near) search.useWideTrees();
   every_ = kSparse;  // not whole until the end
   added_.clear();
-  visitor.keepStops(added_, 1);
+  search.stops().keep(added_, 1);
   double ended = 0;
   for (FrontPair& pair : pairs_) {
-    if (visitor.isStillPruned(pair)) continue;
+    if (search.stops().isStillPruned(pair)) continue;
     ++ended;
-    visitor.search(pair.node1, pair.node2);
-    if (visitor.isDone()) return clear();  // not complete
+    search.below(pair.node1, pair.node2);
+    if (search.isDone()) return clear();  // not complete
     pair = added_.back();
     added_.pop_back();
   }
-  const double below = visitor.cost() + kWrite * (double(added_.size()) + ended);
+  const double below = search.cost() + kWrite * (double(added_.size()) + ended);
   const double cost = kCheck * double(pairs_.size()) + below;
   pairs_.insert(pairs_.end(), added_.begin(), added_.end());
   every_ = 1;
@@ -84,22 +85,6 @@ void Front<BV>::searchFromPairs(DistanceVisitor<BV>& visitor) {
 
 namespace {
 
-/// Searches from the front, where there is one and the witness is not enough.
-template <typename BV>
-void search(DistanceVisitor<BV>& visitor, PairCache<BV>& cache,
-            const fcl::DistanceResult<typename BV::S>& result) {
-  visitor.addWitness(cache.witness1, cache.witness2);
-  if (!visitor.isDone() && cache.front)
-    cache.front->search(visitor);
-  else if (!visitor.isDone())
-    visitor.search(0, 0);
-  else if (cache.front)
-    cache.front->clear();
-  if (!visitor.finish()) return;
-  cache.witness1 = static_cast<int>(result.b1);
-  cache.witness2 = static_cast<int>(result.b2);
-}
-
 /// How far the transforms have moved the models since its front was begun.
 template <typename BV>
 double moveTo(PairCache<BV>& cache, const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
@@ -108,16 +93,35 @@ double moveTo(PairCache<BV>& cache, const PlacedMesh<BV>& first, const PlacedMes
   return cache.front->rigidMotion();
 }
 
+/// False when the objects lie too far apart, and nothing was done. From the front, where there is
+/// one and the witness is not enough.
+template <typename BV>
+bool search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, NearestPair<BV>& nearest,
+            const fcl::DistanceResult<typename BV::S>& result, PairCache<BV>& cache) {
+  PairSearch<BV> search(first, second, nearest, moveTo(cache, first, second));
+  if (!search.isPossible()) return false;
+  nearest.addWitness(cache.witness1, cache.witness2);
+  if (!nearest.isDone() && cache.front)
+    cache.front->run(search, cache.are_near);
+  else if (!nearest.isDone())
+    search.fromRoots(cache.are_near);
+  else if (cache.front)
+    cache.front->clear();
+  search.record();
+  if (!nearest.finish()) return true;
+  cache.witness1 = static_cast<int>(result.b1);
+  cache.witness2 = static_cast<int>(result.b2);
+  return true;
+}
+
 }  // namespace
 
 template <typename BV>
 bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                      const DistanceQuery<typename BV::S>& query, PairCache<BV>& cache) {
   if (query.isSatisfied()) return true;
-  DistanceVisitor<BV> visitor(first, second, query, moveTo(cache, first, second));
-  if (!visitor.isPossible()) return false;
-  search(visitor, cache, query.result);
-  return true;
+  NearestPair<BV> nearest(first, second, query);
+  return search(first, second, nearest, query.result, cache);
 }
 
 template <typename BV>
@@ -128,10 +132,9 @@ bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
   const fcl::DistanceRequest<S> request;
   fcl::DistanceResult<S> result(
       std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));
-  DistanceVisitor<BV> visitor(first, second, {request, result}, moveTo(cache, first, second));
-  if (!visitor.isPossible()) return false;
-  visitor.stopAt(enough);
-  search(visitor, cache, result);
+  NearestPair<BV> nearest(first, second, {request, result});
+  nearest.stopAt(enough);
+  if (!search(first, second, nearest, result, cache)) return false;
   is_nearer = result.min_distance <= enough;
   farther = result.min_distance;
   return true;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "query/distance_visitor.h"
+#include "query/pair_search.h"
 #include "query/rigid_motion.h"
 #include "volume/each_volume.h"
 
@@ -30,10 +30,10 @@ class Front {
 
   /// Before a search: adds how the transforms changed since the last one.
   void moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second);
-  /// For the visitor of that search.
+  /// For that search.
   double rigidMotion() const { return rigid_.sum(); }
-  /// Searches from the front, or from the roots.
-  void search(DistanceVisitor<BV>& visitor);
+  /// Searches from the front, or from the roots: see PairSearch::fromRoots for `are_near`.
+  void run(PairSearch<BV>& search, bool& are_near);
 
   void clear() {
     every_ = kSparse;
@@ -47,7 +47,7 @@ class Front {
 
  private:
   /// Costs, in tests of boxes: to check a pair of the front, and to write one.
-  static constexpr double kCheck = 1, kWrite = 2;
+  static constexpr double kCheck = 0.5, kWrite = 1;
   /// A front is written for a search that promises to cost this share of one from the roots.
   static constexpr double kPays = 0.8;
   /// After searches that cost so many from the roots, a front is written anew.
@@ -62,9 +62,9 @@ class Front {
   }
   /// What it costs to search below a pair that no longer prunes.
   double searchBelow() const { return search_below_ * cost_from_roots_ / double(stops_ + 1); }
-  double expectedCost(const DistanceVisitor<BV>& visitor) const;
-  void searchFromRoots(DistanceVisitor<BV>& visitor, std::size_t every);
-  void searchFromPairs(DistanceVisitor<BV>& visitor);
+  double expectedCost(const PairSearch<BV>& search) const;
+  void searchFromRoots(PairSearch<BV>& search, bool& are_near, std::size_t every);
+  void searchFromPairs(PairSearch<BV>& search, bool are_near);
 
   RigidMotion<S> rigid_;
   std::uint64_t generations_[2] = {0, 0};
@@ -92,6 +92,7 @@ template <typename BV>
 struct PairCache {
   /// The two triangles that were nearest last: their distance is a first upper bound.
   int witness1 = 0, witness2 = 0;
+  bool are_near = false;  ///< see PairSearch::fromRoots
   std::optional<Front<BV>> front;
 };
 

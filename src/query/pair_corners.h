@@ -1,6 +1,7 @@
 #pragma once
 
-#include "geometry/vectors4.h"
+#include "adaptive_bvh/self_collision.h"
+#include "geometry/triangle_block.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
@@ -50,6 +51,40 @@ ADAPTIVE_BVH_INLINE void gatherResiduals(const Input& in, const LeafPair (&group
                                          Vector4x3 (&p)[3], Vector4x3 (&q)[3]) {
   gatherPairs(in, in.tree1.residuals(), in.tree2.residuals(), group, p, q);
 }
+
+/// A point from which corners are seen, of two trees with the same coordinates: the first corner of
+/// a leaf. Residuals are added, so they are as good as in double precision.
+class Origin4 {
+ public:
+  Origin4() = default;
+  template <typename S>
+  Origin4(const VertexSlots& slots, const WideTree<S>& tree, const WideNode& leaf) {
+    const unsigned slot = slots.slotsOf(static_cast<std::size_t>(leaf.first))[0];
+    position_ = vectors4::all(tree.positions()[slot]);
+    residual_ = vectors4::all(tree.residuals()[slot]);
+  }
+
+  /// Of the triangles of a leaf near it. Lanes without one repeat the first. Components are off by
+  /// 3u of themselves, u = 2^-24, and by both trees' kResidualError.
+  template <typename S>
+  ADAPTIVE_BVH_INLINE Triangles4 corners(const VertexSlots& slots, const WideTree<S>& tree,
+                                         const WideNode& leaf) const {
+    std::array<unsigned, 4> triangles;
+    for (int i = 0; i < 4; ++i)
+      triangles[std::size_t(i)] = static_cast<unsigned>(leaf.first + (i < leaf.count ? i : 0));
+    Vector4x3 positions[3], residuals[3];
+    gatherCorners(slots, tree.positions(), triangles, positions);
+    gatherCorners(slots, tree.residuals(), triangles, residuals);
+    Triangles4 seen;
+    for (int c = 0; c < 3; ++c)
+      seen.corner[c] = vectors4::sum(vectors4::difference(positions[c], position_),
+                                     vectors4::difference(residuals[c], residual_));
+    return seen;
+  }
+
+ private:
+  Vector4x3 position_, residual_;
+};
 
 /// Whether two triangles have so many vertices in common that the filter leaves them out.
 ADAPTIVE_BVH_INLINE bool areNeighbours(const Int4& a, const Int4& b, NeighbourFilter filter) {

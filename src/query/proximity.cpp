@@ -103,7 +103,7 @@ void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
     searchOnThreads(input, frame, pool, sink, search);
   else
     search.run({0, 0});
-  search.record();
+  search.record(pool);
 }
 
 /// Whether there is a pair at most so far apart; `any` is the first that was found.
@@ -120,7 +120,7 @@ bool search(const PairOfMeshes<BV>& meshes, double distance, AnyPair& any) {
   static thread_local typename Search::Memory memory;
   Search search(input, frame, any, memory);
   search.run({0, 0});
-  search.record();
+  search.record(TaskPool(1));
   return any.found;
 }
 
@@ -145,16 +145,17 @@ class NearestKnown {
 
   double distance() const { return meshes_.gap(pair_.first, pair_.second).distance; }
   bool isNearer(double limit) const { return distance() <= limit; }
-  PairCache<BV> cache() const { return {int(pair_.first), int(pair_.second), {}}; }
+  PairCache<BV> cache() const { return {int(pair_.first), int(pair_.second), pair_.are_near, {}}; }
   void keep(const PairCache<BV>& cache) {
-    pair_ = {unsigned(cache.witness1), unsigned(cache.witness2)};
+    pair_ = {unsigned(cache.witness1), unsigned(cache.witness2), cache.are_near};
     witnesses_.keep(meshes_.second.model, pair_);
   }
   bool searchNearer(double limit) {
     AnyPair any;
     if (!search(meshes_, limit, any)) return false;
     pair_ = {static_cast<unsigned>(wideTreeOf(meshes_.first).triangle(any.pair.first)),
-             static_cast<unsigned>(wideTreeOf(meshes_.second).triangle(any.pair.second))};
+             static_cast<unsigned>(wideTreeOf(meshes_.second).triangle(any.pair.second)),
+             pair_.are_near};
     witnesses_.keep(meshes_.second.model, pair_);
     return true;
   }
@@ -199,7 +200,7 @@ struct CoherentProximity<BV>::State {
   double moved_then = 0, moved = 0;
   double bound = -1;  ///< of their distance then; negative where there is none
   std::size_t searches = 0;
-  PairCache<BV> cache = {0, 0, Front<BV>()};
+  PairCache<BV> cache = {0, 0, false, Front<BV>()};
 
   /// Brings `moved` up to date. Returns by how much it grew.
   double move(const PairOfMeshes<BV>& meshes) {

@@ -119,9 +119,10 @@ struct RunDistance {
     if (!first.hasBoxes() || !second.hasBoxes()) return false;
     WitnessCache& witnesses = first.tree->witnesses;
     const WitnessCache::Pair last = witnesses.recall(second.model);
-    PairCache<BV> cache{int(last.first), int(last.second), {}};
+    PairCache<BV> cache{int(last.first), int(last.second), last.are_near, {}};
     if (!distanceByBoxes(first, second, query, cache)) return false;
-    witnesses.keep(second.model, {unsigned(cache.witness1), unsigned(cache.witness2)});
+    witnesses.keep(second.model,
+                   {unsigned(cache.witness1), unsigned(cache.witness2), cache.are_near});
     distance = query.result.min_distance;
     return true;
   }

@@ -6,6 +6,7 @@
 
 #include "geometry/scratch.h"
 #include "query/relative_frame.h"
+#include "threads/task_pool.h"
 #include "tree/traversal_statistics.h"
 #include "tree/wide_tree.h"
 
@@ -46,20 +47,26 @@ class VisitedNodes {
   void add(const VisitedNodes& other) {
     for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] |= other.lanes_[i];
   }
-  void record(const WideNode* nodes, TraversalStatistics& statistics) const {
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      if (!lanes_[i]) continue;
-      const WideNode& node = nodes[i];
-      for (const std::int32_t binary : node.binary)
-        if (binary >= 0) statistics.recordVisit(binary);
-      if (!node.isLeaf()) continue;
-      for (int k = 0; k < node.count; ++k)
-        if (lanes_[i] >> k & 1) statistics.recordVisit(node.below[k]);
-    }
+  void record(const WideNode* nodes, TraversalStatistics& statistics, const TaskPool& pool) const {
+    const int size = static_cast<int>(lanes_.size()), parts = pool.size() > 1 ? 8 * pool.size() : 1;
+    pool.forEach(parts, [&](int part, int) {
+      for (int i = partBegin(size, parts, part); i < partBegin(size, parts, part + 1); ++i)
+        if (const unsigned lanes = lanes_[static_cast<std::size_t>(i)])
+          record(nodes[i], lanes, statistics);
+    });
   }
 
  private:
   static constexpr unsigned kVisited = 16;
+
+  static void record(const WideNode& node, unsigned lanes, TraversalStatistics& statistics) {
+    for (const std::int32_t binary : node.binary)
+      if (binary >= 0) statistics.recordVisit(binary);
+    if (!node.isLeaf()) return;
+    for (int k = 0; k < node.count; ++k)
+      if (lanes >> k & 1) statistics.recordVisit(node.below[k]);
+  }
+
   std::vector<std::uint8_t>& lanes_;
 };
 

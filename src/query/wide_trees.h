@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "query/placed_mesh.h"
+#include "query/relative_frame.h"
 
 namespace adaptive_bvh {
 
@@ -67,6 +70,21 @@ class SharedCoordinates {
   const fcl::Vector3d moved_;
 };
 
+/// Coordinates of the first model with room for the second beside it. None where it is much larger.
+template <typename BV>
+std::optional<BodyCoordinates> coordinatesForBoth(const PlacedMesh<BV>& first,
+                                                  const PlacedMesh<BV>& second) {
+  constexpr double kSmallest = 1. / 16;
+  const BodyCoordinates own =
+      WideTreeOnDemand<typename BV::S>::ownCoordinates(*first.model, *first.tree);
+  const Reach reach = SharedCoordinates<BV>(second, first).reach();
+  for (double share = 1; share >= kSmallest; share /= 2) {
+    const BodyCoordinates common(own.axes(), own.origin, share * own.scale);
+    if (reach.fits(common)) return common;
+  }
+  return std::nullopt;
+}
+
 /// The four-wide trees of two models, up to date. Those that are renewed now get the same
 /// coordinates where that is possible: then no boxes grow by being turned from one to the other.
 template <typename BV>
@@ -83,18 +101,28 @@ WideTrees<typename BV::S> wideTreesOf(const PlacedMesh<BV>& first, const PlacedM
     const WideTree<S>& tree2 = wideTreeOf(second);
     return {beside(first, second, tree2), tree2};
   }
-  // Those of the first one, with a scale that leaves room for the second beside it.
-  constexpr double kSmallest = 1. / 4;
   const WideTree<S>& tree1 = first.tree->wide.current(*first.model, *first.tree, [&] {
-    const BodyCoordinates own = WideTreeOnDemand<S>::ownCoordinates(*first.model, *first.tree);
-    const Reach reach = SharedCoordinates<BV>(second, first).reach();
-    for (double share = 1; share >= kSmallest; share /= 2) {
-      const BodyCoordinates common(own.axes(), own.origin, share * own.scale);
-      if (reach.fits(common)) return common;
-    }
-    return own;
+    const std::optional<BodyCoordinates> both = coordinatesForBoth(first, second);
+    return both ? *both : WideTreeOnDemand<S>::ownCoordinates(*first.model, *first.tree);
   });
   return {tree1, beside(second, first, tree1)};
+}
+
+/// Whether these will have the same coordinates. `R`, `T`: see RelativeFrame.
+template <typename BV>
+bool canShareCoordinates(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                         const fcl::Matrix3<typename BV::S>& R,
+                         const fcl::Vector3<typename BV::S>& T) {
+  const bool first_is = first.tree->wide.isCurrent(*first.tree),
+             second_is = second.tree->wide.isCurrent(*second.tree);
+  const auto fits = [](const PlacedMesh<BV>& mesh, const PlacedMesh<BV>& other) {
+    return SharedCoordinates<BV>(mesh, other).reach().fits(wideTreeOf(other).coordinates());
+  };
+  if (first_is && second_is)
+    return RelativeFrame<typename BV::S>(wideTreeOf(first), wideTreeOf(second), R, T).isSame();
+  if (second_is) return fits(first, second);
+  if (first_is) return fits(second, first);
+  return coordinatesForBoth(first, second).has_value();
 }
 
 }  // namespace adaptive_bvh

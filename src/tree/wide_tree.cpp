@@ -70,6 +70,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
   const auto mesh = viewOf(model);
   vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
   triangles_.resize(vertices_.size());
+  places_.assign(static_cast<std::size_t>(model.getNumBVs()), -1);
   Scratch<Open> open(1, Open{0, -1, 0, 1});
   while (!open.empty()) {
     const Open at = open.back();
@@ -86,12 +87,14 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
         node.below[i] = part.below[i];
         const auto at = static_cast<std::size_t>(node.first) + std::size_t(i);
         triangles_[at] = model.getBV(part.below[i]).primitiveId();
+        places_[static_cast<std::size_t>(part.below[i])] = 8 * number + i + 1;
         const VertexIndices v = mesh.verticesOf(static_cast<unsigned>(triangles_[at]));
         vertices_[at] = Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
       for (int i = part.count; i-- > 0;) open.push_back({part.below[i], number, i, at.depth + 1});
     }
+    places_[static_cast<std::size_t>(at.node)] = 8 * number;
     nodes_.push_back(node);
   }
   nodes_.shrink_to_fit();
@@ -100,13 +103,33 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
 template <typename S>
 template <typename BV>
 void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
-                        const BodyCoordinates& coordinates) {
+                        const BodyCoordinates& coordinates, const TaskPool& pool) {
   coordinates_ = coordinates;
+  positions_.resize(slots.size());
+  residuals_.resize(slots.size());
+  const int parts = pool.size() > 1 ? 8 * pool.size() : 1;
+  pool.forEach(parts, [&](int part, int) {
+    const auto begin = [&](int i) {
+      return static_cast<std::size_t>(partBegin(static_cast<int>(slots.size()), parts, i));
+    };
+    readPositions(model, slots, begin(part), begin(part + 1));
+  });
+  later_.resize(static_cast<std::size_t>(parts));
+  pool.forEach(parts, [&](int part, int) {
+    refitNodes(slots, partBegin(size(), parts, part), partBegin(size(), parts, part + 1),
+               later_[static_cast<std::size_t>(part)]);
+  });
+  for (std::size_t part = later_.size(); part-- > 0;)
+    for (const int node : later_[part]) refitInner(nodes_[static_cast<std::size_t>(node)]);
+}
+
+template <typename S>
+template <typename BV>
+void WideTree<S>::readPositions(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
+                                std::size_t begin, std::size_t end) {
   const std::vector<unsigned>& vertices = slots.vertices();
-  positions_.resize(vertices.size());
-  residuals_.resize(vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const fcl::Vector3d y = coordinates(model.vertices[vertices[i]].template cast<double>());
+  for (std::size_t i = begin; i < end; ++i) {
+    const fcl::Vector3d y = coordinates_(model.vertices[vertices[i]].template cast<double>());
     const Float4 at{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]),
                     0};
     positions_[i] = at;
@@ -114,11 +137,26 @@ void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots
         Float4{static_cast<float>(y[0] - double(at[0])), static_cast<float>(y[1] - double(at[1])),
                static_cast<float>(y[2] - double(at[2])), 0};
   }
-  for (std::size_t i = nodes_.size(); i-- > 0;)
-    if (nodes_[i].isLeaf())
-      refitLeaf(nodes_[i], slots);
+}
+
+/// Of a part of the nodes, from the last to the first. `later` are those with nodes of another part
+/// below: one above the other, so the last one is all to look at.
+template <typename S>
+void WideTree<S>::refitNodes(const VertexSlots& slots, int begin, int end,
+                             std::vector<int>& later) {
+  later.clear();
+  const auto isLate = [&](int node) {
+    return node >= end || (!later.empty() && node == later.back());
+  };
+  for (int i = end; i-- > begin;) {
+    WideNode& node = nodes_[static_cast<std::size_t>(i)];
+    if (node.isLeaf())
+      refitLeaf(node, slots);
+    else if (isLate(node.below[node.count - 1]))
+      later.push_back(i);
     else
-      refitInner(nodes_[i]);
+      refitInner(node);
+  }
 }
 
 template <typename S>
@@ -162,7 +200,7 @@ template class WideTree<double>;
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                 \
   template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&);                    \
   template void WideTree<BV::S>::refit(const fcl::BVHModel<BV>&, const VertexSlots&, \
-                                       const BodyCoordinates&);
+                                       const BodyCoordinates&, const TaskPool&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -8,6 +8,7 @@
 #include "geometry/body_coordinates.h"
 #include "geometry/boxes4.h"
 #include "geometry/mesh_of_model.h"
+#include "threads/task_pool.h"
 #include "tree/vertex_slots.h"
 
 namespace adaptive_bvh {
@@ -70,7 +71,7 @@ class WideTree {
   /// Computes all positions and boxes anew, in these coordinates.
   template <typename BV>
   void refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
-             const BodyCoordinates& coordinates);
+             const BodyCoordinates& coordinates, const TaskPool& pool);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -84,6 +85,16 @@ class WideTree {
   int triangle(unsigned triangle) const { return triangles_[triangle]; }
   /// FCL's leaf with it.
   int leaf(unsigned triangle) const { return vertices_[triangle][3]; }
+  /// Where one of FCL's nodes is: a node that stands for it, or lane `lane` of a leaf. Nowhere
+  /// (-1) if it is between others.
+  struct Place {
+    int node, lane;  ///< lane -1: the whole node
+  };
+  Place placeOf(int binary) const {
+    const int at = places_[static_cast<std::size_t>(binary)];
+    if (at < 0) return {-1, -1};
+    return {at >> 3, (at & 7) - 1};
+  }
   /// Its vertices; the fourth number is another.
   const Int4& vertices(unsigned triangle) const { return vertices_[triangle]; }
 
@@ -95,17 +106,24 @@ class WideTree {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(nodes_) + size(positions_) + size(residuals_) + size(vertices_) + size(triangles_);
+    return size(nodes_) + size(positions_) + size(residuals_) + size(vertices_) + size(triangles_) +
+           size(places_) + size(later_);
   }
 
  private:
+  template <typename BV>
+  void readPositions(const fcl::BVHModel<BV>& model, const VertexSlots& slots, std::size_t begin,
+                     std::size_t end);
+  void refitNodes(const VertexSlots& slots, int begin, int end, std::vector<int>& later);
   void refitLeaf(WideNode& node, const VertexSlots& slots) const;
   void refitInner(WideNode& node) const;
 
   std::vector<WideNode> nodes_;  ///< those below a node follow it
   std::vector<Float4> positions_, residuals_;
-  std::vector<Int4> vertices_;  ///< and FCL's leaf
-  std::vector<int> triangles_;  ///< the index of each
+  std::vector<Int4> vertices_;           ///< and FCL's leaf
+  std::vector<int> triangles_;           ///< the index of each
+  std::vector<int> places_;              ///< by FCL's node: 8 times the node, and the lane + 1
+  std::vector<std::vector<int>> later_;  ///< of refits in parts
   int depth_ = 0;
   BodyCoordinates coordinates_;
 };

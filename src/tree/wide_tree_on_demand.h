@@ -37,7 +37,7 @@ class WideTreeOnDemand {
     const std::lock_guard<std::mutex> lock(refitting_);
     if (isCurrent(tree)) return wide_;
     adopt(model, tree);
-    wide_.refit(model, tree.topology.slots, coordinates());
+    wide_.refit(model, tree.topology.slots, coordinates(), TaskPool(tree.query_threads));
     positions_.store(tree.positions, std::memory_order_release);
     return wide_;
   }

@@ -13,6 +13,7 @@ class WitnessCache {
  public:
   struct Pair {
     unsigned first, second;
+    bool are_near = false;  ///< see PairSearch::fromRoots
   };
 
   WitnessCache() = default;
@@ -21,15 +22,18 @@ class WitnessCache {
 
   Pair recall(const void* partner) const {
     const std::uint64_t packed = slotOf(partner).load(std::memory_order_relaxed);
-    return {static_cast<unsigned>(packed >> 32), static_cast<unsigned>(packed)};
+    return {static_cast<unsigned>(packed >> 32), static_cast<unsigned>(packed) & ~kNear,
+            (packed & kNear) != 0};
   }
   void keep(const void* partner, Pair pair) {
-    slotOf(partner).store(std::uint64_t(pair.first) << 32 | pair.second, std::memory_order_relaxed);
+    const unsigned second = pair.second | (pair.are_near ? kNear : 0);
+    slotOf(partner).store(std::uint64_t(pair.first) << 32 | second, std::memory_order_relaxed);
   }
 
  private:
   using Slot = std::atomic<std::uint64_t>;
   static constexpr int kBits = 3;
+  static constexpr unsigned kNear = 1u << 31;  // no triangle has so large an index
 
   const Slot& slotOf(const void* partner) const {
     const auto address = reinterpret_cast<std::uintptr_t>(partner);

@@ -122,7 +122,7 @@ class Gaps : public testing::Test {
 
   /// A distance that is larger than the true one must ask for a larger gap than there is.
   static double judgePair(const BoxPair& pair, const Boxes4& a, const Boxes4& b, Real d) {
-    const Gaps4x4 first = BoxPair::gapsInFirst(a, pair.toFirst()(b));
+    const Gaps4x4 first = adaptive_bvh::squaredGaps(a, pair.toFirst()(b));
     Gaps4x4 both = first;
     pair.raiseBySecond(pair.toSecond()(a), b, both);
     EXPECT_LE(first(2, 1), both(2, 1)) << "the larger of both";
@@ -217,7 +217,7 @@ TYPED_TEST(Gaps, IsTheDistanceOfBoxesThatStandAlike) {
   beside.translation() = Vector3<S>(3, 4, 12);  // of plates of 1 x 1 in z = 0
   const PlacedBoxes<S> a(plate<S>(2, 2), origin), b(plate<S>(2, 2), beside);
   const BoxPair pair(a.boxes(), a.tf(), b.boxes(), b.tf());
-  const float gap = BoxPair::gapsInFirst(a.box(0), pair.toFirst()(b.box(0)))(0, 0);
+  const float gap = adaptive_bvh::squaredGaps(a.box(0), pair.toFirst()(b.box(0)))(0, 0);
   EXPECT_NEAR(std::sqrt(4. + 9 + 144), pair.distanceFor(gap), 1e-3);
   EXPECT_FLOAT_EQ(1, pair.ratio());
   EXPECT_EQ(0, pair.distanceFor(0));
@@ -278,7 +278,7 @@ TEST(SquaredGaps, AreThoseOfTheNearestCorners) {
   };
   const Boxes4 a = adaptive_bvh::boxes4(box(1, 0, 0), box(2, 0, 0), box(3, 0, 0), box(-3, 4, -5));
   const Boxes4 b = adaptive_bvh::boxes4(box(9, 9, 9), box(0, 0, 0), box(3, 0, 1), box(9, 9, 9));
-  const Gaps4x4 gaps = BoxPair::gapsInFirst(a, b);
+  const Gaps4x4 gaps = adaptive_bvh::squaredGaps(a, b);
   EXPECT_EQ(0, gaps(0, 1)) << "overlap";
   EXPECT_EQ(0, gaps(1, 1)) << "touch";
   EXPECT_EQ(1, gaps(2, 1));

@@ -12,6 +12,8 @@ namespace {
 using adaptive_bvh::Float4;
 using adaptive_bvh::TriangleBlock;
 using adaptive_bvh::Triangles4;
+using adaptive_bvh::TriangleSides;
+using adaptive_bvh::Vector4x3;
 using exact::Real;
 using P = fcl::Vector3d;
 using Corners = std::array<P, 3>;
@@ -42,9 +44,9 @@ class Block : public testing::Test {
         a.set(i, p[i], q[0][0], scale);
         b.set(i, q[i], q[0][0], scale);
       }
-      using adaptive_bvh::float4::all;
-      const TriangleBlock block(a, b,
-                                {all(float(line[0])), all(float(line[1])), all(float(line[2]))});
+      const Vector4x3 along = adaptive_bvh::vectors4::all(line);
+      const TriangleSides p_side(a, along), q_side(b, along);
+      const TriangleBlock block(p_side, q_side);
       if (slack) *slack = block.slack();
       return {block.bounds<0>(), block.bounds<1>(), block.bounds<2>(), block.bounds<3>()};
     }

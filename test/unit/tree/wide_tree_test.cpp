@@ -15,6 +15,7 @@ namespace {
 
 using adaptive_bvh::BodyFrame;
 using adaptive_bvh::Boxes4;
+using adaptive_bvh::TaskPool;
 using adaptive_bvh::VertexSlots;
 using adaptive_bvh::WideNode;
 using adaptive_bvh::WideTree;
@@ -96,10 +97,13 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
     float size = 0;
     for (const Vector3<S>& p : mesh.vertices)
       for (int k = 0; k < 3; ++k) size = std::max(size, std::abs(frame.toBodyFrame(p)[k]));
-    this->tree_.refit(this->model_, this->slots_, {frame, size});
-    std::vector<int> triangles;
-    this->expectHeld(0, triangles);
-    EXPECT_EQ(300u, triangles.size());
+    for (int threads : {1, 3}) {
+      this->tree_.adopt(this->model_);
+      this->tree_.refit(this->model_, this->slots_, {frame, size}, TaskPool(threads));
+      std::vector<int> triangles;
+      this->expectHeld(0, triangles);
+      EXPECT_EQ(300u, triangles.size());
+    }
   }
 }
 

@@ -23,9 +23,11 @@ TEST(Witnesses, AreRecalled) {
   EXPECT_TRUE(isPair(cache.recall(&partner), 0, 0));
   cache.keep(&partner, {7, 9});
   EXPECT_TRUE(isPair(cache.recall(&partner), 7, 9));
-  cache.keep(&partner, {~0u, 1u << 31});
-  EXPECT_TRUE(isPair(cache.recall(&partner), ~0u, 1u << 31)) << "all bits of both";
-  EXPECT_TRUE(isPair(cache.recall(nullptr), 0, 0) || isPair(cache.recall(nullptr), ~0u, 1u << 31));
+  EXPECT_FALSE(cache.recall(&partner).are_near);
+  cache.keep(&partner, {~0u, ~0u >> 1, true});
+  EXPECT_TRUE(isPair(cache.recall(&partner), ~0u, ~0u >> 1)) << "all bits of both";
+  EXPECT_TRUE(cache.recall(&partner).are_near);
+  EXPECT_TRUE(isPair(cache.recall(nullptr), 0, 0) || isPair(cache.recall(nullptr), ~0u, ~0u >> 1));
 }
 
 /// Partners share few slots: each recalls its own pair or, after a collision, another's, but never
@@ -56,14 +58,16 @@ TEST(Witnesses, AreNotCopied) {
 TEST(Witnesses, AreNeverTorn) {
   WitnessCache cache;
   const int partner = 0;
-  cache.keep(&partner, {0, 0});
+  cache.keep(&partner, {0, ~0u >> 1});
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t)
     threads.emplace_back([&, t] {
       for (unsigned i = 0; i < 20000; ++i) {
-        cache.keep(&partner, {4 * i + t, ~(4 * i + t)});
+        constexpr unsigned kAll = ~0u >> 1;
+        cache.keep(&partner, {4 * i + t, ~(4 * i + t) & kAll, t % 2 == 1});
         const auto pair = cache.recall(&partner);
-        ASSERT_EQ(pair.first, ~pair.second);
+        ASSERT_EQ(pair.first, ~pair.second & kAll);
+        ASSERT_EQ(pair.first % 2 == 1, pair.are_near);
       }
     });
   for (auto& thread : threads) thread.join();

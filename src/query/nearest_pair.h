@@ -1,0 +1,113 @@
+#pragma once
+
+#include <algorithm>
+
+#include "geometry/triangle_block.h"
+#include "geometry/triangle_separation.h"
+#include "query/placed_mesh.h"
+#include "volume/each_volume.h"
+
+namespace adaptive_bvh {
+
+/// A triangle of a mesh: its corners and its index.
+struct MeshTriangle {
+  VertexIndices corners;
+  int index;
+};
+
+/// The nearest pair of triangles that a distance query has found so far, and its tests of others:
+/// cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's query
+/// does, by FCL's triangle distances.
+template <typename BV>
+class NearestPair {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+
+  /// Both meshes must have boxes.
+  NearestPair(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+              const DistanceQuery<S>& query);
+
+  /// To be called first, when it only matters whether the distance is at most `enough`: the search
+  /// ends with the first such pair. Distances of triangles are then our own, not FCL's.
+  void stopAt(S enough) {
+    enough_ = enough;
+    is_own_ = true;
+  }
+  /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
+  void addWitness(int triangle1, int triangle2);
+
+  /// The distance is 0, so nothing can be nearer; or small enough.
+  bool isDone() const { return result_.min_distance <= enough_; }
+  /// Distances from here on do not matter.
+  S limit() const { return limit_; }
+  /// What is nearer than the limit by no more than FCL's distances of triangles are rounded is as
+  /// near: so parallel faces prune. Not where that would hide a touch.
+  S limitWithinRounding() const { return limit_ > 4 * rounding_ ? limit_ - rounding_ : limit_; }
+  /// The relative placement, and the line between the nearest points.
+  const TriangleSeparation<S>& triangles() const { return triangles_; }
+
+  /// Tests pairs: bit 4 j + i of `pairs` for triangle i of the first mesh and j of the second,
+  /// which are in `block` in single precision, `unit` in the first model's numbers, off by `error`
+  /// beyond what TriangleBlock allows. `least[j]` becomes at most a lower bound of the distance of
+  /// each pair with j. `first(i)` and `second(j)` return a MeshTriangle.
+  template <typename First, typename Second>
+  void test(unsigned pairs, const TriangleBlock& block, double unit, double error, double* least,
+            const First& first, const Second& second) {
+    const double off = double(rounding_) + error;
+    const Float4x4 bounds = boundsOf(pairs, block, unit, off);
+    const double slack = double(block.slack()) * unit + 2 * off;
+    for (unsigned rest = pairs; rest && !isDone(); rest &= rest - 1) {
+      const int bit = __builtin_ctz(rest), i = bit & 3, j = bit >> 2;
+      double bound = double(bounds.row[j][i]) * unit - off;
+      if (bound < double(limit_)) bound = testPair(first(i), second(j), bound, slack);
+      least[j] = std::min(least[j], bound);
+    }
+  }
+
+  /// Distances of triangles so far.
+  long tests() const { return tests_; }
+  /// To be called after the search. Returns whether it found a smaller distance than the result
+  /// came with.
+  bool finish();
+
+  /// Of pairs of lanes, bit 4 j + i for i of the first: the lanes of either side.
+  static unsigned firstLanes(unsigned pairs) {
+    return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  }
+  static unsigned secondLanes(unsigned pairs) {
+    return unsigned((pairs & 0x000f) != 0) | unsigned((pairs & 0x00f0) != 0) << 1 |
+           unsigned((pairs & 0x0f00) != 0) << 2 | unsigned((pairs & 0xf000) != 0) << 3;
+  }
+
+ private:
+  void setLimit();
+  void improve(S distance, int triangle1, int triangle2, const Point& on1, const Point& on2);
+  struct Float4x4 {
+    Float4 row[4];
+  };
+  Float4x4 boundsOf(unsigned pairs, const TriangleBlock& block, double unit, double off) const;
+  double testPair(const MeshTriangle& first, const MeshTriangle& second, double bound,
+                  double slack);
+  S distanceOf(const VertexIndices& a, const VertexIndices& b, Point& on1, Point& on2) const {
+    return is_own_ ? triangles_.nearestDistance(a, b, on1, on2)
+                   : triangles_.distance(a, b, on1, on2);
+  }
+
+  const PlacedMesh<BV>&first_, &second_;
+  const fcl::DistanceRequest<S>& request_;
+  fcl::DistanceResult<S>& result_;
+  TriangleSeparation<S> triangles_;
+  const S rounding_;  ///< of FCL's distance of two triangles
+  S limit_;
+  S enough_ = 0;         ///< a distance that ends the search
+  bool is_own_ = false;  ///< distances of triangles are ours
+  bool improved_ = false;
+  long tests_ = 0;
+};
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class NearestPair<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh
