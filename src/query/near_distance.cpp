@@ -7,8 +7,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// No squared gap of two boxes is as large, unless one of them is empty.
-constexpr float kNone = 1e30f;
+/// Than any squared gap of two boxes that are not empty.
+constexpr float kFarther = 1e30f;
 
 /// The thread's memory, which stays.
 template <typename T>
@@ -51,7 +51,7 @@ NearDistance<BV>::NearDistance(const PlacedMesh<BV>& first, const PlacedMesh<BV>
       open_(memory<Pair>()),
       visited1_(visits<First>(), trees_.first.size()),
       visited2_(visits<Second>(), trees_.second.size()) {
-  open_.reserve(static_cast<std::size_t>(16 * (trees_.first.depth() + trees_.second.depth())));
+  open_.reserve(16 * static_cast<std::size_t>(trees_.first.depth() + trees_.second.depth()));
 }
 
 template <typename BV>
@@ -133,7 +133,7 @@ void NearDistance<BV>::visit(const Pair& pair, unsigned pairs) {
   if (a.isLeaf() && b.isLeaf())
     testLeaves(pair, gaps, pairs, open);
   else if (open)
-    push(pair, gaps, stops_.isKept() ? gaps.below(kNone) : open);
+    push(pair, gaps, stops_.isKept() ? gaps.below(kFarther) : open);
   else
     stopAtGap({pair.first, pair.second, packs::smallest(gaps.least())});
 }
@@ -219,7 +219,7 @@ template <typename BV>
 void NearDistance<BV>::keepStops(const Pair& pair, const Gaps4x4& gaps, unsigned pairs,
                                  unsigned open, double* least) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
-  pairs &= gaps.below(kNone);
+  pairs &= gaps.below(kFarther);
   for (unsigned rest = pairs & ~open; rest; rest &= rest - 1) {
     const int bit = __builtin_ctz(rest), j = bit >> 2;
     least[j] = std::min(least[j], gaps_.distanceFor(gaps(bit & 3, j)));
