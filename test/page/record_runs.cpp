@@ -15,6 +15,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/recording.h"
 #include "scenarios.h"
+#include "support/fcl_float.h"
 
 namespace {
 
