@@ -19,28 +19,45 @@ struct Nearness4 {
 /// of the last few operations counts, which `margin` covers: docs/bounds.md, 16.
 class TriangleDistances4 {
  public:
+  /// The triangles p, as they are seen from their first corners.
+  struct Seen {
+    Seen() = default;
+    explicit Seen(const Vector4x3 (&corners)[3]) : from(corners[0]) {
+      for (int k = 0; k < 2; ++k) to[k] = vectors4::difference(corners[k + 1], from);
+      size = float4::upper<Float4>(vectors4::size(to[0]), vectors4::size(to[1]));
+    }
+    Vector4x3 from, to[2];
+    Float4 size;  ///< the largest component
+  };
+
   /// `error`: of a component of a corner.
-  ADAPTIVE_BVH_INLINE TriangleDistances4(const Vector4x3 (&p_corners)[3],
-                                         const Vector4x3 (&q_corners)[3], float error) {
-    Float4 size = float4::all(0);
+  ADAPTIVE_BVH_INLINE TriangleDistances4(const Seen& p, const Vector4x3 (&q_corners)[3],
+                                         float error) {
+    p_[0] = {float4::all(0), float4::all(0), float4::all(0)};
+    p_[1] = p.to[0];
+    p_[2] = p.to[1];
+    Float4 size = p.size;
     for (int k = 0; k < 3; ++k) {
-      p_[k] = vectors4::difference(p_corners[k], p_corners[0]);
-      q_[k] = vectors4::difference(q_corners[k], p_corners[0]);
-      size = float4::upper<Float4>(
-          size, float4::upper<Float4>(vectors4::size(p_[k]), vectors4::size(q_[k])));
+      q_[k] = vectors4::difference(q_corners[k], p.from);
+      size = float4::upper<Float4>(size, vectors4::size(q_[k]));
     }
     margin_ = float4::all(8 * error) + float4::all(64 * kUnit) * size;
   }
 
-  /// By the nearest corners, and the line between the middles: that decides most, at a fifth of the
-  /// price.
-  ADAPTIVE_BVH_INLINE Nearness4 byCorners(float limit) const {
-    Nearest nearest, middles;
-    for (const Vector4x3& p : p_)
-      for (const Vector4x3& q : q_) nearest.consider(vectors4::difference(q, p));
+  /// By the nearest corners, and the line between the middles: that decides most, at a tenth of the
+  /// price. `pairs`: the others may be left open.
+  ADAPTIVE_BVH_INLINE Nearness4 byCorners(float limit, unsigned pairs = 15) const {
+    Float4 squared = float4::all(std::numeric_limits<float>::max());
+    for (const Vector4x3& q : q_) {
+      const Vector4x3 from[3] = {q, vectors4::difference(q, p_[1]), vectors4::difference(q, p_[2])};
+      for (const Vector4x3& way : from)
+        squared = float4::lower<Float4>(squared, vectors4::dot(way, way));
+    }
+    const unsigned near = isNear(squared, limit);
+    if (!(pairs & ~near)) return {near, 0};
+    Nearest middles;
     middles.consider(vectors4::difference(sum(q_), sum(p_)));
-    const Nearness4 verdict = this->verdict(nearest, limit);
-    return {verdict.near, verdict.apart | apart(middles, limit)};
+    return {near, apart(middles, limit)};
   }
 
   /// By the nearest points of edges and faces.
@@ -49,12 +66,14 @@ class TriangleDistances4 {
     considerEdges(nearest);
     considerFaces(nearest, p_, q_, 1);
     considerFaces(nearest, q_, p_, -1);
-    return verdict(nearest, limit);
+    return {isNear(nearest.squared, limit), apart(nearest, limit)};
   }
 
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
-  static constexpr float kLeast = 1e-30f;  // of a divisor, and of what is no underflow
+  static constexpr float kSquares = 16 * kUnit;
+  static constexpr float kLeast = 1e-30f;      // of a divisor
+  static constexpr float kLeastLine = 1e-20f;  // the square of a line's length
 
   /// From p to q.
   struct Nearest {
@@ -88,14 +107,16 @@ class TriangleDistances4 {
   /// that on the first for it. Of parallel ones, too.
   ADAPTIVE_BVH_INLINE void considerEdges(Nearest& nearest) const {
     Vector4x3 p_edge[3], q_edge[3];
-    Float4 p_squared[3], q_squared[3];
+    Float4 p_squared[3], q_squared[3], p_inverse[3], q_inverse[3];
+    const Float4 least = float4::all(kLeast), one = float4::all(1);
     for (int k = 0; k < 3; ++k) {
       p_edge[k] = vectors4::difference(p_[(k + 1) % 3], p_[k]);
       q_edge[k] = vectors4::difference(q_[(k + 1) % 3], q_[k]);
       p_squared[k] = vectors4::dot(p_edge[k], p_edge[k]);
       q_squared[k] = vectors4::dot(q_edge[k], q_edge[k]);
+      p_inverse[k] = one / float4::upper<Float4>(p_squared[k], least);
+      q_inverse[k] = one / float4::upper<Float4>(q_squared[k], least);
     }
-    const Float4 least = float4::all(kLeast);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const Vector4x3 between = vectors4::difference(q_[j], p_[i]);
@@ -103,8 +124,8 @@ class TriangleDistances4 {
                      c = vectors4::dot(p_edge[i], between), f = vectors4::dot(q_edge[j], between);
         const Float4 across = float4::upper<Float4>(a * e - b * b, least);
         Float4 s = clamped((c * e - b * f) / across);
-        const Float4 t = clamped((b * s - f) / float4::upper<Float4>(e, least));
-        s = clamped((b * t + c) / float4::upper<Float4>(a, least));
+        const Float4 t = clamped((b * s - f) * q_inverse[j]);
+        s = clamped((b * t + c) * p_inverse[i]);
         nearest.consider({between.x + q_edge[j].x * t - p_edge[i].x * s,
                           between.y + q_edge[j].y * t - p_edge[i].y * s,
                           between.z + q_edge[j].z * t - p_edge[i].z * s});
@@ -132,9 +153,10 @@ class TriangleDistances4 {
     }
   }
 
-  ADAPTIVE_BVH_INLINE Nearness4 verdict(const Nearest& nearest, float limit) const {
-    const Float4 length = float4::squareRoot(nearest.squared);
-    return {float4::bits(length + margin_ <= float4::all(limit)), apart(nearest, limit)};
+  /// Of two points, one of each triangle.
+  ADAPTIVE_BVH_INLINE unsigned isNear(const Float4& squared, float limit) const {
+    const Float4 within = float4::upper<Float4>(float4::all(limit) - margin_, float4::all(0));
+    return float4::bits(squared * float4::all(1 + kSquares) < within * within);
   }
   /// Whether the gap along `line.way` is larger.
   ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
@@ -143,9 +165,11 @@ class TriangleDistances4 {
     const auto along = [&](const Vector4x3& x) { return vectors4::dot(line.way, x); };
     const Float4 high = upper<Float4>(upper<Float4>(along(p_[0]), along(p_[1])), along(p_[2])),
                  low = lower<Float4>(lower<Float4>(along(q_[0]), along(q_[1])), along(q_[2]));
-    const Float4 length = float4::squareRoot(line.squared);
-    return float4::bits((low - high > length * (float4::all(limit) + margin_)) &
-                        (line.squared > float4::all(kLeast)));
+    const Float4 gap = upper<Float4>(low - high, float4::all(0)),
+                 farther = float4::all(limit) + margin_;
+    return float4::bits(
+        (gap * gap > line.squared * float4::all(1 + kSquares) * (farther * farther)) &
+        (line.squared > float4::all(kLeastLine)));
   }
 
   Vector4x3 p_[3], q_[3];  ///< from the first corner of p

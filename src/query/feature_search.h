@@ -20,7 +20,7 @@ class FeatureFinder {
       : first_(first), second_(second), tree1_(tree1), tree2_(tree2), visitor_(visitor) {}
 
   /// All pairs below two leaves.
-  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b) {
+  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned) {
     const FeatureLeaves::Leaf &of_a = tree1_.leaf(first_, a), &of_b = tree2_.leaf(second_, b);
     for (unsigned g = 0; g < of_a.vertexGroups(); ++g)
       forEach(overlaps(tree1_.vertexBoxes(of_a.vertices + g), b.boxes),
@@ -37,7 +37,7 @@ class FeatureFinder {
         edges(of_a.edges + g, of_b.edges + h, 0xffff);
   }
   /// Those within one leaf.
-  void foundLeaf(const WideNode& a) {
+  void foundLeaf(const WideNode& a, unsigned) {
     const FeatureLeaves::Leaf& leaf = tree1_.leaf(first_, a);
     for (unsigned g = 0; g < leaf.vertexGroups(); ++g)
       forEach(overlaps(tree1_.vertexBoxes(leaf.vertices + g), a.boxes),

@@ -40,7 +40,7 @@ class PairSink {
     const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
-    result_.triangles.push_back(swaps ? FeaturePair{second, first} : FeaturePair{first, second});
+    appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
     if (request_.enable_distances) result_.distances.push_back(static_cast<S>(gap->distance));
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }

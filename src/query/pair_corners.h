@@ -23,6 +23,15 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* p
                                  positions[at[3][c]]);
 }
 
+/// As above, of a leaf. Lanes without a triangle repeat the first.
+ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
+                                       const WideNode& leaf, Vector4x3 (&corners)[3]) {
+  std::array<unsigned, 4> triangles;
+  for (int i = 0; i < 4; ++i)
+    triangles[std::size_t(i)] = static_cast<unsigned>(leaf.first + (i < leaf.count ? i : 0));
+  gatherCorners(slots, positions, triangles, corners);
+}
+
 /// As above, of four pairs of triangles, each in the coordinates of its own tree. `in`: models, of
 /// CandidateInput or WithinInput.
 template <typename Input>
@@ -69,12 +78,9 @@ class Origin4 {
   template <typename S>
   ADAPTIVE_BVH_INLINE Triangles4 corners(const VertexSlots& slots, const WideTree<S>& tree,
                                          const WideNode& leaf) const {
-    std::array<unsigned, 4> triangles;
-    for (int i = 0; i < 4; ++i)
-      triangles[std::size_t(i)] = static_cast<unsigned>(leaf.first + (i < leaf.count ? i : 0));
     Vector4x3 positions[3], residuals[3];
-    gatherCorners(slots, tree.positions(), triangles, positions);
-    gatherCorners(slots, tree.residuals(), triangles, residuals);
+    gatherCorners(slots, tree.positions(), leaf, positions);
+    gatherCorners(slots, tree.residuals(), leaf, residuals);
     Triangles4 seen;
     for (int c = 0; c < 3; ++c)
       seen.corner[c] = vectors4::sum(vectors4::difference(positions[c], position_),

@@ -294,10 +294,12 @@ void collectPairs(const PairOfMeshes<BV>& meshes, double distance, const MakeSin
   const WithinInput<BV> input = meshes.within(distance);
   auto sink = makeSink(input);
   const auto frame = meshes.frame();
-  if (frame.isPrecise())
-    collect<false>(input, frame, sink);
-  else
+  if (!frame.isPrecise())
     testAllPairs(input, sink);
+  else if (frame.isSame())
+    collect<false>(input, frame.same(), sink);
+  else
+    collect<false>(input, frame, sink);
 }
 
 /// Of one with itself.

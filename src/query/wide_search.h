@@ -75,7 +75,7 @@ template <typename Visitor, typename = void>
 struct TakesLeaves : std::false_type {};
 template <typename Visitor>
 struct TakesLeaves<Visitor, std::void_t<decltype(std::declval<Visitor&>().foundLeaf(
-                                std::declval<const WideNode&>()))>> : std::true_type {};
+                                std::declval<const WideNode&>(), 0u))>> : std::true_type {};
 
 /// Whether a visitor leaves flat nodes out.
 template <typename Visitor, typename = void>
@@ -94,8 +94,9 @@ struct NodePair {
 /// triangles are tested against the boxes of the other.
 ///
 ///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
-///   Visitor::foundLeaves(a, b), foundLeaf(a)
-///                          where it has these: two leaves with such triangles, or one with itself
+///   Visitor::foundLeaves(a, b, pairs), foundLeaf(a, pairs)
+///                          where it has these: two leaves with such triangles, or one with
+///                          itself; bit 4 j + i of `pairs` for triangle i of `a` and j of `b`
 ///   Visitor::isDone()      whether the answer is found
 ///   Visitor::isFlat(node)  where it has this: of an inner node of one tree, whether nothing below
 ///                          it need be found
@@ -157,7 +158,11 @@ class WideSearch {
     else
       testPair(pair);
   }
-  ADAPTIVE_BVH_INLINE void push(int first, int second) { *top_++ = {first, second}; }
+  ADAPTIVE_BVH_INLINE void push(int first, int second) {
+    *top_++ = {first, second};
+    __builtin_prefetch(first_ + first);
+    __builtin_prefetch(second_ + second);
+  }
 
   ADAPTIVE_BVH_INLINE void testPair(const NodePair& pair) {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
@@ -196,7 +201,7 @@ class WideSearch {
       visited_first_.add(number,
                          (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
       if constexpr (TakesLeaves<Visitor>::value)
-        visitor_.foundLeaf(node);
+        visitor_.foundLeaf(node, bits);
       else
         found(node, node, bits);
       return;
@@ -229,7 +234,7 @@ class WideSearch {
   /// Pairs of triangles of two leaves.
   ADAPTIVE_BVH_INLINE void found(const WideNode& a, const WideNode& b, unsigned bits) {
     if constexpr (TakesLeaves<Visitor>::value) {
-      if (bits) visitor_.foundLeaves(a, b);
+      if (bits) visitor_.foundLeaves(a, b, bits);
     } else {
       forEach(bits, [&](int i, int j) {
         visitor_.found(static_cast<unsigned>(a.first + i), static_cast<unsigned>(b.first + j));

@@ -76,14 +76,22 @@ void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
             from.begin() + static_cast<std::ptrdiff_t>(end));
 }
 
-/// Tests pairs of triangles whose grown boxes overlap. By the hundred, and four at a time in single
-/// precision, it settles which are certainly near or apart: by their corners, and then by edges and
-/// faces. The exact distance, in double precision, decides about the few that are left.
+/// Written in place: a pair that is put together first and then copied as a whole waits for that.
+ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second, std::vector<FeaturePair>& to) {
+  FeaturePair& pair = to.emplace_back();
+  pair.first = first;
+  pair.second = second;
+}
+
+/// Tests pairs of triangles whose grown boxes overlap. Four at a time in single precision, it
+/// settles which are certainly near or apart: by their corners, those of a leaf together with one
+/// of another, and then, by the hundred, by edges and faces. The exact distance, in double
+/// precision, decides about the few that are left.
 ///
 ///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
 ///                         may be null unless needsGap()
 ///   sink.isDone()         whether that is enough
-///   Sink::kBatch          how many pairs are tested together
+///   Sink::kBatch          how many pairs are tested together, at least 32
 template <typename BV, typename Frame, typename Sink>
 class WithinTests {
  public:
@@ -96,13 +104,15 @@ class WithinTests {
         limit_(
             static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))) {}
 
-  ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
-    ++candidates_;
-    pairs_[size_] = {triangle1, triangle2};
-    size_ +=
-        !areNeighbours(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2), in_.filter);
-    if (size_ == Sink::kBatch) testAll();
+  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
+    candidates_ += __builtin_popcount(pairs);
+    if (size_ > Sink::kBatch - 16) testAll();
+    readFirst(a);
+    readSecond(b);
+    for (int j = 0; pairs; ++j, pairs >>= 4)
+      if (const unsigned row = pairs & 15) testRow(a, b, j, row);
   }
+  void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return sink_.isDone(); }
   /// What was found and not yet tested.
   void finish() { testAll(); }
@@ -120,12 +130,40 @@ class WithinTests {
   static constexpr float kLargest = 1e30f;
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
 
-  void testAll() {
-    padToFour(pairs_, size_);
-    for (int i = 0; i < size_; i += 4) {
-      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      setVerdicts(distances(group).byCorners(limit_), {i, i + 1, i + 2, i + 3});
+  /// In the coordinates of the first tree. Pairs that follow each other often share a leaf.
+  ADAPTIVE_BVH_INLINE void readFirst(const WideNode& leaf) {
+    if (&leaf == first_leaf_) return;
+    first_leaf_ = &leaf;
+    Vector4x3 corners[3];
+    gatherCorners(in_.first.tree->topology.slots, in_.tree1.positions(), leaf, corners);
+    first_ = TriangleDistances4::Seen(corners);
+  }
+  ADAPTIVE_BVH_INLINE void readSecond(const WideNode& leaf) {
+    if (&leaf == second_leaf_) return;
+    second_leaf_ = &leaf;
+    gatherCorners(in_.second.tree->topology.slots, in_.tree2.positions(), leaf, second_);
+    for (Vector4x3& corner : second_) corner = frame_(corner);
+  }
+
+  /// The triangles of one leaf and triangle `j` of another. Those that corners do not show to be
+  /// apart are kept.
+  ADAPTIVE_BVH_INLINE void testRow(const WideNode& a, const WideNode& b, int j, unsigned row) {
+    using float4::all;
+    Vector4x3 q[3];
+    for (int k = 0; k < 3; ++k)
+      q[k] = {all(second_[k].x[j]), all(second_[k].y[j]), all(second_[k].z[j])};
+    const Nearness4 nearness = TriangleDistances4(first_, q, frame_.error()).byCorners(limit_, row);
+    const auto second = static_cast<unsigned>(b.first + j);
+    for (unsigned rest = row & ~nearness.apart; rest; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      const auto first = static_cast<unsigned>(a.first + i);
+      pairs_[size_] = {first, second};
+      verdicts_[size_] = static_cast<std::uint8_t>((nearness.near >> i & 1) * kNear);
+      size_ += !areNeighbours(in_.tree1.vertices(first), in_.tree2.vertices(second), in_.filter);
     }
+  }
+
+  void testAll() {
     testOpen();
     for (int i = 0; i < size_ && !sink_.isDone(); ++i) settle(pairs_[i], verdicts_[i]);
     size_ = 0;
@@ -164,15 +202,18 @@ class WithinTests {
   ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
-    return TriangleDistances4(p, q, frame_.error());
+    return {TriangleDistances4::Seen(p), q, frame_.error()};
   }
 
   const WithinInput<BV>& in_;
   const Frame& frame_;
   Sink& sink_;
-  const float limit_;  ///< in the first tree's units
-  LeafPair pairs_[Sink::kBatch + 3];
-  std::uint8_t verdicts_[Sink::kBatch + 3];
+  const float limit_;                                              ///< in the first tree's units
+  const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< whose corners these are
+  TriangleDistances4::Seen first_;
+  Vector4x3 second_[3];
+  LeafPair pairs_[Sink::kBatch];
+  std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
   long candidates_ = 0, exact_tests_ = 0;
 };

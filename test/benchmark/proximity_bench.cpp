@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   int resolution = 1, repeats = 3, threads = 1, many = 100000;
-  std::vector<std::string> poses, questions;
+  std::vector<std::string> poses, questions, methods;
 };
 
 /// The mean length of an edge.
@@ -87,8 +87,15 @@ std::vector<ProximityCase> casesOf(const Options& options) {
   return cases;
 }
 
-std::vector<ProximityKind> methods(const ProximityCase& c, int threads) {
-  std::vector<ProximityKind> all = adaptiveProximityMethods(threads);
+/// Whether a title holds one of these; all do where there are none.
+bool isAmong(const std::vector<std::string>& parts, const std::string& title) {
+  return parts.empty() || std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
+           return title.find(part) != std::string::npos;
+         });
+}
+
+std::vector<ProximityKind> methods(const ProximityCase& c, const Options& options) {
+  std::vector<ProximityKind> all = adaptiveProximityMethods(options.threads);
   const auto append = [&](const std::vector<ProximityKind>& kinds) {
     all.insert(all.end(), kinds.begin(), kinds.end());
   };
@@ -98,7 +105,9 @@ std::vector<ProximityKind> methods(const ProximityCase& c, int threads) {
   append(fclProximityMethods());
   std::vector<ProximityKind> able;
   for (const ProximityKind& kind : all)
-    if (std::count(kind.questions.begin(), kind.questions.end(), c.question)) able.push_back(kind);
+    if (std::count(kind.questions.begin(), kind.questions.end(), c.question) &&
+        isAmong(options.methods, kind.title))
+      able.push_back(kind);
   return able;
 }
 
@@ -130,7 +139,7 @@ struct Row {
 
 /// All methods take turns in every frame.
 std::vector<Row> run(const ProximityCase& c, const Options& options) {
-  const auto kinds = methods(c, options.threads);
+  const auto kinds = methods(c, options);
   std::vector<Row> rows(kinds.size());
   std::mt19937 random(1);
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
@@ -207,6 +216,7 @@ int main(int argc, char** argv) {
   app.add_option("--poses", options.poses, "Two poses of one mesh: FROM TO ...; else twisted rods");
 #endif
   app.add_option("--question", options.questions, "Only cases whose title holds this");
+  app.add_option("--method", options.methods, "Only methods whose name holds this");
   app.add_option("--resolution", options.resolution, "Triangles of the rods times this squared");
   app.add_option("--repeats", options.repeats, "Tables show medians")->check(CLI::Range(1, 1000));
   app.add_option("--many", options.many, "Points and rays")->check(CLI::Range(1, 10000000));
@@ -218,10 +228,7 @@ int main(int argc, char** argv) {
         "differ | largest difference |\n| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | "
         "---: |\n");
     for (ProximityCase& c : casesOf(options)) {
-      if (!options.questions.empty() &&
-          std::none_of(options.questions.begin(), options.questions.end(),
-                       [&](const auto& q) { return c.title.find(q) != std::string::npos; }))
-        continue;
+      if (!isAmong(options.questions, c.title)) continue;
       if (c.question == Question::Nearer) c.distance *= leastDistance(c.scenario);
       write(c, run(c, options));
     }

@@ -59,7 +59,8 @@ TEST_F(Distances4, SaysOnlyWhatIsSo) {
       set(q4, lane, q, error);
       distances[lane] = exact::distance(exactly(p), exactly(q));
     }
-    const TriangleDistances4 four(p4, q4, static_cast<float>(error + 8. * 2 / (1 << 24)));
+    const TriangleDistances4 four(TriangleDistances4::Seen(p4), q4,
+                                  static_cast<float>(error + 8. * 2 / (1 << 24)));
     const auto limit = static_cast<float>(random_.oneIn(2) ? double(distances[random_.below(4)]) *
                                                                  random_.size(-0.01, 0.01)
                                                            : size * random_.size(-2, 1));
