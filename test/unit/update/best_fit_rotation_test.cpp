@@ -77,8 +77,8 @@ TYPED_TEST(BestFit, FindsTheRotationOfABodyOfSlivers) {
   const fcl::Matrix3<S> R = this->turn(0.7, fcl::Vector3d(1, -2, 0.6));
   this->place([&](const Vector3<S>& p) -> Vector3<S> { return R * p; });
   ASSERT_TRUE(this->turnsNow());
-  EXPECT_TRUE(this->axes_.isApprox(R.template cast<double>(),
-                                   std::is_same<S, float>::value ? 1e-4 : 1e-9));
+  EXPECT_TRUE(
+      this->axes_.isApprox(R.template cast<double>(), std::is_same<S, float>::value ? 1e-4 : 1e-9));
 }
 
 /// A few degrees are not worth new axes; they add up until they are.
