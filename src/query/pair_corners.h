@@ -24,8 +24,8 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* p
 }
 
 /// As above, of a leaf. Lanes without a triangle repeat the first.
-ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
-                                       const WideNode& leaf, Vector4x3 (&corners)[3]) {
+ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* positions,
+                                    const WideNode& leaf, Vector4x3 (&corners)[3]) {
   std::array<unsigned, 4> triangles;
   for (int i = 0; i < 4; ++i)
     triangles[std::size_t(i)] = static_cast<unsigned>(leaf.first + (i < leaf.count ? i : 0));
@@ -79,8 +79,8 @@ class Origin4 {
   ADAPTIVE_BVH_INLINE Triangles4 corners(const VertexSlots& slots, const WideTree<S>& tree,
                                          const WideNode& leaf) const {
     Vector4x3 positions[3], residuals[3];
-    gatherCorners(slots, tree.positions(), leaf, positions);
-    gatherCorners(slots, tree.residuals(), leaf, residuals);
+    gatherLeaf(slots, tree.positions(), leaf, positions);
+    gatherLeaf(slots, tree.residuals(), leaf, residuals);
     Triangles4 seen;
     for (int c = 0; c < 3; ++c)
       seen.corner[c] = vectors4::sum(vectors4::difference(positions[c], position_),

@@ -135,13 +135,13 @@ class WithinTests {
     if (&leaf == first_leaf_) return;
     first_leaf_ = &leaf;
     Vector4x3 corners[3];
-    gatherCorners(in_.first.tree->topology.slots, in_.tree1.positions(), leaf, corners);
+    gatherLeaf(in_.first.tree->topology.slots, in_.tree1.positions(), leaf, corners);
     first_ = TriangleDistances4::Seen(corners);
   }
   ADAPTIVE_BVH_INLINE void readSecond(const WideNode& leaf) {
     if (&leaf == second_leaf_) return;
     second_leaf_ = &leaf;
-    gatherCorners(in_.second.tree->topology.slots, in_.tree2.positions(), leaf, second_);
+    gatherLeaf(in_.second.tree->topology.slots, in_.tree2.positions(), leaf, second_);
     for (Vector4x3& corner : second_) corner = frame_(corner);
   }
 
