@@ -48,9 +48,8 @@ class VisitedNodes {
     for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] |= other.lanes_[i];
   }
   void record(const WideNode* nodes, TraversalStatistics& statistics, const TaskPool& pool) const {
-    const int size = static_cast<int>(lanes_.size()), parts = pool.size() > 1 ? 8 * pool.size() : 1;
-    pool.forEach(parts, [&](int part, int) {
-      for (int i = partBegin(size, parts, part); i < partBegin(size, parts, part + 1); ++i)
+    pool.forEachPart(static_cast<int>(lanes_.size()), pool.parts(), [&](int first, int last, int) {
+      for (int i = first; i < last; ++i)
         if (const unsigned lanes = lanes_[static_cast<std::size_t>(i)])
           record(nodes[i], lanes, statistics);
     });

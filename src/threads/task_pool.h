@@ -11,6 +11,11 @@ bool canRunTasks();
 /// all that began are done. Some may never begin when oneTBB cannot start.
 void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept;
 
+/// The end of part `i` - 1 and the beginning of part `i` of [0, size), cut in `parts`.
+inline int partBegin(int size, int parts, int i) {
+  return static_cast<int>(static_cast<long long>(size) * i / parts);
+}
+
 /// The threads for the phases of an update: those that the caller's task arena has free, but at
 /// most `size`. Starts none of its own.
 class TaskPool {
@@ -19,6 +24,9 @@ class TaskPool {
   explicit TaskPool(int size) : size_(size > 1 && canRunTasks() ? size : 1) {}
 
   int size() const { return size_; }
+  /// Work that is alike everywhere is cut into so many parts: more than threads, so that none waits
+  /// long for another.
+  int parts() const { return size_ > 1 ? 8 * size_ : 1; }
 
   /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no
   /// two that have the same slot at the same time. Returns when all are done; what they did is then
@@ -47,6 +55,14 @@ class TaskPool {
     finished.load(std::memory_order_acquire);
   }
 
+  /// The same for `parts` parts of [0, size): calls run(first, last, slot).
+  template <typename Run>
+  void forEachPart(int size, int parts, Run&& run) const {
+    forEach(parts, [&](int part, int slot) {
+      run(partBegin(size, parts, part), partBegin(size, parts, part + 1), slot);
+    });
+  }
+
  private:
   /// oneTBB orders what tasks read and write. This and `finished` do so, too, where ThreadSanitizer
   /// sees it: it cannot look into oneTBB.
@@ -54,10 +70,5 @@ class TaskPool {
 
   int size_;
 };
-
-/// The end of part `i` - 1 and the beginning of part `i` of [0, size), cut in `parts`.
-inline int partBegin(int size, int parts, int i) {
-  return static_cast<int>(static_cast<long long>(size) * i / parts);
-}
 
 }  // namespace adaptive_bvh

@@ -107,12 +107,9 @@ void WideTree<S>::refit(const fcl::BVHModel<BV>& model, const VertexSlots& slots
   coordinates_ = coordinates;
   positions_.resize(slots.size());
   residuals_.resize(slots.size());
-  const int parts = pool.size() > 1 ? 8 * pool.size() : 1;
-  pool.forEach(parts, [&](int part, int) {
-    const auto begin = [&](int i) {
-      return static_cast<std::size_t>(partBegin(static_cast<int>(slots.size()), parts, i));
-    };
-    readPositions(model, slots, begin(part), begin(part + 1));
+  const int parts = pool.parts();
+  pool.forEachPart(static_cast<int>(slots.size()), parts, [&](int first, int last, int) {
+    readPositions(model, slots, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
   });
   later_.resize(static_cast<std::size_t>(parts));
   pool.forEach(parts, [&](int part, int) {

@@ -62,9 +62,10 @@ class AllVertices {
   VertexSummary<S> read() {
     method_.begin(target_, input_);
     PerThread<VertexSummary<S>> seen(pool_.size());
-    forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int thread) {
-      seen[thread].add(method_.read(target_, input_, first, last));
-    });
+    pool_.forEachPart(Method::readSize(target_), pool_.size(),
+                      [&](int first, int last, int thread) {
+                        seen[thread].add(method_.read(target_, input_, first, last));
+                      });
     return seen.sum([](auto& all, const auto& some) { all.add(some); });
   }
 
@@ -82,7 +83,7 @@ class AllVertices {
   void write(const VertexSummary<S>& seen) {
     setLocalBox(target_.model, seen.low, seen.high);
     PerThread<S> squared(pool_.size());
-    forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
+    pool_.forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
       const S found = writePositions(target_.model, input_.positions, first, last);
       squared[thread] = std::max(squared[thread], found);
     });
@@ -98,7 +99,7 @@ class AllVertices {
     const NodeRange turn = method_.nextTurn(target_);
     const Candidates* const marked = candidates();
     const int size = marked ? marked->words() : target_.nodes();
-    forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
+    pool_.forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_, turn);
       const auto judge = [&](int node) { refitter.judge(node); };
       if (marked)
@@ -120,14 +121,6 @@ class AllVertices {
     if constexpr (Method::kHasBoxes)
       if (method_.candidates().isOn()) return &method_.candidates();
     return nullptr;
-  }
-
-  /// Calls run(first, last, thread) for the parts of [0, size).
-  template <typename Run>
-  void forEachPart(int size, int parts, Run&& run) {
-    pool_.forEach(parts, [&](int part, int thread) {
-      run(partBegin(size, parts, part), partBegin(size, parts, part + 1), thread);
-    });
   }
 
   const UpdateTarget<BV> target_;
