@@ -11,18 +11,16 @@ namespace {
 constexpr float kFarther = 1e30f;
 
 /// The thread's memory, which stays.
-template <typename T>
-std::vector<T>& memory() {
-  static thread_local std::vector<T> of_thread;
-  return of_thread;
-}
-struct First {};
-struct Second {};
-template <typename Side>
-std::vector<std::uint8_t>& visits() {
-  static thread_local std::vector<std::uint8_t> of_thread;
-  return of_thread;
-}
+template <typename Pair>
+struct Memory {
+  std::vector<Pair> open;
+  std::vector<std::uint8_t> visits[2];
+
+  static Memory& ofThisThread() {
+    static thread_local Memory memory;
+    return memory;
+  }
+};
 
 }  // namespace
 
@@ -48,9 +46,9 @@ NearDistance<BV>::NearDistance(const PlacedMesh<BV>& first, const PlacedMesh<BV>
       gaps_(trees_.first.scale()),
       nodes1_(trees_.first.nodes()),
       nodes2_(trees_.second.nodes()),
-      open_(memory<Pair>()),
-      visited1_(visits<First>(), trees_.first.size()),
-      visited2_(visits<Second>(), trees_.second.size()) {
+      open_(Memory<Pair>::ofThisThread().open),
+      visited1_(Memory<Pair>::ofThisThread().visits[0], trees_.first.size()),
+      visited2_(Memory<Pair>::ofThisThread().visits[1], trees_.second.size()) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first.depth() + trees_.second.depth()));
 }
 
