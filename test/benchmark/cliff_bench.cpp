@@ -1,7 +1,6 @@
 // Distances where hardly anything prunes: parallel plates, slivers, spheres one inside the other,
 // a bar that spins by its vertices, a soup whose triangles jump. Queries alone, in turns in one
 // process, medians; FCL's on swept spheres that it has just refitted. All distances must agree.
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -16,11 +15,14 @@
 #include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
+#include "fcl_support.h"
 #include "median.h"
+#include "stopwatch.h"
 
 namespace {
 
 using adaptive_bvh_bench::median;
+using adaptive_bvh_bench::milliseconds;
 using scenarios::Mesh;
 using scenarios::Point;
 using Positions = std::vector<Point>;
@@ -132,62 +134,53 @@ Positions posed(Positions positions) {
   return positions;
 }
 
-double milliseconds(const std::function<double()>& query, double& distance) {
-  const auto start = std::chrono::steady_clock::now();
-  distance = query();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
+/// The two bodies of a cliff.
+template <typename Model>
+struct ModelPair {
+  explicit ModelPair(const Cliff& cliff) {
+    adaptive_bvh::fillModel(cliff.first, first);
+    adaptive_bvh::fillModel(cliff.second, second);
+  }
+  Model first, second;
+};
 
 class FclPair {
  public:
-  explicit FclPair(const Cliff& cliff) {
-    adaptive_bvh::fillModel(cliff.first, first_);
-    adaptive_bvh::fillModel(cliff.second, second_);
-  }
+  explicit FclPair(const Cliff& cliff) : models_(cliff) {}
   void update(const Positions& first, const Positions& second) {
-    move(first_, first);
-    move(second_, second);
+    adaptive_bvh_bench::refitTopDown(models_.first, first);
+    adaptive_bvh_bench::refitTopDown(models_.second, second);
   }
   double distance() const {
     fcl::DistanceResultd result;
-    return fcl::distance<double>(&first_, origin_, &second_, origin_, fcl::DistanceRequestd(),
-                                 result);
+    return fcl::distance<double>(&models_.first, origin_, &models_.second, origin_,
+                                 fcl::DistanceRequestd(), result);
   }
 
  private:
-  using Model = fcl::BVHModel<fcl::RSSd>;
-  static void move(Model& model, const Positions& positions) {
-    model.beginReplaceModel();
-    model.replaceSubModel(positions);
-    model.endReplaceModel(true, false);
-  }
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  Model first_, second_;
+  ModelPair<fcl::BVHModel<fcl::RSSd>> models_;
 };
 
 class AdaptivePair {
  public:
-  explicit AdaptivePair(const Cliff& cliff) {
-    adaptive_bvh::fillModel(cliff.first, first_);
-    adaptive_bvh::fillModel(cliff.second, second_);
-  }
+  explicit AdaptivePair(const Cliff& cliff) : models_(cliff) {}
   void update(const Positions& first, const Positions& second) {
-    first_.update(first);
-    second_.update(second);
+    models_.first.update(first);
+    models_.second.update(second);
   }
   double distance(bool coherently) {
     const fcl::DistanceRequestd request;
     fcl::DistanceResultd result;
     return coherently ? coherent_.distance(origin_, origin_, request, result)
-                      : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request,
-                                                       result);
+                      : adaptive_bvh::distance<double>(&models_.first, origin_, &models_.second,
+                                                       origin_, request, result);
   }
 
  private:
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  adaptive_bvh::AdaptiveBVHModeld first_, second_;
-  adaptive_bvh::CoherentDistance<fcl::RSSd> coherent_{first_, second_};
+  ModelPair<adaptive_bvh::AdaptiveBVHModeld> models_;
+  adaptive_bvh::CoherentDistance<fcl::RSSd> coherent_{models_.first, models_.second};
 };
 
 struct Row {
@@ -214,7 +207,7 @@ Row measure(const Cliff& cliff, int frames, int repeats) {
       double distances[3];
       for (int i = 0; i < 3; ++i) {
         const int k = (i + frame + repeat) % 3;
-        const double time = milliseconds(queries[k], distances[k]);
+        const double time = milliseconds([&] { distances[k] = queries[k](); });
         if (frame >= 2) sums[k] += time;  // the first find where things are
       }
       for (int k : {1, 2})

@@ -39,8 +39,8 @@ class FclContact : public ContactMethod {
   }
 
   void update(const Frame& frame) override {
-    move(first_, frame.first);
-    if (job_ != Job::SelfCollision) move(second_, frame.second);
+    refitTopDown(first_, frame.first);
+    if (job_ != Job::SelfCollision) refitTopDown(second_, frame.second);
   }
 
   void query() override {
@@ -59,12 +59,6 @@ class FclContact : public ContactMethod {
   }
 
  private:
-  static void move(Model& model, const Positions& positions) {
-    model.beginReplaceModel();
-    model.replaceSubModel(positions);
-    model.endReplaceModel(true, false);
-  }
-
   void collide(const Model& other) {
     const fcl::Transform3d origin = fcl::Transform3d::Identity();
     const fcl::CollisionRequestd request = allContacts();

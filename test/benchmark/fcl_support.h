@@ -20,6 +20,14 @@ std::size_t fclBytes(const fcl::BVHModel<BV>& model) {
          std::size_t(model.num_tris) * (sizeof(fcl::Triangle) + sizeof(unsigned));
 }
 
+/// Gives an FCL model new positions and refits it top-down, the sound way.
+template <typename BV>
+void refitTopDown(fcl::BVHModel<BV>& model, const Positions& positions) {
+  model.beginReplaceModel();
+  model.replaceSubModel(positions);
+  model.endReplaceModel(true, false);
+}
+
 /// One of FCL's traversals, on the models as they are, no copies. Axis-aligned boxes need both at
 /// the identity.
 template <typename Node, typename BV>

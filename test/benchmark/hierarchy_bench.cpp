@@ -1,7 +1,6 @@
 // Top-down against bottom-up trees: what they cost to build and what they are worth on the five
 // scenarios. Prints the tables of docs/hierarchy.md. Needs a few minutes; see --help.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -15,6 +14,7 @@
 #include "bodies.h"
 #include "median.h"
 #include "scenarios.h"
+#include "stopwatch.h"
 
 namespace {
 
@@ -22,6 +22,7 @@ using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
 using adaptive_bvh_bench::median;
+using adaptive_bvh_bench::milliseconds;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Plain = fcl::BVHModel<fcl::RSSd>;
 using scenarios::Mesh;
@@ -29,13 +30,6 @@ using scenarios::Scenario;
 
 constexpr HierarchyStrategy kStrategies[] = {HierarchyStrategy::TopDown,
                                              HierarchyStrategy::BottomUp};
-
-template <typename Work>
-double milliseconds(Work&& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // ---- building -----------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 // than triangles to cells far larger. Collisions must name the same pairs, distances must agree.
 // Interleaved in one process; medians.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -19,20 +18,15 @@
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
 #include "median.h"
+#include "stopwatch.h"
 
 namespace {
 
 using adaptive_bvh_bench::median;
+using adaptive_bvh_bench::milliseconds;
 using scenarios::Point;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Transform = fcl::Transform3d;
-
-double milliseconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
 
 /// The cells of that size that a sphere of radius 1 goes through.
 std::shared_ptr<fcl::OcTreed> shell(double cell) {

@@ -124,8 +124,8 @@ class FclProximity : public ProximityMethod {
   }
 
   void update(const Frame& frame) override {
-    move(first_, frame.first);
-    if (!case_.is_self) move(second_, frame.second);
+    refitTopDown(first_, frame.first);
+    if (!case_.is_self) refitTopDown(second_, frame.second);
   }
   void ask() override {
     CollectingNode node(case_.distance, case_.is_self);
@@ -141,12 +141,6 @@ class FclProximity : public ProximityMethod {
   ProximityAnswer answer() const override { return sortedAnswer(pairs_); }
 
  private:
-  static void move(Model& model, const Positions& positions) {
-    model.beginReplaceModel();
-    model.replaceSubModel(positions);
-    model.endReplaceModel(true, false);
-  }
-
   const ProximityCase& case_;
   Model first_, second_;
   std::vector<std::pair<unsigned, unsigned>> pairs_;

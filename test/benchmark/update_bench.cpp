@@ -1,6 +1,5 @@
 // Updates alone: against the floor of what memory allows, of a few vertices against all, on several
 // threads against one. Everything interleaved in one process; medians of ratios.
-#include <chrono>
 #include <cstdio>
 #include <functional>
 
@@ -10,6 +9,7 @@
 #include "adaptive_bvh/query.h"
 #include "median.h"
 #include "scenarios.h"
+#include "stopwatch.h"
 
 namespace {
 
@@ -17,10 +17,9 @@ using adaptive_bvh_bench::median;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Positions = std::vector<scenarios::Point>;
 
-double nanoseconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+template <typename Work>
+double nanoseconds(Work&& work) {
+  return 1e6 * adaptive_bvh_bench::milliseconds(work);
 }
 
 std::vector<Positions> framesOf(const scenarios::Body& body) {
