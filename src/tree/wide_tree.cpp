@@ -79,7 +79,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
     if (at.parent >= 0) nodes_[static_cast<std::size_t>(at.parent)].below[at.lane] = number;
     depth_ = std::max(depth_, at.depth);
     const Collapse<BV> part(model, at.node);
-    WideNode node{kEmpty, {-1, -1, -1, -1}, -1, part.count, {-1, -1, -1}};
+    WideNode node{kEmpty, {-1, -1, -1, -1}, -1, unsigned(part.count), {-1, -1, -1}};
     std::copy(part.binary, part.binary + 3, node.binary);
     if (model.getBV(at.node).num_primitives <= 4) {
       node.first = model.getBV(at.node).first_primitive;

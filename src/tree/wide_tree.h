@@ -34,19 +34,21 @@ ADAPTIVE_BVH_INLINE unsigned sharedVertices(const Int4& a, const Int4& b) {
 }
 
 /// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
-/// triangles. Boxes that it has none for are empty: they overlap nothing.
-struct alignas(64) WideNode {
+/// triangles. Boxes that it has none for are empty: they overlap nothing. Two cache lines.
+struct alignas(128) WideNode {
   Boxes4 boxes;
   /// Of an inner node the nodes below it; of a leaf FCL's leaves with these triangles.
   std::int32_t below[4];
-  std::int32_t first;  ///< of a leaf: its first triangle, in the order of FCL's leaves; else -1
-  std::int32_t count;  ///< of boxes
+  /// Of a leaf: its first triangle, in the order of FCL's leaves; else -1.
+  std::int32_t first : 29;
+  std::uint32_t count : 3;  ///< of boxes
   /// FCL's nodes that this one stands for: the one above all the others, and those between it and
   /// `below`; -1 where there are fewer.
   std::int32_t binary[3];
 
   bool isLeaf() const { return first >= 0; }
 };
+static_assert(sizeof(WideNode) == 128, "no more than is read");
 
 /// A four-wide tree, collapsed from a model's binary one, with boxes of the present positions (not
 /// of those before, in a two-frame update) in single precision: what queries for contacts read.
