@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <cstring>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -49,14 +51,23 @@ class VisitedNodes {
   }
   void record(const WideNode* nodes, TraversalStatistics& statistics, const TaskPool& pool) const {
     pool.forEachPart(static_cast<int>(lanes_.size()), pool.parts(), [&](int first, int last, int) {
-      for (int i = first; i < last; ++i)
-        if (const unsigned lanes = lanes_[static_cast<std::size_t>(i)])
-          record(nodes[i], lanes, statistics);
+      for (int i = next(first, last); i < last; i = next(i + 1, last))
+        record(nodes[i], lanes_[static_cast<std::size_t>(i)], statistics);
     });
   }
 
  private:
   static constexpr unsigned kVisited = 16;
+
+  /// The first visited node from `i` on, before `last`; or that. Most are skipped by eight.
+  int next(int i, int last) const {
+    for (std::uint64_t eight; i + 8 <= last; i += 8) {
+      std::memcpy(&eight, lanes_.data() + i, sizeof(eight));
+      if (eight) break;
+    }
+    while (i < last && !lanes_[static_cast<std::size_t>(i)]) ++i;
+    return i;
+  }
 
   static void record(const WideNode& node, unsigned lanes, TraversalStatistics& statistics) {
     for (const std::int32_t binary : node.binary)
