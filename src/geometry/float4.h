@@ -12,6 +12,7 @@ using Float4 = Pack<float>;
 
 namespace float4 {
 
+using packs::absolute;
 using packs::bits;
 using packs::load;
 using packs::lower;
@@ -31,8 +32,6 @@ template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 broadcast(const Float4& v) {
   return all(v[kLane]);
 }
-
-ADAPTIVE_BVH_INLINE Float4 absolute(const Float4& v) { return upper<Float4>(v, -v); }
 
 /// x + y + z, and the largest of x, y, z.
 ADAPTIVE_BVH_INLINE float sum(const Float4& v) { return v[0] + v[1] + v[2]; }
@@ -73,9 +72,7 @@ ADAPTIVE_BVH_INLINE Rows transposed(const Float4& a, const Float4& b, const Floa
 }
 
 /// The x, the y and the z of each of the four.
-struct Columns {
-  Float4 x, y, z;
-};
+using Columns = Vectors<Float4>;
 ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
                                     const Float4& d) {
   const Rows rows = transposed(a, b, c, d);

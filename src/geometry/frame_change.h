@@ -3,7 +3,7 @@
 #include <fcl/common/types.h>
 
 #include "geometry/boxes4.h"
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 
 namespace adaptive_bvh {
 

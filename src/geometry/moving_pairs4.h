@@ -1,6 +1,6 @@
 #pragma once
 
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 
 namespace adaptive_bvh {
 
@@ -19,12 +19,9 @@ struct MovingPairs4Limits {
 
 namespace moving_pairs4 {
 
-ADAPTIVE_BVH_INLINE Vector4x3 scaled(const Vector4x3& a, const Float4& s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-ADAPTIVE_BVH_INLINE Vector4x3 sum(const Vector4x3& a, const Vector4x3& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
+using vectors::scaled;
+using vectors::sum;
+
 ADAPTIVE_BVH_INLINE Float4 chosen(const Float4& where, const Float4& a, const Float4& b) {
   return where > float4::all(0) ? a : b;
 }
@@ -39,9 +36,9 @@ ADAPTIVE_BVH_INLINE Float4 share(const Float4& a, const Float4& b) {
 
 /// From an edge to an edge, where they are nearest, or nearly.
 ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
-  using vectors4::cross;
-  using vectors4::difference;
-  using vectors4::dot;
+  using vectors::cross;
+  using vectors::difference;
+  using vectors::dot;
   const Vector4x3 u = difference(at[1], at[0]), v = difference(at[3], at[2]),
                   w = difference(at[2], at[0]);
   const Vector4x3 normal = cross(u, v);
@@ -53,9 +50,9 @@ ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
 
 /// From a vertex to a face.
 ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&at)[4]) {
-  using vectors4::cross;
-  using vectors4::difference;
-  using vectors4::dot;
+  using vectors::cross;
+  using vectors::difference;
+  using vectors::dot;
   const Vector4x3 face[3] = {difference(at[1], at[0]), difference(at[2], at[0]),
                              difference(at[3], at[0])};
   const Vector4x3 edges[3] = {difference(at[2], at[1]), difference(at[3], at[2]),
@@ -86,8 +83,8 @@ ADAPTIVE_BVH_INLINE unsigned stayApart(const MovingPairs4& pairs,
   using float4::absolute;
   using float4::all;
   using float4::upper;
-  using vectors4::difference;
-  using vectors4::dot;
+  using vectors::difference;
+  using vectors::dot;
   constexpr float kUnit = 1.f / (1 << 24);
   const Vector4x3 along = kFirsts == 1 ? moving_pairs4::vertexFaceDirection(pairs.begin)
                                        : moving_pairs4::edgeEdgeDirection(pairs.begin);
@@ -99,7 +96,7 @@ ADAPTIVE_BVH_INLINE unsigned stayApart(const MovingPairs4& pairs,
       const Float4 gap = dot(along, first), later = dot(along, last);
       const Float4 so_far = gap + all(limits.share) * (later - gap);
       least = float4::lower(least, float4::lower(gap, so_far));
-      extent = upper(extent, upper(vectors4::size(first), vectors4::size(last)));
+      extent = upper(extent, upper(vectors::size(first), vectors::size(last)));
     }
   const Float4 size = absolute(along.x) + absolute(along.y) + absolute(along.z);
   const Float4 length = float4::squareRoot(dot(along, along)) * all(1 + 8 * kUnit);

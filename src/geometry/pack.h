@@ -49,7 +49,10 @@ ADAPTIVE_BVH_INLINE void store(const Pack<S>& v, S* to) {
 
 template <typename S>
 ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
-  return Pack<S>{} + x;
+  if constexpr (kSize<S> == 4)
+    return Pack<S>{x, x, x, x};
+  else
+    return Pack<S>{x, x};
 }
 
 template <typename P>
@@ -59,6 +62,10 @@ ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
 template <typename P>
 ADAPTIVE_BVH_INLINE P upper(const P& a, const P& b) {
   return a > b ? a : b;
+}
+template <typename P>
+ADAPTIVE_BVH_INLINE P absolute(const P& v) {
+  return upper<P>(v, -v);
 }
 
 ADAPTIVE_BVH_INLINE Pack<float> squareRoot(const Pack<float>& v) {
@@ -109,4 +116,11 @@ ADAPTIVE_BVH_INLINE float largest(const Pack<float>& v) {
 ADAPTIVE_BVH_INLINE double largest(const Pack<double>& v) { return std::max(v[0], v[1]); }
 
 }  // namespace packs
+
+/// Vectors in structure of arrays: as many as there are numbers in a pack.
+template <typename P>
+struct Vectors {
+  P x, y, z;
+};
+
 }  // namespace adaptive_bvh

@@ -41,20 +41,19 @@ struct TriangleSides {
     using float4::lower;
     using float4::upper;
     const Vector4x3(&c)[3] = t.corner;
-    normal =
-        unit(vectors4::cross(vectors4::difference(c[1], c[0]), vectors4::difference(c[2], c[0])));
-    middle = vectors4::sum(vectors4::sum(c[0], c[1]), c[2]);
-    const Float4 a = vectors4::dot(direction, c[0]), b = vectors4::dot(direction, c[1]),
-                 d = vectors4::dot(direction, c[2]);
+    normal = unit(vectors::cross(vectors::difference(c[1], c[0]), vectors::difference(c[2], c[0])));
+    middle = vectors::sum(vectors::sum(c[0], c[1]), c[2]);
+    const Float4 a = vectors::dot(direction, c[0]), b = vectors::dot(direction, c[1]),
+                 d = vectors::dot(direction, c[2]);
     low = lower<Float4>(lower<Float4>(a, b), d);
     high = upper<Float4>(upper<Float4>(a, b), d);
-    size = packs::largest(upper<Float4>(upper<Float4>(vectors4::size(c[0]), vectors4::size(c[1])),
-                                        vectors4::size(c[2])));
+    size = packs::largest(upper<Float4>(upper<Float4>(vectors::size(c[0]), vectors::size(c[1])),
+                                        vectors::size(c[2])));
   }
 
   /// Of length 1; zero where squares would underflow.
   ADAPTIVE_BVH_INLINE static Vector4x3 unit(const Vector4x3& v) {
-    const Float4 squared = vectors4::dot(v, v), zero = float4::all(0);
+    const Float4 squared = vectors::dot(v, v), zero = float4::all(0);
     const Float4 inverse =
         squared > float4::all(1e-30f) ? float4::all(1) / float4::squareRoot(squared) : zero;
     return {v.x * inverse, v.y * inverse, v.z * inverse};
@@ -89,7 +88,7 @@ class TriangleBlock {
     if (isEnough()) return best;
     best = upper<Float4>(best, certain(gap(p, q, lane<kLane>(q_.normal))));
     if (isEnough()) return best;
-    const Vector4x3 between = vectors4::difference(lane<kLane>(q_.middle), p_.middle);
+    const Vector4x3 between = vectors::difference(lane<kLane>(q_.middle), p_.middle);
     return upper<Float4>(best, certain(gap(p, q, TriangleSides::unit(between))));
   }
   /// By so much, at most, a bound is smaller than it had to be in exact arithmetic.
@@ -112,10 +111,10 @@ class TriangleBlock {
                                         const Vector4x3& along) {
     using float4::lower;
     using float4::upper;
-    const Float4 p0 = vectors4::dot(along, p[0]), p1 = vectors4::dot(along, p[1]),
-                 p2 = vectors4::dot(along, p[2]);
-    const Float4 q0 = vectors4::dot(along, q[0]), q1 = vectors4::dot(along, q[1]),
-                 q2 = vectors4::dot(along, q[2]);
+    const Float4 p0 = vectors::dot(along, p[0]), p1 = vectors::dot(along, p[1]),
+                 p2 = vectors::dot(along, p[2]);
+    const Float4 q0 = vectors::dot(along, q[0]), q1 = vectors::dot(along, q[1]),
+                 q2 = vectors::dot(along, q[2]);
     const Float4 forward =
         lower<Float4>(lower<Float4>(q0, q1), q2) - upper<Float4>(upper<Float4>(p0, p1), p2);
     const Float4 backward =

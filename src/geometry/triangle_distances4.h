@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 
 namespace adaptive_bvh {
 
@@ -23,8 +23,8 @@ class TriangleDistances4 {
   struct Seen {
     Seen() = default;
     explicit Seen(const Vector4x3 (&corners)[3]) : from(corners[0]) {
-      for (int k = 0; k < 2; ++k) to[k] = vectors4::difference(corners[k + 1], from);
-      size = float4::upper<Float4>(vectors4::size(to[0]), vectors4::size(to[1]));
+      for (int k = 0; k < 2; ++k) to[k] = vectors::difference(corners[k + 1], from);
+      size = float4::upper<Float4>(vectors::size(to[0]), vectors::size(to[1]));
     }
     Vector4x3 from, to[2];
     Float4 size;  ///< the largest component
@@ -38,8 +38,8 @@ class TriangleDistances4 {
     p_[2] = p.to[1];
     Float4 size = p.size;
     for (int k = 0; k < 3; ++k) {
-      q_[k] = vectors4::difference(q_corners[k], p.from);
-      size = float4::upper<Float4>(size, vectors4::size(q_[k]));
+      q_[k] = vectors::difference(q_corners[k], p.from);
+      size = float4::upper<Float4>(size, vectors::size(q_[k]));
     }
     margin_ = float4::all(8 * error) + float4::all(64 * kUnit) * size;
   }
@@ -49,14 +49,14 @@ class TriangleDistances4 {
   ADAPTIVE_BVH_INLINE Nearness4 byCorners(float limit, unsigned pairs = 15) const {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
     for (const Vector4x3& q : q_) {
-      const Vector4x3 from[3] = {q, vectors4::difference(q, p_[1]), vectors4::difference(q, p_[2])};
+      const Vector4x3 from[3] = {q, vectors::difference(q, p_[1]), vectors::difference(q, p_[2])};
       for (const Vector4x3& way : from)
-        squared = float4::lower<Float4>(squared, vectors4::dot(way, way));
+        squared = float4::lower<Float4>(squared, vectors::dot(way, way));
     }
     const unsigned near = isNear(squared, limit);
     if (!(pairs & ~near)) return {near, 0};
     Nearest middles;
-    middles.consider(vectors4::difference(sum(q_), sum(p_)));
+    middles.consider(vectors::difference(sum(q_), sum(p_)));
     return {near, apart(middles, limit)};
   }
 
@@ -81,7 +81,7 @@ class TriangleDistances4 {
     Vector4x3 way = {float4::all(0), float4::all(0), float4::all(0)};
 
     ADAPTIVE_BVH_INLINE void consider(const Vector4x3& w) {
-      const Float4 other = vectors4::dot(w, w);
+      const Float4 other = vectors::dot(w, w);
       keep(other < squared, other, w);
     }
     template <typename Mask>
@@ -99,9 +99,6 @@ class TriangleDistances4 {
   ADAPTIVE_BVH_INLINE static Float4 clamped(const Float4& v) {
     return float4::lower<Float4>(float4::upper<Float4>(v, float4::all(0)), float4::all(1));
   }
-  ADAPTIVE_BVH_INLINE static Vector4x3 scaled(const Vector4x3& v, const Float4& by) {
-    return {v.x * by, v.y * by, v.z * by};
-  }
 
   /// The nearest points of two segments: that on the second for the best of the first, and then
   /// that on the first for it. Of parallel ones, too.
@@ -110,18 +107,18 @@ class TriangleDistances4 {
     Float4 p_squared[3], q_squared[3], p_inverse[3], q_inverse[3];
     const Float4 least = float4::all(kLeast), one = float4::all(1);
     for (int k = 0; k < 3; ++k) {
-      p_edge[k] = vectors4::difference(p_[(k + 1) % 3], p_[k]);
-      q_edge[k] = vectors4::difference(q_[(k + 1) % 3], q_[k]);
-      p_squared[k] = vectors4::dot(p_edge[k], p_edge[k]);
-      q_squared[k] = vectors4::dot(q_edge[k], q_edge[k]);
+      p_edge[k] = vectors::difference(p_[(k + 1) % 3], p_[k]);
+      q_edge[k] = vectors::difference(q_[(k + 1) % 3], q_[k]);
+      p_squared[k] = vectors::dot(p_edge[k], p_edge[k]);
+      q_squared[k] = vectors::dot(q_edge[k], q_edge[k]);
       p_inverse[k] = one / float4::upper<Float4>(p_squared[k], least);
       q_inverse[k] = one / float4::upper<Float4>(q_squared[k], least);
     }
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        const Vector4x3 between = vectors4::difference(q_[j], p_[i]);
-        const Float4 a = p_squared[i], e = q_squared[j], b = vectors4::dot(p_edge[i], q_edge[j]),
-                     c = vectors4::dot(p_edge[i], between), f = vectors4::dot(q_edge[j], between);
+        const Vector4x3 between = vectors::difference(q_[j], p_[i]);
+        const Float4 a = p_squared[i], e = q_squared[j], b = vectors::dot(p_edge[i], q_edge[j]),
+                     c = vectors::dot(p_edge[i], between), f = vectors::dot(q_edge[j], between);
         const Float4 across = float4::upper<Float4>(a * e - b * b, least);
         Float4 s = clamped((c * e - b * f) / across);
         const Float4 t = clamped((b * s - f) * q_inverse[j]);
@@ -135,19 +132,19 @@ class TriangleDistances4 {
   /// The corners x of one and the points of the other below them. `sign`: 1 where the other is p.
   ADAPTIVE_BVH_INLINE static void considerFaces(Nearest& nearest, const Vector4x3 (&face)[3],
                                                 const Vector4x3 (&x)[3], float sign) {
-    const Vector4x3 u = vectors4::difference(face[1], face[0]),
-                    v = vectors4::difference(face[2], face[0]), normal = vectors4::cross(u, v);
+    const Vector4x3 u = vectors::difference(face[1], face[0]),
+                    v = vectors::difference(face[2], face[0]), normal = vectors::cross(u, v);
     const Float4 inverse =
-        float4::all(1) / float4::upper<Float4>(vectors4::dot(normal, normal), float4::all(kLeast));
-    const Vector4x3 to_u = scaled(vectors4::cross(v, normal), inverse),
-                    to_v = scaled(vectors4::cross(normal, u), inverse);
+        float4::all(1) / float4::upper<Float4>(vectors::dot(normal, normal), float4::all(kLeast));
+    const Vector4x3 to_u = vectors::scaled(vectors::cross(v, normal), inverse),
+                    to_v = vectors::scaled(vectors::cross(normal, u), inverse);
     const Float4 zero = float4::all(0), one = float4::all(1), signs = float4::all(sign);
     for (const Vector4x3& corner : x) {
-      const Vector4x3 w = vectors4::difference(corner, face[0]);
-      const Float4 s = vectors4::dot(w, to_u), t = vectors4::dot(w, to_v);
-      const Vector4x3 way = scaled(
+      const Vector4x3 w = vectors::difference(corner, face[0]);
+      const Float4 s = vectors::dot(w, to_u), t = vectors::dot(w, to_v);
+      const Vector4x3 way = vectors::scaled(
           {w.x - u.x * s - v.x * t, w.y - u.y * s - v.y * t, w.z - u.z * s - v.z * t}, signs);
-      const Float4 squared = vectors4::dot(way, way);
+      const Float4 squared = vectors::dot(way, way);
       nearest.keep((s >= zero) & (t >= zero) & (s + t <= one) & (squared < nearest.squared),
                    squared, way);
     }
@@ -162,7 +159,7 @@ class TriangleDistances4 {
   ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
     using float4::lower;
     using float4::upper;
-    const auto along = [&](const Vector4x3& x) { return vectors4::dot(line.way, x); };
+    const auto along = [&](const Vector4x3& x) { return vectors::dot(line.way, x); };
     const Float4 high = upper<Float4>(upper<Float4>(along(p_[0]), along(p_[1])), along(p_[2])),
                  low = lower<Float4>(lower<Float4>(along(q_[0]), along(q_[1])), along(q_[2]));
     const Float4 gap = upper<Float4>(low - high, float4::all(0)),

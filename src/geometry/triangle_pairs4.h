@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 
 namespace adaptive_bvh {
 
@@ -33,9 +33,9 @@ class TrianglePairs4 {
   ADAPTIVE_BVH_INLINE TrianglePairs4(const Vector4x3 (&p_corners)[3],
                                      const Vector4x3 (&q_corners)[3]) {
     for (int k = 0; k < 3; ++k) {
-      p_edges[k] = vectors4::difference(p_corners[(k + 1) % 3], p_corners[k]);
-      q_edges[k] = vectors4::difference(q_corners[(k + 1) % 3], q_corners[k]);
-      q[k] = vectors4::difference(q_corners[k], p_corners[0]);
+      p_edges[k] = vectors::difference(p_corners[(k + 1) % 3], p_corners[k]);
+      q_edges[k] = vectors::difference(q_corners[(k + 1) % 3], q_corners[k]);
+      q[k] = vectors::difference(q_corners[k], p_corners[0]);
     }
   }
 
@@ -47,9 +47,9 @@ class TrianglePairs4 {
       : TrianglePairs4(p_corners, q_corners) {
     const TrianglePairs4 lost(p_residuals, q_residuals);
     for (int k = 0; k < 3; ++k) {
-      p_edges[k] = vectors4::sum(p_edges[k], lost.p_edges[k]);
-      q_edges[k] = vectors4::sum(q_edges[k], lost.q_edges[k]);
-      q[k] = vectors4::sum(q[k], lost.q[k]);
+      p_edges[k] = vectors::sum(p_edges[k], lost.p_edges[k]);
+      q_edges[k] = vectors::sum(q_edges[k], lost.q_edges[k]);
+      q[k] = vectors::sum(q[k], lost.q[k]);
     }
   }
 
@@ -57,21 +57,21 @@ class TrianglePairs4 {
   ADAPTIVE_BVH_INLINE unsigned apartByPlanes(const PairError& error) const {
     const Sizes sizes(*this, error);
     return float4::bits(
-        (gapAlongP(vectors4::cross(p_edges[0], p_edges[1])) > sizes.margin(sizes.p)) |
-        (gapAlongQ(vectors4::cross(q_edges[0], q_edges[1])) > sizes.margin(sizes.q)));
+        (gapAlongP(vectors::cross(p_edges[0], p_edges[1])) > sizes.margin(sizes.p)) |
+        (gapAlongQ(vectors::cross(q_edges[0], q_edges[1])) > sizes.margin(sizes.q)));
   }
 
   /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
   /// side on a smooth surface.
   ADAPTIVE_BVH_INLINE unsigned apartByEdgeNormals(const PairError& error) const {
     const Sizes sizes(*this, error);
-    const Vector4x3 p_normal = vectors4::cross(p_edges[0], p_edges[1]);
-    const Vector4x3 q_normal = vectors4::cross(q_edges[0], q_edges[1]);
+    const Vector4x3 p_normal = vectors::cross(p_edges[0], p_edges[1]);
+    const Vector4x3 q_normal = vectors::cross(q_edges[0], q_edges[1]);
     const Float4 p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
     Float4 apart = float4::all(std::numeric_limits<float>::lowest());
     for (int i = 0; i < 3; ++i) {
-      const Float4 p_gap = gap(vectors4::cross(p_edges[i], p_normal)) - p_margin;
-      const Float4 q_gap = gap(vectors4::cross(q_edges[i], q_normal)) - q_margin;
+      const Float4 p_gap = gap(vectors::cross(p_edges[i], p_normal)) - p_margin;
+      const Float4 q_gap = gap(vectors::cross(q_edges[i], q_normal)) - q_margin;
       apart = float4::upper(apart, float4::upper(p_gap, q_gap));
     }
     return float4::bits(apart > float4::all(0));
@@ -81,7 +81,7 @@ class TrianglePairs4 {
   ADAPTIVE_BVH_INLINE Verdicts4 verdicts(const PairError& error) const {
     using float4::all;
     using float4::upper;
-    using vectors4::cross;
+    using vectors::cross;
     const Sizes sizes(*this, error);
     const Vector4x3 p_normal = cross(p_edges[0], p_edges[1]);
     const Vector4x3 q_normal = cross(q_edges[0], q_edges[1]);
@@ -102,9 +102,8 @@ class TrianglePairs4 {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) add(gap(cross(p_edges[i], q_edges[j])), margin);
     const Float4 zero = all(0);
-    const unsigned solid =
-        float4::bits((vectors4::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
-                     (vectors4::size(q_normal) > sizes.q * sizes.q * all(kThin)));
+    const unsigned solid = float4::bits((vectors::size(p_normal) > sizes.p * sizes.p * all(kThin)) &
+                                        (vectors::size(q_normal) > sizes.q * sizes.q * all(kThin)));
     return {float4::bits(low > zero), float4::bits(high < zero) & solid};
   }
 
@@ -141,8 +140,8 @@ class TrianglePairs4 {
    private:
     static constexpr float kUnit = 1.f / (1 << 24);
     ADAPTIVE_BVH_INLINE static Float4 largest(const Vector4x3 (&v)[3]) {
-      return float4::upper(float4::upper(vectors4::size(v[0]), vectors4::size(v[1])),
-                           vectors4::size(v[2]));
+      return float4::upper(float4::upper(vectors::size(v[0]), vectors::size(v[1])),
+                           vectors::size(v[2]));
     }
   };
 
@@ -158,10 +157,10 @@ class TrianglePairs4 {
     return float4::upper<Float4>(a.low - b.high, b.low - a.high);
   }
   ADAPTIVE_BVH_INLINE Range pAlong(const Vector4x3& axis) const {
-    return range(float4::all(0), vectors4::dot(axis, p_edges[0]), -vectors4::dot(axis, p_edges[2]));
+    return range(float4::all(0), vectors::dot(axis, p_edges[0]), -vectors::dot(axis, p_edges[2]));
   }
   ADAPTIVE_BVH_INLINE Range qAlong(const Vector4x3& axis) const {
-    return range(vectors4::dot(axis, q[0]), vectors4::dot(axis, q[1]), vectors4::dot(axis, q[2]));
+    return range(vectors::dot(axis, q[0]), vectors::dot(axis, q[1]), vectors::dot(axis, q[2]));
   }
   ADAPTIVE_BVH_INLINE Float4 gap(const Vector4x3& axis) const {
     return gap(pAlong(axis), qAlong(axis));
@@ -171,7 +170,7 @@ class TrianglePairs4 {
     return gap({float4::all(0), float4::all(0)}, qAlong(normal));
   }
   ADAPTIVE_BVH_INLINE Float4 gapAlongQ(const Vector4x3& normal) const {
-    const Float4 point = vectors4::dot(normal, q[0]);
+    const Float4 point = vectors::dot(normal, q[0]);
     return gap(pAlong(normal), {point, point});
   }
 };

@@ -251,7 +251,7 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsi
     }
     if (block2_of_ != pair.second.node) readSecond(pair.second.node);
     readFirst(Nearest::firstLanes(open));
-    const Vector4x3 line = vectors4::all(nearest_.triangles().direction());
+    const Vector4x3 line = vectors::all(nearest_.triangles().direction());
     const TriangleSides side1(block1_, line), side2(block2_, line);
     const auto triangle = [](const PlacedMesh<BV>& mesh, const BoxQuad& quad, int lane,
                              const VertexIndices& corners) -> MeshTriangle {

@@ -56,9 +56,9 @@ void FlatPatches<S>::read(const std::array<std::uint32_t, 4>& triangles,
 /// Four at a time, one of each quarter, so that a bend shows early.
 template <typename S>
 auto FlatPatches<S>::shapeOf(const Patch& patch, const View& view) const -> Shape {
-  using vectors4::cross;
-  using vectors4::difference;
-  using vectors4::dot;
+  using vectors::cross;
+  using vectors::difference;
+  using vectors::dot;
   const std::uint32_t quarter = (patch.count + 3) / 4, last = patch.first + patch.count - 1;
   Float4 longest = float4::all(0), lowest = float4::all(std::numeric_limits<float>::max());
   for (std::uint32_t i = patch.first; i < patch.first + quarter; ++i) {
@@ -88,7 +88,7 @@ bool FlatPatches<S>::contourKeepsApart(const Patch& patch, const View& view, flo
       return positions[slots[std::min(i + k, patch.length - 1)]];
     };
     const Vector4x3 four = float4::columns(at(0), at(1), at(2), at(3));
-    contour.setCorners(i, vectors4::dot(four, view.right), vectors4::dot(four, view.up));
+    contour.setCorners(i, vectors::dot(four, view.right), vectors::dot(four, view.up));
   }
   return contour.keepsApart(distance);
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 #include "tree/contours.h"
 
 namespace adaptive_bvh {

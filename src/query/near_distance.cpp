@@ -58,8 +58,8 @@ void NearDistance<BV>::setLimit() {
   limit_ = nearest_.limit();
   limit2_ = gaps_.squaredGapFor(static_cast<double>(limit_));
   nearly2_ = gaps_.squaredGapNear(static_cast<double>(limit_));
-  direction_ = vectors4::all(trees_.first.coordinates().axes().transpose() *
-                             nearest_.triangles().direction().template cast<double>());
+  direction_ = vectors::all(trees_.first.coordinates().axes().transpose() *
+                            nearest_.triangles().direction().template cast<double>());
   block2_of_ = -1;  // what is kept of it looks along another direction
 }
 

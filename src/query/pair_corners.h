@@ -69,8 +69,8 @@ class Origin4 {
   template <typename S>
   Origin4(const VertexSlots& slots, const WideTree<S>& tree, const WideNode& leaf) {
     const unsigned slot = slots.slotsOf(static_cast<std::size_t>(leaf.first))[0];
-    position_ = vectors4::all(tree.positions()[slot]);
-    residual_ = vectors4::all(tree.residuals()[slot]);
+    position_ = vectors::all(tree.positions()[slot]);
+    residual_ = vectors::all(tree.residuals()[slot]);
   }
 
   /// Of the triangles of a leaf near it. Lanes without one repeat the first. Components are off by
@@ -83,8 +83,8 @@ class Origin4 {
     gatherLeaf(slots, tree.residuals(), leaf, residuals);
     Triangles4 seen;
     for (int c = 0; c < 3; ++c)
-      seen.corner[c] = vectors4::sum(vectors4::difference(positions[c], position_),
-                                     vectors4::difference(residuals[c], residual_));
+      seen.corner[c] = vectors::sum(vectors::difference(positions[c], position_),
+                                    vectors::difference(residuals[c], residual_));
     return seen;
   }
 

@@ -1,37 +1,25 @@
 #include "update/model_volumes.h"
 
+#include "geometry/vectors.h"
+
 namespace adaptive_bvh {
 namespace {
 
 using P = Pack<double>;
 constexpr int kPack = int(packs::kSize<double>);
 
-/// Some vectors, a lane each.
-struct Vectors {
-  P x, y, z;
-};
-ADAPTIVE_BVH_INLINE P dot(const Vectors& a, const Vectors& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-ADAPTIVE_BVH_INLINE Vectors times(const Vectors& v, const P& by) {
-  return {v.x * by, v.y * by, v.z * by};
-}
-ADAPTIVE_BVH_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// Vectors as long as 1 up to rounding, from some that are up to 1e-5: the series of 1 / sqrt(n)
 /// about 1, whose next term is below 1e-15.
-ADAPTIVE_BVH_INLINE Vectors unitVectors(const Vectors& v) {
-  const P d = dot(v, v) - 1;
-  return times(v, 1 - d * (0.5 - d * 0.375));
+ADAPTIVE_BVH_INLINE Vectors<P> unitVectors(const Vectors<P>& v) {
+  const P d = vectors::dot(v, v) - 1;
+  return vectors::scaled<P>(v, 1 - d * (0.5 - d * 0.375));
 }
 
 ADAPTIVE_BVH_INLINE P lanes(const Float4& v, int first) {
   return P{double(v[first]), double(v[first + 1])};
 }
-ADAPTIVE_BVH_INLINE Vectors turned(const fcl::Matrix3d& frame, const float4::Columns& v,
-                                   int first) {
+ADAPTIVE_BVH_INLINE Vectors<P> turned(const fcl::Matrix3d& frame, const float4::Columns& v,
+                                      int first) {
   const P x = lanes(v.x, first), y = lanes(v.y, first), z = lanes(v.z, first);
   const auto row = [&](int k) -> P { return frame(k, 0) * x + frame(k, 1) * y + frame(k, 2) * z; };
   return {row(0), row(1), row(2)};
@@ -62,11 +50,11 @@ void ModelVolumes<BV>::write(const BodyVolume (&volumes)[kLanes], BV* const* to,
                         axis1 = columns([](const BodyVolume&v) -> Float4 { return v.axes.y; }),
                         corner = columns([](const BodyVolume&v) -> Float4 { return v.corner; });
   for (int first = 0; first < count; first += kPack) {
-    const Vectors x = unitVectors(turned(frame_.axes(), axis0, first)),
-                  askew = turned(frame_.axes(), axis1, first);
-    const P d = dot(x, askew);
-    const Vectors y = unitVectors({askew.x - x.x * d, askew.y - x.y * d, askew.z - x.z * d});
-    const Vectors z = cross(x, y), from_origin = turned(frame_.axes(), corner, first);
+    const Vectors<P> x = unitVectors(turned(frame_.axes(), axis0, first)),
+                     askew = turned(frame_.axes(), axis1, first);
+    const P d = vectors::dot(x, askew);
+    const Vectors<P> y = unitVectors({askew.x - x.x * d, askew.y - x.y * d, askew.z - x.z * d});
+    const Vectors<P> z = vectors::cross(x, y), from_origin = turned(frame_.axes(), corner, first);
     for (int k = 0; k < kPack && first + k < count; ++k) {
       fcl::Matrix3<S> axes;
       axes << S(x.x[k]), S(y.x[k]), S(z.x[k]), S(x.y[k]), S(y.y[k]), S(z.y[k]), S(x.z[k]),

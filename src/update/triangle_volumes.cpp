@@ -1,14 +1,14 @@
 #include "update/triangle_volumes.h"
 
-#include "geometry/vectors4.h"
+#include "geometry/vectors.h"
 
 namespace adaptive_bvh {
 namespace {
 
 using float4::Columns;
-using vectors4::cross;
-using vectors4::difference;
-using vectors4::dot;
+using vectors::cross;
+using vectors::difference;
+using vectors::dot;
 
 ADAPTIVE_BVH_INLINE Columns times(const Columns& v, const Float4& by) {
   return {v.x * by, v.y * by, v.z * by};

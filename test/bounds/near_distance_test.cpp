@@ -85,7 +85,7 @@ TEST_F(CommonCoordinates, NoBoundExceedsTheDistanceOfTheTriangles) {
     const CommonGaps gaps(trees.first.scale());
     const P direction = random_.direction();
     const auto in_body =
-        adaptive_bvh::vectors4::all(trees.first.coordinates().axes().transpose() * direction);
+        adaptive_bvh::vectors::all(trees.first.coordinates().axes().transpose() * direction);
     const double unit = 1 / trees.first.scale(),
                  error = 4 * double(frame.same().preciseError()) * unit;
     for (int n2 = 0; n2 < trees.second.size(); ++n2) {

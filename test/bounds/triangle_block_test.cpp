@@ -44,7 +44,7 @@ class Block : public testing::Test {
         a.set(i, p[i], q[0][0], scale);
         b.set(i, q[i], q[0][0], scale);
       }
-      const Vector4x3 along = adaptive_bvh::vectors4::all(line);
+      const Vector4x3 along = adaptive_bvh::vectors::all(line);
       const TriangleSides p_side(a, along), q_side(b, along);
       const TriangleBlock block(p_side, q_side);
       if (slack) *slack = block.slack();
