@@ -64,9 +64,11 @@ class TriangleDistances4 {
   Nearness4 byFeatures(float limit) const {
     Nearest nearest;
     considerEdges(nearest);
+    const Nearness4 by_edges = {isNear(nearest.squared, limit), apart(nearest, limit)};
+    if ((by_edges.near | by_edges.apart) == 15) return by_edges;
     considerFaces(nearest, p_, q_, 1);
     considerFaces(nearest, q_, p_, -1);
-    return {isNear(nearest.squared, limit), apart(nearest, limit)};
+    return {isNear(nearest.squared, limit), by_edges.apart | apart(nearest, limit)};
   }
 
  private:
