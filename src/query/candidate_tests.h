@@ -43,13 +43,17 @@ class CandidateTests {
     fine_ = {frame.preciseError(), share, least};
   }
 
-  ADAPTIVE_BVH_INLINE void found(unsigned triangle1, unsigned triangle2) {
-    ++candidates_;
-    pairs_[size_] = {triangle1, triangle2};
-    size_ +=
-        !areNeighbours(in_.tree1.vertices(triangle1), in_.tree2.vertices(triangle2), in_.filter);
-    if (size_ == kSize) testAll();
+  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
+    candidates_ += __builtin_popcount(pairs);
+    if (size_ > kSize - 16) testAll();
+    pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
+    for (; pairs; pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs);
+      pairs_[size_++] = {static_cast<unsigned>(a.first + (bit & 3)),
+                         static_cast<unsigned>(b.first + (bit >> 2))};
+    }
   }
+  void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return is_done_; }
   /// Whether no pair of triangles below a node is worth to be found, in a search of one tree.
   bool isFlat(int node) const { return in_.flat && in_.flat->contains(node); }

@@ -92,12 +92,37 @@ class Origin4 {
   Vector4x3 position_, residual_;
 };
 
-/// Whether two triangles have so many vertices in common that the filter leaves them out.
-ADAPTIVE_BVH_INLINE bool areNeighbours(const Int4& a, const Int4& b, NeighbourFilter filter) {
-  if (filter == NeighbourFilter::None) return false;
-  const unsigned shared = sharedVertices(a, b);
-  const unsigned but_one = filter == NeighbourFilter::SharedEdge;
-  return (shared & (shared - but_one)) != 0;  // one bit at least, or two
+/// The vertices of the triangles of a leaf. Lanes without a triangle repeat the first.
+template <typename S>
+ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree<S>& tree, const WideNode& leaf) {
+  Float4 of[4];  // only their bits are moved
+  for (int i = 0; i < 4; ++i)
+    __builtin_memcpy(&of[i], &tree.vertices(unsigned(leaf.first + (i < leaf.count ? i : 0))),
+                     sizeof(of[i]));
+  const Vector4x3 columns = float4::columns(of[0], of[1], of[2], of[3]);
+  std::array<Int4, 3> vertices;
+  __builtin_memcpy(vertices.data(), &columns, sizeof(vertices));
+  return vertices;
+}
+
+/// Of pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) those that do not have so
+/// many vertices in common that the filter leaves them out.
+template <typename S>
+ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree<S>& tree1,
+                                               const WideNode& a, const WideTree<S>& tree2,
+                                               const WideNode& b, NeighbourFilter filter) {
+  if (filter == NeighbourFilter::None) return pairs;
+  const auto of_first = verticesOf(tree1, a);
+  const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
+  for (int j = 0; j < b.count; ++j) {
+    if (!(pairs >> (4 * j) & 15)) continue;
+    const Int4& v = tree2.vertices(static_cast<unsigned>(b.first + j));
+    Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
+    for (const Int4& corner : of_first)
+      for (int c = 0; c < 3; ++c) shared += corner == Int4{v[c], v[c], v[c], v[c]};
+    pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));
+  }
+  return pairs;
 }
 
 /// Lets groups of four of `size` pairs be whole, by repeating the last one. There must be room for

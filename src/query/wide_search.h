@@ -80,13 +80,6 @@ class VisitedNodes {
   std::vector<std::uint8_t>& lanes_;
 };
 
-/// Whether a visitor takes pairs of leaves, and not of triangles.
-template <typename Visitor, typename = void>
-struct TakesLeaves : std::false_type {};
-template <typename Visitor>
-struct TakesLeaves<Visitor, std::void_t<decltype(std::declval<Visitor&>().foundLeaf(
-                                std::declval<const WideNode&>(), 0u))>> : std::true_type {};
-
 /// Whether a visitor leaves flat nodes out.
 template <typename Visitor, typename = void>
 struct SkipsFlatNodes : std::false_type {};
@@ -103,10 +96,9 @@ struct NodePair {
 /// the roots or another pair of nodes down, depth first. Where only one of two nodes is a leaf, its
 /// triangles are tested against the boxes of the other.
 ///
-///   Visitor::found(i, j)   two triangles, by their places in the order of FCL's leaves
 ///   Visitor::foundLeaves(a, b, pairs), foundLeaf(a, pairs)
-///                          where it has these: two leaves with such triangles, or one with
-///                          itself; bit 4 j + i of `pairs` for triangle i of `a` and j of `b`
+///                          two leaves with such triangles, or one with itself; bit 4 j + i of
+///                          `pairs` for triangle i of `a` and j of `b`
 ///   Visitor::isDone()      whether the answer is found
 ///   Visitor::isFlat(node)  where it has this: of an inner node of one tree, whether nothing below
 ///                          it need be found
@@ -182,8 +174,9 @@ class WideSearch {
     const unsigned of_b = anyOfFour(bits);
     visited_first_.add(pair.first, of_a);
     visited_second_.add(pair.second, of_b);
+    if (!bits) return;
     if (a.isLeaf() && b.isLeaf())
-      found(a, b, bits);
+      visitor_.foundLeaves(a, b, bits);
     else if (a.isLeaf())
       forEach(of_b, [&](int j, int) { push(pair.first, b.below[j]); });
     else if (b.isLeaf())
@@ -210,11 +203,7 @@ class WideSearch {
     if (node.isLeaf()) {
       visited_first_.add(number,
                          (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
-      if constexpr (TakesLeaves<Visitor>::value)
-        visitor_.foundLeaf(node, bits);
-      else
-        found(node, node, bits);
-      return;
+      return visitor_.foundLeaf(node, bits);
     }
     visited_first_.add(number, 0);
     forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
@@ -239,16 +228,6 @@ class WideSearch {
     for (; bits; bits &= bits - 1) {
       const int bit = __builtin_ctz(bits);
       act(bit & 3, bit >> 2);
-    }
-  }
-  /// Pairs of triangles of two leaves.
-  ADAPTIVE_BVH_INLINE void found(const WideNode& a, const WideNode& b, unsigned bits) {
-    if constexpr (TakesLeaves<Visitor>::value) {
-      if (bits) visitor_.foundLeaves(a, b, bits);
-    } else {
-      forEach(bits, [&](int i, int j) {
-        visitor_.found(static_cast<unsigned>(a.first + i), static_cast<unsigned>(b.first + j));
-      });
     }
   }
 

@@ -106,6 +106,8 @@ class WithinTests {
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     candidates_ += __builtin_popcount(pairs);
+    pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
+    if (!pairs) return;
     if (size_ > Sink::kBatch - 16) testAll();
     readFirst(a);
     readSecond(b);
@@ -156,10 +158,8 @@ class WithinTests {
     const auto second = static_cast<unsigned>(b.first + j);
     for (unsigned rest = row & ~nearness.apart; rest; rest &= rest - 1) {
       const int i = __builtin_ctz(rest);
-      const auto first = static_cast<unsigned>(a.first + i);
-      pairs_[size_] = {first, second};
-      verdicts_[size_] = static_cast<std::uint8_t>((nearness.near >> i & 1) * kNear);
-      size_ += !areNeighbours(in_.tree1.vertices(first), in_.tree2.vertices(second), in_.filter);
+      pairs_[size_] = {static_cast<unsigned>(a.first + i), second};
+      verdicts_[size_++] = static_cast<std::uint8_t>((nearness.near >> i & 1) * kNear);
     }
   }
 

@@ -16,23 +16,6 @@ namespace adaptive_bvh {
 /// Four integers.
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
-/// A bit for each vertex that two triangles have in common. Each is given by its three vertices,
-/// and a fourth number that does not count.
-ADAPTIVE_BVH_INLINE unsigned sharedVertices(const Int4& a, const Int4& b) {
-  Float4 turned;  // only its bits are moved
-  __builtin_memcpy(&turned, &b, sizeof(b));
-  const auto same = [&] {
-    Int4 other;
-    __builtin_memcpy(&other, &turned, sizeof(other));
-    return float4::bits(a == other) & 7;
-  };
-  const unsigned as_is = same();
-  turned = float4::rotated(turned);
-  const unsigned once = same();
-  turned = float4::rotated(turned);
-  return as_is | once << 3 | same() << 6;
-}
-
 /// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
 /// triangles. Boxes that it has none for are empty: they overlap nothing. Two cache lines.
 struct alignas(128) WideNode {

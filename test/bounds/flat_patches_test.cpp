@@ -49,7 +49,9 @@ class FlatNodes {
     for (unsigned i = patch.first; i < patch.first + patch.count; ++i)
       for (unsigned j = patch.first; j < patch.first + patch.count; ++j) {
         const auto p = wide_.vertices(i), q = wide_.vertices(j);
-        if (adaptive_bvh::sharedVertices(p, q) != 0) continue;
+        bool are_neighbours = false;
+        for (int k = 0; k < 9; ++k) are_neighbours |= p[k / 3] == q[k % 3];
+        if (are_neighbours) continue;
         const auto* const v = model_.vertices;
         touching += fcl::detail::Intersect<double>::intersect_Triangle(v[p[0]], v[p[1]], v[p[2]],
                                                                        v[q[0]], v[q[1]], v[q[2]]);
