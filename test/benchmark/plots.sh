@@ -87,15 +87,16 @@ GNUPLOT
 
 # A group of bars a case; a case without a method leaves its place empty.
 contact() {
-  local key plots=""
-  for key in fcl-rss cgal embree embree-planes recorded coherent; do
+  local key title plots=""
+  for key in fcl-rss cgal embree embree-planes recorded on-demand coherent; do
+    title=$(jq -r --arg key "$key" '[.[].methods[] | select(.key == $key) | .title][0] // $key' "$results")
     jq -r --arg key "$key" "$jq_tools"'.[] | select(.job != "continuous")
       | ([.methods[] | select(.key == $key)
           | [.update_ms, .query_ms] | transpose | map(add) | median] | .[0] // "NaN") as $ms
       | "\"\(.job): \(.name | sub("\\.[a-z]+$"; ""))\(
           if .resolution > 1 then " ×\(.resolution * .resolution)" else "" end)\" \($ms)"' \
       "$results" >"$work/$key.dat"
-    plots+="${plots:+, }\"$work/$key.dat\" using 2:xtic(1) title \"$key\""
+    plots+="${plots:+, }\"$work/$key.dat\" using 2:xtic(1) title \"$title\""
   done
   gnuplot <<GNUPLOT
 $style
@@ -104,7 +105,7 @@ set output "$folder/contact.png"
 set title "Update + query in contact, a step (logarithmic)"
 set style data histograms; set style histogram clustered gap 1; set style fill solid 0.8
 set logscale y; set ylabel "milliseconds"; set xtics rotate by -30 scale 0 noenhanced
-set bmargin 11; set rmargin 12; set key top left
+set bmargin 11; set rmargin 12; set key above
 plot $plots
 GNUPLOT
 }
