@@ -12,6 +12,7 @@
 #include <pybind11/pybind11.h>
 
 #include <fcl/math/triangle.h>
+#include <Eigen/Core>
 
 // NumPy arrays as arguments and as results. Arguments are read in place where that is possible;
 // results own their memory. All functions need the GIL.

@@ -7,7 +7,7 @@ const Model* modelOf(const py::object& object) {
   return py::isinstance<Model>(object) ? &object.cast<const Model&>() : nullptr;
 }
 
-const Shape* shapeOf(const py::object& object) {
+const Shape* asShape(const py::object& object) {
   return py::isinstance<Shape>(object) ? &object.cast<const Shape&>() : nullptr;
 }
 
@@ -29,7 +29,7 @@ Objects objectsFrom(const py::object& o1, const py::object& o2, const py::object
   objects.second = modelOf(o2);
   objects.is_swapped = !objects.first;
   if (objects.is_swapped) std::swap(objects.first, objects.second);
-  if (!objects.second) objects.shape = shapeOf(objects.is_swapped ? o1 : o2);
+  if (!objects.second) objects.shape = asShape(objects.is_swapped ? o1 : o2);
   if (!objects.first || (!objects.second && !objects.shape))
     throw py::type_error("a Model and another, or a Model and a Shape, are needed, not " +
                          typeOf(o1) + " and " + typeOf(o2));

@@ -26,8 +26,8 @@ object one after the other.)";
 template <typename Watcher>
 using ScalarOfWatcher = typename std::decay_t<Watcher>::S;
 
-Nearest distanceOf(DistancePair& pair, const py::object& tf1, const py::object& tf2,
-                   bool nearest_points) {
+Nearest nextDistance(DistancePair& pair, const py::object& tf1, const py::object& tf2,
+                     bool nearest_points) {
   const fcl::Transform3d pose1 = poseFrom(tf1, "tf1"), pose2 = poseFrom(tf2, "tf2");
   Nearest nearest;
   pair.query([&](auto& watcher) {
@@ -40,8 +40,8 @@ Nearest distanceOf(DistancePair& pair, const py::object& tf1, const py::object& 
   return nearest;
 }
 
-bool isNearerOf(ProximityPair& pair, double distance, const py::object& tf1,
-                const py::object& tf2) {
+bool nextIsNearer(ProximityPair& pair, double distance, const py::object& tf1,
+                  const py::object& tf2) {
   const fcl::Transform3d pose1 = poseFrom(tf1, "tf1"), pose2 = poseFrom(tf2, "tf2");
   bool is_nearer = false;
   pair.query([&](auto& watcher) {
@@ -58,7 +58,7 @@ void bindPairs(py::module_& module) {
       .def(py::init<const Model&, const Model&>(), py::arg("first"), py::arg("second"),
            "first, second: models of the same volume and dtype.")
       .def(
-          "distance", &distanceOf, py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
+          "distance", &nextDistance, py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
           py::kw_only(), py::arg("nearest_points") = true,
           "The distance of the models placed by two poses, a DistanceResult: as distance gives it.")
       .def_property_readonly(
@@ -72,7 +72,7 @@ void bindPairs(py::module_& module) {
   py::class_<ProximityPair>(module, "CoherentProximity", kCoherentProximity)
       .def(py::init<const Model&, const Model&>(), py::arg("first"), py::arg("second"),
            "first, second: models of the same volume and dtype.")
-      .def("is_nearer", &isNearerOf, py::arg("distance"), py::arg("tf1") = py::none(),
+      .def("is_nearer", &nextIsNearer, py::arg("distance"), py::arg("tf1") = py::none(),
            py::arg("tf2") = py::none(),
            "Whether the models placed by two poses are at most `distance`, a length, apart.")
       .def_property_readonly(

@@ -7,8 +7,6 @@
 #include "model.h"
 
 namespace adaptive_bvh::python {
-namespace {
-
 namespace docs {
 constexpr const char* kClosestPoints =
     R"(Of each of many points the nearest point of the model's surface. Points that follow each other
@@ -29,6 +27,8 @@ origins, directions: (N, 3), or (3,) for one ray, in the model's own frame; dire
     but 0. Sides and corners belong to each triangle that has them: no ray slips between two.
 Returns RayHits; `rays` says which ray.)";
 }  // namespace docs
+
+namespace {
 
 struct OnePoint : Bound {
   std::array<double, 3> point;

@@ -8,8 +8,6 @@
 #include "query.h"
 
 namespace adaptive_bvh::python {
-namespace {
-
 namespace docs {
 constexpr const char* kIsNearer =
     R"(Whether two models are at most `distance`, a length, apart. Much cheaper than their distance.
@@ -47,6 +45,8 @@ constexpr const char* kSignedClearance =
 
 -limit is deep inside. ValueError when an edge of `other` has no neighbour.)";
 }  // namespace docs
+
+namespace {
 
 /// Two poses, read before the GIL is released.
 struct Poses {

@@ -21,7 +21,7 @@ namespace rounding = adaptive_bvh::rounding;
 constexpr Real kUnitRoundoff = 1.L / (1 << 24);
 
 template <typename S>
-class Body : public testing::Test {
+class BodyFrameTest : public testing::Test {
  protected:
   using P = Vector3<S>;
 
@@ -45,10 +45,10 @@ class Body : public testing::Test {
 exact::Point pointOf(const Float4& v) { return {Real(v[0]), Real(v[1]), Real(v[2])}; }
 
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(Body, Scalars);
+TYPED_TEST_SUITE(BodyFrameTest, Scalars);
 
 /// The scale is a power of two that makes the body's size 1 to 2: products with it are exact.
-TYPED_TEST(Body, ScaleIsAPowerOfTwo) {
+TYPED_TEST(BodyFrameTest, ScaleIsAPowerOfTwo) {
   using S = TypeParam;
   for (int round = 0; round < 2000; ++round) {
     const S size = this->random_.size(-6, 6);
@@ -67,7 +67,7 @@ TYPED_TEST(Body, ScaleIsAPowerOfTwo) {
 }
 
 /// Axes that are off by the rounding of float are orthonormal in double afterwards.
-TYPED_TEST(Body, AxesAreMadeOrthonormal) {
+TYPED_TEST(BodyFrameTest, AxesAreMadeOrthonormal) {
   for (int round = 0; round < 1000; ++round) {
     const fcl::Matrix3d axes = this->frame(1).axes();
     ASSERT_TRUE((axes.transpose() * axes).isIdentity(1e-15)) << axes;
@@ -76,7 +76,7 @@ TYPED_TEST(Body, AxesAreMadeOrthonormal) {
 
 /// A point in body coordinates is off by less than 20 u of its largest component, and kError is
 /// more than that.
-TYPED_TEST(Body, PointsAreOffByLessThanTheErrorStated) {
+TYPED_TEST(BodyFrameTest, PointsAreOffByLessThanTheErrorStated) {
   using S = TypeParam;
   EXPECT_GT(Real(BodyFrame<S>::kError), 20 * kUnitRoundoff);
   Real worst = 0;
@@ -95,7 +95,7 @@ TYPED_TEST(Body, PointsAreOffByLessThanTheErrorStated) {
 }
 
 /// Turned and moved frames place points as new ones do.
-TYPED_TEST(Body, FollowsTurnsAndMoves) {
+TYPED_TEST(BodyFrameTest, FollowsTurnsAndMoves) {
   using S = TypeParam;
   for (int round = 0; round < 1000; ++round) {
     BodyFrame<S> frame = this->frame(1);
@@ -108,7 +108,7 @@ TYPED_TEST(Body, FollowsTurnsAndMoves) {
 }
 
 /// A displacement is off by 2 u of each component or by 2^-59, and no motion vanishes.
-TYPED_TEST(Body, DisplacementsAreCloseAndNeverVanish) {
+TYPED_TEST(BodyFrameTest, DisplacementsAreCloseAndNeverVanish) {
   using S = TypeParam;
   const Real kSmall = std::ldexp(1.L, -59);
   int tiny = 0;
@@ -132,7 +132,7 @@ TYPED_TEST(Body, DisplacementsAreCloseAndNeverVanish) {
 }
 
 /// The way back is rounded by a few epsilon of what it is a sum of.
-TYPED_TEST(Body, ComesBack) {
+TYPED_TEST(BodyFrameTest, ComesBack) {
   using S = TypeParam;
   for (int round = 0; round < 50000; ++round) {
     const S size = this->random_.size(-6, 6);
@@ -148,7 +148,7 @@ TYPED_TEST(Body, ComesBack) {
 
 /// What a volume's SweptParallelogram says of its extent along a direction is that of its points;
 /// the sums of coordinates bound those of its corner and of all its points.
-TYPED_TEST(Body, ExtentsAndSumsBoundAVolumesPoints) {
+TYPED_TEST(BodyFrameTest, ExtentsAndSumsBoundAVolumesPoints) {
   using S = TypeParam;
   using V = Volume<fcl::RSS<S>>;
   for (int round = 0; round < 20000; ++round) {

@@ -14,12 +14,12 @@ using adaptive_bvh::FeatureKind;
 using adaptive_bvh::MovingFeatures;
 using exact::Real;
 using P = Eigen::Vector3d;
-using Corners = std::array<P, 4>;
+using FourCorners = std::array<P, 4>;
 
 /// A moving pair in long double.
 struct Moving {
   FeatureKind kind;
-  Corners start, end;
+  FourCorners start, end;
 
   exact::Point corner(std::size_t i, Real t) const {
     return exact::of(start[i]) + t * (exact::of(end[i]) - exact::of(start[i]));
@@ -62,7 +62,7 @@ struct Moving {
 
 class TimeOfImpact : public testing::Test {
  protected:
-  /// Corners in any position, on each other, on a line, in a plane; that move by anything from
+  /// FourCorners in any position, on each other, on a line, in a plane; that move by anything from
   /// almost nothing to many times their size, together or apart.
   Moving pair(double offset) {
     Moving pair;
@@ -149,28 +149,28 @@ TEST_F(TimeOfImpact, DistanceAtStart) {
 /// By hand: a vertex falls on a face, edges cross, parallel edges, a collapsed face, one that
 /// turns.
 TEST_F(TimeOfImpact, ByHand) {
-  const auto time = [](FeatureKind kind, const Corners& start, const Corners& end,
+  const auto time = [](FeatureKind kind, const FourCorners& start, const FourCorners& end,
                        double separation) {
     return MovingFeatures(kind, start, end).timeOfImpact(separation);
   };
   const P face[3] = {P(0, 0, 0), P(4, 0, 0), P(0, 4, 0)};
-  const Corners above = {P(1, 1, 2), face[0], face[1], face[2]};
-  const Corners below = {P(1, 1, -2), face[0], face[1], face[2]};
+  const FourCorners above = {P(1, 1, 2), face[0], face[1], face[2]};
+  const FourCorners below = {P(1, 1, -2), face[0], face[1], face[2]};
   EXPECT_NEAR(0.5, time(FeatureKind::VertexFace, above, below, 0), 1e-12);
   EXPECT_NEAR(0.25, time(FeatureKind::VertexFace, above, below, 1), 1e-12);
   EXPECT_EQ(0, time(FeatureKind::VertexFace, above, below, 2));
   EXPECT_EQ(MovingFeatures::kNever, time(FeatureKind::VertexFace, above, above, 1.99));
-  const Corners point = {P(1, 1, 2), P(1, 1, 0), P(1, 1, 0), P(1, 1, 0)};
-  const Corners passed = {P(1, 1, -2), P(1, 1, 0), P(1, 1, 0), P(1, 1, 0)};
+  const FourCorners point = {P(1, 1, 2), P(1, 1, 0), P(1, 1, 0), P(1, 1, 0)};
+  const FourCorners passed = {P(1, 1, -2), P(1, 1, 0), P(1, 1, 0), P(1, 1, 0)};
   EXPECT_NEAR(0.5, time(FeatureKind::VertexFace, point, passed, 0), 1e-12);
-  const Corners edges = {P(-1, 0, 0), P(1, 0, 0), P(-1, 0, 3), P(1, 0, 3)};
-  const Corners fallen = {P(-1, 0, 0), P(1, 0, 0), P(-1, 0, -1), P(1, 0, -1)};
+  const FourCorners edges = {P(-1, 0, 0), P(1, 0, 0), P(-1, 0, 3), P(1, 0, 3)};
+  const FourCorners fallen = {P(-1, 0, 0), P(1, 0, 0), P(-1, 0, -1), P(1, 0, -1)};
   EXPECT_NEAR(0.75, time(FeatureKind::EdgeEdge, edges, fallen, 0), 1e-12);
-  const Corners line = {P(-2, 0, 0), P(-1, 0, 0), P(1, 0, 0), P(2, 0, 0)};
-  const Corners shifted = {P(0, 0, 0), P(1, 0, 0), P(1, 0, 0), P(2, 0, 0)};
+  const FourCorners line = {P(-2, 0, 0), P(-1, 0, 0), P(1, 0, 0), P(2, 0, 0)};
+  const FourCorners shifted = {P(0, 0, 0), P(1, 0, 0), P(1, 0, 0), P(2, 0, 0)};
   EXPECT_NEAR(1, time(FeatureKind::EdgeEdge, line, shifted, 0), 1e-12);
-  const Corners crossed = {P(-1, 0, 0), P(1, 0, 0), P(0, -1, 1), P(0, 1, 1)};
-  const Corners turned = {P(-1, 0, 0), P(1, 0, 0), P(0, 1, -1), P(0, -1, -1)};
+  const FourCorners crossed = {P(-1, 0, 0), P(1, 0, 0), P(0, -1, 1), P(0, 1, 1)};
+  const FourCorners turned = {P(-1, 0, 0), P(1, 0, 0), P(0, 1, -1), P(0, -1, -1)};
   EXPECT_NEAR(0.5, time(FeatureKind::EdgeEdge, crossed, turned, 0), 1e-12);
 }
 

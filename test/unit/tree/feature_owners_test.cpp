@@ -18,7 +18,7 @@ using adaptive_bvh::FeatureOwners;
 using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
 using Edge = std::pair<unsigned, unsigned>;
 
-std::vector<TriangleMesh<double>> meshes() {
+std::vector<TriangleMesh<double>> meshesWithSharedEdges() {
   std::mt19937 random(5);
   TriangleMesh<double> repeated = plate<double>(5, 5);
   for (std::size_t i = 0; i < repeated.triangles.size(); i += 3) {
@@ -42,7 +42,7 @@ Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
 
 /// Each vertex of a triangle, and each edge, has one owner: that with the smallest number.
 TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
-  for (const auto& mesh : meshes()) {
+  for (const auto& mesh : meshesWithSharedEdges()) {
     Model model;
     ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
     std::map<unsigned, unsigned> vertices;
@@ -91,7 +91,7 @@ TEST(FeatureOwners, AreInTheOrderOfLeaves) {
 /// Leaves of a four-wide tree have what their triangles own: every vertex and edge once, in groups
 /// that are filled up.
 TEST(FeatureLeaves, HaveAllFeaturesOnce) {
-  for (const auto& mesh : meshes()) {
+  for (const auto& mesh : meshesWithSharedEdges()) {
     Model model;
     ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
     FeatureOwners owners;

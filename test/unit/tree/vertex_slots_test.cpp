@@ -18,7 +18,7 @@ using adaptive_bvh::VertexSlots;
 using BV = fcl::RSSd;
 using Model = adaptive_bvh::AdaptiveBVHModel<BV>;
 
-std::vector<TriangleMesh<double>> meshes() {
+std::vector<TriangleMesh<double>> meshesWithLooseVertices() {
   std::mt19937 random(3);
   TriangleMesh<double> loose = plate<double>(9, 9);
   for (int i = 0; i < 5; ++i) loose.vertices.emplace_back(i, 7, 7);  // of no triangle
@@ -48,7 +48,7 @@ std::vector<unsigned> slotsBelow(const VertexSlots& slots, const fcl::BVNode<BV>
 /// Calls check(mesh, model, slots) for meshes in trees of both kinds.
 template <typename Check>
 void forEachTree(Check&& check) {
-  for (const auto& mesh : meshes())
+  for (const auto& mesh : meshesWithLooseVertices())
     for (const auto strategy : {HierarchyStrategy::BottomUp, HierarchyStrategy::TopDown}) {
       Model model(strategy);
       ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
