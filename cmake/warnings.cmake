@@ -9,3 +9,8 @@ if(is_top_level)
     $<$<CXX_COMPILER_ID:Clang,AppleClang>:-Wno-gnu-zero-variadic-macro-arguments>
     $<$<BOOL:${ADAPTIVE_BVH_WARNINGS_AS_ERRORS}>:-Werror>)
 endif()
+# In a unity build GCC takes the unnamed namespaces of all sources but one for those of headers.
+if(CMAKE_UNITY_BUILD)
+  target_compile_options(adaptive_bvh_warnings INTERFACE
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
