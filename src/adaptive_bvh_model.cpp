@@ -326,6 +326,7 @@ void AdaptiveBVHModel<BV>::repair() const {
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::updateVolumes() const {
+  state_->tree.demand.askForVolumes();
   if (!state_->tree.volumesAreCurrent()) resynchronise();
 }
 
@@ -333,6 +334,7 @@ void AdaptiveBVHModel<BV>::updateVolumes() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::resynchronise() const {
   repair();
+  state_->tree.demand.askForVolumes();
   refitWaiting();
 }
 
@@ -374,7 +376,7 @@ const RefitPolicy& AdaptiveBVHModel<BV>::refitPolicy() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
-  if (!policy.volumes_on_demand) updateVolumes();
+  if (!policy.volumes_on_demand && !state_->tree.volumesAreCurrent()) resynchronise();
   state_->policy = policy;
   if (state_->update.propagation() == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
@@ -440,7 +442,7 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
-  refitWaiting();
+  if (state_->policy.volumes_on_demand) refitWaiting();
   return checkTree<BV>(*this, reason);
 }
 

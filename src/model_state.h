@@ -25,9 +25,10 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
-  /// getNodeType, but volumes that wait are left alone.
+  /// getNodeType for a query by boxes: volumes that wait are left alone.
   static fcl::NODE_TYPE repairedType(const AdaptiveBVHModel<BV>& model) {
     model.repair();
+    model.state_->tree.demand.askForBoxes();
     return model.typeOfModel();
   }
 };

@@ -74,7 +74,9 @@ class Soak : public testing::TestWithParam<Case> {};
 TEST_P(Soak, LeavesNoTrace) {
   TriangleMesh<double> mesh = dome<double>(9, 5);
   const Points rest = mesh.vertices;
-  AdaptiveBVHModeld model, obstacle;
+  adaptive_bvh::RefitPolicy policy;
+  policy.volumes_rest = false;
+  AdaptiveBVHModeld model(policy), obstacle;
   fillModel(mesh, model);
   fillModel(tube<double>(5, 6), obstacle);
   fcl::Transform3d tf = fcl::Transform3d::Identity();

@@ -1,5 +1,6 @@
-// RefitPolicy::volumes_on_demand: our queries are exact while FCL's nodes wait, and the first query
-// that reads the nodes finds them up to date, whatever happened since the update.
+// RefitPolicy::volumes_on_demand and volumes_rest: our queries are exact while FCL's nodes wait,
+// and the first query that reads the nodes finds them up to date, whatever happened since the
+// update. Those that rest contain their triangles all the time.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -448,6 +449,154 @@ TYPED_TEST(OnDemand, DisplacementsIgnoreIt) {
   this->a_.setRefitPolicy(this->onDemand(true));
   this->update();
   EXPECT_FALSE(this->holdsAll(this->a_));
+}
+
+/// Of models with the default policy, which nobody has asked for FCL's volumes.
+template <typename BV>
+class Resting : public OnDemand<BV> {
+ protected:
+  Resting() {
+    for (auto* model : {&this->a_, &this->b_}) model->setRefitPolicy(RefitPolicy());
+    for (int step = 0; step <= kPatience; ++step) {
+      this->ourDistance();
+      this->update();
+    }
+  }
+  static constexpr int kPatience = 3;
+
+  bool rests() const { return this->a_.lastUpdate().moved == 0; }
+  void expectSound() const {
+    EXPECT_TRUE(this->holdsAll(this->a_));
+    std::string reason;
+    EXPECT_TRUE(this->a_.validate(&reason)) << reason;
+  }
+  double widest() const {
+    double most = 0;
+    for (int i = 0; i < this->a_.getNumBVs(); ++i) most += this->a_.getBV(i).bv.width();
+    return most;
+  }
+  /// What code of FCL's does that is handed the models themselves, and does not ask their type.
+  std::size_t directCollide() const {
+    fcl::CollisionResultd result;
+    using Node = std::conditional_t<std::is_same<BV, fcl::RSSd>::value,
+                                    fcl::detail::MeshCollisionTraversalNodeRSS<double>,
+                                    fcl::detail::MeshCollisionTraversalNodeOBBRSS<double>>;
+    Node node;
+    EXPECT_TRUE(fcl::detail::initialize(node, this->a_, this->still(), this->b_, this->beside_,
+                                        fcl::CollisionRequestd(100000), result));
+    fcl::detail::collide(&node);
+    return result.numContacts();
+  }
+};
+TYPED_TEST_SUITE(Resting, Volumes);
+
+/// They rest as long as nobody asks for them, and contain their triangles.
+TYPED_TEST(Resting, VolumesThatNobodyAsksForContainTheirTriangles) {
+  ASSERT_TRUE(this->rests());
+  std::size_t contacts = 0;
+  for (int step = 0; step < 40; ++step) {
+    this->update();
+    ASSERT_TRUE(this->rests()) << step;
+    EXPECT_EQ(0, this->a_.lastUpdate().inflated + this->a_.lastUpdate().refitted());
+    this->expectSound();
+    EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12);
+    const std::size_t touching =
+        BruteForce<double>(this->a_, this->still(), this->b_, this->beside_).contacts().size();
+    EXPECT_EQ(touching, this->directCollide());
+    contacts += touching;
+  }
+  EXPECT_GT(contacts, 50u);
+}
+
+/// The first query of FCL's finds them refitted; while there are such queries they are kept so.
+TYPED_TEST(Resting, AQueryOfFclsWakesThem) {
+  const double before = this->widest();
+  EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+  EXPECT_LT(this->widest(), before);
+  EXPECT_EQ(std::size_t(this->a_.getNumBVs()), this->a_.refittedNodes().size());
+  this->expectUpToDate(this->a_);
+  for (int step = 0; step < 20; ++step) {
+    this->update();
+    ASSERT_FALSE(this->rests()) << step;
+    this->ourDistance();
+    EXPECT_NEAR(this->bruteDistance(), this->fclDistance(), 1e-12);
+  }
+  // Then they rest again, but later: they had to be refitted.
+  int steps = 0;
+  for (; !this->rests(); ++steps) {
+    ASSERT_LE(steps, 4 * this->kPatience);
+    this->ourDistance();
+    this->update();
+  }
+  EXPECT_GT(steps, this->kPatience);
+}
+
+TYPED_TEST(Resting, OnlyWhereThePolicySaysSo) {
+  RefitPolicy policy;
+  policy.volumes_rest = false;
+  this->a_.setRefitPolicy(policy);
+  this->expectUpToDate(this->a_);
+  for (int step = 0; step < 10; ++step) {
+    this->ourDistance();
+    this->update();
+    ASSERT_FALSE(this->rests()) << step;
+  }
+}
+
+/// Updates without any queries between them say nothing about who will ask.
+TYPED_TEST(Resting, NotWithoutQueries) {
+  typename TestFixture::Model model;
+  fillModel(this->sheet_, model);
+  for (int step = 0; step < 10; ++step) {
+    model.update(this->nextPositions());
+    EXPECT_GT(model.lastUpdate().moved, 0);
+  }
+}
+
+TYPED_TEST(Resting, HoldBothFrames) {
+  for (int step = 0; step < 6; ++step) {
+    ASSERT_EQ(fcl::BVH_OK, this->a_.beginUpdateModel());
+    this->a_.updateSubModel(this->nextPositions());
+    ASSERT_EQ(fcl::BVH_OK, this->a_.endUpdateModel());
+    ASSERT_TRUE(this->rests());
+    ASSERT_NE(nullptr, this->a_.prev_vertices);
+    this->expectSound();
+  }
+}
+
+/// A body on a long way is refitted now and then: volumes that hold all of it would be too large.
+TYPED_TEST(Resting, FollowALongWay) {
+  double smallest = 1e300, largest = 0;
+  for (int step = 0; step < 200; ++step) {
+    Points moved;
+    for (const auto& p : this->nextPositions())
+      moved.push_back(p + Vector3<double>(20. * step, 7. * step, 0));
+    this->a_.update(moved);
+    ASSERT_TRUE(this->rests());
+    this->expectSound();
+    const double width = this->a_.getBV(0).bv.width();
+    smallest = std::min(smallest, width);
+    largest = std::max(largest, width);
+  }
+  EXPECT_LT(smallest, 10);
+  EXPECT_GT(largest, 400);
+  EXPECT_LT(largest, 1e4);
+}
+
+TYPED_TEST(Resting, CopiesAndMovesAreSound) {
+  typename TestFixture::Model moved(std::move(this->a_));
+  for (int step = 0; step < 5; ++step) {
+    moved.update(this->nextPositions());
+    EXPECT_EQ(0, moved.lastUpdate().moved);
+    EXPECT_TRUE(this->holdsAll(moved));
+  }
+  typename TestFixture::Model copy(moved);
+  this->expectUpToDate(copy);
+  for (int step = 0; step < 5; ++step) {
+    copy.update(this->nextPositions());
+    EXPECT_TRUE(this->holdsAll(copy));
+  }
+  EXPECT_TRUE(this->holdsAll(moved));
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ struct Recording {
   TriangleMesh<double> first, second;
   std::vector<Positions> first_frames, second_frames;
 
-  SimulationWork run(const RefitPolicy& policy) const {
+  SimulationWork run(RefitPolicy policy) const {
+    policy.volumes_rest = false;
     AdaptiveBVHModeld a(policy), b(policy);
     fillModel(first, a);
     fillModel(second, b);

@@ -39,8 +39,9 @@ struct Supported {
 ///
 /// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
 /// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
-/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS and
-/// OBBRSS: distances come out too large, and collisions of RSS are missed.)
+/// step, whatever the policy. While nobody asks for the volumes they are kept large enough, not
+/// tight: RefitPolicy::volumes_rest. (FCL's own default refit, bottom-up, does not keep it for RSS
+/// and OBBRSS: distances come out too large, and collisions of RSS are missed.)
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
@@ -232,9 +233,9 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
-  /// Brings FCL's nodes up to date where RefitPolicy::volumes_on_demand has left them behind, by
-  /// refitting every volume; else nothing. Every query of FCL's does that first, and `validate`.
-  /// Threads that query may call it at once.
+  /// Brings FCL's nodes up to date where RefitPolicy::volumes_rest or volumes_on_demand has left
+  /// them behind, by refitting every volume; else nothing. Every query of FCL's does that first. To
+  /// be called by code that reads them itself. Threads that query may call it at once.
   void updateVolumes() const;
 
   /// Lets updates of all vertices use so many threads of the caller's oneTBB task arena, where the
@@ -256,7 +257,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Checks the invariant: every volume contains every triangle below it (after a two-frame
   /// update of both frames), up to the rounding error of the check itself, which is at most 6
   /// epsilon times the extent of the volume. Also the links of the tree. Takes O(n depth). On
-  /// false, `reason` says what is wrong where.
+  /// false, `reason` says what is wrong where. With RefitPolicy::volumes_on_demand it first brings
+  /// the volumes up to date.
   bool validate(std::string* reason = nullptr) const;
 
   /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
@@ -268,7 +270,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Of its corners, the largest, since its leaf was last refitted; with Propagation::Displacements
   /// only, else 0.
   S overallDisplacement(int triangle) const;
-  bool traversed(int node) const;  ///< test B: did a recording query go below since the update?
+  /// Test B: did a recording query go below since the update? Not recorded while volumes rest.
+  bool traversed(int node) const;
   /// The nodes whose volumes the last update recomputed from their triangles, or `updateVolumes`
   /// after it; in ascending order. None after a build.
   std::vector<int> refittedNodes() const;

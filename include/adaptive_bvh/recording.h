@@ -117,9 +117,9 @@ struct RecordingOptions {
 /// many.
 ///
 /// **Models.** `frame` reads them as a query does, and changes nothing in them; it records no
-/// traversal statistics. One exception: where RefitPolicy::volumes_on_demand has left FCL's nodes
-/// behind, recording volumes brings them up to date first, which takes as long as a refit of the
-/// tree. Set `volume_depth = -1` to leave it.
+/// traversal statistics. One exception: who records volumes asks for them, as queries of FCL's do.
+/// Where they rest (RefitPolicy::volumes_rest, volumes_on_demand) they are refitted first. Set
+/// `volume_depth = -1` to leave them.
 ///
 /// **Lifetime.** Keeps references: a model must live until the last call of `frame`. `write` reads
 /// no model. The object serves one thread at a time.

@@ -90,11 +90,18 @@ struct RefitPolicy {
   /// this share, a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
 
-  /// Propagation::TranslationCompensated only. Updates renew the boxes, which are all that
-  /// CoherentDistance, `selfCollide`, `distance` and `collide` of two adaptive models need, and
-  /// leave FCL's nodes as they are. The next query of FCL's brings the nodes up to date, on
-  /// whatever thread it runs, and so does AdaptiveBVHModel::updateVolumes; code that reads `getBV`
-  /// itself has to call that first. No criterion is asked meanwhile.
+  /// Propagation::TranslationCompensated only. Volumes that no query reads rest: after three steps
+  /// in a row in which only queries by boxes came (CoherentDistance, `selfCollide`, `distance` and
+  /// `collide` of two adaptive models, and so on), updates renew the boxes alone. FCL's nodes are
+  /// then no longer moved and refitted, but all grow now and then, so that they still contain their
+  /// triangles: code that reads them by `getBV` stays right, if not fast. The next query of FCL's
+  /// has them refitted first, on whatever thread it runs, and so has
+  /// AdaptiveBVHModel::updateVolumes. No criterion is asked meanwhile.
+  bool volumes_rest = true;
+
+  /// Propagation::TranslationCompensated only. FCL's nodes rest from the first update on and are
+  /// left as they are, too small: code that reads them by `getBV` has to call
+  /// AdaptiveBVHModel::updateVolumes first. Queries of FCL's need not.
   bool volumes_on_demand = false;
 
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The

@@ -34,8 +34,9 @@ struct SimulationWork {
 };
 
 /// Runs all steps with a policy: set it on your models, update, query (by query.h, which records
-/// traversal statistics), and add up. Called some thousand times; must not depend on the run
-/// before. May throw; `tune` passes that on.
+/// traversal statistics), and add up. Of volumes that rest there is nothing to learn: let your
+/// models have the policy with volumes_rest = false. Called some thousand times; must not depend on
+/// the run before. May throw; `tune` passes that on.
 using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 
 /// Nanoseconds for each kind of work. The defaults were measured on a 2 GHz x86-64 server; only

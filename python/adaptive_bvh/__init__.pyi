@@ -49,6 +49,7 @@ class RefitPolicy:
         min_inflation: float = 0.58,
         reference: _Reference = "node size",
         axes_tolerance: float = 0.25,
+        volumes_rest: bool = True,
         volumes_on_demand: bool = False,
         leaf_radius_may_shrink: bool = True,
         propagation: _Propagation = "translation-compensated",
@@ -70,6 +71,8 @@ class RefitPolicy:
     def reference(self) -> _Reference: ...
     @property
     def axes_tolerance(self) -> float: ...
+    @property
+    def volumes_rest(self) -> bool: ...
     @property
     def volumes_on_demand(self) -> bool: ...
     @property

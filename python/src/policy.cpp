@@ -65,15 +65,15 @@ RefitPolicy checked(RefitPolicy policy, const Choices& choices) {
 py::tuple members(const RefitPolicy& p) {
   return py::make_tuple(nameOf(kCriteria, p.criterion), p.max_inflation, p.child_distance_ratio,
                         p.min_inflation, nameOf(kReferences, p.reference), p.axes_tolerance,
-                        p.volumes_on_demand, p.leaf_radius_may_shrink,
+                        p.volumes_rest, p.volumes_on_demand, p.leaf_radius_may_shrink,
                         nameOf(kPropagations, p.propagation));
 }
 
 std::string textOf(const RefitPolicy& policy) {
   return std::string(
       py::str("RefitPolicy(criterion={!r}, max_inflation={!r}, child_distance_ratio={!r}, "
-              "min_inflation={!r}, reference={!r}, axes_tolerance={!r}, volumes_on_demand={!r}, "
-              "leaf_radius_may_shrink={!r}, propagation={!r})")
+              "min_inflation={!r}, reference={!r}, axes_tolerance={!r}, volumes_rest={!r}, "
+              "volumes_on_demand={!r}, leaf_radius_may_shrink={!r}, propagation={!r})")
           .format(*members(policy)));
 }
 
@@ -86,13 +86,15 @@ void bindRefitPolicy(py::module_& module) {
   policy
       .def(py::init([](const std::string& criterion, double max_inflation,
                        double child_distance_ratio, double min_inflation,
-                       const std::string& reference, double axes_tolerance, bool volumes_on_demand,
-                       bool leaf_radius_may_shrink, const std::string& propagation) {
+                       const std::string& reference, double axes_tolerance, bool volumes_rest,
+                       bool volumes_on_demand, bool leaf_radius_may_shrink,
+                       const std::string& propagation) {
              RefitPolicy p;
              p.max_inflation = max_inflation;
              p.child_distance_ratio = child_distance_ratio;
              p.min_inflation = min_inflation;
              p.axes_tolerance = axes_tolerance;
+             p.volumes_rest = volumes_rest;
              p.volumes_on_demand = volumes_on_demand;
              p.leaf_radius_may_shrink = leaf_radius_may_shrink;
              return checked(p, {criterion, reference, propagation});
@@ -103,6 +105,7 @@ void bindRefitPolicy(py::module_& module) {
            py::arg("min_inflation") = standard.min_inflation,
            py::arg("reference") = nameOf(kReferences, standard.reference),
            py::arg("axes_tolerance") = standard.axes_tolerance,
+           py::arg("volumes_rest") = standard.volumes_rest,
            py::arg("volumes_on_demand") = standard.volumes_on_demand,
            py::arg("leaf_radius_may_shrink") = standard.leaf_radius_may_shrink,
            py::arg("propagation") = nameOf(kPropagations, standard.propagation),
@@ -135,6 +138,8 @@ void bindRefitPolicy(py::module_& module) {
           "What inflations are ratios of: 'node size' or 'original radius'.")
       .def_readonly("axes_tolerance", &RefitPolicy::axes_tolerance,
                     "How much a volume's surface may grow before its axes are chosen anew.")
+      .def_readonly("volumes_rest", &RefitPolicy::volumes_rest,
+                    "Whether updates leave volumes alone, but large enough, that no query reads.")
       .def_readonly("volumes_on_demand", &RefitPolicy::volumes_on_demand,
                     "Whether updates leave FCL's volumes to the queries that need them: those with "
                     "shapes.")

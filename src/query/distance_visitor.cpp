@@ -24,7 +24,7 @@ DistanceVisitor<BV>::DistanceVisitor(const PlacedMesh<BV>& first, const PlacedMe
       nodes2_(second.tree->boxes->nodes()),
       nearest_(nearest),
       stops_(stops),
-      statistics_(statisticsOf(first, second)),
+      visits_(visitsOf(first, second)),
       unit1_(static_cast<double>(first.tree->boxes->frame.unit())),
       boxes_(*first.tree->boxes, first.tf, *second.tree->boxes, second.tf),
       separation_(first, second, nearest, boxes_.error()),
@@ -112,10 +112,10 @@ void DistanceVisitor<BV>::split(const Pair& pair, S separation) {
     open = below(gaps, limit2_);
   }
   recordBelow(pair, open);
-  if (!std::isnan(separation)) {
+  if (!std::isnan(separation) && visits_.side[0] && visits_.side[1]) {
     const double gap = boxes_.distanceFor(packs::smallest(gaps.least())) - double(separation);
-    if (quad1_.count > 1) statistics_.side[0]->recordChildGap(pair.first.node, gap);
-    if (quad2_.count > 1) statistics_.side[1]->recordChildGap(pair.second.node, gap);
+    if (quad1_.count > 1) visits_.side[0]->recordChildGap(pair.first.node, gap);
+    if (quad2_.count > 1) visits_.side[1]->recordChildGap(pair.second.node, gap);
   }
   if (isSmall(pair.first) && isSmall(pair.second))
     testLeaves(pair, gaps, open);
@@ -163,16 +163,16 @@ ADAPTIVE_BVH_INLINE unsigned DistanceVisitor<BV>::below(const Gaps4x4& gaps, flo
 /// The two nodes, and those of their children that the search goes below.
 template <typename BV>
 void DistanceVisitor<BV>::recordBelow(const Pair& pair, unsigned open) {
-  statistics_.recordVisit(pair.first.node, pair.second.node);
-  const auto record = [](TraversalStatistics& side, const BoxNodes<const BoxNode>& tree, int node,
+  visits_.recordVisit(pair.first.node, pair.second.node);
+  const auto record = [](TraversalStatistics* side, const BoxNodes<const BoxNode>& tree, int node,
                          const BoxQuad& quad, unsigned lanes) {
-    if (quad.count <= 2) return;
+    if (!side || quad.count <= 2) return;
     const int left = tree.left(node);
-    if ((lanes & quad.leftLanes()) && !tree.isLeaf(left)) side.recordVisit(left);
-    if ((lanes & ~quad.leftLanes()) && !tree.isLeaf(left + 1)) side.recordVisit(left + 1);
+    if ((lanes & quad.leftLanes()) && !tree.isLeaf(left)) side->recordVisit(left);
+    if ((lanes & ~quad.leftLanes()) && !tree.isLeaf(left + 1)) side->recordVisit(left + 1);
   };
-  record(*statistics_.side[0], nodes1_, pair.first.node, quad1_, Nearest::firstLanes(open));
-  record(*statistics_.side[1], nodes2_, pair.second.node, quad2_, Nearest::secondLanes(open));
+  record(visits_.side[0], nodes1_, pair.first.node, quad1_, Nearest::firstLanes(open));
+  record(visits_.side[1], nodes2_, pair.second.node, quad2_, Nearest::secondLanes(open));
 }
 
 /// What is below the two nodes; a small node stays whole. The nearest is next.
@@ -247,7 +247,7 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsi
   if (open) {
     for (unsigned rest = open; rest; rest &= rest - 1) {
       const int bit = __builtin_ctz(rest);
-      statistics_.recordVisit(quad1_.below[bit & 3].node, quad2_.below[bit >> 2].node);
+      visits_.recordVisit(quad1_.below[bit & 3].node, quad2_.below[bit >> 2].node);
     }
     if (block2_of_ != pair.second.node) readSecond(pair.second.node);
     readFirst(Nearest::firstLanes(open));

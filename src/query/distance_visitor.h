@@ -73,7 +73,7 @@ class DistanceVisitor {
   const BoxNodes<const BoxNode> nodes1_, nodes2_;
   NearestPair<BV>& nearest_;
   SearchStops<BV>& stops_;
-  const PairStatistics statistics_;
+  const PairStatistics visits_;
   const double unit1_;  // of the first model, per unit of its boxes
   const BoxPair boxes_;
   NodeSeparation<BV> separation_;

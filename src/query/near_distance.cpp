@@ -101,8 +101,8 @@ void NearDistance<BV>::run() {
 template <typename BV>
 void NearDistance<BV>::record() const {
   const TaskPool alone(1);
-  visited1_.record(nodes1_, first_.tree->statistics, alone);
-  visited2_.record(nodes2_, second_.tree->statistics, alone);
+  visited1_.record(nodes1_, first_.visits(), alone);
+  visited2_.record(nodes2_, second_.visits(), alone);
 }
 
 template <typename BV>

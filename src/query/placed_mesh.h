@@ -23,6 +23,11 @@ struct PlacedMesh {
 
   bool hasBoxes() const { return tree && tree->boxes; }
   TraversalStatistics* statistics() const { return tree ? &tree->statistics : nullptr; }
+  /// Where visits of nodes are recorded: nowhere while FCL's volumes wait, for the next step asks no
+  /// criterion.
+  TraversalStatistics* visits() const {
+    return tree && tree->volumesAreCurrent() ? &tree->statistics : nullptr;
+  }
 };
 
 /// The four-wide tree of an adaptive model, up to date.
@@ -41,6 +46,10 @@ struct PlacedGeometry {
 template <typename BV>
 PairStatistics statisticsOf(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
   return {{first.statistics(), second.statistics()}};
+}
+template <typename BV>
+PairStatistics visitsOf(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) {
+  return {{first.visits(), second.visits()}};
 }
 template <typename BV>
 PairStatistics statisticsOf(const PlacedMesh<BV>& mesh) {

@@ -49,10 +49,12 @@ class VisitedNodes {
   void add(const VisitedNodes& other) {
     for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] |= other.lanes_[i];
   }
-  void record(const WideNode* nodes, TraversalStatistics& statistics, const TaskPool& pool) const {
+  /// `visits`: PlacedMesh::visits.
+  void record(const WideNode* nodes, TraversalStatistics* visits, const TaskPool& pool) const {
+    if (!visits) return;
     pool.forEachPart(static_cast<int>(lanes_.size()), pool.parts(), [&](int first, int last, int) {
       for (int i = next(first, last); i < last; i = next(i + 1, last))
-        record(nodes[i], lanes_[static_cast<std::size_t>(i)], statistics);
+        record(nodes[i], lanes_[static_cast<std::size_t>(i)], *visits);
     });
   }
 
@@ -69,12 +71,12 @@ class VisitedNodes {
     return i;
   }
 
-  static void record(const WideNode& node, unsigned lanes, TraversalStatistics& statistics) {
+  static void record(const WideNode& node, unsigned lanes, TraversalStatistics& visits) {
     for (const std::int32_t binary : node.binary)
-      if (binary >= 0) statistics.recordVisit(binary);
+      if (binary >= 0) visits.recordVisit(binary);
     if (!node.isLeaf()) return;
     for (int k = 0; k < node.count; ++k)
-      if (lanes >> k & 1) statistics.recordVisit(node.below[k]);
+      if (lanes >> k & 1) visits.recordVisit(node.below[k]);
   }
 
   std::vector<std::uint8_t>& lanes_;

@@ -45,8 +45,8 @@ class WithinSearch {
   }
   /// In both models.
   void record(const TaskPool& pool) const {
-    visited1_.record(input_.tree1.nodes(), input_.first.tree->statistics, pool);
-    visited2_.record(input_.tree2.nodes(), input_.second.tree->statistics, pool);
+    visited1_.record(input_.tree1.nodes(), input_.first.visits(), pool);
+    visited2_.record(input_.tree2.nodes(), input_.second.visits(), pool);
     QueryWork work;
     work.box_tests = walk_.boxTests() + box_tests_;
     work.candidates = tests_.candidates() + candidates_;

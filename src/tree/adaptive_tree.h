@@ -13,6 +13,7 @@
 #include "tree/refit_marks.h"
 #include "tree/topology.h"
 #include "tree/traversal_statistics.h"
+#include "tree/volume_demand.h"
 #include "tree/wide_tree_on_demand.h"
 #include "tree/witness_cache.h"
 #include "volume/each_volume.h"
@@ -52,12 +53,13 @@ struct AdaptiveTree {
   mutable FeatureOwnersOnDemand owners;    ///< written by queries, too
   mutable FeaturesOnDemand features;       ///< written by queries, too
   mutable ContoursOnDemand contours;       ///< written by queries, too
+  mutable VolumeDemand demand;             ///< told by queries
   int query_threads = 1;                   ///< that one query may use
   ChangeDetector<BV> detector;
   std::mutex repairing;  ///< held by the one thread that repairs a changed tree
 
-  /// False while FCL's nodes wait to be brought up to date (RefitPolicy::volumes_on_demand): then
-  /// only the boxes may be read.
+  /// False while FCL's nodes wait to be brought up to date (RefitPolicy::volumes_rest and
+  /// volumes_on_demand): then our queries read the boxes only.
   bool volumesAreCurrent() const { return volumes_current_.load(std::memory_order_acquire); }
   void setVolumesCurrent(bool current) {
     volumes_current_.store(current, std::memory_order_release);

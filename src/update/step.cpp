@@ -41,11 +41,23 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   if (refitted) method.refitted(target, 0);
 }
 
+/// Whether FCL's nodes wait in the step that begins. Those that wait go on doing so until somebody
+/// asks for them.
+template <typename BV, typename Method>
+bool volumesWait(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
+  const bool may_rest = target.tree.demand.mayRest();
+  return Method::kHasBoxes &&
+         (policy.volumes_on_demand ||
+          (policy.volumes_rest && (may_rest || !target.tree.volumesAreCurrent())));
+}
+
 /// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
 template <typename BV, typename Scope>
-bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
-         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
+bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
+         Scope& scope, const StepInput<typename BV::S>& input, UpdateReport& report,
+         Stopwatch& watch) {
   auto& method = scope.method();
+  using Method = std::decay_t<decltype(method)>;
   const bool repaired = report.resynchronised;  // and every volume recomputed
   if (scope.isAtRest()) {
     if (!repaired) target.tree.refits.clear();
@@ -62,6 +74,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
 
   if (!repaired) target.tree.refits.clear();
   target.tree.setMoved();
+  target.tree.setVolumesCurrent(!volumesWait<BV, Method>(target, policy));
   openStep(target.model, input.kind);
   scope.write(seen);
   report.displacement_seconds = watch.lap();
@@ -80,6 +93,9 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
     report.refitted_inner = refits.inner;
     report.refitted_primitives = refits.primitives;
     recordRoot(target, method, refits.root);
+    const bool rest = !target.tree.volumesAreCurrent() && !policy.volumes_on_demand;
+    if (rest && !state.cover.follow(target, seen.largestDisplacement()))
+      updateVolumes(target, state, policy);
   } else {
     target.tree.detector.invalidate();
     report.resynchronised = repairIfChanged(target, state);
@@ -120,7 +136,7 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
     if constexpr (Method::kHasBoxes) {
       if (!target.model.prev_vertices) {
         SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
-        return run(target, state, some, input, report, watch);
+        return run(target, state, policy, some, input, report, watch);
       }
     }
     std::vector<Point> all(target.model.vertices,
@@ -132,7 +148,7 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
   TaskPool pool(parallel ? state.threads : 1);
   AllVertices<BV, Method> all(target, method, policy, input, pool);
-  return run(target, state, all, input, report, watch);
+  return run(target, state, policy, all, input, report, watch);
 }
 
 }  // namespace
@@ -158,6 +174,8 @@ template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.adopt(target.model);
   state.leaves.clear();
+  state.cover.restart();
+  target.tree.setVolumesCurrent(true);
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }
@@ -188,7 +206,6 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   reset(target, state);
   tree.refits.markAll();
   start(target, state, refitAllButRoot(target));
-  tree.setVolumesCurrent(true);
   return true;
 }
 
@@ -224,6 +241,7 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
       },
       state.method);
   tree.refits.markAll();
+  state.cover.restart();
   tree.setVolumesCurrent(true);
 }
 

@@ -8,6 +8,7 @@
 #include "update/step_input.h"
 #include "update/translation_propagation.h"
 #include "update/vertex_leaf_map.h"
+#include "update/volume_cover.h"
 
 namespace adaptive_bvh {
 
@@ -16,8 +17,9 @@ template <typename BV>
 struct UpdateState {
   /// In the order of the enum Propagation.
   std::variant<TranslationPropagation<BV>, DisplacementPropagation<BV>> method;
-  VertexLeafMap leaves;  ///< empty until it is needed
-  DirtyPairs dirty;      ///< none between steps
+  VertexLeafMap leaves;   ///< empty until it is needed
+  DirtyPairs dirty;       ///< none between steps
+  VolumeCover<BV> cover;  ///< of volumes that rest
   int threads = 1;
 
   Propagation propagation() const { return static_cast<Propagation>(method.index()); }
@@ -40,8 +42,8 @@ template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
-/// Brings FCL's nodes up to date where updates left them behind: see
-/// RefitPolicy::volumes_on_demand. Nothing when the change detector does not match:
+/// Brings FCL's nodes up to date where updates left them behind: see RefitPolicy::volumes_rest and
+/// volumes_on_demand. Nothing when the change detector does not match:
 /// `repairIfChanged` is to come first. Threads that query may call it at once.
 template <typename BV>
 void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,

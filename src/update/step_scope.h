@@ -40,10 +40,9 @@ class PerThread {
 };
 
 /// Whether a step refits volumes at all.
-template <typename Method>
-bool refitsVolumes(const RefitPolicy& policy) {
-  return policy.criterion != FitnessCriterion::RefitNone &&
-         !(Method::kHasBoxes && policy.volumes_on_demand);
+template <typename BV>
+bool refitsVolumes(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
+  return policy.criterion != FitnessCriterion::RefitNone && target.tree.volumesAreCurrent();
 }
 
 /// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
@@ -94,7 +93,7 @@ class AllVertices {
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
 
   RefitCounts<S> refit() {
-    if (!refitsVolumes<Method>(policy_)) return {};
+    if (!refitsVolumes(target_, policy_)) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
     const NodeRange turn = method_.nextTurn(target_);
     const Candidates* const marked = candidates();
@@ -182,7 +181,7 @@ class SomeVertices {
 
   RefitCounts<S> refit() {
     Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
-    const bool may_refit = refitsVolumes<Method>(policy_);
+    const bool may_refit = refitsVolumes(target_, policy_);
     for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
       if (may_refit) {
         refitter.judge(left);

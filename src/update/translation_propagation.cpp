@@ -86,7 +86,6 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S larges
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy, TaskPool& pool) {
-  target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   candidates_.restart(!onlyVisitedAreUnfit(target.tree.statistics, policy));
   return candidates_.isOn() ? propagateAll<true>(target, policy, pool)
                             : propagateAll<false>(target, policy, pool);
@@ -135,7 +134,6 @@ template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<BV>& target,
                                                              const RefitPolicy& policy,
                                                              const DirtyPairs& dirty) {
-  target.tree.setVolumesCurrent(!policy.volumes_on_demand);
   candidates_.restart(false);
   DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), policy,
                      candidates_, dirty);

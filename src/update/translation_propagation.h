@@ -78,7 +78,7 @@ class TranslationPropagation {
   static bool canFollow(const UpdateTarget<BV>& target, S largest) {
     return largest * target.tree.boxes->frame.scale() < S(kRange);
   }
-  /// Renews all boxes, and moves and inflates all volumes unless the policy wants these on demand.
+  /// Renews all boxes, and moves and inflates all volumes that do not wait.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
   /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have

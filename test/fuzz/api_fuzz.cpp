@@ -511,7 +511,7 @@ class Subject {
       REQUIRE(ours.min_distance > -1e-9 || ours.min_distance == -1);
   }
 
-  /// A body that is carried along moves its volumes and inflates none.
+  /// A body that is carried along moves its volumes, unless they rest, and inflates none.
   void translate(Bytes& in, const Points& before) {
     const Point by(in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5);
     if (isBuilding() || !isPlainFrame()) return;
@@ -524,7 +524,8 @@ class Subject {
         swept || report.resynchronised || before.empty())
       return;
     REQUIRE(report.inflated == 0);
-    REQUIRE(report.moved == (by.isZero(0) ? 0 : report.nodes));
+    const bool may_rest = by.isZero(0) || model_->refitPolicy().volumes_rest;
+    REQUIRE(report.moved == report.nodes || (may_rest && report.moved == 0));
   }
 
   /// A pair that FCL cannot compute is refused, not answered.
@@ -565,6 +566,7 @@ class Subject {
     policy.min_inflation = policy.child_distance_ratio = 0.01 * in.below(20);
     policy.max_inflation = 0.01 * in.below(20);
     if (in.oneIn(3)) policy.propagation = adaptive_bvh::Propagation::Displacements;
+    policy.volumes_rest = !in.oneIn(4);
     model_->setRefitPolicy(policy);
   }
 

@@ -1,0 +1,50 @@
+#include "tree/volume_demand.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using adaptive_bvh::VolumeDemand;
+
+/// So many steps with queries by boxes until the volumes may rest.
+int stepsToRest(VolumeDemand& demand) {
+  for (int steps = 1;; ++steps) {
+    demand.askForBoxes();
+    if (demand.mayRest()) return steps;
+  }
+}
+
+TEST(VolumeDemand, MayRestAfterThreeStepsOfQueriesByBoxes) {
+  VolumeDemand demand;
+  EXPECT_EQ(3, stepsToRest(demand));
+  for (int step = 0; step < 5; ++step) EXPECT_TRUE(demand.mayRest()) << "nobody asked";
+}
+
+TEST(VolumeDemand, StepsWithoutQueriesDoNotCount) {
+  VolumeDemand demand;
+  for (int step = 0; step < 20; ++step) EXPECT_FALSE(demand.mayRest());
+  EXPECT_EQ(3, stepsToRest(demand));
+}
+
+TEST(VolumeDemand, QueriesOfTheVolumesBeginAnew) {
+  VolumeDemand demand;
+  for (int step = 0; step < 20; ++step) {
+    demand.askForBoxes();
+    if (step % 3 == 0) demand.askForVolumes();
+    EXPECT_FALSE(demand.mayRest());
+  }
+}
+
+TEST(VolumeDemand, WhoWakesThemOftenLetsThemRestLater) {
+  VolumeDemand demand;
+  for (int patience = 3; patience < 1024; patience = std::min(2 * patience, 1024)) {
+    EXPECT_EQ(patience, stepsToRest(demand));
+    demand.askForVolumes();
+    EXPECT_FALSE(demand.mayRest());
+  }
+  EXPECT_EQ(1024, stepsToRest(demand));
+}
+
+}  // namespace
