@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#if defined(__SSE2__)
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
@@ -55,6 +57,12 @@ ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
     return Pack<S>{x, x};
 }
 
+/// A pack of any size, of one number.
+template <typename P>
+ADAPTIVE_BVH_INLINE P filled(float x) {
+  return x - P{};  // the number as it is, 0 and -0 too
+}
+
 template <typename P>
 ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
   return a < b ? a : b;
@@ -92,11 +100,16 @@ ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
-/// A bit for each of four numbers of which a comparison holds.
+/// A bit for each of four numbers of which a comparison holds, or of eight in code for AVX2.
 template <typename Mask>
 ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
-  static_assert(sizeof(mask[0]) == 4, "a comparison of four numbers");
-#if defined(__SSE2__)
+  static_assert(sizeof(mask[0]) == 4, "a comparison of numbers in single precision");
+#if defined(__AVX2__)
+  if constexpr (sizeof(mask) == 32)
+    return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+  else
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#elif defined(__SSE2__)
   return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
 #else
   return unsigned(mask[0] != 0) | unsigned(mask[1] != 0) << 1 | unsigned(mask[2] != 0) << 2 |

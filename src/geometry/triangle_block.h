@@ -6,7 +6,7 @@
 
 #include <fcl/common/types.h>
 
-#include "geometry/triangle_pairs4.h"
+#include "geometry/triangle_pairs.h"
 
 namespace adaptive_bvh {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "geometry/triangle_contact.h"
-#include "geometry/triangle_pairs4.h"
+#include "geometry/triangle_pairs.h"
 
 namespace adaptive_bvh {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_differences.h"
 #include "query/flat_patches.h"
@@ -21,9 +23,10 @@ struct CandidateInput {
 };
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
-/// and by the hundred those are left out that are surely apart, four at a time: first by their
-/// planes and edges, then by all axes of FCL's test. Where both trees have the same coordinates,
-/// positions and residuals serve for all of it; else the last look is at the model's own positions.
+/// and by the hundred those are left out that are surely apart, four or eight at a time: first by
+/// their planes and edges, then by all axes of FCL's test. Where both trees have the same
+/// coordinates, positions and residuals serve for all of it (pair_stages.h); else the last look is
+/// at the model's own positions.
 /// FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
@@ -67,23 +70,48 @@ class CandidateTests {
 
  private:
   static constexpr int kSize = 256;
-  /// Where both trees have the same coordinates, their positions with residuals are as good as the
-  /// model's own.
-  static constexpr bool kHasResiduals = Frame::kIsIdentity;
 
   void testAll() {
+    if constexpr (Frame::kIsIdentity)
+      testWithResiduals();
+    else
+      testInBothCoordinates();
+    size_ = 0;
+  }
+
+  /// Both trees have the same coordinates: their positions with residuals are as good as the
+  /// model's own.
+  void testWithResiduals() {
+    constexpr int kAtOnce = 32;  // there may soon be contacts enough
+    const PairTests& tests = pairTests();
+    const PairSource from = {sourceOf(in_.first, in_.tree1), sourceOf(in_.second, in_.tree2)};
+    size_ = tests.keepByPlanes(from, pairs_, size_, coarse_);
+    size_ = tests.keepByNormals(from, pairs_, size_, fine_);
+    PairVerdict verdicts[kAtOnce];
+    for (int i = 0; i < size_ && !is_done_; i += kAtOnce) {
+      const int count = std::min(kAtOnce, size_ - i);
+      tests.judge(from, pairs_ + i, count, fine_, verdicts);
+      for (int k = 0; k < count && !is_done_; ++k)
+        settle(pairs_[i + k], verdicts[k] == PairVerdict::Apart,
+               verdicts[k] == PairVerdict::Touching);
+    }
+  }
+  static CornerSource sourceOf(const PlacedMesh<BV>& mesh, const WideTree<S>& tree) {
+    return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
+  }
+
+  void testInBothCoordinates() {
     padToFour(pairs_, size_);
     size_ = keep([&](const auto& group) { return coarse(group).apartByPlanes(coarse_); });
     padToFour(pairs_, size_);
-    size_ = keep([&](const auto& group) { return apartByNormals(group); });
+    size_ = keep([&](const auto& group) { return coarse(group).apartByEdgeNormals(coarse_); });
     padToFour(pairs_, size_);
     for (int i = 0; i < size_ && !is_done_; i += 4) {
       const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      const Verdicts4 verdicts = fine(group).verdicts(fine_);
+      const PairVerdicts verdicts = inModel(group).verdicts(fine_);
       for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
         settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
-    size_ = 0;
   }
 
   void settle(const LeafPair& pair, bool apart, bool touching) {
@@ -120,28 +148,6 @@ class CandidateTests {
     return TrianglePairs4(p, q);
   }
 
-  /// Along the normals of triangles and edges. With residuals planes may be apart that were not.
-  ADAPTIVE_BVH_INLINE unsigned apartByNormals(const LeafPair (&group)[4]) const {
-    if constexpr (kHasResiduals) {
-      const TrianglePairs4 pairs = withResiduals(group);
-      return pairs.apartByPlanes(fine_) | pairs.apartByEdgeNormals(fine_);
-    } else {
-      return coarse(group).apartByEdgeNormals(coarse_);
-    }
-  }
-
-  ADAPTIVE_BVH_INLINE TrianglePairs4 fine(const LeafPair (&group)[4]) const {
-    if constexpr (kHasResiduals)
-      return withResiduals(group);
-    else
-      return inModel(group);
-  }
-  ADAPTIVE_BVH_INLINE TrianglePairs4 withResiduals(const LeafPair (&group)[4]) const {
-    Vector4x3 p[3], q[3], p_residuals[3], q_residuals[3];
-    gatherCorners(in_, frame_, group, p, q);
-    gatherResiduals(in_, group, p_residuals, q_residuals);
-    return TrianglePairs4(p, p_residuals, q, q_residuals);
-  }
   /// From the model's own positions.
   TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
     TriangleDifferences<S> differences(in_.tree1.scale());

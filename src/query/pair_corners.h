@@ -2,15 +2,11 @@
 
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_block.h"
+#include "query/pair_stages.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
-
-/// Two triangles, by their places in the order of the leaves of FCL's trees.
-struct LeafPair {
-  unsigned first, second;
-};
 
 /// The corners of four triangles of a four-wide tree, in its coordinates.
 ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,

@@ -23,8 +23,8 @@ struct PlacedMesh {
 
   bool hasBoxes() const { return tree && tree->boxes; }
   TraversalStatistics* statistics() const { return tree ? &tree->statistics : nullptr; }
-  /// Where visits of nodes are recorded: nowhere while FCL's volumes wait, for the next step asks no
-  /// criterion.
+  /// Where visits of nodes are recorded: nowhere while FCL's volumes wait, for the next step asks
+  /// no criterion.
   TraversalStatistics* visits() const {
     return tree && tree->volumesAreCurrent() ? &tree->statistics : nullptr;
   }

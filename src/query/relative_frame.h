@@ -6,7 +6,7 @@
 
 #include "geometry/frame_change.h"
 #include "geometry/triangle_contact.h"
-#include "geometry/triangle_pairs4.h"
+#include "geometry/triangle_pairs.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {

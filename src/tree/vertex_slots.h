@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "geometry/mesh_of_model.h"
-#include "geometry/pack.h"
+#include "tree/leaf_slots.h"
 
 namespace adaptive_bvh {
 
@@ -34,9 +34,11 @@ class VertexSlots {
   /// By slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 
+  /// By leaf.
+  const LeafSlots* leafSlots() const { return leaves_.data(); }
   VertexIndices slotsOf(std::size_t leaf) const {
-    const Leaf& l = leaves_[leaf];
-    return {l.block + l.offset[0], l.block + l.offset[1], l.block + l.offset[2]};
+    const LeafSlots& l = leaves_[leaf];
+    return {l.slot(0), l.slot(1), l.slot(2)};
   }
   VertexIndices verticesOf(std::size_t leaf) const {
     const VertexIndices slots = slotsOf(leaf);
@@ -59,21 +61,11 @@ class VertexSlots {
   }
 
   std::size_t bytes() const {
-    return leaves_.capacity() * sizeof(Leaf) + vertices_.capacity() * sizeof(unsigned);
+    return leaves_.capacity() * sizeof(LeafSlots) + vertices_.capacity() * sizeof(unsigned);
   }
 
  private:
-  struct Leaf {
-    unsigned block;          ///< its first slot
-    std::uint8_t offset[3];  ///< from there
-
-    ADAPTIVE_BVH_INLINE std::uint64_t bits() const {
-      constexpr std::uint64_t kOne = 1;
-      return kOne << (offset[0] & 63) | kOne << (offset[1] & 63) | kOne << (offset[2] & 63);
-    }
-  };
-
-  std::vector<Leaf> leaves_;
+  std::vector<LeafSlots> leaves_;
   std::vector<unsigned> vertices_;
   unsigned end_ = 0;  ///< of the last block
 };

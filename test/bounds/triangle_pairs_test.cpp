@@ -1,5 +1,5 @@
 // What TrianglePairs4 calls certain, FCL's test says; and it is so in long double.
-#include "geometry/triangle_pairs4.h"
+#include "geometry/triangle_pairs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,146 @@
+#pragma once
+
+#include "geometry/triangle_pairs.h"
+#include "tree/leaf_slots.h"
+
+// Compiled once for every processor and once for those with AVX2. For the second no function may be
+// shared with other sources, which the linker would then give to all: no standard library here, and
+// everything below is a template of the pack, or always inlined.
+namespace adaptive_bvh {
+
+/// Two triangles, by their places in the order of the leaves of FCL's trees.
+struct LeafPair {
+  unsigned first, second;
+};
+
+/// Where the corners of a tree's triangles are, in its coordinates.
+struct CornerSource {
+  const LeafSlots* leaves;
+  const Float4 *positions, *residuals;  ///< by slot
+};
+
+/// Of two trees with the same coordinates.
+struct PairSource {
+  CornerSource first, second;
+};
+
+/// What is certain of two triangles.
+enum class PairVerdict : std::uint8_t { Unknown, Apart, Touching };
+
+/// The corners of as many triangles as a pack has numbers.
+template <typename P>
+struct Gather;
+
+template <>
+struct Gather<Float4> {
+  static constexpr int kLanes = 4;
+
+  ADAPTIVE_BVH_INLINE static Vectors<Float4> corners(const Float4* from, const unsigned (&at)[4]) {
+    return float4::columns(from[at[0]], from[at[1]], from[at[2]], from[at[3]]);
+  }
+};
+
+/// Tests of pairs of triangles, as many at once as a pack has numbers: cheap ones first, that leave
+/// few pairs. The results do not depend on the pack.
+template <typename P>
+class PairStages {
+ public:
+  /// Keeps the pairs that are not surely apart along the normal of either, in order; returns how
+  /// many. `error`: of positions.
+  static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
+                          const PairError& error) {
+    return keep(
+        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+          Vectors<P> p[3], q[3];
+          gather(from, from.first.positions, from.second.positions, group, p, q);
+          return PackedTrianglePairs<P>(p, q).apartByPlanes(error);
+        });
+  }
+  /// As above, also in the planes of both. `error`: of positions and residuals together.
+  static int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+                           const PairError& error) {
+    return keep(
+        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+          const PackedTrianglePairs<P> triangles = precise(from, group);
+          return triangles.apartByPlanes(error) | triangles.apartByEdgeNormals(error);
+        });
+  }
+  /// By all axes of FCL's test.
+  static void judge(const PairSource& from, const LeafPair* pairs, int size, const PairError& error,
+                    PairVerdict* verdicts) {
+    for (int i = 0; i < size; i += kLanes) {
+      LeafPair group[kLanes];
+      copyGroup(pairs, i, size, group);
+      const PairVerdicts found = precise(from, group).verdicts(error);
+      for (int k = 0; k < kLanes && i + k < size; ++k)
+        verdicts[i + k] = found.apart >> k & 1      ? PairVerdict::Apart
+                          : found.touching >> k & 1 ? PairVerdict::Touching
+                                                    : PairVerdict::Unknown;
+    }
+  }
+
+ private:
+  static constexpr int kLanes = Gather<P>::kLanes;
+
+  /// The last group repeats the last pair.
+  ADAPTIVE_BVH_INLINE static void copyGroup(const LeafPair* pairs, int first, int size,
+                                            LeafPair (&group)[kLanes]) {
+    for (int k = 0; k < kLanes; ++k) group[k] = pairs[first + k < size ? first + k : size - 1];
+  }
+
+  template <typename AreApart>
+  ADAPTIVE_BVH_INLINE static int keep(LeafPair* pairs, int size, const AreApart& areApart) {
+    int kept = 0;
+    for (int i = 0; i < size; i += kLanes) {
+      LeafPair group[kLanes];
+      copyGroup(pairs, i, size, group);
+      const unsigned apart = areApart(group);
+      for (int k = 0; k < kLanes; ++k) {
+        pairs[kept] = group[k];
+        kept += int(!(apart >> k & 1)) & int(i + k < size);
+      }
+    }
+    return kept;
+  }
+
+  ADAPTIVE_BVH_INLINE static PackedTrianglePairs<P> precise(const PairSource& from,
+                                                            const LeafPair* group) {
+    Vectors<P> p[3], q[3], p_residuals[3], q_residuals[3];
+    gather(from, from.first.positions, from.second.positions, group, p, q);
+    gather(from, from.first.residuals, from.second.residuals, group, p_residuals, q_residuals);
+    return PackedTrianglePairs<P>(p, p_residuals, q, q_residuals);
+  }
+
+  ADAPTIVE_BVH_INLINE static void gather(const PairSource& from, const Float4* positions1,
+                                         const Float4* positions2, const LeafPair* group,
+                                         Vectors<P> (&p)[3], Vectors<P> (&q)[3]) {
+    for (int c = 0; c < 3; ++c) {
+      unsigned at1[kLanes], at2[kLanes];
+      for (int k = 0; k < kLanes; ++k) {
+        at1[k] = from.first.leaves[group[k].first].slot(c);
+        at2[k] = from.second.leaves[group[k].second].slot(c);
+      }
+      p[c] = Gather<P>::corners(positions1, at1);
+      q[c] = Gather<P>::corners(positions2, at2);
+    }
+  }
+};
+
+/// The stages for one pack.
+struct PairTests {
+  int (*keepByPlanes)(const PairSource&, LeafPair*, int, const PairError&);
+  int (*keepByNormals)(const PairSource&, LeafPair*, int, const PairError&);
+  void (*judge)(const PairSource&, const LeafPair*, int, const PairError&, PairVerdict*);
+};
+template <typename P>
+constexpr PairTests kPairTests = {&PairStages<P>::keepByPlanes, &PairStages<P>::keepByNormals,
+                                  &PairStages<P>::judge};
+
+/// For every processor, four at a time.
+const PairTests& pairTests4();
+/// Eight at a time; null where the library was built without, or the processor has no AVX2.
+const PairTests* pairTests8();
+/// The widest of them.
+const PairTests& pairTests();
+
+}  // namespace adaptive_bvh
