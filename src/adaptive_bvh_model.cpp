@@ -6,6 +6,7 @@
 #include "hierarchy/splitter.h"
 #include "model_state.h"
 #include "position_errors.h"
+#include "query/placed_mesh.h"
 #include "tree/check.h"
 #include "update/local_bounds.h"
 #include "volume/each_volume.h"
@@ -345,6 +346,12 @@ void AdaptiveBVHModel<BV>::refitWaiting() const {
 }
 
 template <typename BV>
+void updateBoxes(const PlacedMesh<BV>& mesh) {
+  // Only adaptive models have such a tree.
+  detail::ModelAccess<BV>::updateBoxes(static_cast<const AdaptiveBVHModel<BV>&>(*mesh.model));
+}
+
+template <typename BV>
 fcl::NODE_TYPE AdaptiveBVHModel<BV>::typeOfModel() const {
   return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
 }
@@ -446,7 +453,9 @@ bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
   return checkTree<BV>(*this, reason);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV) template class AdaptiveBVHModel<BV>;
+#define ADAPTIVE_BVH_INSTANTIATE(BV)   \
+  template class AdaptiveBVHModel<BV>; \
+  template void updateBoxes(const PlacedMesh<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

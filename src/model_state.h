@@ -25,10 +25,16 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
+  static void updateBoxes(const AdaptiveBVHModel<BV>& model) {
+    auto& state = *model.state_;
+    state.tree.demand.askForBoxTree();
+    adaptive_bvh::updateBoxes<BV>({const_cast<AdaptiveBVHModel<BV>&>(model), state.tree},
+                                  state.update, state.policy);
+  }
   /// getNodeType for a query by boxes: volumes that wait are left alone.
   static fcl::NODE_TYPE repairedType(const AdaptiveBVHModel<BV>& model) {
     model.repair();
-    model.state_->tree.demand.askForBoxes();
+    model.state_->tree.demand.askForPositions();
     return model.typeOfModel();
   }
 };

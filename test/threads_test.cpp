@@ -136,22 +136,24 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
-/// Volumes that wait are brought up to date by whichever query reads FCL's nodes first, while
-/// others search the boxes.
+/// Boxes and volumes that wait are brought up to date by whichever query reads them first, while
+/// others search what does not wait.
 TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
   const Answers expected = ask();
   const fcl::CollisionRequestd all(1000);
   fcl::CollisionResultd own;
   selfCollide(a_, all, own);
   adaptive_bvh::RefitPolicy policy;
-  policy.volumes_on_demand = true;
-  a_.setRefitPolicy(policy);
   std::vector<Vector3<double>> away = last_;
   for (auto& p : away) p = Vector3<double>(p[1], -p[0], 2 + p[2] * p[0]);
-  for (int round = 0; round < 5; ++round) {
-    a_.update(away);
-    a_.updateVolumes();
-    a_.update(last_);
+  for (int round = 0; round < 10; ++round) {
+    policy.volumes_on_demand = round % 2 == 0;
+    a_.setRefitPolicy(policy);
+    for (int step = 0; step < 8; ++step) {  // until they rest
+      a_.update(step % 2 == 0 ? away : last_);
+      fcl::CollisionResultd found;
+      selfCollide(a_, all, found);
+    }
     std::atomic<int> wrong{0};
     std::vector<std::thread> threads;
     for (int t = 0; t < kThreads / 2; ++t)

@@ -13,8 +13,10 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/broadphase.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
+#include "model_state.h"
 #include "support/brute_force.h"
 #include "support/exact_geometry.h"
 
@@ -124,6 +126,17 @@ class OnDemand : public testing::Test {
     return false;
   }
 
+  /// Whether the boxes wait as well.
+  bool boxesWait() const {
+    return !adaptive_bvh::detail::ModelAccess<BV>::tree(a_).boxesAreCurrent();
+  }
+  void expectContacts() const {
+    fcl::CollisionResultd found;
+    adaptive_bvh::collide<double>(&a_, still(), &b_, beside_, fcl::CollisionRequestd(100000),
+                                  found);
+    EXPECT_EQ(BruteForce<double>(a_, still(), b_, beside_).contacts().size(), found.numContacts());
+  }
+
   const TriangleMesh<double> sheet_ = plate<double>(7, 7);
   Model a_, b_;
   fcl::Transform3d beside_ = fcl::Transform3d::Identity();
@@ -153,6 +166,86 @@ TYPED_TEST(OnDemand, OurQueriesAreExactWhileVolumesWait) {
     ASSERT_FALSE(this->holdsAll(this->a_)) << "nothing waits";
   }
   EXPECT_GT(this->self_contacts_, 20);
+}
+
+/// Who asks for contacts only does not pay for the boxes; the first query that reads them lets them
+/// follow.
+TYPED_TEST(OnDemand, BoxesWaitForTheFirstQueryThatReadsThem) {
+  for (int step = 0; step < 4; ++step) this->update();
+  EXPECT_TRUE(this->boxesWait());
+  this->expectSelfCollisions();
+  this->expectContacts();
+  EXPECT_TRUE(this->boxesWait());
+  EXPECT_NEAR(this->bruteDistance(), this->ourDistance(), 1e-12);
+  EXPECT_FALSE(this->boxesWait());
+  for (int step = 0; step < 4; ++step) {
+    this->update();
+    EXPECT_FALSE(this->boxesWait()) << "somebody asks for them in every step";
+    this->ourDistance();
+  }
+  this->update();
+  this->update();
+  EXPECT_TRUE(this->boxesWait());
+}
+
+/// Updates of every kind and queries of every kind, in any order.
+TYPED_TEST(OnDemand, EveryQueryIsExactAfterEveryUpdate) {
+  CoherentDistance<TypeParam> pair(this->a_, this->b_);
+  adaptive_bvh::CoherentProximity<TypeParam> proximity(this->a_, this->b_);
+  std::mt19937 random(21);
+  const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
+  int waited = 0;
+  for (int step = 0; step < 400; ++step) {
+    if (step % 50 == 0) this->a_.setRefitPolicy(this->onDemand(step % 100 == 0));
+    const Points& next = this->nextPositions();
+    switch (below(8)) {
+      case 0: {
+        const std::vector<unsigned> some = {3, unsigned(below(60)), unsigned(below(60))};
+        this->a_.update(some, {next[some[0]], next[some[1]], next[some[2]]});
+        break;
+      }
+      case 1:
+        this->a_.beginUpdateModel();
+        this->a_.updateSubModel(next);
+        ASSERT_EQ(fcl::BVH_OK, this->a_.endUpdateModel());
+        break;
+      case 2: {
+        Points wrong = next;
+        wrong[5][1] = std::numeric_limits<double>::infinity();
+        EXPECT_THROW(this->a_.update(wrong), std::invalid_argument);
+        break;
+      }
+      default: this->a_.update(next);
+    }
+    waited += this->boxesWait();
+    const double expected = this->bruteDistance();
+    switch (below(12)) {
+      case 0: EXPECT_NEAR(expected, this->ourDistance(), 1e-12); break;
+      case 1: {
+        fcl::DistanceResultd found;
+        EXPECT_NEAR(expected,
+                    pair.distance(this->still(), this->beside_, fcl::DistanceRequestd(), found),
+                    1e-12);
+        break;
+      }
+      case 2: EXPECT_NEAR(expected, this->fclDistance(), 1e-12); break;
+      case 3: {
+        const double d = expected * (below(2) ? 0.9 : 1.1) + 1e-6 * below(2);
+        if (std::abs(d - expected) < 1e-9) break;
+        EXPECT_EQ(expected < d, proximity.isNearer(this->still(), this->beside_, d));
+        break;
+      }
+      case 4: {
+        typename TestFixture::Model copy(this->a_);
+        EXPECT_TRUE(this->holdsAll(copy));
+        break;
+      }
+      case 5: EXPECT_TRUE(this->a_.validate()); break;
+      case 6: break;
+      default: this->expectContacts(); this->expectSelfCollisions();
+    }
+  }
+  EXPECT_GT(waited, 100);
 }
 
 /// Whichever query that reads nodes comes first.

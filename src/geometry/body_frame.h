@@ -33,7 +33,7 @@ class BodyFrame {
 
   /// `axes` orthonormal up to the rounding of S; `size` some length of the body, >= 0.
   BodyFrame(const fcl::Matrix3d& axes, const Point& origin, S size) : origin_(origin) {
-    turn(axes);
+    turn(orthonormal(axes));  // S may be float
     const int limit = std::numeric_limits<S>::max_exponent - 25;
     const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
     scale_ = std::ldexp(S(1), -exponent);
@@ -80,8 +80,9 @@ class BodyFrame {
   S unit() const { return unit_; }
 
   void moveOrigin(const Point& origin) { origin_ = origin; }
+  /// `axes`: from `orthonormal`.
   void turn(const fcl::Matrix3d& axes) {
-    axes_ = orthonormal(axes);  // S may be float
+    axes_ = axes;
     for (int k = 0; k < 3; ++k)
       rows_[k] = Float4{float(axes_(k, 0)), float(axes_(k, 1)), float(axes_(k, 2)), 0};
   }

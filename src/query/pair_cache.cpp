@@ -120,6 +120,8 @@ template <typename BV>
 bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                      const DistanceQuery<typename BV::S>& query, PairCache<BV>& cache) {
   if (query.isSatisfied()) return true;
+  updateBoxes(first);
+  updateBoxes(second);
   NearestPair<BV> nearest(first, second, query);
   return search(first, second, nearest, query.result, cache);
 }
@@ -129,6 +131,8 @@ bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                     typename BV::S enough, PairCache<BV>& cache, bool& is_nearer,
                     typename BV::S& farther) {
   using S = typename BV::S;
+  updateBoxes(first);
+  updateBoxes(second);
   const fcl::DistanceRequest<S> request;
   fcl::DistanceResult<S> result(
       std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));

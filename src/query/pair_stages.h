@@ -46,7 +46,7 @@ template <typename P>
 class PairStages {
  public:
   /// Keeps the pairs that are not surely apart along the normal of either, in order; returns how
-  /// many. `error`: of positions.
+  /// many. Behind the pairs there must be room for one more. `error`: of positions.
   static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
                           const PairError& error) {
     return keep(

@@ -30,7 +30,12 @@ struct PlacedMesh {
   }
 };
 
-/// The four-wide tree of an adaptive model, up to date.
+/// To be called before the boxes of an adaptive model are read, or the motion beside them: they may
+/// wait since an update. Threads that query may call it at once.
+template <typename BV>
+void updateBoxes(const PlacedMesh<BV>& mesh);
+
+/// The four-wide tree of an adaptive model, up to date. It needs no boxes.
 template <typename BV>
 const WideTree<typename BV::S>& wideTreeOf(const PlacedMesh<BV>& mesh) {
   return mesh.tree->wide.current(*mesh.model, *mesh.tree);

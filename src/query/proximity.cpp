@@ -204,6 +204,8 @@ struct CoherentProximity<BV>::State {
 
   /// Brings `moved` up to date. Returns by how much it grew.
   double move(const PairOfMeshes<BV>& meshes) {
+    for (const PlacedMesh<BV>* mesh : {&meshes.first, &meshes.second})
+      if (mesh->hasBoxes()) updateBoxes(*mesh);
     const std::uint64_t now[2] = {meshes.first.tree->generation, meshes.second.tree->generation};
     const bool same_trees = std::equal(now, now + 2, generations);
     std::copy(now, now + 2, generations);

@@ -41,30 +41,20 @@ class SharedCoordinates {
   /// In the other model's coordinates.
   Reach reach() const {
     const fcl::BVHModel<BV>& model = *mesh_.model;
-    if (!mesh_.hasBoxes()) return at(model.aabb_center, static_cast<double>(model.aabb_radius));
-    const BoxTree<S>& boxes = *mesh_.tree->boxes;
-    const Float4 half = boxes.root().halfSides();
-    const double squared =
-        double(half[0]) * half[0] + double(half[1]) * half[1] + double(half[2]) * half[2];
-    constexpr double kSlack = 1 + 1. / (1 << 16);  // for what boxes are off
-    return at(boxes.middle(),
-              std::sqrt(squared) * static_cast<double>(boxes.frame.unit()) * kSlack);
+    constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
+    return {turn_ * model.aabb_center.template cast<double>() + moved_,
+            static_cast<double>(model.aabb_radius) * kSlack};
   }
   /// Where the model does not fit into them: others along the same axes.
   BodyCoordinates operator()(const BodyCoordinates& of_other) const {
     const fcl::Matrix3d axes = orthonormal(turn_.transpose() * of_other.axes());
     if (reach().fits(of_other))
       return {axes, turn_.transpose() * (of_other.origin - moved_), of_other.scale};
-    BodyCoordinates own = WideTreeOnDemand<S>::ownCoordinates(*mesh_.model, *mesh_.tree);
-    // Along other axes, coordinates are up to the root of three larger.
-    return {axes, own.origin, own.scale / 2};
+    const BodyCoordinates own = WideTreeOnDemand<S>::ownCoordinates(*mesh_.model, *mesh_.tree);
+    return {axes, own.origin, own.scale};
   }
 
  private:
-  Reach at(const fcl::Vector3<S>& middle, double radius) const {
-    return {turn_ * middle.template cast<double>() + moved_, radius};
-  }
-
   const PlacedMesh<BV>& mesh_;
   const fcl::Matrix3d turn_;
   const fcl::Vector3d moved_;

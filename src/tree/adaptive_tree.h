@@ -29,6 +29,7 @@ struct AdaptiveTree {
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
       : topology(other.topology),
+        axes(other.axes),
         boxes(other.boxes),
         motion(other.motion),
         statistics(other.statistics),
@@ -36,6 +37,7 @@ struct AdaptiveTree {
         query_threads(other.query_threads),
         detector(other.detector) {
     setVolumesCurrent(other.volumesAreCurrent());
+    setBoxesCurrent(other.boxesAreCurrent());
   }
 
   /// A number that no other tree has. A new one whenever accumulated motions or the topology begin
@@ -44,6 +46,8 @@ struct AdaptiveTree {
   /// Numbers that no other topology, and no other positions, of any tree have.
   std::uint64_t topology_number = newGeneration(), positions = newGeneration();
   Topology topology;
+  /// Along which the body lies: those of its boxes, where these do not wait.
+  fcl::Matrix3d axes = fcl::Matrix3d::Identity();
   std::optional<BoxTree<S>> boxes;         ///< with Propagation::TranslationCompensated
   MotionBounds<S> motion;                  ///< of the volumes beside those boxes
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
@@ -64,6 +68,10 @@ struct AdaptiveTree {
   void setVolumesCurrent(bool current) {
     volumes_current_.store(current, std::memory_order_release);
   }
+  /// False while the boxes wait, too, and the motion beside them: only the positions may be read,
+  /// the topology, and what queries make of both. Volumes wait whenever boxes do.
+  bool boxesAreCurrent() const { return boxes_current_.load(std::memory_order_acquire); }
+  void setBoxesCurrent(bool current) { boxes_current_.store(current, std::memory_order_release); }
 
   static std::uint64_t newGeneration();
   /// The vertices are about to move, or have moved.
@@ -81,7 +89,7 @@ struct AdaptiveTree {
   }
 
  private:
-  std::atomic<bool> volumes_current_{true};
+  std::atomic<bool> volumes_current_{true}, boxes_current_{true};
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template struct AdaptiveTree<BV>;

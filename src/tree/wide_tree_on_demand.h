@@ -42,12 +42,12 @@ class WideTreeOnDemand {
     return wide_;
   }
 
-  /// Those of the tree's boxes; without boxes along the model's axes, from its middle.
+  /// Along the body's axes, from its middle.
   template <typename BV, typename Tree>
   static BodyCoordinates ownCoordinates(const fcl::BVHModel<BV>& model, const Tree& tree) {
-    if (tree.boxes) return {tree.boxes->frame, tree.boxes->root().largestCoordinate()};
-    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), model.aabb_center, model.aabb_radius);
-    return {frame, static_cast<float>(model.aabb_radius * frame.scale())};
+    const BodyFrame<S> frame(tree.axes, model.aabb_center, model.aabb_radius);
+    constexpr float kSlack = 1 + 1.f / (1 << 16);  // for what the radius is rounded by
+    return {frame, kSlack * static_cast<float>(model.aabb_radius * frame.scale())};
   }
 
   /// As above, but boxes and positions may be old ones, and change at any time: links and vertices

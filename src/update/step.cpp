@@ -45,10 +45,47 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
 /// asks for them.
 template <typename BV, typename Method>
 bool volumesWait(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
-  const bool may_rest = target.tree.demand.mayRest();
+  const AdaptiveTree<BV>& tree = target.tree;
   return Method::kHasBoxes &&
          (policy.volumes_on_demand ||
-          (policy.volumes_rest && (may_rest || !target.tree.volumesAreCurrent())));
+          (policy.volumes_rest && (tree.demand.volumesMayRest() || !tree.volumesAreCurrent())));
+}
+
+/// Lets the boxes follow from where they wait to the model's positions.
+template <typename BV>
+void followBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                 const RefitPolicy& policy) {
+  using S = typename BV::S;
+  const auto count = static_cast<std::size_t>(target.model.num_vertices);
+  const StepInput<S> input{StepKind::Replace, target.model.vertices, count, nullptr,
+                           state.behind.data()};
+  TaskPool alone(1);
+  auto& method = std::get<TranslationPropagation<BV>>(state.method);
+  method.begin(target, input);
+  const VertexSummary<S> seen =
+      method.read(target, input, 0, TranslationPropagation<BV>::readSize(target));
+  method.accept(target, seen.largestDisplacement());
+  method.propagate(target, policy, alone);
+  state.behind.clear();
+  target.tree.setBoxesCurrent(true);
+}
+
+/// What the boxes need of a step: they follow, or begin anew where they cannot. Returns whether
+/// they followed.
+template <typename BV, typename Scope>
+bool moveBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
+               typename BV::S largest, UpdateReport& report) {
+  if constexpr (Scope::kLeavesBoxes) {
+    return scope.method().canFollowLater(target, state.way);
+  } else {
+    auto& method = scope.method();
+    if (!method.canFollow(target, largest)) return false;
+    method.accept(target, largest);
+    const PropagationCounts counts = scope.propagate();
+    report.moved = counts.moved;
+    report.inflated = counts.inflated;
+    return method.isInRange(target);
+  }
 }
 
 /// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
@@ -57,7 +94,6 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPoli
          Scope& scope, const StepInput<typename BV::S>& input, UpdateReport& report,
          Stopwatch& watch) {
   auto& method = scope.method();
-  using Method = std::decay_t<decltype(method)>;
   const bool repaired = report.resynchronised;  // and every volume recomputed
   if (scope.isAtRest()) {
     if (!repaired) target.tree.refits.clear();
@@ -74,19 +110,11 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPoli
 
   if (!repaired) target.tree.refits.clear();
   target.tree.setMoved();
-  target.tree.setVolumesCurrent(!volumesWait<BV, Method>(target, policy));
   openStep(target.model, input.kind);
   scope.write(seen);
   report.displacement_seconds = watch.lap();
-  bool followed = method.canFollow(target, seen.largestDisplacement());
-  if (followed) {
-    method.accept(target, seen.largestDisplacement());
-    const PropagationCounts counts = scope.propagate();
-    report.moved = counts.moved;
-    report.inflated = counts.inflated;
-    report.propagation_seconds = watch.lap();
-    followed = method.isInRange(target);
-  }
+  const bool followed = moveBoxes(target, state, scope, seen.largestDisplacement(), report);
+  report.propagation_seconds = watch.lap();
   if (followed) {
     const auto refits = scope.refit();
     report.refitted_leaves = refits.leaves;
@@ -119,36 +147,64 @@ const fcl::Vector3<typename BV::S>* outsideOwnArrays(
   return aside.empty() ? input.positions : aside.data();
 }
 
+/// Whether the step need not renew the boxes: nobody asked for them since the last one.
+template <typename BV>
+bool leavesBoxes(const UpdateTarget<BV>& target, const StepInput<typename BV::S>& input) {
+  return !target.tree.volumesAreCurrent() && target.tree.demand.boxTreeMayRest() &&
+         input.kind == StepKind::Replace && !target.model.prev_vertices;
+}
+
+template <typename BV, typename Method>
+bool stepOfAll(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+               const RefitPolicy& policy, const StepInput<typename BV::S>& input,
+               UpdateReport& report, Stopwatch& watch) {
+  const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
+  TaskPool pool(parallel ? state.threads : 1);
+  AllVertices<BV, Method> all(target, method, policy, input, pool);
+  if constexpr (Method::kHasBoxes) {
+    if (leavesBoxes(target, input)) {
+      AllPositions<BV, Method> positions(all, state);
+      return run(target, state, policy, positions, input, report, watch);
+    }
+    updateBoxes(target, state, policy);
+  }
+  return run(target, state, policy, all, input, report, watch);
+}
+
+template <typename BV, typename Method>
+bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                const RefitPolicy& policy, const StepInput<typename BV::S>& input,
+                UpdateReport& report, Stopwatch& watch) {
+  using Point = fcl::Vector3<typename BV::S>;
+  // Also those that are not read, because their vertex is named again.
+  if (!usablePositions(input.positions, input.count)) return false;
+  if constexpr (Method::kHasBoxes) {
+    if (!target.model.prev_vertices) {
+      updateBoxes(target, state, policy);
+      SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
+      return run(target, state, policy, some, input, report, watch);
+    }
+  }
+  std::vector<Point> all(target.model.vertices, target.model.vertices + target.model.num_vertices);
+  for (std::size_t i = 0; i < input.count; ++i) all[input.indices[i]] = input.positions[i];
+  return stepOfAll(method, target, state, policy, {input.kind, all.data(), all.size()}, report,
+                   watch);
+}
+
 template <typename BV, typename Method>
 bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
             const RefitPolicy& policy, StepInput<typename BV::S> input, UpdateReport& report) {
-  using Point = fcl::Vector3<typename BV::S>;
   Stopwatch watch;
   report = UpdateReport();
   report.nodes = target.nodes();
   // Before the step: displacements count from the positions that the volumes hold.
   report.resynchronised = repairIfChanged(target, state);
-  std::vector<Point> aside;
+  target.tree.demand.nextStep();
+  target.tree.setVolumesCurrent(!volumesWait<BV, Method>(target, policy));
+  std::vector<fcl::Vector3<typename BV::S>> aside;
   input.positions = outsideOwnArrays(target.model, input, aside);
-  if (input.indices) {
-    // Also those that are not read, because their vertex is named again.
-    if (!usablePositions(input.positions, input.count)) return false;
-    if constexpr (Method::kHasBoxes) {
-      if (!target.model.prev_vertices) {
-        SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
-        return run(target, state, policy, some, input, report, watch);
-      }
-    }
-    std::vector<Point> all(target.model.vertices,
-                           target.model.vertices + target.model.num_vertices);
-    for (std::size_t i = 0; i < input.count; ++i) all[input.indices[i]] = input.positions[i];
-    return stepOf(method, target, state, policy, {input.kind, all.data(), all.size(), nullptr},
-                  report);
-  }
-  const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
-  TaskPool pool(parallel ? state.threads : 1);
-  AllVertices<BV, Method> all(target, method, policy, input, pool);
-  return run(target, state, policy, all, input, report, watch);
+  return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
+                       : stepOfAll(method, target, state, policy, input, report, watch);
 }
 
 }  // namespace
@@ -175,6 +231,8 @@ void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.adopt(target.model);
   state.leaves.clear();
   state.cover.restart();
+  state.behind.clear();
+  target.tree.setBoxesCurrent(true);
   target.tree.setVolumesCurrent(true);
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
@@ -209,6 +267,16 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   return true;
 }
 
+template <typename BV>
+void updateBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                 const RefitPolicy& policy) {
+  AdaptiveTree<BV>& tree = target.tree;
+  if (tree.boxesAreCurrent()) return;
+  const std::lock_guard<std::mutex> lock(tree.repairing);
+  if (tree.boxesAreCurrent() || !tree.detector.matches(target.volume(0))) return;
+  followBoxes(target, state, policy);
+}
+
 /// Every volume by extents; the root last, for other threads may be comparing it.
 template <typename BV>
 void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
@@ -218,6 +286,7 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
   const std::lock_guard<std::mutex> lock(tree.repairing);
   if (tree.volumesAreCurrent()) return;  // another thread was first
   if (!tree.detector.matches(target.volume(0))) return;
+  if (!tree.boxesAreCurrent()) followBoxes(target, state, policy);
   std::visit(
       [&](auto& method) {
         method.restore(target);
@@ -245,12 +314,13 @@ void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
   tree.setVolumesCurrent(true);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
-  template struct UpdateState<BV>;                                                      \
-  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
-                         const StepInput<BV::S>&, UpdateReport&);                       \
-  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
-  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);             \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                        \
+  template struct UpdateState<BV>;                                                          \
+  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&,     \
+                         const StepInput<BV::S>&, UpdateReport&);                           \
+  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                      \
+  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);                 \
+  template void updateBoxes(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&); \
   template void updateVolumes(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -20,6 +20,9 @@ struct UpdateState {
   VertexLeafMap leaves;   ///< empty until it is needed
   DirtyPairs dirty;       ///< none between steps
   VolumeCover<BV> cover;  ///< of volumes that rest
+  /// While boxes wait: the positions that they hold, and how far any vertex may be from there.
+  std::vector<fcl::Vector3<typename BV::S>> behind;
+  typename BV::S way = 0;
   int threads = 1;
 
   Propagation propagation() const { return static_cast<Propagation>(method.index()); }
@@ -27,7 +30,8 @@ struct UpdateState {
 
   std::size_t bytes() const {
     const auto of_method = [](const auto& method) { return method.bytes(); };
-    return std::visit(of_method, method) + leaves.bytes() + dirty.bytes();
+    return std::visit(of_method, method) + leaves.bytes() + dirty.bytes() +
+           behind.capacity() * sizeof(behind[0]);
   }
 };
 
@@ -42,9 +46,13 @@ template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
-/// Brings FCL's nodes up to date where updates left them behind: see RefitPolicy::volumes_rest and
-/// volumes_on_demand. Nothing when the change detector does not match:
-/// `repairIfChanged` is to come first. Threads that query may call it at once.
+/// Brings the boxes up to date where updates left them behind. Nothing when the change detector
+/// does not match: `repairIfChanged` is to come first. Threads that query may call it at once.
+template <typename BV>
+void updateBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy);
+
+/// Brings FCL's nodes up to date, too: see RefitPolicy::volumes_rest and volumes_on_demand. As
+/// above.
 template <typename BV>
 void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
                    const RefitPolicy& policy);

@@ -10,6 +10,7 @@
 #include "update/local_bounds.h"
 #include "update/partial_bounds.h"
 #include "update/refit.h"
+#include "update/step.h"
 #include "update/step_input.h"
 #include "update/vertex_leaf_map.h"
 #include "update/vertex_summary.h"
@@ -51,6 +52,7 @@ template <typename BV, typename Method>
 class AllVertices {
  public:
   using S = typename BV::S;
+  static constexpr bool kLeavesBoxes = false;
 
   AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
               const StepInput<S>& input, TaskPool& pool)
@@ -112,9 +114,10 @@ class AllVertices {
     return all;
   }
 
- private:
+ protected:
   int vertices() const { return target_.model.num_vertices; }
 
+ private:
   /// What refits look at: candidates, in words, or all nodes.
   const Candidates* candidates() const {
     if constexpr (Method::kHasBoxes)
@@ -122,6 +125,7 @@ class AllVertices {
     return nullptr;
   }
 
+ protected:
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
@@ -129,11 +133,53 @@ class AllVertices {
   TaskPool& pool_;
 };
 
+/// As above, but boxes and volumes wait: only the positions are taken over.
+template <typename BV, typename Method>
+class AllPositions : public AllVertices<BV, Method> {
+ public:
+  using Base = AllVertices<BV, Method>;
+  using S = typename BV::S;
+  static constexpr bool kLeavesBoxes = true;
+
+  AllPositions(const Base& step, UpdateState<BV>& state) : Base(step), state_(state) {}
+
+  VertexSummary<S> read() {
+    method_.turn(target_, input_.positions);
+    PerThread<VertexSummary<S>> seen(pool_.size());
+    pool_.forEachPart(this->vertices(), pool_.size(), [&](int first, int last, int thread) {
+      VertexSummary<S> part;
+      for (int v = first; v < last; ++v)
+        part.add(input_.positions[v], input_.positions[v] - target_.model.vertices[v]);
+      seen[thread].add(part);
+    });
+    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+  }
+  static void discard() {}
+
+  void write(const VertexSummary<S>& seen) {
+    if (state_.behind.empty()) {
+      state_.behind.assign(target_.model.vertices, target_.model.vertices + this->vertices());
+      state_.way = 0;
+    }
+    state_.way = rounding::sum(state_.way, seen.largestDisplacement());
+    target_.tree.setBoxesCurrent(false);
+    Base::write(seen);
+  }
+
+ private:
+  using Base::input_;
+  using Base::method_;
+  using Base::pool_;
+  using Base::target_;
+  UpdateState<BV>& state_;
+};
+
 /// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
 template <typename BV, typename Method>
 class SomeVertices {
  public:
   using S = typename BV::S;
+  static constexpr bool kLeavesBoxes = false;
   using Point = fcl::Vector3<S>;
 
   SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,

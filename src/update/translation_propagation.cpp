@@ -61,6 +61,7 @@ template <typename BV>
 void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
   target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
                                           Volume<BV>::center(root), Volume<BV>::length(root) / 2);
+  target.tree.axes = target.tree.boxes->frame.axes();
   vertices_.start(target, target.tree.boxes->frame);
   TaskPool alone(1);
   propagate(target, RefitPolicy(), alone);

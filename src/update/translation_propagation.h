@@ -53,6 +53,10 @@ class TranslationPropagation {
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
     vertices_.begin(target, input);
   }
+  /// In place of all that, where boxes are to follow later.
+  void turn(const UpdateTarget<BV>& target, const Point* positions) {
+    vertices_.turn(target, positions);
+  }
   /// All vertices are read in so many parts, on any threads: those in [first, last) of them.
   static int readSize(const UpdateTarget<BV>& target) {
     return static_cast<int>(target.tree.topology.slots.size());
@@ -77,6 +81,12 @@ class TranslationPropagation {
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   static bool canFollow(const UpdateTarget<BV>& target, S largest) {
     return largest * target.tree.boxes->frame.scale() < S(kRange);
+  }
+  /// Whether that is sure, and `isInRange` afterwards, of boxes that follow later, from where every
+  /// vertex is `way` away at most.
+  static bool canFollowLater(const UpdateTarget<BV>& target, S way) {
+    const S extent = target.model.aabb_radius * target.tree.boxes->frame.scale();
+    return canFollow(target, 2 * way) && extent < S(kRange / 4) && extent > 4 / S(kRange);
   }
   /// Renews all boxes, and moves and inflates all volumes that do not wait.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,

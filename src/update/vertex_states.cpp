@@ -39,13 +39,14 @@ template <typename BV>
 void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
   const BoxTree<S>& boxes = *target.tree.boxes;
   frame_ = boxes.frame;
-  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, rotation_.samples());
+  const Point* const present = input.before ? input.before : target.model.vertices;
+  common_ = adaptive_bvh::commonTranslation(present, input, rotation_.samples());
   if (input.indices) return;
   all_moving_ = true;
   // Far from the origin of its boxes a body would lose digits.
   frame_.moveOrigin(boxes.middle());
-  fcl::Matrix3d axes = boxes.frame.axes();
-  if (rotation_.turn(input.positions, target.model.aabb_center, axes)) frame_.turn(axes);
+  turn(target, input.positions);
+  if (target.tree.axes != frame_.axes()) frame_.turn(target.tree.axes);
   if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size() - 1);
 }
 
@@ -57,7 +58,8 @@ VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const Ste
   // Locals, for the stores below could change what is read through pointers.
   const BodyFrame<S> frame = frame_;
   const Point common = common_;
-  const Point *const positions = input.positions, *const present = target.model.vertices;
+  const Point* const positions = input.positions;
+  const Point* const present = input.before ? input.before : target.model.vertices;
   const unsigned* const vertices = target.tree.topology.slots.vertices().data();
   const int end = static_cast<int>(target.tree.topology.slots.size());
   VertexState* const states = states_.data();

@@ -33,6 +33,13 @@ class VertexStates {
   template <typename BV>
   void start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame);
 
+  /// Turns the tree's axes with the body to these positions, those of all vertices.
+  template <typename BV>
+  void turn(const UpdateTarget<BV>& target, const Point* positions) {
+    fcl::Matrix3d axes = target.tree.axes;
+    if (rotation_.turn(positions, target.model.aabb_center, axes))
+      target.tree.axes = orthonormal(axes);
+  }
   /// Before the positions of a step are read: chooses its frame and its common translation.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);

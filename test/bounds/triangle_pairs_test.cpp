@@ -16,11 +16,11 @@ namespace {
 
 using adaptive_bvh::Float4;
 using adaptive_bvh::PairError;
+using adaptive_bvh::PairVerdicts;
 using adaptive_bvh::TriangleDifferences;
 using adaptive_bvh::TrianglePairs4;
 using adaptive_bvh::TrianglePoints;
 using adaptive_bvh::Vector4x3;
-using adaptive_bvh::Verdicts4;
 
 /// Four pairs of triangles of one body.
 template <typename S>
@@ -148,8 +148,8 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
     const unsigned planes =
         coarse.apartByPlanes(g.coarseError()) | coarse.apartByEdgeNormals(g.coarseError()) |
         precise.apartByPlanes(g.preciseError()) | precise.apartByEdgeNormals(g.preciseError());
-    const Verdicts4 all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0)),
-                    residual = precise.verdicts(g.preciseError());
+    const PairVerdicts all = coarse.verdicts(g.coarseError()), sharp = fine.verdicts(g.error(0)),
+                       residual = precise.verdicts(g.preciseError());
     for (int k = 0; k < 4; ++k) {
       const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
@@ -194,9 +194,9 @@ TYPED_TEST(Pairs4, NothingIsCertainWhereFclUnderflows) {
     }
     g.origin.setZero();
     g.extent = size;
-    const Verdicts4 all = g.coarse().verdicts(g.coarseError()),
-                    sharp = g.fine().verdicts(g.error(0)),
-                    residual = g.precise().verdicts(g.preciseError());
+    const PairVerdicts all = g.coarse().verdicts(g.coarseError()),
+                       sharp = g.fine().verdicts(g.error(0)),
+                       residual = g.precise().verdicts(g.preciseError());
     const unsigned planes =
         g.coarse().apartByPlanes(g.coarseError()) | g.coarse().apartByEdgeNormals(g.coarseError());
     for (int k = 0; k < 4; ++k) {

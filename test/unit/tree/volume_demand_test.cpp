@@ -11,29 +11,35 @@ using adaptive_bvh::VolumeDemand;
 /// So many steps with queries by boxes until the volumes may rest.
 int stepsToRest(VolumeDemand& demand) {
   for (int steps = 1;; ++steps) {
-    demand.askForBoxes();
-    if (demand.mayRest()) return steps;
+    demand.askForPositions();
+    demand.nextStep();
+    if (demand.volumesMayRest()) return steps;
   }
+}
+
+bool mayRest(VolumeDemand& demand) {
+  demand.nextStep();
+  return demand.volumesMayRest();
 }
 
 TEST(VolumeDemand, MayRestAfterThreeStepsOfQueriesByBoxes) {
   VolumeDemand demand;
   EXPECT_EQ(3, stepsToRest(demand));
-  for (int step = 0; step < 5; ++step) EXPECT_TRUE(demand.mayRest()) << "nobody asked";
+  for (int step = 0; step < 5; ++step) EXPECT_TRUE(mayRest(demand)) << "nobody asked";
 }
 
 TEST(VolumeDemand, StepsWithoutQueriesDoNotCount) {
   VolumeDemand demand;
-  for (int step = 0; step < 20; ++step) EXPECT_FALSE(demand.mayRest());
+  for (int step = 0; step < 20; ++step) EXPECT_FALSE(mayRest(demand));
   EXPECT_EQ(3, stepsToRest(demand));
 }
 
 TEST(VolumeDemand, QueriesOfTheVolumesBeginAnew) {
   VolumeDemand demand;
   for (int step = 0; step < 20; ++step) {
-    demand.askForBoxes();
+    demand.askForPositions();
     if (step % 3 == 0) demand.askForVolumes();
-    EXPECT_FALSE(demand.mayRest());
+    EXPECT_FALSE(mayRest(demand));
   }
 }
 
@@ -42,9 +48,21 @@ TEST(VolumeDemand, WhoWakesThemOftenLetsThemRestLater) {
   for (int patience = 3; patience < 1024; patience = std::min(2 * patience, 1024)) {
     EXPECT_EQ(patience, stepsToRest(demand));
     demand.askForVolumes();
-    EXPECT_FALSE(demand.mayRest());
+    EXPECT_FALSE(mayRest(demand));
   }
   EXPECT_EQ(1024, stepsToRest(demand));
+}
+
+TEST(VolumeDemand, TheBoxTreeMayRestInAStepAfterNobodyAskedForIt) {
+  VolumeDemand demand;
+  demand.nextStep();
+  EXPECT_TRUE(demand.boxTreeMayRest());
+  demand.askForBoxTree();
+  demand.nextStep();
+  EXPECT_FALSE(demand.boxTreeMayRest());
+  demand.askForPositions();
+  demand.nextStep();
+  EXPECT_TRUE(demand.boxTreeMayRest());
 }
 
 }  // namespace
