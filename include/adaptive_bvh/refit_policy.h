@@ -93,8 +93,8 @@ struct RefitPolicy {
   /// Propagation::TranslationCompensated only. Volumes that no query reads rest: after three steps
   /// in a row in which only queries by boxes came (CoherentDistance, `selfCollide`, `distance` and
   /// `collide` of two adaptive models, and so on), updates renew the boxes alone, and while all
-  /// queries are for contacts not even these. FCL's nodes are then no longer moved and refitted, but
-  /// all grow now and then, so that they still contain their triangles: code that reads them by
+  /// queries are for contacts not even these. FCL's nodes are then no longer moved and refitted,
+  /// but all grow now and then, so that they still contain their triangles: code that reads them by
   /// `getBV` stays right, if not fast. The next query of FCL's has them refitted first, on whatever
   /// thread it runs, and so has AdaptiveBVHModel::updateVolumes. No criterion is asked meanwhile.
   bool volumes_rest = true;

@@ -211,8 +211,8 @@ void NearDistance<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigne
   setLimit();
 }
 
-/// By the triangles of the second leaf, each with the whole first one. `least`: of the pairs that
-/// were tested, `open`.
+/// Of the two leaves; where not all triangles of the second are meant, of each with the whole first
+/// one. `least`: of the pairs that were tested, `open`.
 template <typename BV>
 void NearDistance<BV>::keepStops(const Pair& pair, const Gaps4x4& gaps, unsigned pairs,
                                  unsigned open, double* least) {
@@ -223,7 +223,7 @@ void NearDistance<BV>::keepStops(const Pair& pair, const Gaps4x4& gaps, unsigned
     least[j] = std::min(least[j], gaps_.distanceFor(gaps(bit & 3, j)));
   }
   const unsigned lanes = NearestPair<BV>::secondLanes(pairs);
-  if (!open && lanes == (1u << b.count) - 1) {
+  if (lanes == (1u << b.count) - 1) {
     stops_.add(a.binary[0], b.binary[0], *std::min_element(least, least + b.count));
     return;
   }
