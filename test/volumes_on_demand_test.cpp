@@ -555,7 +555,7 @@ class Resting : public OnDemand<BV> {
       this->update();
     }
   }
-  static constexpr int kPatience = 3;
+  static constexpr int kPatience = 1;
 
   bool rests() const { return this->a_.lastUpdate().moved == 0; }
   void expectSound() const {

@@ -90,13 +90,14 @@ struct RefitPolicy {
   /// this share, a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
 
-  /// Propagation::TranslationCompensated only. Volumes that no query reads rest: after three steps
-  /// in a row in which only queries by boxes came (CoherentDistance, `selfCollide`, `distance` and
-  /// `collide` of two adaptive models, and so on), updates renew the boxes alone, and while all
-  /// queries are for contacts not even these. FCL's nodes are then no longer moved and refitted,
-  /// but all grow now and then, so that they still contain their triangles: code that reads them by
-  /// `getBV` stays right, if not fast. The next query of FCL's has them refitted first, on whatever
-  /// thread it runs, and so has AdaptiveBVHModel::updateVolumes. No criterion is asked meanwhile.
+  /// Propagation::TranslationCompensated only. Volumes that no query reads rest: after a step in
+  /// which only queries by boxes came (CoherentDistance, `selfCollide`, `distance` and `collide` of
+  /// two adaptive models, and so on), updates renew the boxes alone, and while all queries are for
+  /// contacts not even these. FCL's nodes are then no longer moved and refitted, but all grow now
+  /// and then, so that they still contain their triangles: code that reads them by `getBV` stays
+  /// right, if not fast. The next query of FCL's has them refitted first, on whatever thread it
+  /// runs, and so has AdaptiveBVHModel::updateVolumes; each time twice as many steps must pass until
+  /// they rest again. No criterion is asked meanwhile.
   bool volumes_rest = true;
 
   /// Propagation::TranslationCompensated only. FCL's nodes rest from the first update on and are

@@ -36,7 +36,7 @@ class VolumeDemand {
   bool boxTreeMayRest() const { return !box_tree_was_read_; }
 
  private:
-  static constexpr int kLeastPatience = 3, kMostPatience = 1 << 10;
+  static constexpr int kLeastPatience = 1, kMostPatience = 1 << 10;
 
   /// Threads that query share it: it is written once a step.
   static void set(std::atomic<bool>& flag) {

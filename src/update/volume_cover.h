@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "geometry/rounding.h"
 #include "update/update_target.h"
 
@@ -22,7 +24,7 @@ class VolumeCover {
     moved_ = rounding::sum(moved_, largest);
     if (moved_ <= reach_) return true;
     if (!(moved_ <= kLongWay * target.model.aabb_radius)) return false;
-    growTo(target, kAhead * moved_);
+    growTo(target, std::max(kAhead * moved_, target.model.aabb_radius / kAhead));
     return true;
   }
 

@@ -1,22 +1,16 @@
 #include "contact_runner.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <random>
 
 #include "contact_continuous.h"
 #include "contact_judge.h"
+#include "stopwatch.h"
 
 namespace adaptive_bvh_bench {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds(Clock::time_point from, Clock::time_point to) {
-  return std::chrono::duration<double, std::milli>(to - from).count();
-}
 
 /// Those in `a` that are not in `b`.
 long missing(const std::vector<TrianglePair>& a, const std::vector<TrianglePair>& b) {
@@ -133,15 +127,12 @@ class ContactRun {
   }
 
   void runFrame(ContactMethod& method, std::size_t frame, ContactMeasurement& m) const {
-    const auto start = Clock::now();
-    method.update(frame_);
-    const auto updated = Clock::now();
-    method.query();
-    const auto end = Clock::now();
-    m.update_ms.back() += milliseconds(start, updated) / case_.frames();
-    m.query_ms.back() += milliseconds(updated, end) / case_.frames();
+    const double update = milliseconds([&] { method.update(frame_); });
+    const double query = milliseconds([&] { method.query(); });
+    m.update_ms.back() += update / case_.frames();
+    m.query_ms.back() += query / case_.frames();
     m.frame_ms.resize(truths_.size(), std::numeric_limits<double>::max());
-    m.frame_ms[frame] = std::min(m.frame_ms[frame], milliseconds(start, end));
+    m.frame_ms[frame] = std::min(m.frame_ms[frame], update + query);
   }
 
   void compare(const ContactAnswer& answer, const Truth& truth, ContactMeasurement& m) const {

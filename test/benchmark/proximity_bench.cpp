@@ -1,7 +1,6 @@
 // Update + proximity of deforming meshes: pairs within a distance, nearer than a distance, closest
 // points, rays; this library, FCL, and Embree where its package is there. In one run.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
@@ -14,6 +13,7 @@
 #include "contact_judge.h"
 #include "median.h"
 #include "proximity_method.h"
+#include "stopwatch.h"
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
 #include "pose_files.h"
 #endif
@@ -21,7 +21,6 @@
 namespace {
 
 using namespace adaptive_bvh_bench;  // NOLINT: this is its program
-using Clock = std::chrono::steady_clock;
 
 struct Options {
   int resolution = 1, repeats = 3, threads = 1, many = 100000;
@@ -159,16 +158,8 @@ std::vector<Row> run(const ProximityCase& c, const Options& options) {
       if (!c.is_self) c.scenario.second.positions(f, frame.second);
       std::shuffle(order.begin(), order.end(), random);
       for (const std::size_t k : order) {
-        const auto milliseconds = [](auto from, auto to) {
-          return std::chrono::duration<double, std::milli>(to - from).count();
-        };
-        const auto start = Clock::now();
-        all[k]->update(frame);
-        const auto updated = Clock::now();
-        all[k]->ask();
-        const auto end = Clock::now();
-        rows[k].update_ms.back() += milliseconds(start, updated) / frames;
-        rows[k].ask_ms.back() += milliseconds(updated, end) / frames;
+        rows[k].update_ms.back() += milliseconds([&] { all[k]->update(frame); }) / frames;
+        rows[k].ask_ms.back() += milliseconds([&] { all[k]->ask(); }) / frames;
       }
       if (repeat > 0) continue;
       const ProximityAnswer ours = all[0]->answer();
