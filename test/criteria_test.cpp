@@ -36,6 +36,7 @@ class Criteria : public testing::TestWithParam<Propagation> {
     RefitPolicy policy;
     policy.propagation = GetParam();
     policy.criterion = criterion;
+    policy.volumes_rest = false;
     policy.max_inflation = 0.3;
     policy.child_distance_ratio = 0.3;
     policy.min_inflation = 0.05;

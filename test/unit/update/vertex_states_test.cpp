@@ -34,6 +34,7 @@ class States : public testing::Test {
     const BodyFrame<S> frame(Eigen::AngleAxisd(0.5, fcl::Vector3d::UnitZ()).toRotationMatrix(),
                              P(S(0.5), S(0.5), 0), 3);
     tree_.boxes->frame = frame;
+    tree_.axes = frame.axes();
     states_.reset(slots().size());
     states_.start(UpdateTarget<BV>{model_, tree_}, frame);
     positions_.assign(model_.vertices, model_.vertices + model_.num_vertices);
