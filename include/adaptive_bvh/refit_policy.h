@@ -96,8 +96,8 @@ struct RefitPolicy {
   /// contacts not even these. FCL's nodes are then no longer moved and refitted, but all grow now
   /// and then, so that they still contain their triangles: code that reads them by `getBV` stays
   /// right, if not fast. The next query of FCL's has them refitted first, on whatever thread it
-  /// runs, and so has AdaptiveBVHModel::updateVolumes; each time twice as many steps must pass until
-  /// they rest again. No criterion is asked meanwhile.
+  /// runs, and so has AdaptiveBVHModel::updateVolumes; each time twice as many steps must pass
+  /// until they rest again. No criterion is asked meanwhile.
   bool volumes_rest = true;
 
   /// Propagation::TranslationCompensated only. FCL's nodes rest from the first update on and are

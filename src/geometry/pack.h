@@ -18,7 +18,8 @@ namespace adaptive_bvh {
 
 /// As many numbers as fit in 16 bytes, worked on at once (a vector extension of GCC and Clang):
 /// four of type float, two of type double. Products, sums and square roots are rounded as those of
-/// single numbers are.
+/// single numbers are. (A library of such packs, xsimd, took 0.93 to 1.16 of the time in the tests
+/// of triangles, eight at a time; code for AVX2 with packs of four, 0.96 to 1.0.)
 template <typename S>
 struct PackOf;
 template <>

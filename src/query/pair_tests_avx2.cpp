@@ -1,4 +1,5 @@
 // Compiled for AVX2, and called only where the processor has it: see pair_stages.h.
+#ifdef __AVX2__
 #include "query/pair_stages.h"
 
 namespace adaptive_bvh {
@@ -24,3 +25,4 @@ extern const PairTests kPairTestsAvx2;
 const PairTests kPairTestsAvx2 = kPairTests<Float8>;
 
 }  // namespace adaptive_bvh
+#endif
