@@ -28,33 +28,17 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
   gatherCorners(slots, positions, triangles, corners);
 }
 
-/// As above, of four pairs of triangles, each in the coordinates of its own tree. `in`: models, of
-/// CandidateInput or WithinInput.
-template <typename Input>
-ADAPTIVE_BVH_INLINE void gatherPairs(const Input& in, const Float4* positions1,
-                                     const Float4* positions2, const LeafPair (&group)[4],
-                                     Vector4x3 (&p)[3], Vector4x3 (&q)[3]) {
-  gatherCorners(in.first.tree->topology.slots, positions1,
-                {group[0].first, group[1].first, group[2].first, group[3].first}, p);
-  gatherCorners(in.second.tree->topology.slots, positions2,
-                {group[0].second, group[1].second, group[2].second, group[3].second}, q);
-}
-
 /// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: models and
 /// trees, of CandidateInput or WithinInput; `frame` as in WideSearch.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
                                        const LeafPair (&group)[4], Vector4x3 (&p)[3],
                                        Vector4x3 (&q)[3]) {
-  gatherPairs(in, in.tree1.positions(), in.tree2.positions(), group, p, q);
+  gatherCorners(in.first.tree->topology.slots, in.tree1.positions(),
+                {group[0].first, group[1].first, group[2].first, group[3].first}, p);
+  gatherCorners(in.second.tree->topology.slots, in.tree2.positions(),
+                {group[0].second, group[1].second, group[2].second, group[3].second}, q);
   for (Vector4x3& corner : q) corner = frame(corner);
-}
-
-/// What rounding took off these corners, where both trees have the same coordinates.
-template <typename Input>
-ADAPTIVE_BVH_INLINE void gatherResiduals(const Input& in, const LeafPair (&group)[4],
-                                         Vector4x3 (&p)[3], Vector4x3 (&q)[3]) {
-  gatherPairs(in, in.tree1.residuals(), in.tree2.residuals(), group, p, q);
 }
 
 /// A point from which corners are seen, of two trees with the same coordinates: the first corner of
