@@ -263,6 +263,7 @@ void printCosts(const std::string& name, const Cost (&costs)[2]) {
 void printScenarios(int resolution, FitnessCriterion criterion, int repeats) {
   RefitPolicy policy;
   policy.criterion = criterion;
+  policy.volumes_rest = false;  // refits are what is compared
   std::printf("\n%s, triangles x %d; top-down / bottom-up; medians of %d\n\n",
               criterion == FitnessCriterion::RefitAll ? "RefitAll" : "Default criterion",
               resolution * resolution, repeats);
