@@ -88,7 +88,7 @@ bool moveBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& sc
   }
 }
 
-/// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
+/// One step, in the order of its phases. `Scope`: AllVertices, AllPositions or SomeVertices.
 template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
          Scope& scope, const StepInput<typename BV::S>& input, UpdateReport& report,

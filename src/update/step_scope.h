@@ -62,12 +62,9 @@ class AllVertices {
 
   VertexSummary<S> read() {
     method_.begin(target_, input_);
-    PerThread<VertexSummary<S>> seen(pool_.size());
-    pool_.forEachPart(Method::readSize(target_), pool_.size(),
-                      [&](int first, int last, int thread) {
-                        seen[thread].add(method_.read(target_, input_, first, last));
-                      });
-    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+    return readParts(Method::readSize(target_), [&](int first, int last) {
+      return method_.read(target_, input_, first, last);
+    });
   }
 
   void discard() { method_.discard(); }
@@ -117,6 +114,16 @@ class AllVertices {
  protected:
   int vertices() const { return target_.model.num_vertices; }
 
+  /// The sum of what read(first, last) returns of the parts of [0, size), on all threads.
+  template <typename Read>
+  VertexSummary<S> readParts(int size, const Read& read) {
+    PerThread<VertexSummary<S>> seen(pool_.size());
+    pool_.forEachPart(size, pool_.size(), [&](int first, int last, int thread) {
+      seen[thread].add(read(first, last));
+    });
+    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+  }
+
  private:
   /// What refits look at: candidates, in words, or all nodes.
   const Candidates* candidates() const {
@@ -145,14 +152,12 @@ class AllPositions : public AllVertices<BV, Method> {
 
   VertexSummary<S> read() {
     method_.turn(target_, input_.positions);
-    PerThread<VertexSummary<S>> seen(pool_.size());
-    pool_.forEachPart(this->vertices(), pool_.size(), [&](int first, int last, int thread) {
+    return this->readParts(this->vertices(), [&](int first, int last) {
       VertexSummary<S> part;
       for (int v = first; v < last; ++v)
         part.add(input_.positions[v], input_.positions[v] - target_.model.vertices[v]);
-      seen[thread].add(part);
+      return part;
     });
-    return seen.sum([](auto& all, const auto& some) { all.add(some); });
   }
   static void discard() {}
 
@@ -169,7 +174,6 @@ class AllPositions : public AllVertices<BV, Method> {
  private:
   using Base::input_;
   using Base::method_;
-  using Base::pool_;
   using Base::target_;
   UpdateState<BV>& state_;
 };
