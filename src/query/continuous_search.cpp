@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "query/earliest_impact.h"
 #include "query/feature_lists.h"
@@ -22,9 +23,12 @@ class SweptBoxes {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  SweptPair reach() {
+  /// Vertices as far from their starts as `of_first` and `of_second` say, or `most`.
+  SweptPair reach(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                  double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      tree.refitToReach(mesh, frame_, query_.separation / 2);
+      const std::vector<double>& reaches = &mesh == &query_.first ? of_first : of_second;
+      tree.refitToReach(mesh, frame_, reaches, most, query_.separation / 2);
     });
   }
   const SweptFrame& frame() const { return frame_; }
@@ -42,24 +46,31 @@ class SweptBoxes {
   const SweptFrame frame_;
 };
 
-/// How far vertices move in edges' lengths, from some triangles.
-double relativeMotion(const MovingMesh& mesh) {
-  constexpr unsigned kSamples = 1024;
-  const unsigned step = mesh.num_triangles / kSamples + 1;
-  double moved = 0, edges = 0;
-  for (unsigned t = 0; t < mesh.num_triangles; t += step) {
-    const auto ends = edgeVertices(mesh.triangles, 3 * t);
-    moved += (mesh.end[ends[0]] - mesh.start[ends[0]]).norm();
-    edges += (mesh.start[ends[1]] - mesh.start[ends[0]]).norm();
+/// Means of some triangles.
+struct MeanLengths {
+  double motion = 0, edge = 0;
+
+  explicit MeanLengths(const MovingMesh& mesh) {
+    constexpr unsigned kSamples = 1024;
+    const unsigned step = mesh.num_triangles / kSamples + 1;
+    unsigned count = 0;
+    for (unsigned t = 0; t < mesh.num_triangles; t += step, ++count) {
+      const auto ends = edgeVertices(mesh.triangles, 3 * t);
+      motion += (mesh.end[ends[0]] - mesh.start[ends[0]]).norm();
+      edge += (mesh.start[ends[1]] - mesh.start[ends[0]]).norm();
+    }
+    motion /= count;
+    edge /= count;
   }
-  return moved / std::max(edges, 1e-300);
-}
+  double motionInEdges() const { return motion / std::max(edge, 1e-300); }
+};
 
 /// The first part of the motion that is searched: so short that vertices move by less than an
 /// edge's length. Swept boxes are small then; and once an impact is found nothing later is looked
 /// for.
 double firstPart(const ContinuousQuery& query) {
-  const double motion = std::max(relativeMotion(query.first), relativeMotion(query.second));
+  const double motion =
+      std::max(MeanLengths(query.first).motionInEdges(), MeanLengths(query.second).motionInEdges());
   return motion < 1 ? 1 : std::max(1 / (2 * motion), 1. / 64);
 }
 
@@ -156,16 +167,29 @@ Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
   return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
 }
 
+/// First of what is near: that leaves little to the vertices of most meshes, so that few pairs are
+/// within reach of each other in the end.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
+  SafeDisplacements<false>::setToMotion(query.first, of_first);
+  if (!query.isSelf()) SafeDisplacements<false>::setToMotion(query.second, of_second);
   SweptBoxes boxes(query);
-  const SweptPair pair = boxes.reach();
-  const auto search = [&](auto is_self) {
+  const auto search = [&](auto is_self, const SweptPair& pair) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
     searchFeatures<kIsSelf>(pair, displacements, 1);
   };
-  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+  const auto largest = [](const std::vector<double>& lengths) {
+    return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
+  };
+  constexpr double kFarther = 4;
+  double reach = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
+  for (bool is_last = false; !is_last; reach *= kFarther) {
+    is_last = !(reach < std::max(largest(of_first), largest(of_second)) && reach > 0);
+    const SweptPair pair =
+        boxes.reach(of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : reach);
+    query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
+  }
 }
 
 }  // namespace adaptive_bvh

@@ -9,15 +9,19 @@ namespace adaptive_bvh {
 
 /// A visitor of FeatureFinder that shares the room between two features among their vertices, in
 /// proportion to how far they move. While a vertex moves by r at most, no point of a feature moves
-/// by more than the largest r of its vertices.
+/// by more than the largest r of its vertices. What is shared out only becomes less, from how far
+/// each vertex moves.
 template <bool kIsSelf>
 class SafeDisplacements {
  public:
   SafeDisplacements(const SweptPair& pair, double separation, std::vector<double>& of_first,
                     std::vector<double>& of_second)
-      : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {
-    begin(pair.first, first_);
-    if (!kIsSelf) begin(pair.second, second_);
+      : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {}
+
+  /// Where nothing is in the way.
+  static void setToMotion(const MovingMesh& mesh, std::vector<double>& safe) {
+    safe.resize(mesh.num_vertices);
+    for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
   }
 
   void vertexFace(unsigned v, unsigned t) {
@@ -54,10 +58,6 @@ class SafeDisplacements {
     double motion() const { return (*end - *start).norm(); }
   };
 
-  static void begin(const MovingMesh& mesh, std::vector<double>& safe) {
-    safe.resize(mesh.num_vertices);
-    for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
-  }
   Corner first(int v) const { return corner(pair_.first, first_, v); }
   Corner second(int v) const { return corner(pair_.second, kIsSelf ? first_ : second_, v); }
   static Corner corner(const MovingMesh& mesh, std::vector<double>& safe, int v) {

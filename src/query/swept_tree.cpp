@@ -102,14 +102,15 @@ void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const Tim
   refitNodes(mesh);
 }
 
-void SweptTree::refitToReach(const MovingMesh& mesh, const SweptFrame& frame, double grown) {
+void SweptTree::refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
+                             const std::vector<double>& reaches, double most, double grown) {
   resize(mesh);
   setMargin(mesh, frame, grown);
   const std::vector<unsigned>& vertices = mesh.slots->vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const fcl::Vector3d &from = mesh.start[vertices[i]], &to = mesh.end[vertices[i]];
-    const Float4 reach = margin_ + float4::all(roundedUp(frame.scale * (to - from).norm()));
-    begins_[i] = ends_[i] = frame(from);
+    const double length = std::min(reaches[vertices[i]], most);
+    const Float4 reach = margin_ + float4::all(roundedUp(frame.scale * length));
+    begins_[i] = ends_[i] = frame(mesh.start[vertices[i]]);
     boxes_[i] = {begins_[i] - reach, begins_[i] + reach};
   }
   refitNodes(mesh);

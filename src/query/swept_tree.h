@@ -38,8 +38,9 @@ class SweptTree {
   /// All boxes anew. `grown` is added to them on every side, in the unit of the world.
   void refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
              double grown);
-  /// As at the start, but each vertex anywhere within its displacement's length.
-  void refitToReach(const MovingMesh& mesh, const SweptFrame& frame, double grown);
+  /// As at the start, but each vertex anywhere within its own of `reaches`, or `most`, the less.
+  void refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
+                    const std::vector<double>& reaches, double most, double grown);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
