@@ -2,6 +2,10 @@
 // query before said, the search begins there.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "model_state.h"
 #include "query/pair_cache.h"
 #include "support/brute_force.h"
@@ -122,6 +126,49 @@ TYPED_TEST(NearDistance, OfLooseTrianglesAndOfBodiesThatIntersect) {
   }
   this->expectWideTrees();
   EXPECT_GT(this->touching_, 20);
+}
+
+/// A bent sheet moves by up to a fiftieth of an edge a step, some tenths to two below another:
+/// where the last search stopped, nearly all bounds still hold.
+TYPED_TEST(NearDistance, SmallStepsTestFewBoxes) {
+  using S = TypeParam;
+  constexpr int kSide = 40;
+  const S edge = S(1) / kSide;
+  const auto sheet = [&](S height, S bend, S wave) {
+    return bent<S>(kSide, kSide, [=](S x, S y) -> Vector3<S> {
+      return {x + wave * std::sin(9 * x + 4 * y), y,
+              height + bend * std::sin(7 * x) * std::cos(5 * y)};
+    });
+  };
+  fillModel(sheet(0, S(0.03), 0), this->first_);
+  fillModel(sheet(S(1.2) * edge, S(0.055), 0), this->second_);
+  for (auto* model : {&this->first_, &this->second_}) model->computeLocalAABB();
+  PairCache<typename TestFixture::BV> from_roots, from_front;
+  from_front.front.emplace();
+  const auto tf = randomPose<S>(this->random_.engine(), S(1));
+  const auto boxTests = [&](PairCache<typename TestFixture::BV>& cache, S& distance) {
+    const long before = this->first_.recordedWork().box_tests;
+    const fcl::DistanceRequest<S> request;
+    fcl::DistanceResult<S> result;
+    adaptive_bvh::distanceByBoxes<typename TestFixture::BV>(
+        this->placed(this->first_, tf), this->placed(this->second_, tf), {request, result}, cache);
+    distance = result.min_distance;
+    return double(this->first_.recordedWork().box_tests - before);
+  };
+  std::vector<double> shares;
+  for (int step = 0; step < 60; ++step) {
+    const int away = std::min(step % 10, 10 - step % 10);
+    this->first_.update(sheet(0, S(0.03), S(0.02) * edge * S(away)).vertices);
+    const bool is_coherent = from_front.front->size() > 0;
+    S expected, found;
+    const double all = boxTests(from_roots, expected), some = boxTests(from_front, found);
+    ASSERT_NEAR(expected, found, this->tolerance());
+    ASSERT_GT(found, 0);
+    if (is_coherent) shares.push_back(some / all);
+  }
+  ASSERT_GT(shares.size(), 40u);
+  std::sort(shares.begin(), shares.end());
+  EXPECT_LT(shares[shares.size() / 2], 0.2);
 }
 
 /// A model much larger than the other has coordinates of its own: the boxes of FCL's nodes serve.

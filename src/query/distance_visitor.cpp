@@ -239,48 +239,39 @@ void DistanceVisitor<BV>::readFirst(unsigned lanes) {
   }
 }
 
-/// The triangles below two small nodes. With a front, the two nodes are where the search stops.
+/// The triangles below two small nodes. With a front, the two nodes are where the search stops: see
+/// NearDistance::testLeaves.
 template <typename BV>
 void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open) {
-  double least[4];
-  for (int j = 0; j < quad2_.count; ++j) least[j] = std::numeric_limits<double>::max();
-  if (open) {
-    for (unsigned rest = open; rest; rest &= rest - 1) {
-      const int bit = __builtin_ctz(rest);
-      visits_.recordVisit(quad1_.below[bit & 3].node, quad2_.below[bit >> 2].node);
-    }
-    if (block2_of_ != pair.second.node) readSecond(pair.second.node);
-    readFirst(Nearest::firstLanes(open));
-    const Vector4x3 line = vectors::all(nearest_.triangles().direction());
-    const TriangleSides side1(block1_, line), side2(block2_, line);
-    const auto triangle = [](const PlacedMesh<BV>& mesh, const BoxQuad& quad, int lane,
-                             const VertexIndices& corners) -> MeshTriangle {
-      return {corners, mesh.model->getBV(quad.below[lane].node).primitiveId()};
-    };
-    nearest_.test(
-        open, TriangleBlock(side1, side2), unit1_, 0, least,
-        [&](int i) { return triangle(first_, quad1_, i, corners1_[i]); },
-        [&](int j) { return triangle(second_, quad2_, j, corners2_[j]); });
-    setLimit();
+  const unsigned kept = stops_.isKept() ? below(gaps, std::numeric_limits<float>::infinity()) : 0;
+  if (!open && !kept) return;
+  for (unsigned rest = open; rest; rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    visits_.recordVisit(quad1_.below[bit & 3].node, quad2_.below[bit >> 2].node);
   }
-  if (stops_.isKept()) stopAtLeaves(pair, gaps, open, least);
-}
-
-/// By the triangles of the second node, each with the whole first one. `least`: of the pairs that
-/// were tested.
-template <typename BV>
-void DistanceVisitor<BV>::stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open,
-                                       double* least) {
-  for (unsigned rest = below(gaps, std::numeric_limits<float>::infinity()) & ~open; rest;
-       rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest), j = bit >> 2;
-    least[j] = std::min(least[j], boxes_.distanceFor(gaps(bit & 3, j)));
+  if (block2_of_ != pair.second.node) readSecond(pair.second.node);
+  readFirst(Nearest::firstLanes(open | kept));
+  const Vector4x3 line = vectors::all(nearest_.triangles().direction());
+  const TriangleSides side1(block1_, line), side2(block2_, line);
+  const auto triangle = [](const PlacedMesh<BV>& mesh, const BoxQuad& quad, int lane,
+                           const VertexIndices& corners) -> MeshTriangle {
+    return {corners, mesh.model->getBV(quad.below[lane].node).primitiveId()};
+  };
+  double bounds[16] = {};
+  nearest_.test(
+      open, TriangleBlock(side1, side2), unit1_, 0,
+      [&](int i) { return triangle(first_, quad1_, i, corners1_[i]); },
+      [&](int j) { return triangle(second_, quad2_, j, corners2_[j]); }, kept, bounds);
+  setLimit();
+  if (!kept) return;
+  stops_.addTests();
+  double least = std::numeric_limits<double>::max();
+  for (unsigned rest = kept; rest; rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    const bool by_box = !(open >> bit & 1) && bounds[bit] < double(limit_);
+    least = std::min(least, by_box ? boxes_.distanceFor(gaps(bit & 3, bit >> 2)) : bounds[bit]);
   }
-  if (open)
-    for (int j = 0; j < quad2_.count; ++j)
-      stops_.add(pair.first.node, quad2_.below[j].node, least[j]);
-  else
-    stops_.add(pair.first.node, pair.second.node, *std::min_element(least, least + quad2_.count));
+  stops_.add(pair.first.node, pair.second.node, least);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class DistanceVisitor<BV>;

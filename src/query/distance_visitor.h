@@ -63,7 +63,6 @@ class DistanceVisitor {
   void readFirst(unsigned lanes);
   void readSecond(int node);
   void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open);
-  void stopAtLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned open, double* least);
   void setLimit();
   void stopAtGap(int node1, int node2, float gap) {
     if (stops_.isKept()) stops_.add(node1, node2, boxes_.distanceFor(gap));

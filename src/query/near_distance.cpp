@@ -165,12 +165,27 @@ void NearDistance<BV>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pair
       add(a.below[i], pair.second, least[i]);
     }
   } else {
+    if (stops_.isKept()) pairs &= ~stopAtRows(pair, gaps);
     for (; pairs; pairs &= pairs - 1) {
       const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
       add(a.below[i], b.below[j], gaps(i, j));
     }
   }
   std::swap(open_[begin], open_.back());
+}
+
+/// One stop where the search ends at a part of the second node with all parts of the first. Returns
+/// these pairs.
+template <typename BV>
+unsigned NearDistance<BV>::stopAtRows(const Pair& pair, const Gaps4x4& gaps) {
+  unsigned stopped = 0;
+  for (int j = 0; j < nodes2_[pair.second].count; ++j) {
+    const float gap = packs::smallest(gaps.row[j]);
+    if (gap < limit2_) continue;
+    stopAtGap({pair.first, nodes2_[pair.second].below[j], gap});
+    stopped |= 0xfu << (4 * j);
+  }
+  return stopped;
 }
 
 template <typename BV>
@@ -189,44 +204,49 @@ void NearDistance<BV>::readSecond(int leaf) {
   side2_ = TriangleSides(block2_, direction_);
 }
 
+/// Where the search stops here, by all pairs of triangles. A test takes one direction after the
+/// other until the pair is left out; a bound that is to outlast many steps takes all of them.
 template <typename BV>
 void NearDistance<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned pairs,
                                   unsigned open) {
-  double least[4];
-  for (double& bound : least) bound = std::numeric_limits<double>::max();
-  if (open) {
-    const WideNode& first = nodes1_[pair.first];
-    if (block2_of_ != pair.second) readSecond(pair.second);
-    const Triangles4 block1 = origin_.corners(first_.tree->topology.slots, trees_.first, first);
-    const TriangleSides side1(block1, direction_);
-    const double unit = 1 / trees_.first.scale();
-    // Along a unit vector, of a corner of either.
-    const double error = 4 * double(frame_.same().preciseError()) * unit;
-    nearest_.test(
-        open, TriangleBlock(side1, side2_), unit, error, least,
-        [&](int i) { return triangle(trees_.first, first, i); },
-        [&](int j) { return triangle(trees_.second, nodes2_[pair.second], j); });
+  const unsigned kept = stops_.isKept() ? pairs & gaps.below(kFarther) : 0;
+  if (!open && !kept) return;
+  const WideNode& first = nodes1_[pair.first];
+  if (block2_of_ != pair.second) readSecond(pair.second);
+  const Triangles4 block1 = origin_.corners(first_.tree->topology.slots, trees_.first, first);
+  const TriangleSides side1(block1, direction_);
+  const double unit = 1 / trees_.first.scale();
+  // Along a unit vector, of a corner of either.
+  const double error = 4 * double(frame_.same().preciseError()) * unit;
+  double bounds[16] = {};
+  nearest_.test(
+      open, TriangleBlock(side1, side2_), unit, error,
+      [&](int i) { return triangle(trees_.first, first, i); },
+      [&](int j) { return triangle(trees_.second, nodes2_[pair.second], j); }, kept, bounds);
+  for (unsigned rest = kept & ~open; rest; rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    if (bounds[bit] < double(limit_))  // what the boxes said is more
+      bounds[bit] = gaps_.distanceFor(gaps(bit & 3, bit >> 2));
   }
-  if (stops_.isKept()) keepStops(pair, gaps, pairs, open, least);
+  if (kept) keepStops(pair, kept, bounds);
   setLimit();
 }
 
 /// Of the two leaves; where not all triangles of the second are meant, of each with the whole first
-/// one. `least`: of the pairs that were tested, `open`.
+/// one. `bounds`: of the pairs in `kept`.
 template <typename BV>
-void NearDistance<BV>::keepStops(const Pair& pair, const Gaps4x4& gaps, unsigned pairs,
-                                 unsigned open, double* least) {
+void NearDistance<BV>::keepStops(const Pair& pair, unsigned kept, const double (&bounds)[16]) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
-  pairs &= gaps.below(kFarther);
-  for (unsigned rest = pairs & ~open; rest; rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest), j = bit >> 2;
-    least[j] = std::min(least[j], gaps_.distanceFor(gaps(bit & 3, j)));
+  stops_.addTests();
+  double least[4], least_of_all = std::numeric_limits<double>::max();
+  std::fill(least, least + 4, least_of_all);
+  for (unsigned rest = kept; rest; rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    least[bit >> 2] = std::min(least[bit >> 2], bounds[bit]);
+    least_of_all = std::min(least_of_all, bounds[bit]);
   }
-  const unsigned lanes = NearestPair<BV>::secondLanes(pairs);
-  if (lanes == (1u << b.count) - 1) {
-    stops_.add(a.binary[0], b.binary[0], *std::min_element(least, least + b.count));
-    return;
-  }
+  const unsigned lanes = NearestPair<BV>::secondLanes(kept);
+  if (lanes == (1u << b.count) - 1) return stops_.add(a.binary[0], b.binary[0], least_of_all);
   for (unsigned rest = lanes; rest; rest &= rest - 1) {
     const int j = __builtin_ctz(rest);
     stops_.add(a.binary[0], b.below[j], least[j]);

@@ -89,9 +89,9 @@ class NearDistance {
   void run();
   void visit(const Pair& pair, unsigned pairs = 0xffff);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
+  unsigned stopAtRows(const Pair& pair, const Gaps4x4& gaps);
   void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned pairs, unsigned open);
-  void keepStops(const Pair& pair, const Gaps4x4& gaps, unsigned pairs, unsigned open,
-                 double* least);
+  void keepStops(const Pair& pair, unsigned kept, const double (&bounds)[16]);
   void stopAtGap(const Pair& pair);
   static MeshTriangle triangle(const WideTree<S>& tree, const WideNode& leaf, int lane);
   void readSecond(int leaf);

@@ -47,21 +47,22 @@ class NearestPair {
   /// The relative placement, and the line between the nearest points.
   const TriangleSeparation<S>& triangles() const { return triangles_; }
 
-  /// Tests pairs: bit 4 j + i of `pairs` for triangle i of the first mesh and j of the second,
-  /// which are in `block` in single precision, `unit` in the first model's numbers, off by `error`
-  /// beyond what TriangleBlock allows. `least[j]` becomes at most a lower bound of the distance of
-  /// each pair with j. `first(i)` and `second(j)` return a MeshTriangle.
+  /// Tests pairs: bit 4 j + i of `open` for triangle i of the first mesh and j of the second, which
+  /// are in `block` in single precision, `unit` in the first model's numbers, off by `error` beyond
+  /// what TriangleBlock allows. `first(i)` and `second(j)` return a MeshTriangle. Of the pairs in
+  /// `kept`, `bounds` become lower bounds of their distances, as large as may be.
   template <typename First, typename Second>
-  void test(unsigned pairs, const TriangleBlock& block, double unit, double error, double* least,
-            const First& first, const Second& second) {
+  void test(unsigned open, const TriangleBlock& block, double unit, double error,
+            const First& first, const Second& second, unsigned kept, double (&bounds)[16]) {
     const double off = double(rounding_) + error;
-    const Float4x4 bounds = boundsOf(pairs, block, unit, off);
+    const Float4x4 found = boundsOf(open, kept, block, unit, off);
     const double slack = double(block.slack()) * unit + 2 * off;
-    for (unsigned rest = pairs; rest && !isDone(); rest &= rest - 1) {
+    for (unsigned rest = open | kept; rest && !isDone(); rest &= rest - 1) {
       const int bit = __builtin_ctz(rest), i = bit & 3, j = bit >> 2;
-      double bound = double(bounds.row[j][i]) * unit - off;
-      if (bound < double(limit_)) bound = testPair(first(i), second(j), bound, slack);
-      least[j] = std::min(least[j], bound);
+      double bound = double(found.row[j][i]) * unit - off;
+      if (bound < double(limit_) && (open >> bit & 1))
+        bound = testPair(first(i), second(j), bound, slack);
+      if (kept) bounds[bit] = bound;
     }
   }
 
@@ -86,7 +87,8 @@ class NearestPair {
   struct Float4x4 {
     Float4 row[4];
   };
-  Float4x4 boundsOf(unsigned pairs, const TriangleBlock& block, double unit, double off) const;
+  Float4x4 boundsOf(unsigned open, unsigned kept, const TriangleBlock& block, double unit,
+                    double off) const;
   double testPair(const MeshTriangle& first, const MeshTriangle& second, double bound,
                   double slack);
   S distanceOf(const VertexIndices& a, const VertexIndices& b, Point& on1, Point& on2) const {

@@ -13,26 +13,26 @@ void Front<BV>::moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second
   if (!rigid_.moveTo(first.tf, *first.model, second.tf, *second.model) || !same_trees) clear();
 }
 
-/// Of a search from the pairs, judged by some of them.
+/// Of a search from the pairs, judged by some of them. Of a sample, whose bounds are new: of one
+/// when they are no longer, for each ends as soon as steps like this one have used it up.
 template <typename BV>
 double Front<BV>::expectedCost(const PairSearch<BV>& search) const {
   if (pairs_.empty()) return std::numeric_limits<double>::max();
-  const std::size_t pairs = pairs_.size() * every_;
-  const std::size_t step = std::max<std::size_t>(1, samplingStride(pairs) / every_);
+  const std::size_t step = isWhole() ? std::max<std::size_t>(1, pairs_.size() / kChecked) : 1;
   double checked = 0, ended = 0;
   for (std::size_t i = 0; i < pairs_.size(); i += step) {
     ++checked;
-    ended += !search.stops().isStillPruned(pairs_[i]);
+    ended += isWhole() ? !search.stops().isStillPruned(pairs_[i]) : search.stops().used(pairs_[i]);
   }
-  return double(pairs) * (kCheck + searchBelow() * ended / checked);
+  return double(pairs_.size() * every_) * (kCheck + searchBelow() * ended / checked);
 }
 
 template <typename BV>
 void Front<BV>::run(PairSearch<BV>& search, bool& are_near) {
   const double expected = expectedCost(search);
   if (isWhole()) {
-    const bool worn =
-        account_.excess > cost_from_roots_ || account_.spent > kRenewal * cost_from_roots_;
+    const double renewal = cost_from_roots_ + cost_of_stops_;
+    const bool worn = account_.excess > renewal || account_.spent > kRenewal * renewal;
     if (!worn && expected < cost_from_roots_) return searchFromPairs(search, are_near);
     needed_promises_ = account_.saved > 0 ? 1 : std::min(2 * needed_promises_, kMostPromises);
     promises_ = 0;
@@ -54,9 +54,10 @@ void Front<BV>::searchFromRoots(PairSearch<BV>& search, bool& are_near, std::siz
     every_ = every;
   }
   cost_from_roots_ = search.cost();
+  cost_of_stops_ = search.stops().cost();
   search_below_ += (1 - search_below_) / 16;
   account_ = {};
-  account_.saved = -kWrite * double(stops_);
+  account_.saved = -cost_of_stops_;
 }
 
 /// A pair that no longer prunes gives its place to one of those that replace it.
@@ -75,7 +76,7 @@ void Front<BV>::searchFromPairs(PairSearch<BV>& search, bool are_near) {
     pair = added_.back();
     added_.pop_back();
   }
-  const double below = search.cost() + kWrite * (double(added_.size()) + ended);
+  const double below = search.cost() + search.stops().cost();
   const double cost = kCheck * double(pairs_.size()) + below;
   pairs_.insert(pairs_.end(), added_.begin(), added_.end());
   every_ = 1;

@@ -22,7 +22,7 @@ namespace adaptive_bvh {
 /// samples in a row must promise enough.
 ///
 /// A front only grows finer. It is written anew, by a search from the roots, when what it has cost
-/// beyond its cheapest search adds up to such a search; and now and then, to see what one costs.
+/// beyond its cheapest search adds up to that; and now and then, to see what one costs.
 template <typename BV>
 class Front {
  public:
@@ -46,13 +46,13 @@ class Front {
   std::size_t bytes() const { return (pairs_.capacity() + added_.capacity()) * sizeof(FrontPair); }
 
  private:
-  /// Costs, in tests of boxes: to check a pair of the front, and to write one.
-  static constexpr double kCheck = 0.5, kWrite = 1;
+  /// What it costs to check a pair of the front, in tests of boxes.
+  static constexpr double kCheck = 0.5;
   /// A front is written for a search that promises to cost this share of one from the roots.
   static constexpr double kPays = 0.8;
-  /// After searches that cost so many from the roots, a front is written anew.
+  /// After searches that cost so many times what it takes to write a front, it is written anew.
   static constexpr double kRenewal = 12;
-  static constexpr std::size_t kSample = 64, kSparse = 16;
+  static constexpr std::size_t kSample = 32, kSparse = 16, kChecked = 512;
   static constexpr int kMostPromises = 1 << 20;
 
   bool isWhole() const { return every_ == 1; }
@@ -71,7 +71,8 @@ class Front {
   std::vector<FrontPair> pairs_, added_;
   std::size_t every_ = kSparse;             // 1: a whole front; else one pair in so many
   std::size_t stops_ = kSparse * kSample;   // pairs where the last search from the roots stopped
-  double cost_from_roots_ = 0;              // of that search
+  double cost_from_roots_ = 0;              // of that search,
+  double cost_of_stops_ = 0;                // and of what it kept
   double search_below_ = 1;                 // see searchBelow; as measured, smoothed
   int promises_ = 0, needed_promises_ = 1;  // in a row
   /// Of the searches from the front since it was written: what they cost, the cheapest of them,

@@ -53,27 +53,44 @@ class SearchStops {
   bool isKept() const { return is_kept_; }
   /// `bound` bounds the distance below two of FCL's nodes.
   void add(int node1, int node2, double bound) {
+    cost_ += kAdd;
     pairs_->push_back({node1, node2, motion1_.accumulatedMotion(node1),
                        motion2_.accumulatedMotion(node2), rigid_motion_, bound});
   }
+  /// The triangles below two nodes were tested only, or along more directions, to keep their
+  /// bounds.
+  void addTests() { cost_ += kTests; }
+  /// What it has cost to keep stops, in tests of boxes.
+  double cost() const { return cost_; }
 
   /// True: nothing below a pair of an earlier query is nearer than the limit. The sums are rounded
   /// up, so every motion shows in a difference. Each difference is rounded once, relative to
   /// itself; 16 epsilon cover that and the sums here. When nothing moved, nothing is rounded, and
   /// the bound is compared as it was: between parallel faces many bounds equal the limit.
   bool isStillPruned(const FrontPair& pair) const {
-    const double lost =
-        (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
-        (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
-        (rigid_motion_ - pair.rigid);
+    const double lost = motionSince(pair);
     const auto limit = static_cast<double>(nearest_.limit());
     if (lost == 0) return pair.bound >= static_cast<double>(nearest_.limitWithinRounding());
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return pair.bound >= (limit + lost) * (1 + kRounding) + rounding::tiny<double>();
   }
 
+  /// How much of what a bound had to spare the motion since has used up: 1 where it prunes no more.
+  double used(const FrontPair& pair) const {
+    if (!isStillPruned(pair)) return 1;
+    const double spare = pair.bound - static_cast<double>(nearest_.limit());
+    return spare > 0 ? std::min(1., motionSince(pair) / spare) : 0;
+  }
+
  private:
   using S = typename BV::S;
+  double motionSince(const FrontPair& pair) const {
+    return (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
+           (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
+           (rigid_motion_ - pair.rigid);
+  }
+
+  static constexpr double kAdd = 1, kTests = 14;
 
   const MotionBounds<S>&motion1_, &motion2_;
   const double unit1_, unit2_;  ///< of the models, per unit of their boxes
@@ -82,6 +99,7 @@ class SearchStops {
   std::vector<FrontPair>* pairs_ = nullptr;
   std::size_t every_ = 1, until_kept_ = 0;
   bool is_kept_ = false;
+  double cost_ = 0;
 };
 
 }  // namespace adaptive_bvh
