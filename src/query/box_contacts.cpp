@@ -33,7 +33,7 @@ void runOnThreads(const CandidateInput<BV>& input, const Frame& frame, const Con
                   const TaskPool& pool, ContactSearch<kIsSelf, BV, Frame>& search) {
   using Tasks = ContactTasks<kIsSelf, BV, Frame>;
   std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, Tasks::kLeastTasks);
+  search.split(pairs, Tasks::kLeastTasks, pool);
   if (pairs.size() < Tasks::kLeastTasks) {
     for (std::size_t i = 0; i < pairs.size() && !node.isDone(); ++i) search.run(pairs[i]);
     return;

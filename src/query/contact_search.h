@@ -45,7 +45,9 @@ class ContactSearch {
     walk_.run(from, input_.tree1.depth() + input_.tree2.depth());
     tests_.finish();
   }
-  void split(std::vector<NodePair>& pairs, std::size_t enough) { walk_.split(pairs, enough); }
+  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
+    walk_.split(pairs, enough, pool);
+  }
 
   /// Takes over the record of another search of this query.
   void add(const ContactSearch& other) {

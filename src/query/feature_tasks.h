@@ -37,7 +37,9 @@ class FeatureWalk {
   FeatureWalk& operator=(const FeatureWalk&) = delete;
 
   void run(const NodePair& from) { walk_.run(from, depth_); }
-  void split(std::vector<NodePair>& pairs, std::size_t enough) { walk_.split(pairs, enough); }
+  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
+    walk_.split(pairs, enough, pool);
+  }
 
  private:
   const int depth_;
@@ -137,7 +139,7 @@ void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   if (pool.size() > 1) {
     std::vector<NodePair> tasks{{0, 0}};
     using Tasks = FeatureTasks<kIsSelf, Visitor>;
-    walk.split(tasks, Tasks::kLeastTasks);
+    walk.split(tasks, Tasks::kLeastTasks, pool);
     if (tasks.size() >= Tasks::kLeastTasks)
       return Tasks(pair, visitor, tasks, workersMemory()).run(pool);
     visitor.begin();

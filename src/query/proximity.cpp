@@ -83,7 +83,7 @@ void searchOnThreads(const WithinInput<BV>& input, const Frame& frame, const Tas
                      Sink& sink, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
   using Tasks = WithinTasks<kIsSelf, BV, Frame, Sink>;
   std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, Tasks::kLeastTasks);
+  search.split(pairs, Tasks::kLeastTasks, pool);
   if (pairs.size() < Tasks::kLeastTasks) {
     for (const NodePair& pair : pairs) search.run(pair);
     return;

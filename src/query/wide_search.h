@@ -131,20 +131,26 @@ class WideSearch {
   }
 
   /// Puts the pairs below in the place of each pair, level by level, until there are `enough` of
-  /// them, or no more. To run from each, in their order, is to run from those that there were.
-  void split(std::vector<NodePair>& pairs, std::size_t enough) {
+  /// them, or no more. To run from each, in their order, is to run from those that there were. The
+  /// visitor's isFlat is called on all threads.
+  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
     std::vector<NodePair> lower;
     for (bool changed = true; changed && pairs.size() < enough; pairs.swap(lower)) {
       changed = false;
       lower.clear();
-      for (const NodePair& pair : pairs) {
+      const std::vector<std::uint8_t> flat = areFlat(pairs, pool);
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const NodePair pair = pairs[i];
         if (first_[pair.first].isLeaf() && second_[pair.second].isLeaf()) {
           lower.push_back(pair);
           continue;
         }
         NodePair below[kMostBelow];
         top_ = below;
-        test(pair);
+        if (isTwice(pair))
+          testNode(pair.first, flat[i]);
+        else
+          testPair(pair);
         while (top_ != below) lower.push_back(*--top_);
         changed = true;
       }
@@ -156,9 +162,10 @@ class WideSearch {
  private:
   static constexpr int kMostBelow = 16;
 
+  static bool isTwice(const NodePair& pair) { return kIsSelf && pair.first == pair.second; }
   ADAPTIVE_BVH_INLINE void test(const NodePair& pair) {
-    if (kIsSelf && pair.first == pair.second)
-      testNode(pair.first);
+    if (isTwice(pair))
+      testNode(pair.first, isFlat(pair.first));
     else
       testPair(pair);
   }
@@ -195,10 +202,10 @@ class WideSearch {
     return turned_;
   }
 
-  /// A node of one tree against itself: every pair below once.
-  void testNode(int number) {
+  /// A node of one tree against itself: every pair below once; none where it is flat.
+  void testNode(int number, bool is_flat) {
     const WideNode& node = first_[number];
-    if (!node.isLeaf() && isFlat(number)) return visited_first_.add(number, 0);
+    if (is_flat) return visited_first_.add(number, 0);
     constexpr unsigned kUpper = 0x7310;  // i < j
     const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
@@ -212,11 +219,21 @@ class WideSearch {
     for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
   }
 
+  /// Never of a leaf.
   ADAPTIVE_BVH_INLINE bool isFlat(int node) {
     if constexpr (SkipsFlatNodes<Visitor>::value)
-      return visitor_.isFlat(node);
+      return !first_[node].isLeaf() && visitor_.isFlat(node);
     else
       return false;
+  }
+  std::vector<std::uint8_t> areFlat(const std::vector<NodePair>& pairs, const TaskPool& pool) {
+    std::vector<std::uint8_t> flat(pairs.size(), 0);
+    if constexpr (SkipsFlatNodes<Visitor>::value)
+      pool.forEach(static_cast<int>(pairs.size()), [&](int i, int) {
+        const NodePair& pair = pairs[static_cast<std::size_t>(i)];
+        flat[static_cast<std::size_t>(i)] = isTwice(pair) && isFlat(pair.first);
+      });
+    return flat;
   }
 
   /// Of sixteen bits: bit j where any of the bits 4 j to 4 j + 3 is.
