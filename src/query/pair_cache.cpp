@@ -13,8 +13,9 @@ void Front<BV>::moveTo(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second
   if (!rigid_.moveTo(first.tf, *first.model, second.tf, *second.model) || !same_trees) clear();
 }
 
-/// Of a search from the pairs, judged by some of them. Of a sample, whose bounds are new: of one
-/// when they are no longer, for each ends as soon as steps like this one have used it up.
+/// Of a search from the pairs, judged by some of them. The bounds of a sample are new and all still
+/// have something to spare, so it tells the mean cost of many steps like this one: each bound ends
+/// when these have used it up.
 template <typename BV>
 double Front<BV>::expectedCost(const PairSearch<BV>& search) const {
   if (pairs_.empty()) return std::numeric_limits<double>::max();

@@ -84,13 +84,13 @@ class SearchStops {
 
  private:
   using S = typename BV::S;
+  static constexpr double kAdd = 1, kTests = 14;  // as measured
+
   double motionSince(const FrontPair& pair) const {
     return (double(motion1_.accumulatedMotion(pair.node1)) - double(pair.motion1)) * unit1_ +
            (double(motion2_.accumulatedMotion(pair.node2)) - double(pair.motion2)) * unit2_ +
            (rigid_motion_ - pair.rigid);
   }
-
-  static constexpr double kAdd = 1, kTests = 14;
 
   const MotionBounds<S>&motion1_, &motion2_;
   const double unit1_, unit2_;  ///< of the models, per unit of their boxes

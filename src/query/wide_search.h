@@ -228,7 +228,7 @@ class WideSearch {
   }
   std::vector<std::uint8_t> areFlat(const std::vector<NodePair>& pairs, const TaskPool& pool) {
     std::vector<std::uint8_t> flat(pairs.size(), 0);
-    if constexpr (SkipsFlatNodes<Visitor>::value)
+    if constexpr (kIsSelf && SkipsFlatNodes<Visitor>::value)
       pool.forEach(static_cast<int>(pairs.size()), [&](int i, int) {
         const NodePair& pair = pairs[static_cast<std::size_t>(i)];
         flat[static_cast<std::size_t>(i)] = isTwice(pair) && isFlat(pair.first);
