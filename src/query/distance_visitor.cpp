@@ -257,21 +257,16 @@ void DistanceVisitor<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsi
                            const VertexIndices& corners) -> MeshTriangle {
     return {corners, mesh.model->getBV(quad.below[lane].node).primitiveId()};
   };
-  double bounds[16] = {};
+  double least[4];
   nearest_.test(
       open, TriangleBlock(side1, side2), unit1_, 0,
       [&](int i) { return triangle(first_, quad1_, i, corners1_[i]); },
-      [&](int j) { return triangle(second_, quad2_, j, corners2_[j]); }, kept, bounds);
+      [&](int j) { return triangle(second_, quad2_, j, corners2_[j]); }, kept,
+      [&](int i, int j) { return boxes_.distanceFor(gaps(i, j)); }, least);
   setLimit();
   if (!kept) return;
   stops_.addTests();
-  double least = std::numeric_limits<double>::max();
-  for (unsigned rest = kept; rest; rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest);
-    const bool by_box = !(open >> bit & 1) && bounds[bit] < double(limit_);
-    least = std::min(least, by_box ? boxes_.distanceFor(gaps(bit & 3, bit >> 2)) : bounds[bit]);
-  }
-  stops_.add(pair.first.node, pair.second.node, least);
+  stops_.add(pair.first.node, pair.second.node, *std::min_element(least, least + quad2_.count));
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class DistanceVisitor<BV>;

@@ -218,35 +218,24 @@ void NearDistance<BV>::testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigne
   const double unit = 1 / trees_.first.scale();
   // Along a unit vector, of a corner of either.
   const double error = 4 * double(frame_.same().preciseError()) * unit;
-  double bounds[16] = {};
+  double least[4];
   nearest_.test(
       open, TriangleBlock(side1, side2_), unit, error,
       [&](int i) { return triangle(trees_.first, first, i); },
-      [&](int j) { return triangle(trees_.second, nodes2_[pair.second], j); }, kept, bounds);
-  for (unsigned rest = kept & ~open; rest; rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest);
-    if (bounds[bit] < double(limit_))  // what the boxes said is more
-      bounds[bit] = gaps_.distanceFor(gaps(bit & 3, bit >> 2));
-  }
-  if (kept) keepStops(pair, kept, bounds);
+      [&](int j) { return triangle(trees_.second, nodes2_[pair.second], j); }, kept,
+      [&](int i, int j) { return gaps_.distanceFor(gaps(i, j)); }, least);
+  if (kept) keepStops(pair, NearestPair<BV>::secondLanes(kept), least);
   setLimit();
 }
 
-/// Of the two leaves; where not all triangles of the second are meant, of each with the whole first
-/// one. `bounds`: of the pairs in `kept`.
+/// Of the two leaves; where not all triangles of the second are meant, of each in `lanes` with the
+/// whole first one. `least`: by triangle of the second.
 template <typename BV>
-void NearDistance<BV>::keepStops(const Pair& pair, unsigned kept, const double (&bounds)[16]) {
+void NearDistance<BV>::keepStops(const Pair& pair, unsigned lanes, const double (&least)[4]) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
   stops_.addTests();
-  double least[4], least_of_all = std::numeric_limits<double>::max();
-  std::fill(least, least + 4, least_of_all);
-  for (unsigned rest = kept; rest; rest &= rest - 1) {
-    const int bit = __builtin_ctz(rest);
-    least[bit >> 2] = std::min(least[bit >> 2], bounds[bit]);
-    least_of_all = std::min(least_of_all, bounds[bit]);
-  }
-  const unsigned lanes = NearestPair<BV>::secondLanes(kept);
-  if (lanes == (1u << b.count) - 1) return stops_.add(a.binary[0], b.binary[0], least_of_all);
+  if (lanes == (1u << b.count) - 1)
+    return stops_.add(a.binary[0], b.binary[0], *std::min_element(least, least + b.count));
   for (unsigned rest = lanes; rest; rest &= rest - 1) {
     const int j = __builtin_ctz(rest);
     stops_.add(a.binary[0], b.below[j], least[j]);

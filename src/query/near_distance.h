@@ -91,7 +91,7 @@ class NearDistance {
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
   unsigned stopAtRows(const Pair& pair, const Gaps4x4& gaps);
   void testLeaves(const Pair& pair, const Gaps4x4& gaps, unsigned pairs, unsigned open);
-  void keepStops(const Pair& pair, unsigned kept, const double (&bounds)[16]);
+  void keepStops(const Pair& pair, unsigned lanes, const double (&least)[4]);
   void stopAtGap(const Pair& pair);
   static MeshTriangle triangle(const WideTree<S>& tree, const WideNode& leaf, int lane);
   void readSecond(int leaf);

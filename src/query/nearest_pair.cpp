@@ -70,9 +70,9 @@ void NearestPair<BV>::addWitness(int triangle1, int triangle2) {
 template <typename BV>
 auto NearestPair<BV>::boundsOf(unsigned open, unsigned kept, const TriangleBlock& block,
                                double unit, double off) const -> Float4x4 {
-  const double limit = kept ? double(std::numeric_limits<float>::max()) : double(limit_);
-  const auto enough = static_cast<float>(std::min((limit + off) / unit * (1 + 1. / (1 << 20)),
-                                                  double(std::numeric_limits<float>::max())));
+  const auto enough =
+      kept ? std::numeric_limits<float>::infinity()
+           : static_cast<float>((double(limit_) + off) / unit * (1 + 1. / (1 << 20)));
   const unsigned pairs = open | kept;
   Float4x4 bounds;
   if (pairs & 0x000f) bounds.row[0] = block.bounds<0>(enough, pairs & 15);

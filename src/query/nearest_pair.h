@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "geometry/triangle_block.h"
 #include "geometry/triangle_separation.h"
@@ -49,20 +50,26 @@ class NearestPair {
 
   /// Tests pairs: bit 4 j + i of `open` for triangle i of the first mesh and j of the second, which
   /// are in `block` in single precision, `unit` in the first model's numbers, off by `error` beyond
-  /// what TriangleBlock allows. `first(i)` and `second(j)` return a MeshTriangle. Of the pairs in
-  /// `kept`, `bounds` become lower bounds of their distances, as large as may be.
-  template <typename First, typename Second>
+  /// what TriangleBlock allows. `first(i)` and `second(j)` return a MeshTriangle. `least[j]`
+  /// becomes a lower bound of the distances of j that were tested, and of those in `kept`: then as
+  /// large as triangles allow, or as boxes do, distanceOfBoxes(i, j), where these left a pair out.
+  template <typename First, typename Second, typename DistanceOfBoxes>
   void test(unsigned open, const TriangleBlock& block, double unit, double error,
-            const First& first, const Second& second, unsigned kept, double (&bounds)[16]) {
-    const double off = double(rounding_) + error;
-    const Float4x4 found = boundsOf(open, kept, block, unit, off);
+            const First& first, const Second& second, unsigned kept,
+            const DistanceOfBoxes& distanceOfBoxes, double (&least)[4]) {
+    const double off = double(rounding_) + error, limit = double(limit_);
+    const Float4x4 bounds = boundsOf(open, kept, block, unit, off);
     const double slack = double(block.slack()) * unit + 2 * off;
+    for (double& bound : least) bound = std::numeric_limits<double>::max();
     for (unsigned rest = open | kept; rest && !isDone(); rest &= rest - 1) {
       const int bit = __builtin_ctz(rest), i = bit & 3, j = bit >> 2;
-      double bound = double(found.row[j][i]) * unit - off;
-      if (bound < double(limit_) && (open >> bit & 1))
-        bound = testPair(first(i), second(j), bound, slack);
-      if (kept) bounds[bit] = bound;
+      double bound = double(bounds.row[j][i]) * unit - off;
+      if (open >> bit & 1) {
+        if (bound < double(limit_)) bound = testPair(first(i), second(j), bound, slack);
+      } else if (bound < limit) {
+        bound = distanceOfBoxes(i, j);
+      }
+      least[j] = std::min(least[j], bound);
     }
   }
 
