@@ -50,12 +50,18 @@ namespace queries {
 /// `distance` of two adaptive models with Propagation::TranslationCompensated is found by their
 /// boxes (docs/bounds.md), starting from the pair of triangles that was nearest in the last query
 /// of the two. It is the least of all distances of two triangles as FCL computes them, up to
-/// rounding; of several nearest pairs another one may be named. With an octree it is the least of
-/// all distances of a cell and a triangle as FCL's solver computes them. `collide` of two such
-/// models is found by their boxes, too: FCL's test of two triangles decides, the order of the
-/// contacts is not FCL's, but always the same. Everything else runs FCL's
-/// own traversal, and every field of the result is what FCL computes on the same trees, except as
-/// described below.
+/// rounding; of several nearest pairs another one may be named. `collide` of two such models is
+/// found by their boxes, too: FCL's test of two triangles decides, the order of the contacts is not
+/// FCL's, but always the same.
+///
+/// With a shape or an octree such a model is searched by its boxes as well, and FCL's solver
+/// decides about each triangle. A distance is the least of all that the solver computes, up to its
+/// tolerance; of several nearest triangles another one may be named. Contacts with a shape come in
+/// FCL's order, those with an octree in one that is always the same. A plane and a mesh of RSS have
+/// contacts that fcl::collide misses: its volume of the plane stands across it.
+///
+/// Everything else runs FCL's own traversal, and every field of the result is what FCL computes on
+/// the same trees, except as described below.
 ///
 /// **Order.** `o1` and `o2` of results and contacts are the two meshes as they were passed; else
 /// o1 is the mesh and o2 the shape, or o1 the octree and o2 the mesh, whichever was passed first

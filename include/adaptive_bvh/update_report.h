@@ -36,8 +36,9 @@ struct UpdateReport {
 /// What recording queries (query.h) did on a model since its last update. A query between two
 /// adaptive models counts on both.
 struct QueryWork {
-  int queries = 0;     ///< queries that recorded
-  long box_tests = 0;  ///< pairs of the boxes beside FCL's volumes
+  int queries = 0;  ///< queries that recorded
+  /// Pairs of the boxes beside FCL's volumes, or of one and a shape or cell.
+  long box_tests = 0;
   /// Pairs of FCL's volumes whose separation along a few directions was computed.
   long separation_tests = 0;
   long bv_tests = 0;    ///< pairs of FCL's volumes, or of one and a shape or cell, by FCL's test

@@ -33,6 +33,11 @@ struct Object {
   bool isOctree() const { return type == fcl::GEOM_OCTREE; }
   bool isMesh() const { return mesh.model != nullptr; }
   bool isAdaptive() const { return model != nullptr; }
+  /// Whether a recorded query of this mesh and a shape or an octree reads none of FCL's volumes.
+  bool searchesBoxesAgainst(const Object& other) const {
+    if (other.isShape()) return searchesBoxes(mesh, other.placed);
+    return other.isOctree() && mesh.hasBoxes();
+  }
   /// Before FCL's volumes are read.
   void updateVolumes() const {
     if (model) model->updateVolumes();
@@ -51,17 +56,17 @@ bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) 
     if (object->isMesh()) requireTriangles(*object->mesh.model);
   const bool are_meshes = first.isMesh() && second.isMesh();
   if (are_meshes && run.byBoxes(first.mesh, second.mesh)) return true;
-  first.updateVolumes();
-  second.updateVolumes();
-  if (are_meshes && (first.isAdaptive() || second.isAdaptive()))
-    return run.meshMesh(first.mesh, second.mesh);
   const auto mesh_other = [&](const Object<BV>& mesh, const Object<BV>& other) {
+    if (run.needsVolumes(mesh, other)) mesh.updateVolumes();
     if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
     if (other.isOctree()) return run.meshOctree(mesh.mesh, other.placed);
     return false;
   };
-  if (first.isAdaptive()) return mesh_other(first, second);
-  return second.isAdaptive() && mesh_other(second, first);
+  if (!are_meshes && first.isAdaptive()) return mesh_other(first, second);
+  if (!are_meshes) return second.isAdaptive() && mesh_other(second, first);
+  first.updateVolumes();
+  second.updateVolumes();
+  return (first.isAdaptive() || second.isAdaptive()) && run.meshMesh(first.mesh, second.mesh);
 }
 
 /// What getNodeType says, after it has repaired a tree that was changed without our update. Volumes
@@ -101,6 +106,11 @@ struct RunDistance {
   bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     distance = meshMeshDistance(first, second, query);
     return true;
+  }
+  template <typename BV>
+  bool needsVolumes(const Object<BV>& mesh, const Object<BV>& other) const {
+    const bool is_fcls = other.isOctree() && query.request.enable_signed_distance;
+    return is_fcls || !mesh.searchesBoxesAgainst(other);
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {
@@ -147,6 +157,10 @@ struct RunCollision {
     if (!query.isSatisfied() && !collideByBoxes(first, second, query)) return false;
     contacts = query.result.numContacts();
     return true;
+  }
+  template <typename BV>
+  bool needsVolumes(const Object<BV>& mesh, const Object<BV>& other) const {
+    return query.request.enable_cost || !mesh.searchesBoxesAgainst(other);
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {

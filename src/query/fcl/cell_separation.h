@@ -81,23 +81,44 @@ S distanceOfGaps(S x, S y, S z) {
   return std::sqrt(x * x + y * y + z * z) * (1 - 16 * rounding::epsilon<S>());
 }
 
-/// What a volume covers along the octree's axes and its own.
-template <typename BV>
+/// All that is within a radius of a parallelepiped, in the coordinates of a mesh.
+template <typename S>
+struct SweptBox {
+  fcl::Vector3<S> middle, half[3];  ///< from the middle to three of its faces
+  S radius;
+  fcl::Matrix3<S> axes;
+  S coordinate_sum;  ///< at least |x| + |y| + |z| of its points
+};
+template <typename BV, typename S = typename BV::S>
+SweptBox<S> sweptBoxOf(const BV& bv) {
+  const auto body = Volume<BV>::parallelogram(bv);
+  return {body.middle,
+          {body.half[0], body.half[1], fcl::Vector3<S>::Zero()},
+          body.radius,
+          Volume<BV>::axes(bv),
+          Volume<BV>::coordinateSum(bv)};
+}
+
+/// What a volume or a box covers along the octree's axes and its own.
+template <typename S>
 class VolumeInOctree {
  public:
-  using S = typename BV::S;
   using Point = fcl::Vector3<S>;
 
-  VolumeInOctree(const BV& bv, const IntoOctree<S>& into) {
-    const auto body = Volume<BV>::parallelogram(bv);
-    const S radius = body.radius + into.error(Volume<BV>::coordinateSum(bv));
-    const Point a = into.direction(body.half[0]), b = into.direction(body.half[1]);
-    middle_ = into.point(body.middle);
-    half_ = a.cwiseAbs() + b.cwiseAbs() + Point::Constant(radius);
+  VolumeInOctree() = default;
+  VolumeInOctree(const SweptBox<S>& body, const IntoOctree<S>& into)
+      : middle_(into.point(body.middle)) {
+    const S radius = body.radius + into.error(body.coordinate_sum);
+    half_ = Point::Constant(radius);
+    Point half[3];
+    for (int k = 0; k < 3; ++k) {
+      half[k] = into.direction(body.half[k]);
+      half_ += half[k].cwiseAbs();
+    }
     for (std::size_t k = 0; k < 3; ++k) {
-      const Point axis = into.direction(Volume<BV>::axes(bv).col(int(k)));
-      own_[k] = {axis, 0, std::abs(axis.dot(a)) + std::abs(axis.dot(b)) + radius,
-                 axis.template lpNorm<1>()};
+      const Point axis = into.direction(body.axes.col(int(k)));
+      own_[k] = {axis, 0, radius, axis.template lpNorm<1>()};
+      for (const Point& side : half) own_[k].half += std::abs(axis.dot(side));
     }
   }
 

@@ -17,45 +17,46 @@ namespace adaptive_bvh {
 namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
-/// until it returns true. In FCL's order, so that a request for few contacts gets those of FCL.
-template <typename BV, typename Test>
+/// until it returns true. By FCL's nodes in FCL's order, so that a request for few contacts gets
+/// those of FCL.
+template <typename Pair, typename Test>
 class OverlapSearch {
  public:
-  using S = typename BV::S;
+  using S = typename Pair::S;
+  using Node = typename Pair::MeshNode;
 
-  OverlapSearch(MeshOctreePair<BV>& pair, Test& test) : pair_(pair), test_(test) {}
+  OverlapSearch(Pair& pair, Test& test) : pair_(pair), test_(test) {}
 
-  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+  void operator()(const Cell<S>& root) { visitNode(root, pair_.nodes().root()); }
 
  private:
-  bool visitNode(const Cell<S>& cell, int b) {
-    if (pair_.node(b).isLeaf())
-      return visitBound(cell, b, pair_.template triangle<TriangleOverlap<S>>(b));
-    return visitBound(cell, b, pair_.volume(b));
+  bool visitNode(const Cell<S>& cell, Node node) {
+    if (pair_.nodes().isLeaf(node))
+      return visitBound(cell, node, pair_.template triangle<TriangleOverlap<S>>(node));
+    return visitBound(cell, node, pair_.volume(node));
   }
 
   template <typename Bound>
-  bool visitBound(const Cell<S>& cell, int b, Bound bound) {
+  bool visitBound(const Cell<S>& cell, Node node, Bound bound) {
     if (isApart(cell, bound)) return false;
-    pair_.recordVisit(b);
-    return descend(cell, b, bound);
+    pair_.nodes().recordVisit(node);
+    return descend(cell, node, bound);
   }
 
-  bool descend(const Cell<S>& cell, int b, TriangleOverlap<S>& triangle) {
-    if (pair_.isLeaf(cell)) return test_(cell, pair_.node(b).primitiveId());
-    return descendOctree(cell, b, triangle);
+  bool descend(const Cell<S>& cell, Node node, TriangleOverlap<S>& triangle) {
+    if (pair_.isLeaf(cell)) return test_(cell, pair_.nodes().triangle(node));
+    return descendOctree(cell, node, triangle);
   }
 
-  bool descend(const Cell<S>& cell, int b, VolumeInOctree<BV>& volume) {
-    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
-    return visitNode(cell, pair_.node(b).leftChild()) ||
-           visitNode(cell, pair_.node(b).rightChild());
+  bool descend(const Cell<S>& cell, Node node, VolumeInOctree<S>& volume) {
+    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    return pair_.nodes().forEachBelow(node, [&](Node below) { return visitNode(cell, below); });
   }
 
   template <typename Bound>
-  bool descendOctree(const Cell<S>& cell, int b, Bound& bound) {
+  bool descendOctree(const Cell<S>& cell, Node node, Bound& bound) {
     return pair_.forEachChild(cell, [&](const Cell<S>& child) {
-      return !isApart(child, bound) && descend(child, b, bound);
+      return !isApart(child, bound) && descend(child, node, bound);
     });
   }
 
@@ -65,89 +66,98 @@ class OverlapSearch {
     return bound.isApart(cell.extent);
   }
 
-  MeshOctreePair<BV>& pair_;
+  Pair& pair_;
   Test& test_;
 };
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
 /// than limit(), the nearer ones first, until it returns true.
-template <typename BV, typename Limit, typename Test>
+template <typename Pair, typename Limit, typename Test>
 class NearestSearch {
  public:
-  using S = typename BV::S;
+  using S = typename Pair::S;
+  using Node = typename Pair::MeshNode;
 
-  NearestSearch(MeshOctreePair<BV>& pair, Limit& limit, Test& test)
-      : pair_(pair), limit_(limit), test_(test) {}
+  NearestSearch(Pair& pair, Limit& limit, Test& test) : pair_(pair), limit_(limit), test_(test) {}
 
-  void operator()(const Cell<S>& root) { visitNode(root, 0); }
+  void operator()(const Cell<S>& root) { visitNode(root, pair_.nodes().root()); }
 
  private:
-  bool visitNode(const Cell<S>& cell, int b) {
-    pair_.recordVisit(b);
-    if (pair_.node(b).isLeaf())
-      return descend(cell, b, pair_.template triangle<TriangleDistance<S>>(b));
-    return descend(cell, b, pair_.volume(b));
-  }
+  /// What is below a cell or a node, and how far off it is.
+  template <typename Part, int kMost>
+  struct Parts {
+    std::array<std::pair<S, Part>, std::size_t(kMost)> parts;
+    std::size_t count = 0;
 
-  bool descend(const Cell<S>& cell, int b, const TriangleDistance<S>& triangle) {
-    if (!pair_.isLeaf(cell)) return descendOctree(cell, b, triangle);
-    if (!(triangle.distance(cell.extent) < limit_())) return false;
-    return test_(cell, pair_.node(b).primitiveId());
-  }
-
-  bool descend(const Cell<S>& cell, int b, const VolumeInOctree<BV>& volume) {
-    if (pair_.goesDownTheOctree(cell, b)) return descendOctree(cell, b, volume);
-    int near = pair_.node(b).leftChild(), far = pair_.node(b).rightChild();
-    S to_near = distance(cell, near), to_far = distance(cell, far);
-    if (to_far < to_near) {
-      std::swap(near, far);
-      std::swap(to_near, to_far);
+    void add(S distance, const Part& part) { parts[count++] = {distance, part}; }
+    /// The nearest first, while they are nearer than limit().
+    template <typename Visit>
+    bool forEach(Limit& limit, const Visit& visit) {
+      for (auto *next = parts.data(), *end = next + count; next != end; ++next) {
+        std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
+                         return x.first < y.first;
+                       }));
+        if (!(next->first < limit())) return false;
+        if (visit(next->second)) return true;
+      }
+      return false;
     }
-    return (to_near < limit_() && visitNode(cell, near)) ||
-           (to_far < limit_() && visitNode(cell, far));
+  };
+
+  bool visitNode(const Cell<S>& cell, Node node) {
+    pair_.nodes().recordVisit(node);
+    if (pair_.nodes().isLeaf(node))
+      return descend(cell, node, pair_.template triangle<TriangleDistance<S>>(node));
+    return descend(cell, node, pair_.volume(node));
   }
 
-  S distance(const Cell<S>& cell, int b) {
-    pair_.addTest();
-    return pair_.volume(b).distance(cell.extent);
+  bool descend(const Cell<S>& cell, Node node, const TriangleDistance<S>& triangle) {
+    if (!pair_.isLeaf(cell)) return descendOctree(cell, node, triangle);
+    if (!(triangle.distance(cell.extent) < limit_())) return false;
+    return test_(cell, pair_.nodes().triangle(node));
+  }
+
+  bool descend(const Cell<S>& cell, Node node, const VolumeInOctree<S>& volume) {
+    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    Parts<Node, 4> below;
+    pair_.nodes().forEachBelow(node, [&](Node child) {
+      below.add(distance(cell, pair_.volume(child)), child);
+      return false;
+    });
+    return below.forEach(limit_, [&](Node child) { return visitNode(cell, child); });
   }
 
   template <typename Bound>
-  bool descendOctree(const Cell<S>& cell, int b, const Bound& bound) {
-    std::array<std::pair<S, Cell<S>>, 8> children;
-    std::size_t count = 0;
+  bool descendOctree(const Cell<S>& cell, Node node, const Bound& bound) {
+    Parts<Cell<S>, 8> children;
     pair_.forEachChild(cell, [&](const Cell<S>& child) {
-      pair_.addTest();
-      const S distance = bound.distance(child.extent);
-      if (distance < limit_()) children[count++] = {distance, child};
+      children.add(distance(child, bound), child);
       return false;
     });
-    for (auto *next = children.data(), *end = next + count; next != end; ++next) {
-      std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
-                       return x.first < y.first;
-                     }));
-      if (!(next->first < limit_())) break;
-      if (descend(next->second, b, bound)) return true;
-    }
-    return false;
+    return children.forEach(limit_,
+                            [&](const Cell<S>& child) { return descend(child, node, bound); });
   }
 
-  MeshOctreePair<BV>& pair_;
+  template <typename Bound>
+  S distance(const Cell<S>& cell, const Bound& bound) {
+    pair_.addTest();
+    return bound.distance(cell.extent);
+  }
+
+  Pair& pair_;
   Limit& limit_;
   Test& test_;
 };
 
-}  // namespace
-
-template <typename BV>
-typename BV::S meshOctreeDistance(const PlacedMesh<BV>& mesh,
-                                  const PlacedGeometry<typename BV::S>& octree,
-                                  const DistanceQuery<typename BV::S>& query) {
+template <typename Nodes, typename BV>
+typename BV::S searchDistance(const PlacedMesh<BV>& mesh,
+                              const PlacedGeometry<typename BV::S>& octree,
+                              const DistanceQuery<typename BV::S>& query) {
   using S = typename BV::S;
+  using Pair = MeshOctreePair<Nodes>;
   fcl::DistanceResult<S>& result = query.result;
-  if (query.isSatisfied()) return result.min_distance;
   return withSolver(query.request, [&](const auto& solver) {
-    MeshOctreePair<BV> pair(mesh, octree, 0);
+    Pair pair(mesh, octree, 0);
     const auto limit = [&] { return result.min_distance; };
     const auto test = [&](const Cell<S>& cell, int triangle) {
       const ShapeTriangleDistance<S> found = pair.askSolver(cell, [&](const auto&... box) {
@@ -162,22 +172,21 @@ typename BV::S meshOctreeDistance(const PlacedMesh<BV>& mesh,
       test(cell, triangle);
       return true;
     };
-    pair.run(OverlapSearch<BV, decltype(once)>(pair, once));
+    pair.run(OverlapSearch<Pair, decltype(once)>(pair, once));
     if (!query.isSatisfied())
-      pair.run(NearestSearch<BV, decltype(limit), decltype(test)>(pair, limit, test));
+      pair.run(NearestSearch<Pair, decltype(limit), decltype(test)>(pair, limit, test));
     return result.min_distance;
   });
 }
 
-template <typename BV>
-std::size_t meshOctreeCollide(const PlacedMesh<BV>& mesh,
-                              const PlacedGeometry<typename BV::S>& octree,
-                              const CollisionQuery<typename BV::S>& query) {
+template <typename Nodes, typename BV>
+std::size_t searchContacts(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& octree,
+                           const CollisionQuery<typename BV::S>& query) {
   using S = typename BV::S;
+  using Pair = MeshOctreePair<Nodes>;
   fcl::CollisionResult<S>& result = query.result;
-  if (query.isSatisfied() || !mesh.model->isOccupied()) return result.numContacts();
   return withSolver(query.request, [&](const auto& solver) {
-    MeshOctreePair<BV> pair(mesh, octree, query.request.gjk_tolerance);
+    Pair pair(mesh, octree, query.request.gjk_tolerance);
     const auto test = [&](const Cell<S>& cell, int triangle) {
       const fcl::Triangle& t = mesh.model->tri_indices[triangle];
       const fcl::Vector3<S>* v = mesh.model->vertices;
@@ -194,9 +203,29 @@ std::size_t meshOctreeCollide(const PlacedMesh<BV>& mesh,
         result.addContact(contact);
       return query.isSatisfied();
     };
-    pair.run(OverlapSearch<BV, decltype(test)>(pair, test));
+    pair.run(OverlapSearch<Pair, decltype(test)>(pair, test));
     return result.numContacts();
   });
+}
+
+}  // namespace
+
+template <typename BV>
+typename BV::S meshOctreeDistance(const PlacedMesh<BV>& mesh,
+                                  const PlacedGeometry<typename BV::S>& octree,
+                                  const DistanceQuery<typename BV::S>& query) {
+  if (query.isSatisfied()) return query.result.min_distance;
+  return mesh.hasBoxes() ? searchDistance<WideNodes<BV>>(mesh, octree, query)
+                         : searchDistance<FclNodes<BV>>(mesh, octree, query);
+}
+
+template <typename BV>
+std::size_t meshOctreeCollide(const PlacedMesh<BV>& mesh,
+                              const PlacedGeometry<typename BV::S>& octree,
+                              const CollisionQuery<typename BV::S>& query) {
+  if (query.isSatisfied() || !mesh.model->isOccupied()) return query.result.numContacts();
+  return mesh.hasBoxes() ? searchContacts<WideNodes<BV>>(mesh, octree, query)
+                         : searchContacts<FclNodes<BV>>(mesh, octree, query);
 }
 
 #else

@@ -9,6 +9,7 @@
 #include "query/fcl/recording_node.h"
 #include "query/fcl/shape_visitor.h"
 #include "query/placed_triangle.h"
+#include "query/shape_search.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -90,7 +91,27 @@ void addApproximateCost(const PlacedMesh<BV>& placed, const Shape& shape,
   fcl::detail::collide(&node);
 }
 
+/// False where FCL's traversal is to answer.
+template <typename BV, typename Shape, typename Node>
+bool collideByBoxes(const PlacedMesh<BV>& mesh, const Shape& shape,
+                    const fcl::Transform3<typename BV::S>& shape_tf, Node& node) {
+  if (!mesh.hasBoxes()) return false;
+  ShapeSearch<BV> search(mesh, coreOf(shape), shape_tf);
+  if (!search.isPossible()) return false;
+  // FCL's solvers call what is nearer than their tolerance touching.
+  search.collide(node, static_cast<double>(node.request.gjk_tolerance));
+  node.addBoxTests(search.boxTests());
+  return true;
+}
+
 }  // namespace
+
+template <typename BV>
+bool searchesBoxes(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& shape) {
+  return mesh.hasBoxes() && visitShape(*shape.geometry, [&](const auto& typed_shape) {
+           return ShapeSearch<BV>(mesh, coreOf(typed_shape), shape.tf).isPossible();
+         });
+}
 
 template <typename BV, typename Solver>
 std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
@@ -108,7 +129,7 @@ std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
     RecordingCollisionNode<ShapeCollisionNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
     fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
                             &solver, mesh_request, query.result);
-    fcl::detail::collide(&node);
+    if (!collideByBoxes(mesh, typed_shape, shape.tf, node)) fcl::detail::collide(&node);
     if (approximate_cost) addApproximateCost(mesh, typed_shape, shape.tf, solver, query);
     return query.result.numContacts();
   });
@@ -127,6 +148,7 @@ std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
   template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
                                         const Solver&, const CollisionQuery<BV::S>&);
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \
+  template bool searchesBoxes(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&);          \
   template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
                                         const CollisionQuery<BV::S>&);                       \
   ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_libccd<BV::S>)                  \

@@ -10,6 +10,7 @@
 #include "query/fcl/recording_node.h"
 #include "query/fcl/shape_triangle.h"
 #include "query/fcl/shape_visitor.h"
+#include "query/shape_search.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -31,7 +32,9 @@ struct FclShapeDistance<fcl::OBBRSS<S>, Shape, Solver> {
 template <typename BV, typename Shape, typename Solver>
 class ShapeDistanceNode : public FclShapeDistance<BV, Shape, Solver>::Node {
  public:
-  void preprocess() override { test(0); }
+  int first_triangle = 0;  ///< whose distance is the first bound
+
+  void preprocess() override { test(first_triangle); }
   void leafTesting(int b1, int) const override { test(this->model1->getBV(b1).primitiveId()); }
 
  private:
@@ -67,6 +70,21 @@ void replaceByPenetration(const PlacedMesh<BV>& mesh, const PlacedGeometry<typen
     query.result.nearest_points[0] = query.result.nearest_points[1] = deepest->pos;
 }
 
+/// False where FCL's traversal is to answer.
+template <typename BV, typename Shape, typename Node>
+bool distanceByBoxes(const PlacedMesh<BV>& mesh, const Shape& shape,
+                     const fcl::Transform3<typename BV::S>& shape_tf,
+                     const DistanceQuery<typename BV::S>& query, Node& node) {
+  if (!mesh.hasBoxes()) return false;
+  ShapeSearch<BV> search(mesh, coreOf(shape), shape_tf);
+  if (!search.isPossible()) return false;
+  node.preprocess();
+  search.distance(node, query);
+  node.postprocess();
+  node.addBoxTests(search.boxTests());
+  return true;
+}
+
 template <typename BV, typename Solver>
 typename BV::S run(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& shape,
                    const Solver& solver, const DistanceQuery<typename BV::S>& query) {
@@ -78,7 +96,14 @@ typename BV::S run(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV:
     RecordingDistanceNode<ShapeDistanceNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
     fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
                             &solver, query.request, query.result);
-    fcl::detail::distance(&node);
+    WitnessCache* const witnesses = mesh.tree ? &mesh.tree->witnesses : nullptr;
+    if (witnesses) {
+      const unsigned last = witnesses->recall(shape.geometry).first;
+      node.first_triangle = last < unsigned(mesh.model->num_tris) ? int(last) : 0;
+    }
+    if (!distanceByBoxes(mesh, typed_shape, shape.tf, query, node)) fcl::detail::distance(&node);
+    if (witnesses && query.result.o1 == mesh.model && query.result.b1 >= 0)
+      witnesses->keep(shape.geometry, {unsigned(query.result.b1), 0, false});
   });
   const S found = query.result.min_distance;
   if (found < 0 && query.request.enable_signed_distance)

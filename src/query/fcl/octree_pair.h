@@ -5,6 +5,7 @@
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/geometry/shape/utility.h>
 
+#include "geometry/mesh_of_model.h"
 #include "query/fcl/cell_separation.h"
 #include "query/placed_mesh.h"
 
@@ -22,34 +23,139 @@ struct Cell {
   CellExtent<S> extent;
 };
 
-/// What both queries need of a mesh and an octree.
+/// The nodes of FCL's tree of a mesh.
 template <typename BV>
-class MeshOctreePair {
+class FclNodes {
  public:
   using S = typename BV::S;
-  using Node = typename fcl::OcTree<S>::OcTreeNode;
+  using Node = int;
 
+  explicit FclNodes(const PlacedMesh<BV>& mesh)
+      : mesh_(*mesh.model), statistics_(statisticsOf(mesh)) {}
+
+  static Node root() { return 0; }
+  bool isLeaf(Node node) const { return mesh_.getBV(node).isLeaf(); }
+  int triangle(Node leaf) const { return mesh_.getBV(leaf).primitiveId(); }
+  SweptBox<S> body(Node node) const { return sweptBoxOf(mesh_.getBV(node).bv); }
+  /// As FCL compares it with that of a cell.
+  S size(Node node) const { return mesh_.getBV(node).bv.size(); }
+
+  /// Calls visit(node) for those below, until it returns true, and returns whether it did.
+  template <typename Visit>
+  bool forEachBelow(Node node, const Visit& visit) const {
+    return visit(mesh_.getBV(node).leftChild()) || visit(mesh_.getBV(node).rightChild());
+  }
+  void recordVisit(Node node) const { statistics_.recordObstruction(node, 0); }
+  static void addTest(QueryWork& work) { ++work.bv_tests; }
+
+ private:
+  const fcl::BVHModel<BV>& mesh_;
+  const PairStatistics statistics_;
+};
+
+/// The boxes of a mesh's four-wide tree.
+template <typename BV>
+class WideNodes {
+ public:
+  using S = typename BV::S;
+  /// A box of a node; lane -1: all of them.
+  struct Node {
+    int wide, lane;
+  };
+
+  explicit WideNodes(const PlacedMesh<BV>& mesh)
+      : tree_(wideTreeOf(mesh)),
+        axes_(tree_.coordinates().axes().template cast<S>()),
+        visits_(mesh.visits()) {}
+
+  static Node root() { return {0, -1}; }
+  bool isLeaf(Node node) const { return node.lane >= 0 && wide(node).isLeaf(); }
+  int triangle(Node leaf) const {
+    return tree_.triangle(static_cast<unsigned>(wide(leaf).first + leaf.lane));
+  }
+  SweptBox<S> body(Node node) const {
+    const Box box = boxOf(node);
+    const Float4 center = box.center(), half = box.halfSides();
+    const S unit = static_cast<S>(1 / tree_.scale());
+    SweptBox<S> body;
+    body.axes = axes_;
+    body.radius = 0;
+    body.middle = tree_.origin().template cast<S>();
+    for (int k = 0; k < 3; ++k) {
+      body.middle += axes_.col(k) * (unit * S(center[k]));
+      body.half[k] = axes_.col(k) * (unit * S(half[k]));
+    }
+    // Coordinates in the tree are below 2; three times those, for they were rounded here.
+    body.coordinate_sum = tree_.origin().template cast<S>().template lpNorm<1>() + 18 * unit;
+    return body;
+  }
+  S size(Node node) const {
+    const Box box = boxOf(node);
+    return static_cast<S>(double(float4::sum(box.high - box.low)) / tree_.scale());
+  }
+
+  template <typename Visit>
+  bool forEachBelow(Node node, const Visit& visit) const {
+    const int below = node.lane < 0 ? node.wide : wide(node).below[node.lane];
+    for (int i = 0; i < int(tree_.nodes()[below].count); ++i)
+      if (visit(Node{below, i})) return true;
+    return false;
+  }
+  void recordVisit(Node node) const {
+    if (!visits_) return;
+    if (isLeaf(node)) return visits_->recordVisit(wide(node).below[node.lane]);
+    const int below = node.lane < 0 ? node.wide : wide(node).below[node.lane];
+    for (const std::int32_t binary : tree_.nodes()[below].binary)
+      if (binary >= 0) visits_->recordVisit(binary);
+  }
+  static void addTest(QueryWork& work) { ++work.box_tests; }
+
+ private:
+  const WideNode& wide(Node node) const { return tree_.nodes()[node.wide]; }
+  Box boxOf(Node node) const {
+    if (node.lane >= 0) return wide(node).boxes.box(node.lane);
+    Box all = wide(node).boxes.box(0);
+    for (int i = 1; i < int(wide(node).count); ++i) all.add(wide(node).boxes.box(i));
+    return all;
+  }
+
+  const WideTree<S>& tree_;
+  const fcl::Matrix3<S> axes_;
+  TraversalStatistics* const visits_;
+};
+
+/// What both queries need of a mesh and an octree. `Nodes`: FclNodes or WideNodes of the mesh.
+template <typename Nodes>
+class MeshOctreePair {
+ public:
+  using S = typename Nodes::S;
+  using MeshNode = typename Nodes::Node;
+
+  template <typename BV>
   MeshOctreePair(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree, S tolerance)
-      : mesh_(*mesh.model),
+      : triangles_(viewOf(*mesh.model)),
+        nodes_(mesh),
         octree_(static_cast<const fcl::OcTree<S>&>(*octree.geometry)),
         octree_tf_(octree.tf),
         into_octree_(mesh.tf, octree.tf, tolerance),
         statistics_(statisticsOf(mesh)) {}
+  MeshOctreePair(const MeshOctreePair&) = delete;
+  MeshOctreePair& operator=(const MeshOctreePair&) = delete;
   ~MeshOctreePair() { statistics_.recordQuery(work_); }
 
   /// The octree's root, if there is an occupied one, is handed to start(cell).
   template <typename Start>
   void run(Start&& start) const {
-    if (const Node* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
+    if (const OctreeNode* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
       start(Cell<S>(root, octree_.getRootBV()));
   }
 
+  const Nodes& nodes() const { return nodes_; }
   bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
-  const fcl::BVNode<BV>& node(int b) const { return mesh_.getBV(b); }
 
   /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
-  bool goesDownTheOctree(const Cell<S>& cell, int b) const {
-    return !isLeaf(cell) && cell.box.size() > node(b).bv.size();
+  bool goesDownTheOctree(const Cell<S>& cell, MeshNode node) const {
+    return !isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
 
   /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
@@ -58,7 +164,7 @@ class MeshOctreePair {
   bool forEachChild(const Cell<S>& cell, Visit&& visit) const {
     for (unsigned i = 0; i < 8; ++i) {
       if (!octree_.nodeChildExists(cell.node, i)) continue;
-      const Node* child = octree_.getNodeChild(cell.node, i);
+      const OctreeNode* child = octree_.getNodeChild(cell.node, i);
       if (!octree_.isNodeOccupied(child)) continue;
       fcl::AABB<S> box;
       fcl::computeChildBV(cell.box, i, box);
@@ -67,18 +173,17 @@ class MeshOctreePair {
     return false;
   }
 
-  VolumeInOctree<BV> volume(int b) const { return {node(b).bv, into_octree_}; }
+  VolumeInOctree<S> volume(MeshNode node) const { return {nodes_.body(node), into_octree_}; }
 
   /// The triangle of a leaf, as Bound.
   template <typename Bound>
-  Bound triangle(int b) const {
-    const fcl::Triangle& corners = mesh_.tri_indices[node(b).primitiveId()];
-    return {mesh_.vertices[corners[0]], mesh_.vertices[corners[1]], mesh_.vertices[corners[2]],
+  Bound triangle(MeshNode leaf) const {
+    const VertexIndices v = triangles_.verticesOf(static_cast<unsigned>(nodes_.triangle(leaf)));
+    return {triangles_.vertices[v[0]], triangles_.vertices[v[1]], triangles_.vertices[v[2]],
             into_octree_};
   }
 
-  void recordVisit(int b) const { statistics_.recordObstruction(b, 0); }
-  void addTest() { ++work_.bv_tests; }
+  void addTest() { Nodes::addTest(work_); }
 
   /// Hands a cell to ask(cell's box, its pose).
   template <typename Ask>
@@ -93,7 +198,10 @@ class MeshOctreePair {
   std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
 
  private:
-  const fcl::BVHModel<BV>& mesh_;
+  using OctreeNode = typename fcl::OcTree<S>::OcTreeNode;
+
+  const MeshView<S> triangles_;
+  const Nodes nodes_;
   const fcl::OcTree<S>& octree_;
   const fcl::Transform3<S> octree_tf_;
   const IntoOctree<S> into_octree_;

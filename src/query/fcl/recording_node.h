@@ -21,6 +21,7 @@ class RecordingDistanceNode : public Node {
  public:
   explicit RecordingDistanceNode(const PairStatistics& statistics) : statistics_(statistics) {}
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
+  void addBoxTests(long tests) { work_.box_tests += tests; }
 
   bool canStop(S distance) const override {
     parent_distance_ = distance;  // of the pair entered next, if it is entered
@@ -71,6 +72,7 @@ class RecordingCollisionNode : public Node {
  public:
   explicit RecordingCollisionNode(const PairStatistics& statistics) : statistics_(statistics) {}
   ~RecordingCollisionNode() override { statistics_.recordQuery(work_); }
+  void addBoxTests(long tests) { work_.box_tests += tests; }
 
   using Node::BVTesting;
   bool BVTesting(int b1, int b2) const override {

@@ -1,0 +1,202 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fcl/narrowphase/detail/traversal/traversal_node_base.h>
+
+#include "geometry/frame_change.h"
+#include "query/fcl/shape_core.h"
+#include "query/open_nodes.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+
+/// A shape as the boxes of a four-wide tree see it: how far they are at least, in the shape's axes
+/// and in their own. docs/bounds.md, 13.
+template <typename S>
+class ShapeInTree {
+ public:
+  ShapeInTree(const ShapeCore& core, const fcl::Transform3<S>& shape_tf, const WideTree<S>& tree,
+              const fcl::Transform3<S>& mesh_tf) {
+    const auto turnOf = [](const auto& tf) -> fcl::Matrix3d {
+      return tf.linear().template cast<double>();
+    };
+    const auto placeOf = [](const auto& tf) -> fcl::Vector3d {
+      return tf.translation().template cast<double>();
+    };
+    const double scale = tree.scale();
+    const fcl::Matrix3d to_core = core.axes.transpose() * turnOf(shape_tf).transpose();
+    const fcl::Matrix3d m =
+        to_core * turnOf(mesh_tf) * tree.toBody().transpose() / scale;  // times 1: a rotation
+    const fcl::Vector3d origin = turnOf(mesh_tf) * tree.origin() + placeOf(mesh_tf);
+    const fcl::Vector3d seen = to_core * (origin - placeOf(shape_tf));  // the tree's
+    // Coordinates begin at the core's nearest point to the tree, where single precision is densest.
+    const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
+    const fcl::Vector3d t = scale * (seen - nearest);
+    const double numbers =
+        tree.origin().template lpNorm<1>() + 6 / scale + placeOf(mesh_tf).template lpNorm<1>() +
+        placeOf(shape_tf).template lpNorm<1>() + nearest.template lpNorm<1>() + core.radius;
+    const double off = 16 * scale * numbers * double(std::numeric_limits<S>::epsilon());
+    const double margin = kUnit * (160 + 32 * t.template lpNorm<1>()) + off;
+    is_precise_ = margin < 1e6 && !core.low.hasNaN() && !core.high.hasNaN();
+    if (!is_precise_) return;
+    change_ = FrameChange(m, t, margin);
+    const fcl::Vector3d low = scale * (core.low - nearest), high = scale * (core.high - nearest);
+    setEnds(low, high, in_core_);
+    if (low.allFinite() && high.allFinite()) {
+      const fcl::Vector3d center = m.transpose() * ((low + high) / 2 - t);
+      const fcl::Vector3d half =
+          m.transpose().cwiseAbs() * (high - low) / 2 + fcl::Vector3d::Constant(margin);
+      setEnds(center - half, center + half, in_tree_);
+    } else {
+      setEnds(fcl::Vector3d::Constant(-kMost), fcl::Vector3d::Constant(kMost), in_tree_);
+    }
+    scale_ = scale;
+    radius_ = core.radius;
+  }
+
+  /// Whether single precision can express how they lie; else FCL's traversal is to answer.
+  bool isPrecise() const { return is_precise_; }
+
+  /// Lower bounds of the squared distances of four boxes to the core.
+  ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
+    return float4::upper<Float4>(in_tree_.squaredGaps(boxes), in_core_.squaredGaps(change_(boxes)));
+  }
+  /// Which those of triangles do not exceed that are at most so far from the shape.
+  float squaredLimit(double distance) const {
+    const double limit = (distance + radius_) * scale_;
+    if (limit < 0) return -1;
+    return limit < kFar ? static_cast<float>(limit * limit * (1 + 1. / (1 << 20)) + kLeast)
+                        : std::numeric_limits<float>::infinity();
+  }
+
+ private:
+  static constexpr double kUnit = 1. / (1 << 24), kFar = 1e15, kLeast = 1e-37;
+  /// Far more than any coordinate, and its square is within single precision.
+  static constexpr double kMost = 1e18;
+
+  struct Ends {
+    Float4 low[3], high[3];
+
+    ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
+      using float4::upper;
+      Float4 sum = float4::all(0);
+      for (int k = 0; k < 3; ++k) {
+        const Float4 gap = upper<Float4>(
+            upper<Float4>(boxes.low[k] - high[k], low[k] - boxes.high[k]), float4::all(0));
+        sum += gap * gap;
+      }
+      return sum;
+    }
+  };
+  /// Rounded outward.
+  static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Ends& ends) {
+    const auto end = [](double x, double outward) -> Float4 {
+      x += outward * 2 * kUnit * std::abs(x);
+      return float4::all(static_cast<float>(std::max(-kMost, std::min(x, kMost))));
+    };
+    for (int k = 0; k < 3; ++k) {
+      ends.low[k] = end(low[k], -1);
+      ends.high[k] = end(high[k], 1);
+    }
+  }
+
+  FrameChange change_;  ///< from the tree's coordinates to the core's
+  Ends in_core_, in_tree_;
+  double scale_ = 1, radius_ = 0;
+  bool is_precise_;
+};
+
+/// A query of a mesh with boxes and a shape, by the mesh's four-wide tree. A traversal node of
+/// FCL's tests the triangles.
+template <typename BV>
+class ShapeSearch {
+ public:
+  using S = typename BV::S;
+
+  ShapeSearch(const PlacedMesh<BV>& mesh, const ShapeCore& core, const fcl::Transform3<S>& shape_tf)
+      : tree_(wideTreeOf(mesh)),
+        shape_(core, shape_tf, tree_, mesh.tf),
+        visits_(mesh.visits()),
+        open_(tree_.depth()) {}
+
+  /// False where single precision will not do.
+  bool isPossible() const { return shape_.isPrecise(); }
+
+  /// Tests all triangles whose boxes come as near to the shape as `reach`, in the order of FCL's
+  /// leaves, until the node has enough.
+  void collide(const fcl::detail::CollisionTraversalNodeBase<S>& node, double reach) {
+    const float limit = shape_.squaredLimit(reach);
+    const Float4 in_order{0, 1, 2, 3};
+    open_.start();
+    while (!open_.isEmpty() && !node.canStop()) {
+      const WideNode& at = tree_.nodes()[open_.pop().number];
+      unsigned lanes = lanesWithin(at, squaredGaps(at), limit);
+      if (!at.isLeaf()) open_.push(at, lanes, in_order);
+      for (; at.isLeaf() && lanes && !node.canStop(); lanes &= lanes - 1)
+        test(at.below[__builtin_ctz(lanes)], node);
+    }
+  }
+
+  /// Tests triangles until no other can be nearer than the nearest, the nearest boxes first.
+  void distance(const fcl::detail::DistanceTraversalNodeBase<S>& node,
+                const DistanceQuery<S>& query) {
+    float limit = limitOf(query);
+    open_.start();
+    while (!open_.isEmpty() && !query.isSatisfied()) {
+      const OpenNodes::Node next = open_.pop();
+      if (next.key > limit) continue;
+      const WideNode& at = tree_.nodes()[next.number];
+      Float4 gaps = squaredGaps(at);
+      unsigned lanes = lanesWithin(at, gaps, limit);
+      if (!at.isLeaf()) open_.push(at, lanes, gaps);
+      for (; at.isLeaf() && lanes && !query.isSatisfied(); lanes &= lanesWithin(at, gaps, limit)) {
+        const int nearest = leastLane(gaps, lanes);
+        lanes &= ~(1u << nearest);
+        test(at.below[nearest], node);
+        limit = limitOf(query);
+      }
+    }
+  }
+
+  long boxTests() const { return box_tests_; }
+
+ private:
+  Float4 squaredGaps(const WideNode& node) {
+    box_tests_ += node.count;
+    if (visits_)
+      for (const std::int32_t binary : node.binary)
+        if (binary >= 0) visits_->recordVisit(binary);
+    return shape_.squaredGaps(node.boxes);
+  }
+  static unsigned lanesWithin(const WideNode& node, const Float4& gaps, float limit) {
+    return float4::bits(gaps <= float4::all(limit)) & ((1u << node.count) - 1);
+  }
+  static int leastLane(const Float4& gaps, unsigned lanes) {
+    int least = __builtin_ctz(lanes);
+    for (; lanes; lanes &= lanes - 1)
+      if (gaps[__builtin_ctz(lanes)] < gaps[least]) least = __builtin_ctz(lanes);
+    return least;
+  }
+  /// As FCL prunes.
+  float limitOf(const DistanceQuery<S>& query) const {
+    const S found = query.result.min_distance;
+    return shape_.squaredLimit(
+        double(std::max(found - query.request.abs_err, found / (1 + query.request.rel_err))));
+  }
+  template <typename Node>
+  void test(int leaf, const Node& node) const {
+    if (visits_) visits_->recordVisit(leaf);
+    node.leafTesting(leaf, 0);
+  }
+
+  const WideTree<S>& tree_;
+  const ShapeInTree<S> shape_;
+  TraversalStatistics* const visits_;
+  OpenNodes open_;
+  long box_tests_ = 0;
+};
+
+}  // namespace adaptive_bvh

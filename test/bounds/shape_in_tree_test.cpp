@@ -1,0 +1,156 @@
+// What a search of a mesh and a shape prunes by, against distances in long double.
+#include "query/shape_search.h"
+
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "model_state.h"
+#include "support/exact_geometry.h"
+#include "support/random_geometry.h"
+#include "support/shapes.h"
+#include "support/test_volume.h"
+
+namespace adaptive_bvh_test {
+namespace {
+
+using adaptive_bvh::PlacedMesh;
+using adaptive_bvh::ShapeCore;
+using adaptive_bvh::ShapeInTree;
+using adaptive_bvh::WideNode;
+using adaptive_bvh::WideTree;
+using exact::Real;
+
+/// Of a point in the shape's frame.
+Real distanceToCore(const ShapeCore& core, const exact::Point& x) {
+  const exact::Point y = exact::of(core.axes).transpose() * x;
+  exact::Point gap;
+  for (int k = 0; k < 3; ++k)
+    gap[k] = std::max({Real(0), Real(core.low[k]) - y[k], y[k] - Real(core.high[k])});
+  return gap.norm();
+}
+
+template <typename S>
+class ShapeBounds : public testing::Test {
+ protected:
+  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
+
+  /// Of any proportions: a point, a needle, a box, a slab, a half-space; with a radius or without.
+  ShapeCore core(double size) {
+    ShapeCore core;
+    if (random_.oneIn(3)) {
+      const double d = random_.size(-2, 1) * size;
+      core = adaptive_bvh::coreOfSlab(
+          random_.point().template cast<double>(),
+          random_.oneIn(2) ? d : -std::numeric_limits<double>::infinity(), d);
+    } else {
+      for (int k = 0; k < 3; ++k) {
+        core.high[k] = random_.oneIn(3) ? 0 : random_.size(-2, 3) * size;
+        core.low[k] = random_.oneIn(2) ? -core.high[k] : core.high[k] - 1e-3 * size;
+      }
+    }
+    if (random_.oneIn(2)) core.radius = random_.size(-3, 1) * size;
+    return core;
+  }
+
+  /// Expects of all boxes around a triangle that they are not farther than a distance. Returns
+  /// whether it is below the node.
+  bool expectFound(const WideTree<S>& tree, const ShapeInTree<S>& shape, int number, int triangle,
+                   Real distance) {
+    const WideNode& node = tree.nodes()[number];
+    for (int lane = 0; lane < int(node.count); ++lane) {
+      const bool holds = node.isLeaf()
+                             ? node.first + lane == triangle
+                             : expectFound(tree, shape, node.below[lane], triangle, distance);
+      if (!holds) continue;
+      const double above = std::nextafter(double(distance), 1e300);
+      EXPECT_LE(shape.squaredGaps(node.boxes)[lane], shape.squaredLimit(above));
+      // What prunes: nearer by a tenth, and by a hundredth of the tree.
+      pruned_ += node.isLeaf() && shape.squaredGaps(node.boxes)[lane] >
+                                      shape.squaredLimit(0.9 * above - 0.01 / tree.scale());
+      return true;
+    }
+    return false;
+  }
+
+  RandomGeometry<S> random_{71};
+  long pruned_ = 0, apart_ = 0;
+};
+
+TYPED_TEST_SUITE(ShapeBounds, TestScalars);
+
+TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
+  using S = TypeParam;
+  for (int round = 0; round < 300; ++round) {
+    const S size = this->random_.size(-3, 3), far = size * this->random_.size(-1, 3);
+    TriangleMesh<S> mesh = plate<S>(4, 3);
+    for (Vector3<S>& p : mesh.vertices) p = size * (p + S(0.3) * this->random_.point());
+    typename TestFixture::Model model;
+    fillModel(mesh, model);
+    const PlacedMesh<TestVolume<S>> placed{
+        &model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
+        this->random_.pose(far)};
+    fcl::Transform3<S> shape_tf = this->random_.pose(size);
+    shape_tf.translation() += placed.tf.translation();
+    const ShapeCore core = this->core(double(size));
+    const WideTree<S>& tree = adaptive_bvh::wideTreeOf(placed);
+    const ShapeInTree<S> shape(core, shape_tf, tree, placed.tf);
+    ASSERT_TRUE(shape.isPrecise());
+    const exact::Placement mesh_at = exact::placement(placed.tf),
+                           shape_at = exact::placement(shape_tf);
+    for (int i = 0; i < model.num_tris; ++i) {
+      const adaptive_bvh::Int4 vertices = tree.vertices(unsigned(i));
+      Real u = Real(this->random_.size(-3, 0)), v = Real(this->random_.size(-3, 0));
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      exact::Point x = (1 - u - v) * exact::of(model.vertices[vertices[0]]) +
+                       u * exact::of(model.vertices[vertices[1]]) +
+                       v * exact::of(model.vertices[vertices[2]]);
+      x = shape_at.R.transpose() * (mesh_at(x) - shape_at.T);
+      const Real distance = std::max(distanceToCore(core, x) - Real(core.radius), Real(0));
+      EXPECT_TRUE(this->expectFound(tree, shape, 0, i, distance));
+      this->apart_ += distance > Real(size) / 10;
+    }
+  }
+  EXPECT_GT(this->apart_, 1000);
+  EXPECT_GT(this->pruned_, this->apart_ / 3);
+}
+
+/// Cores hold their shapes: the farthest points along any direction.
+TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
+  using S = TypeParam;
+  for (const auto& shape : boundedShapes<S>()) {
+    fcl::AABB<S> box;
+    ShapeCore core;
+    adaptive_bvh::visitBoundedShape<S>(*shape, [&](const auto& typed_shape) {
+      core = adaptive_bvh::coreOf(typed_shape);
+      fcl::computeBV(typed_shape, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), box);
+    });
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(double(box.min_[k]), core.low[k] - core.radius, 1e-6);
+      EXPECT_NEAR(double(box.max_[k]), core.high[k] + core.radius, 1e-6);
+    }
+  }
+}
+
+TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
+  using S = TypeParam;
+  typename TestFixture::Model model;
+  fillModel(plate<S>(3, 3), model);
+  const PlacedMesh<TestVolume<S>> placed{
+      &model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
+      fcl::Transform3<S>::Identity()};
+  const WideTree<S>& tree = adaptive_bvh::wideTreeOf(placed);
+  fcl::Transform3<S> away = fcl::Transform3<S>::Identity();
+  const ShapeCore ball = adaptive_bvh::coreOf(fcl::Sphere<S>(S(0.5)));
+  EXPECT_TRUE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  away.translation()[0] = S(1e20);
+  EXPECT_FALSE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  away.translation()[0] = std::numeric_limits<S>::quiet_NaN();
+  EXPECT_FALSE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  away.translation()[0] = 0;
+  const ShapeCore nowhere =
+      adaptive_bvh::coreOfSlab(fcl::Vector3d::Zero(), 0, 1);  // a plane without a normal
+  EXPECT_FALSE(ShapeInTree<S>(nowhere, away, tree, placed.tf).isPrecise());
+}
+
+}  // namespace
+}  // namespace adaptive_bvh_test
