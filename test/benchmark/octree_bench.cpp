@@ -1,6 +1,6 @@
 // A mesh against an octree: our queries against FCL's on the same model, from cells far smaller
-// than triangles to cells far larger. Collisions must name the same pairs, distances must agree.
-// Interleaved in one process; medians.
+// than triangles to cells far larger. Collisions must name the same pairs, or of few contacts some
+// of all, distances must agree. Interleaved in one process; medians.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -88,6 +88,8 @@ struct Outcome {
   bool same = false;
 };
 
+constexpr std::size_t kAll = 100000000;
+
 using Pairs = std::vector<std::array<long, 2>>;
 
 Pairs pairsOf(const fcl::CollisionResultd& result) {
@@ -130,7 +132,11 @@ Outcome collide(const Model& model, const Transform& pose, const fcl::OcTreed& o
       outcome);
   outcome.solver_calls = (model.recordedWork().leaf_tests - before) / rounds;
   outcome.contacts = by_us.numContacts();
-  outcome.same = pairsOf(by_fcl) == pairsOf(by_us);
+  fcl::CollisionResultd by_fcl_all;
+  fcl::collide<double>(&model, pose, &octree, still, fcl::CollisionRequestd(kAll), by_fcl_all);
+  const Pairs all = pairsOf(by_fcl_all), ours = pairsOf(by_us);
+  outcome.same = ours.size() == by_fcl.numContacts() &&
+                 std::includes(all.begin(), all.end(), ours.begin(), ours.end());
   return outcome;
 }
 
@@ -176,12 +182,11 @@ bool print(const Case& c, double cell, const char* query, const Outcome& outcome
 bool measure(const Case& c, double cell, const fcl::OcTreed& octree, int rounds) {
   Model model;
   fillModel(c.mesh, model);
-  const std::size_t all = 100000000;
   bool same = true;
   same &= print(c, cell, "collide",
-                collide(model, c.pose, octree, fcl::CollisionRequestd(all), rounds));
+                collide(model, c.pose, octree, fcl::CollisionRequestd(kAll), rounds));
   same &= print(c, cell, "contacts",
-                collide(model, c.pose, octree, fcl::CollisionRequestd(all, true), rounds));
+                collide(model, c.pose, octree, fcl::CollisionRequestd(kAll, true), rounds));
   same &= print(c, cell, "first contact",
                 collide(model, c.pose, octree, fcl::CollisionRequestd(1), rounds));
   same &= print(c, cell, "distance", distance(model, c.pose, octree, false, rounds));
