@@ -375,6 +375,67 @@ TYPED_TEST(Proximity, BodiesApartNeedOneSearchForManySteps) {
   EXPECT_LE(pair.searches(), 12u);
 }
 
+/// Where two sheets cross moves on from step to step; now and then they part, or one is built anew.
+TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
+  using S = TypeParam;
+  for (const S d : {S(0), S(0.01)}) {
+    typename TestFixture::Model a, b;
+    fillModel(plate<S>(7, 7), a);
+    fillModel(plate<S>(6, 6), b);
+    CoherentProximity<TestVolume<S>> pair(a, b);
+    auto tf2 = this->identity();
+    tf2.linear() = fcl::AngleAxis<S>(S(1.2), Vector3<S>(1, S(0.3), 0).normalized()).matrix();
+    int near = 0;
+    constexpr int kSteps = 80;
+    for (int i = 0; i < kSteps; ++i) {
+      if (i == 40) fillModel(plate<S>(6, 6), a);  // another tree
+      std::vector<Vector3<S>> points(a.vertices, a.vertices + a.num_vertices);
+      for (Vector3<S>& p : points) p[2] += S(0.004) * std::sin(S(9) * p[0] + S(0.4) * S(i));
+      a.update(points);
+      tf2.translation() = Vector3<S>(S(0.3), S(0.4) + S(0.2) * std::sin(S(0.1) * S(i)),
+                                     i % 40 > 35 ? S(1.5) : S(0.1) * std::cos(S(0.07) * S(i)));
+      const Oracle<S> oracle(a, this->identity(), b, tf2);
+      const Real distance = oracle.distance(), rounding = oracle.rounding();
+      const bool answer = pair.isNearer(this->identity(), tf2, d);
+      if (distance <= d - rounding || distance == 0) {
+        EXPECT_TRUE(answer) << i;
+      }
+      if (distance > d + rounding) {
+        EXPECT_FALSE(answer) << i;
+      }
+      near += answer;
+    }
+    EXPECT_GT(near, kSteps / 2);
+    EXPECT_LT(near, kSteps);
+    EXPECT_LT(pair.searches(), std::size_t(kSteps / 3));
+  }
+}
+
+/// So near, for how far they move, that no bound lasts; then they rest.
+TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
+  using S = TypeParam;
+  typename TestFixture::Model a, b;
+  fillModel(plate<S>(7, 7), a);
+  fillModel(plate<S>(4, 4), b);
+  CoherentProximity<TestVolume<S>> pair(a, b);
+  std::size_t searches_before = 0;
+  for (int i = 0; i < 150; ++i) {
+    const bool rests = i >= 50;
+    std::vector<Vector3<S>> points(a.vertices, a.vertices + a.num_vertices);
+    if (!rests)
+      for (Vector3<S>& p : points) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
+    a.update(points);
+    auto tf2 = this->identity();
+    tf2.translation()[2] = S(0.08);
+    const Oracle<S> oracle(a, this->identity(), b, tf2);
+    const S d = S(oracle.distance()) * (i % 9 == 8 && !rests ? S(1.1) : S(0.8));
+    EXPECT_EQ(i % 9 == 8 && !rests, pair.isNearer(this->identity(), tf2, d)) << i;
+    if (i == 119) searches_before = pair.searches();
+  }
+  EXPECT_GT(searches_before, 35u);
+  EXPECT_LT(pair.searches(), searches_before + 5) << "bounds last again";
+}
+
 TYPED_TEST(Proximity, ClearanceIsTheDistanceOfEveryVertexUpToTheLimit) {
   using S = TypeParam;
   for (int body = 0; body < 30; ++body) {

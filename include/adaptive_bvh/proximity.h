@@ -39,7 +39,8 @@ bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename 
 
 /// `isNearer` for one pair of models, asked step after step. Keeps a lower bound of their distance:
 /// while deformation and changed transforms cannot have used up what it exceeds d by, there is no
-/// search at all. Any number of updates may come between two calls. One object serves one thread at
+/// search at all. While bodies stay as near, the triangles around the last near pair are mostly
+/// enough. Any number of updates may come between two calls. One object serves one thread at
 /// a time; several may share a model. On models with another propagation than the default
 /// (TranslationCompensated) every call searches.
 template <typename BV>

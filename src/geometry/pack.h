@@ -84,6 +84,9 @@ ADAPTIVE_BVH_INLINE Pack<float> squareRoot(const Pack<float>& v) {
   return Pack<float>{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 #endif
 }
+#if defined(__AVX__)
+ADAPTIVE_BVH_INLINE __m256 squareRoot(const __m256& v) { return _mm256_sqrt_ps(v); }
+#endif
 ADAPTIVE_BVH_INLINE Pack<double> squareRoot(const Pack<double>& v) {
 #if defined(__SSE2__)
   return _mm_sqrt_pd(v);

@@ -11,6 +11,8 @@ struct PairError {
   float position;  ///< of a component of a corner
   float share;     ///< as above, as a share of the extent of the pair
   float least;     ///< of a product: for numbers too small for FCL's test, or for this one
+  /// No error: "apart" shall mean farther than this, 0 or more.
+  float reach = 0;
 };
 
 /// What FCL's test says of pairs of triangles, where that is certain; a bit for each.
@@ -59,8 +61,10 @@ class PackedTrianglePairs {
   /// Which are apart along the normal of either: that leaves few.
   ADAPTIVE_BVH_INLINE unsigned apartByPlanes(const PairError& error) const {
     const Sizes sizes(*this, error);
-    return packs::bits((gapAlongP(vectors::cross(p_edges[0], p_edges[1])) > sizes.margin(sizes.p)) |
-                       (gapAlongQ(vectors::cross(q_edges[0], q_edges[1])) > sizes.margin(sizes.q)));
+    const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
+    const Vector q_normal = vectors::cross(q_edges[0], q_edges[1]);
+    return packs::bits((gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.reachAlong(p_normal)) |
+                       (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.reachAlong(q_normal)));
   }
 
   /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
@@ -72,8 +76,10 @@ class PackedTrianglePairs {
     const P p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
     P apart = packs::filled<P>(kLowest);
     for (int i = 0; i < 3; ++i) {
-      const P p_gap = gap(vectors::cross(p_edges[i], p_normal)) - p_margin;
-      const P q_gap = gap(vectors::cross(q_edges[i], q_normal)) - q_margin;
+      const Vector p_axis = vectors::cross(p_edges[i], p_normal);
+      const Vector q_axis = vectors::cross(q_edges[i], q_normal);
+      const P p_gap = gap(p_axis) - (p_margin + sizes.reachAlong(p_axis));
+      const P q_gap = gap(q_axis) - (q_margin + sizes.reachAlong(q_axis));
       apart = packs::upper(apart, packs::upper(p_gap, q_gap));
     }
     return packs::bits(apart > packs::filled<P>(0));
@@ -88,20 +94,21 @@ class PackedTrianglePairs {
     const Vector q_normal = cross(q_edges[0], q_edges[1]);
     // The largest of all gaps, less and plus its margin.
     P low = packs::filled<P>(kLowest), high = low;
-    const auto add = [&](const P& gap, const P& margin) {
-      low = upper<P>(low, gap - margin);
+    const auto add = [&](const P& gap, const P& margin, const Vector& axis) {
+      low = upper<P>(low, gap - (margin + sizes.reachAlong(axis)));
       high = upper<P>(high, gap + margin);
     };
-    add(gapAlongP(p_normal), sizes.margin(sizes.p));
-    add(gapAlongQ(q_normal), sizes.margin(sizes.q));
+    const auto addAxis = [&](const Vector& axis, const P& margin) { add(gap(axis), margin, axis); };
+    add(gapAlongP(p_normal), sizes.margin(sizes.p), p_normal);
+    add(gapAlongQ(q_normal), sizes.margin(sizes.q), q_normal);
     const P p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
     for (int i = 0; i < 3; ++i) {
-      add(gap(cross(p_edges[i], p_normal)), p_margin);
-      add(gap(cross(q_edges[i], q_normal)), q_margin);
+      addAxis(cross(p_edges[i], p_normal), p_margin);
+      addAxis(cross(q_edges[i], q_normal), q_margin);
     }
     const P margin = sizes.margin(upper(sizes.p, sizes.q));
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) add(gap(cross(p_edges[i], q_edges[j])), margin);
+      for (int j = 0; j < 3; ++j) addAxis(cross(p_edges[i], q_edges[j]), margin);
     const P zero = packs::filled<P>(0);
     const unsigned solid =
         packs::bits((vectors::size(p_normal) > sizes.p * sizes.p * packs::filled<P>(kThin)) &
@@ -126,6 +133,7 @@ class PackedTrianglePairs {
       q += slack;
       extent += slack + slack + slack;
       least = packs::filled<P>(e.least);
+      reach = e.reach;
     }
     /// Of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE P margin(const P& edge) const {
@@ -139,7 +147,16 @@ class PackedTrianglePairs {
                  (position * packs::filled<P>(208) + edge * packs::filled<P>(640 * kUnit)) +
              least;
     }
+    /// How far apart projections on an axis are of what is as far apart as the reach along it, or
+    /// farther by rounding; with room for squares that underflow.
+    ADAPTIVE_BVH_INLINE P reachAlong(const Vector& axis) const {
+      if (!(reach > 0)) return packs::filled<P>(0);
+      const P length = packs::squareRoot(vectors::dot(axis, axis));
+      return packs::filled<P>(reach) *
+             (length * packs::filled<P>(1 + 1.f / (1 << 20)) + packs::filled<P>(1e-18f));
+    }
     P p, q, extent, position, least;
+    float reach;
 
    private:
     static constexpr float kUnit = 1.f / (1 << 24);

@@ -96,9 +96,6 @@ class CandidateTests {
                verdicts[k] == PairVerdict::Touching);
     }
   }
-  static CornerSource sourceOf(const PlacedMesh<BV>& mesh, const WideTree<S>& tree) {
-    return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
-  }
 
   void testInBothCoordinates() {
     padToFour(pairs_, size_);

@@ -14,6 +14,7 @@ class FeatureSink {
  public:
   using Result = FeaturePairs;
   static constexpr int kBatch = 256;
+  static constexpr bool kFewAreNear = false;
 
   /// `is_self`: features with a vertex in common are left out.
   FeatureSink(const WithinInput<BV>& input, bool is_self, Result& result)

@@ -8,6 +8,7 @@ namespace adaptive_bvh {
 /// Whether there is a near pair at all, and which.
 struct AnyPair {
   static constexpr int kBatch = 32;
+  static constexpr bool kFewAreNear = true;
 
   bool found = false;
   LeafPair pair{0, 0};
@@ -27,6 +28,7 @@ class PairSink {
   using S = typename BV::S;
   using Result = TrianglePairs<S>;
   static constexpr int kBatch = 256;
+  static constexpr bool kFewAreNear = false;
 
   /// `is_self`: the smaller index comes first.
   PairSink(const WithinInput<BV>& input, const ProximityRequest<S>& request, bool is_self,

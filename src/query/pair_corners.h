@@ -8,6 +8,12 @@
 
 namespace adaptive_bvh {
 
+/// Where the corners of a mesh's four-wide tree are.
+template <typename BV>
+CornerSource sourceOf(const PlacedMesh<BV>& mesh, const WideTree<typename BV::S>& tree) {
+  return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
+}
+
 /// The corners of four triangles of a four-wide tree, in its coordinates.
 ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
                                        const std::array<unsigned, 4>& triangles,

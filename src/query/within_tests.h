@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "geometry/triangle_differences.h"
 #include "geometry/triangle_distances4.h"
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
@@ -91,6 +92,7 @@ ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second, std::vector
 ///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
 ///                         may be null unless needsGap()
 ///   sink.isDone()         whether that is enough
+///   Sink::kFewAreNear     whether most pairs are expected to be farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
 template <typename BV, typename Frame, typename Sink>
 class WithinTests {
@@ -102,13 +104,20 @@ class WithinTests {
         frame_(frame),
         sink_(sink),
         limit_(
-            static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))) {}
+            static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))) {
+    constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
+    const float share = differenceError<S>();
+    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
+    coarse_ = {frame.error(), share, least, limit_ * kUp};
+    fine_ = {frame.preciseError(), share, least, limit_ * kUp};
+  }
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     candidates_ += __builtin_popcount(pairs);
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > Sink::kBatch - 16) testAll();
+    if constexpr (kByAxes) return addPairs(a, b, pairs);
     readFirst(a);
     readSecond(b);
     for (int j = 0; pairs; ++j, pairs >>= 4)
@@ -163,7 +172,36 @@ class WithinTests {
     }
   }
 
+  /// Whether pairs are first tested along the axes of FCL's test, eight at a time: where most are
+  /// apart, and positions with residuals can be compared as they are.
+  static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kFewAreNear;
+
+  ADAPTIVE_BVH_INLINE void addPairs(const WideNode& a, const WideNode& b, unsigned pairs) {
+    for (; pairs; pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs);
+      pairs_[size_] = {static_cast<unsigned>(a.first + (bit & 3)),
+                       static_cast<unsigned>(b.first + (bit >> 2))};
+      verdicts_[size_++] = kOpen;
+    }
+  }
+  /// Leaves out those that are surely farther apart.
+  void testAlongAxes() {
+    const PairTests& tests = pairTests();
+    const PairSource from = {sourceOf(in_.first, in_.tree1), sourceOf(in_.second, in_.tree2)};
+    size_ = tests.keepByPlanes(from, pairs_, size_, coarse_);
+    size_ = tests.keepByNormals(from, pairs_, size_, fine_);
+    PairVerdict verdicts[Sink::kBatch];
+    tests.judge(from, pairs_, size_, fine_, verdicts);
+    int kept = 0;
+    for (int i = 0; i < size_; ++i) {
+      pairs_[kept] = pairs_[i];
+      kept += verdicts[i] != PairVerdict::Apart;
+    }
+    size_ = kept;
+  }
+
   void testAll() {
+    if constexpr (kByAxes) testAlongAxes();
     testOpen();
     for (int i = 0; i < size_ && !sink_.isDone(); ++i) settle(pairs_[i], verdicts_[i]);
     size_ = 0;
@@ -208,11 +246,12 @@ class WithinTests {
   const WithinInput<BV>& in_;
   const Frame& frame_;
   Sink& sink_;
-  const float limit_;                                              ///< in the first tree's units
+  const float limit_;  ///< in the first tree's units
+  PairError coarse_, fine_;
   const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< whose corners these are
   TriangleDistances4::Seen first_;
   Vector4x3 second_[3];
-  LeafPair pairs_[Sink::kBatch];
+  LeafPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
   long candidates_ = 0, exact_tests_ = 0;

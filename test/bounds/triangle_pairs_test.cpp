@@ -21,6 +21,7 @@ using adaptive_bvh::TriangleDifferences;
 using adaptive_bvh::TrianglePairs4;
 using adaptive_bvh::TrianglePoints;
 using adaptive_bvh::Vector4x3;
+using exact::Real;
 
 /// Four pairs of triangles of one body.
 template <typename S>
@@ -174,6 +175,39 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
   EXPECT_GT(apart, pairs_apart / 2) << pairs_apart;
   EXPECT_GT(residuals_apart, apart * 99 / 100) << "as certain as by the model's own positions";
   EXPECT_GT(touching, pairs_touching / 5) << pairs_touching;
+}
+
+/// With a reach: "apart" only of what is farther.
+TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
+  int farther = 0, apart = 0, nearly = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const auto g = this->group(-6);
+    const int judged = this->random_.below(4);
+    const Real scale = Real(g.scale());
+    const Real of_judged =
+        scale * exact::distance(this->exactOf(g.p[judged]), this->exactOf(g.q[judged]));
+    const double factor =
+        this->random_.oneIn(2) ? 1 + this->random_.size(-6, 0) : this->random_.uniform(0, 1);
+    const auto withReach = [&](PairError error) -> PairError {
+      error.reach = static_cast<float>(double(of_judged) * factor);
+      return error;
+    };
+    const PairError rough = withReach(g.coarseError()), fine = withReach(g.preciseError());
+    const TrianglePairs4 coarse = g.coarse(), precise = g.precise();
+    const unsigned bits = coarse.apartByPlanes(rough) | coarse.apartByEdgeNormals(rough) |
+                          coarse.verdicts(rough).apart | precise.apartByPlanes(fine) |
+                          precise.apartByEdgeNormals(fine) | precise.verdicts(fine).apart;
+    for (int k = 0; k < 4; ++k) {
+      const Real distance = scale * exact::distance(this->exactOf(g.p[k]), this->exactOf(g.q[k]));
+      const bool is_apart = (bits >> k & 1) != 0;
+      ASSERT_TRUE(!is_apart || distance > Real(fine.reach)) << round << " " << k;
+      farther += distance > Real(fine.reach);
+      apart += is_apart;
+      nearly += is_apart && distance < Real(fine.reach) * 1.5L;
+    }
+  }
+  EXPECT_GT(apart, farther / 3) << farther;
+  EXPECT_GT(nearly, 500);
 }
 
 /// So small that FCL's products underflow.

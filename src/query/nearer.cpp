@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "adaptive_bvh/proximity.h"
+#include "query/near_pairs.h"
+#include "query/pair_cache.h"
+#include "query/rigid_motion.h"
+#include "query/surroundings.h"
+#include "volume/each_volume.h"
+
+namespace adaptive_bvh {
+namespace {
+
+template <typename BV, typename Frame>
+void searchAny(const WithinInput<BV>& input, const Frame& frame, AnyPair& any) {
+  using Search = WithinSearch<false, BV, Frame, AnyPair>;
+  static thread_local typename Search::Memory memory;
+  Search search(input, frame, any, memory);
+  search.run({0, 0});
+  search.record(TaskPool(1));
+}
+
+/// Whether there is a pair at most so far apart; `any` is the first that was found.
+template <typename BV>
+bool search(const PairOfMeshes<BV>& meshes, double distance, AnyPair& any) {
+  any = AnyPair();
+  const WithinInput<BV> input = meshes.within(distance);
+  const auto frame = meshes.frame();
+  if (!frame.isPrecise())
+    testAllPairs(input, any);
+  else if (frame.isSame())
+    searchAny(input, frame.same(), any);
+  else
+    searchAny(input, frame, any);
+  return any.found;
+}
+
+/// As compareByBoxes, which is the faster way for distances that are not next to nothing. Its
+/// bounds are rounded as the models' own numbers, so they must be double.
+template <typename BV>
+bool canCompareByBoxes(const PairOfMeshes<BV>& meshes, double distance) {
+  constexpr double kNothing = 1e-9;
+  const auto size = double(meshes.first.model->aabb_radius + meshes.second.model->aabb_radius);
+  return std::is_same<typename BV::S, double>::value && meshes.first.hasBoxes() &&
+         meshes.second.hasBoxes() && distance > kNothing * size;
+}
+
+/// The last pair that was near, and a search only where it is not any more.
+template <typename BV>
+class NearestKnown {
+ public:
+  explicit NearestKnown(const PairOfMeshes<BV>& meshes)
+      : meshes_(meshes),
+        witnesses_(meshes.first.tree->witnesses),
+        pair_(witnesses_.recall(meshes.second.model)) {}
+
+  TrianglePair triangles() const { return {pair_.first, pair_.second}; }
+  double distance() const { return meshes_.gap(triangles()).distance; }
+  bool isNearer(double limit) const { return distance() <= limit; }
+  PairCache<BV> cache() const { return {int(pair_.first), int(pair_.second), pair_.are_near, {}}; }
+  void keep(const PairCache<BV>& cache) {
+    pair_ = {unsigned(cache.witness1), unsigned(cache.witness2), cache.are_near};
+    witnesses_.keep(meshes_.second.model, pair_);
+  }
+  bool searchNearer(double limit) {
+    AnyPair any;
+    if (!search(meshes_, limit, any)) return false;
+    pair_ = {static_cast<unsigned>(wideTreeOf(meshes_.first).triangle(any.pair.first)),
+             static_cast<unsigned>(wideTreeOf(meshes_.second).triangle(any.pair.second)),
+             pair_.are_near};
+    witnesses_.keep(meshes_.second.model, pair_);
+    return true;
+  }
+
+ private:
+  const PairOfMeshes<BV>& meshes_;
+  WitnessCache& witnesses_;
+  WitnessCache::Pair pair_;
+};
+
+}  // namespace
+
+template <typename BV>
+bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename BV::S>& tf1,
+              const AdaptiveBVHModel<BV>& second, const fcl::Transform3<typename BV::S>& tf2,
+              typename BV::S distance) {
+  requireDistance(distance);
+  requireQueryable(first);
+  requireQueryable(second);
+  const PairOfMeshes<BV> meshes(first, tf1, second, tf2);
+  NearestKnown<BV> known(meshes);
+  const auto limit = static_cast<double>(distance);
+  if (known.isNearer(limit)) return true;
+  if (canCompareByBoxes(meshes, limit)) {
+    PairCache<BV> cache = known.cache();
+    bool is_nearer = false;
+    typename BV::S farther = distance;
+    if (compareByBoxes(meshes.first, meshes.second, distance, cache, is_nearer, farther)) {
+      known.keep(cache);
+      return is_nearer;
+    }
+  }
+  return known.searchNearer(limit);
+}
+
+template <typename BV>
+struct CoherentProximity<BV>::State {
+  const AdaptiveBVHModel<BV>&first, &second;
+  RigidMotion<S> rigid = {};
+  std::uint64_t generations[2] = {0, 0};
+  /// How far the models have moved, in all, when the bound was found; and at the last call.
+  double moved_then = 0, moved = 0;
+  double bound = -1;  ///< of their distance then; negative where there is none
+  std::size_t searches = 0;
+  PairCache<BV> cache = {0, 0, false, Front<BV>()};
+  /// Leaves that were near when a search last said that there are such.
+  std::optional<LeafPair> near = std::nullopt;
+  LeavesOfTriangles leaves[2] = {};
+  /// Whether the bound was found by the last call; and how many such, in a row, were of no use to
+  /// the next one.
+  bool is_new = false;
+  int useless = 0;
+  /// Calls yet to come that shall not look for a bound; and since `moved` was brought up to date.
+  int without_bound = 0, calls = 0;
+
+  void setNear(const PairOfMeshes<BV>& meshes, const TrianglePair& triangles) {
+    leaves[0].adopt(meshes.first);
+    leaves[1].adopt(meshes.second);
+    near = {leaves[0].leaf(triangles.first), leaves[1].leaf(triangles.second)};
+  }
+  /// Whether around those leaves there still are some that are near.
+  bool isStillNear(const PairOfMeshes<BV>& meshes, double distance) {
+    const bool are_same =
+        near && leaves[0].isCurrent(meshes.first) && leaves[1].isCurrent(meshes.second);
+    if (are_same && Surroundings<BV>(meshes, *near).find(distance, *near)) return true;
+    near.reset();
+    return false;
+  }
+  /// By the four-wide trees, which need no boxes.
+  bool searchNear(const PairOfMeshes<BV>& meshes, double distance) {
+    NearestKnown<BV> known(meshes);
+    if (!known.isNearer(distance)) {
+      ++searches;
+      if (!known.searchNearer(distance)) return false;
+    }
+    setNear(meshes, known.triangles());
+    return true;
+  }
+
+  /// Brings `moved` up to date. Returns by how much it grew, a call.
+  double move(const PairOfMeshes<BV>& meshes) {
+    for (const PlacedMesh<BV>* mesh : {&meshes.first, &meshes.second})
+      if (mesh->hasBoxes()) updateBoxes(*mesh);
+    const std::uint64_t now[2] = {meshes.first.tree->generation, meshes.second.tree->generation};
+    const bool same_trees = std::equal(now, now + 2, generations);
+    std::copy(now, now + 2, generations);
+    const bool goes_on =
+        rigid.moveTo(meshes.first.tf, first, meshes.second.tf, second) && same_trees;
+    if (!goes_on || !meshes.first.hasBoxes() || !meshes.second.hasBoxes()) bound = -1;
+    const double before = moved;
+    moved = rigid.sum() + motionOf(meshes.first) + motionOf(meshes.second);
+    return std::max(moved - before, 0.) / std::exchange(calls, 0);
+  }
+  /// Whether what is known says that nothing is as near as that. The sums of motion are rounded up;
+  /// their sum and difference by less than the last term.
+  bool isSurelyFarther(double distance) const {
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
+  }
+  TrianglePair witness() const { return {unsigned(cache.witness1), unsigned(cache.witness2)}; }
+  void setBound(double farther_than) {
+    bound = farther_than;
+    moved_then = moved;
+    is_new = true;
+  }
+  /// Whether bounds are of use: else bodies are so near, for how far they move, that it costs less
+  /// to let their boxes wait and to search in every call.
+  bool keepsBounds(bool was_of_use) {
+    constexpr int kTries = 2, kMost = 6;
+    const bool failed = std::exchange(is_new, false) && !was_of_use;
+    useless = was_of_use ? 0 : useless + failed;
+    if (!failed || useless < kTries) return true;
+    without_bound = 1 << std::min(useless, kMost);
+    return false;
+  }
+
+ private:
+  static double motionOf(const PlacedMesh<BV>& mesh) {
+    if (!mesh.hasBoxes()) return 0;
+    return double(mesh.tree->motion.accumulatedMotion(0)) * double(mesh.tree->boxes->frame.unit());
+  }
+};
+
+template <typename BV>
+CoherentProximity<BV>::CoherentProximity(const AdaptiveBVHModel<BV>& first,
+                                         const AdaptiveBVHModel<BV>& second)
+    : state_(new State{first, second}) {}
+template <typename BV>
+CoherentProximity<BV>::~CoherentProximity() = default;
+template <typename BV>
+CoherentProximity<BV>::CoherentProximity(CoherentProximity&&) noexcept = default;
+template <typename BV>
+std::size_t CoherentProximity<BV>::searches() const {
+  return state_->searches;
+}
+
+template <typename BV>
+bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+                                     S distance) {
+  State& state = *state_;
+  requireDistance(distance);
+  requireQueryable(state.first);
+  requireQueryable(state.second);
+  const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);
+  const auto limit = static_cast<double>(distance);
+  ++state.calls;
+  if (state.near) {
+    if (state.isStillNear(meshes, limit)) return true;
+    // Mostly they touch elsewhere.
+    if (!canCompareByBoxes(meshes, limit)) return state.searchNear(meshes, limit);
+  }
+  if (state.without_bound > 0) {
+    --state.without_bound;
+    return state.searchNear(meshes, limit);
+  }
+  const double step = state.move(meshes);
+  const bool is_farther = state.isSurelyFarther(limit);
+  if (!state.keepsBounds(is_farther)) return state.searchNear(meshes, limit);
+  if (is_farther) return false;
+  // The search looks as far as sixteen steps like the last one could use up, or a little farther
+  // than asked when nothing moved; no farther than asked where one step will.
+  constexpr double kSteps = 16, kLittle = 1. / 64;
+  const auto reachFor = [&](double known) {
+    return known - limit > step ? std::max(kSteps * step, kLittle * (known - limit)) : 0;
+  };
+  if (canCompareByBoxes(meshes, limit + kSteps * step)) {
+    const double known = meshes.gap(state.witness()).distance;
+    if (known <= limit) {
+      state.setNear(meshes, state.witness());
+      return true;
+    }
+    ++state.searches;
+    bool is_nearer = false;
+    S farther = static_cast<S>(limit + reachFor(known));
+    if (compareByBoxes(meshes.first, meshes.second, distance, state.cache, is_nearer, farther)) {
+      if (is_nearer)
+        state.setNear(meshes, state.witness());
+      else
+        state.setBound(static_cast<double>(farther));
+      return is_nearer;
+    }
+  }
+  NearestKnown<BV> known(meshes);
+  if (known.isNearer(limit)) {
+    state.setNear(meshes, known.triangles());
+    return true;
+  }
+  ++state.searches;
+  double farther = std::min(limit + reachFor(known.distance()), (limit + known.distance()) / 2);
+  if (known.searchNearer(farther)) {
+    if (known.isNearer(limit) || known.searchNearer(limit)) {
+      state.setNear(meshes, known.triangles());
+      return true;
+    }
+    farther = limit;
+  }
+  state.setBound(farther);
+  return false;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \
+  template bool isNearer(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,         \
+                         const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, BV::S); \
+  template class CoherentProximity<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,123 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "geometry/scratch.h"
+#include "query/pair_of_meshes.h"
+
+namespace adaptive_bvh {
+
+/// Which leaf of a tree holds a triangle, in the order of the leaves.
+class LeavesOfTriangles {
+ public:
+  template <typename BV>
+  bool isCurrent(const PlacedMesh<BV>& mesh) const {
+    return topology_ == mesh.tree->topology_number;
+  }
+  template <typename BV>
+  void adopt(const PlacedMesh<BV>& mesh) {
+    if (isCurrent(mesh)) return;
+    const fcl::BVHModel<BV>& model = *mesh.model;
+    topology_ = mesh.tree->topology_number;
+    leaves_.resize(static_cast<std::size_t>(model.num_tris));
+    for (int i = 0; i < model.getNumBVs(); ++i)
+      if (const auto& node = model.getBV(i); node.isLeaf())
+        leaves_[static_cast<std::size_t>(node.primitiveId())] = unsigned(node.first_primitive);
+  }
+  /// Of triangle 0 where there is no such.
+  unsigned leaf(unsigned triangle) const {
+    return leaves_[triangle < leaves_.size() ? triangle : 0];
+  }
+
+ private:
+  std::uint64_t topology_ = 0;
+  std::vector<unsigned> leaves_;
+};
+
+/// The triangles around a pair of leaves, some before and behind each in the order of the tree:
+/// when two bodies stay in touch, where they touch moves on, but rarely far.
+template <typename BV>
+class Surroundings {
+ public:
+  Surroundings(const PairOfMeshes<BV>& meshes, const LeafPair& around)
+      : first_(meshes.first, around.first), second_(meshes.second, around.second) {
+    for (auto& t : second_.triangles)
+      for (fcl::Vector3d& x : t.corners) x = meshes.R * x + meshes.T;
+    for (Side* side : {&first_, &second_}) side->bound();
+  }
+
+  /// Whether there are two that are at most so far apart, and which.
+  bool find(double distance, LeafPair& found) {
+    second_.keep(distance, first_.box);
+    first_.keep(distance, second_.box);
+    for (const auto& a : first_.triangles)
+      for (const auto& b : second_.triangles)
+        if (a.box.distance(b.box) <= distance && reach(a, b, distance) && reach(b, a, distance) &&
+            gapOf(a.corners, b.corners).distance <= distance) {
+          found = {a.leaf, b.leaf};
+          return true;
+        }
+    return false;
+  }
+
+ private:
+  struct Side {
+    struct Triangle {
+      unsigned leaf;
+      TrianglePoints<double> corners;
+      fcl::AABBd box;
+    };
+
+    Side(const PlacedMesh<BV>& mesh, unsigned around) {
+      constexpr unsigned kBeside = 128;
+      const VertexSlots& slots = mesh.tree->topology.slots;
+      const unsigned size = static_cast<unsigned>(slots.leaves());
+      const unsigned end = std::min(around + kBeside, size);
+      for (unsigned i = around > kBeside ? around - kBeside : 0; i < end; ++i) {
+        Triangle t{i, {}, {}};
+        const VertexIndices v = slots.verticesOf(i);
+        for (std::size_t k = 0; k < 3; ++k)
+          t.corners[k] = mesh.model->vertices[v[k]].template cast<double>();
+        triangles.push_back(t);
+      }
+    }
+    void bound() {
+      for (Triangle& t : triangles) {
+        t.box = fcl::AABBd(t.corners[0], t.corners[1], t.corners[2]);
+        box += t.box;
+      }
+    }
+    /// Those that may be so near to a box.
+    void keep(double distance, const fcl::AABBd& other) {
+      box = fcl::AABBd();
+      const auto far = [&](const Triangle& t) { return t.box.distance(other) > distance; };
+      triangles.erase(std::remove_if(triangles.begin(), triangles.end(), far), triangles.end());
+      for (const Triangle& t : triangles) box += t.box;
+    }
+
+    Scratch<Triangle> triangles;
+    fcl::AABBd box;
+  };
+
+  /// Whether the plane of `a` may be so near to `b`. Up to rounding: what is left out by it is not
+  /// found here, no more.
+  static bool reach(const typename Side::Triangle& a, const typename Side::Triangle& b,
+                    double distance) {
+    const fcl::Vector3d n = (a.corners[1] - a.corners[0]).cross(a.corners[2] - a.corners[0]);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const fcl::Vector3d& x : b.corners) {
+      const double above = n.dot(x - a.corners[0]);
+      low = std::min(low, above);
+      high = std::max(high, above);
+    }
+    const double reach = distance * n.norm();
+    return low <= reach && high >= -reach;
+  }
+
+  Side first_, second_;
+};
+
+}  // namespace adaptive_bvh
