@@ -72,10 +72,11 @@ class Surroundings {
     };
 
     Side(const PlacedMesh<BV>& mesh, unsigned around) {
-      constexpr unsigned kBeside = 128;
+      constexpr unsigned kBeside = 64;
       const VertexSlots& slots = mesh.tree->topology.slots;
       const unsigned size = static_cast<unsigned>(slots.leaves());
       const unsigned end = std::min(around + kBeside, size);
+      triangles.reserve(2 * kBeside);
       for (unsigned i = around > kBeside ? around - kBeside : 0; i < end; ++i) {
         Triangle t{i, {}, {}};
         const VertexIndices v = slots.verticesOf(i);

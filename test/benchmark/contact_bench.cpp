@@ -8,6 +8,7 @@
 #include "contact_bodies.h"
 #include "contact_report.h"
 #include "progress_bar.h"
+#include "proximity_questions.h"
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
 #include "pose_files.h"
 #endif
@@ -187,16 +188,17 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Update + self-collision, collision, distance in near contact, and continuous collision, ms "
-      "a "
-      "frame, many ways, in one process. Prints markdown tables. Ends with status 1 when one of "
+      "a frame, many ways, in one process. Prints markdown tables. Ends with status 1 when one of "
       "our rows is wrong.");
   addOptions(app, options);
+  const std::function<bool()> runProximity = addProximityQuestions(app);
   try {
     app.parse(argc, argv);
+    if (app.got_subcommand("proximity")) return runProximity() ? 0 : 1;
     if (options.resolutions.empty() && options.poses.empty()) options.resolutions = {1};
     return run(options) ? 0 : 1;
-  } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
   } catch (const CLI::Error& error) {
     std::cerr << "contact_bench: " << error.what() << '\n';
     return 2;

@@ -1,4 +1,4 @@
-# Rows of contact_bench and proximity_bench that need other libraries: built where these are found.
+# Rows of contact_bench that need other libraries: built where these are found.
 
 # bench_peer(bench name define library source...): apart from the rest, for the library's own options.
 function(bench_peer bench name define library)
@@ -12,8 +12,7 @@ endfunction()
 find_package(embree 3 QUIET)
 if(embree_FOUND AND embree_VERSION VERSION_LESS 4)
   bench_peer(contact_bench contact_embree ADAPTIVE_BVH_HAS_EMBREE embree contact_embree.cpp
-    contact_embree_continuous.cpp)
-  bench_peer(proximity_bench proximity_embree ADAPTIVE_BVH_HAS_EMBREE embree proximity_embree.cpp)
+    contact_embree_continuous.cpp proximity_embree.cpp)
 else()
   message(STATUS "adaptive_bvh: Embree 3 not found, the benchmarks have no rows for it")
 endif()

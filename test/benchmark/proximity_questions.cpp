@@ -1,13 +1,14 @@
 // Update + proximity of deforming meshes: pairs within a distance, nearer than a distance, closest
 // points, rays; this library, FCL, and Embree where its package is there. In one run.
+#include "proximity_questions.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <memory>
 #include <numeric>
 #include <random>
-
-#include <CLI/CLI.hpp>
 
 #include "contact_bodies.h"
 #include "contact_judge.h"
@@ -18,11 +19,10 @@
 #include "pose_files.h"
 #endif
 
+namespace adaptive_bvh_bench {
 namespace {
 
-using namespace adaptive_bvh_bench;  // NOLINT: this is its program
-
-struct Options {
+struct ProximityOptions {
   int resolution = 1, repeats = 3, threads = 1, many = 100000;
   std::vector<std::string> poses, questions, methods;
 };
@@ -48,7 +48,7 @@ void addPoints(ProximityCase& c, int count, double edge) {
   }
 }
 
-void addCases(const Options& options, const scenarios::Scenario& whole,
+void addCases(const ProximityOptions& options, const scenarios::Scenario& whole,
               const scenarios::Scenario& parts, std::vector<ProximityCase>& cases) {
   const double edge = meanEdge(whole.first);
   for (const double edges : {0.5, 2.}) {
@@ -68,7 +68,7 @@ void addCases(const Options& options, const scenarios::Scenario& whole,
   }
 }
 
-std::vector<ProximityCase> casesOf(const Options& options) {
+std::vector<ProximityCase> casesOf(const ProximityOptions& options) {
   std::vector<ProximityCase> cases;
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
   for (std::size_t i = 0; i + 1 < options.poses.size(); i += 2) {
@@ -93,7 +93,7 @@ bool isAmong(const std::vector<std::string>& parts, const std::string& title) {
          });
 }
 
-std::vector<ProximityKind> methods(const ProximityCase& c, const Options& options) {
+std::vector<ProximityKind> methods(const ProximityCase& c, const ProximityOptions& options) {
   std::vector<ProximityKind> all = adaptiveProximityMethods(options.threads);
   const auto append = [&](const std::vector<ProximityKind>& kinds) {
     all.insert(all.end(), kinds.begin(), kinds.end());
@@ -137,7 +137,7 @@ struct Row {
 };
 
 /// All methods take turns in every frame.
-std::vector<Row> run(const ProximityCase& c, const Options& options) {
+std::vector<Row> run(const ProximityCase& c, const ProximityOptions& options) {
   const auto kinds = methods(c, options);
   std::vector<Row> rows(kinds.size());
   std::mt19937 random(1);
@@ -198,34 +198,44 @@ void write(const ProximityCase& c, const std::vector<Row>& rows) {
   std::fflush(stdout);
 }
 
+/// Returns whether all methods found the same pairs.
+bool run(const ProximityOptions& options) {
+  std::printf(
+      "| scenario | question | method | update | query | takes times ours | pairs | pairs that "
+      "differ | largest difference |\n| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | "
+      "---: |\n");
+  bool agree = true;
+  for (ProximityCase& c : casesOf(options)) {
+    if (!isAmong(options.questions, c.title)) continue;
+    if (c.question == Question::Nearer) c.distance *= leastDistance(c.scenario);
+    const std::vector<Row> rows = run(c, options);
+    write(c, rows);
+    if (c.question == Question::Pairs)
+      agree &= std::all_of(rows.begin(), rows.end(),
+                           [](const Row& row) { return row.difference.pairs == 0; });
+  }
+  return agree;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) {
-  Options options;
-  CLI::App app("Update + proximity queries, ms a frame, in one process. Prints a markdown table.");
+std::function<bool()> addProximityQuestions(CLI::App& program) {
+  const auto options = std::make_shared<ProximityOptions>();
+  CLI::App& app = *program.add_subcommand(
+      "proximity",
+      "Update + pairs within a distance, nearer than a distance, closest points and rays, ms a "
+      "frame. Ends with status 1 when methods find different pairs.");
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-  app.add_option("--poses", options.poses, "Two poses of one mesh: FROM TO ...; else twisted rods");
+  app.add_option("--poses", options->poses,
+                 "Two poses of one mesh: FROM TO ...; else twisted rods");
 #endif
-  app.add_option("--question", options.questions, "Only cases whose title holds this");
-  app.add_option("--method", options.methods, "Only methods whose name holds this");
-  app.add_option("--resolution", options.resolution, "Triangles of the rods times this squared");
-  app.add_option("--repeats", options.repeats, "Tables show medians")->check(CLI::Range(1, 1000));
-  app.add_option("--many", options.many, "Points and rays")->check(CLI::Range(1, 10000000));
-  app.add_option("--threads", options.threads, "Adds a row of ours on so many threads");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    std::printf(
-        "| scenario | question | method | update | query | takes times ours | pairs | pairs that "
-        "differ | largest difference |\n| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | "
-        "---: |\n");
-    for (ProximityCase& c : casesOf(options)) {
-      if (!isAmong(options.questions, c.title)) continue;
-      if (c.question == Question::Nearer) c.distance *= leastDistance(c.scenario);
-      write(c, run(c, options));
-    }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "proximity_bench: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  app.add_option("--question", options->questions, "Only cases whose title holds this");
+  app.add_option("--method", options->methods, "Only methods whose name holds this");
+  app.add_option("--resolution", options->resolution, "Triangles of the rods times this squared");
+  app.add_option("--repeats", options->repeats, "Tables show medians")->check(CLI::Range(1, 1000));
+  app.add_option("--many", options->many, "Points and rays")->check(CLI::Range(1, 10000000));
+  app.add_option("--threads", options->threads, "Adds a row of ours on so many threads");
+  return [options] { return run(*options); };
 }
+
+}  // namespace adaptive_bvh_bench
