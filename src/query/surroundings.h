@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "geometry/scratch.h"
@@ -55,7 +54,8 @@ class Surroundings {
     first_.keep(distance, second_.box);
     for (const auto& a : first_.triangles)
       for (const auto& b : second_.triangles)
-        if (a.box.distance(b.box) <= distance && reach(a, b, distance) && reach(b, a, distance) &&
+        if (a.box.distance(b.box) <= distance &&
+            !areSurelyFarther(a.corners, b.corners, distance) &&
             gapOf(a.corners, b.corners).distance <= distance) {
           found = {a.leaf, b.leaf};
           return true;
@@ -102,21 +102,6 @@ class Surroundings {
     Scratch<Triangle> triangles;
     fcl::AABBd box;
   };
-
-  /// Whether the plane of `a` may be so near to `b`. Up to rounding: what is left out by it is not
-  /// found here, no more.
-  static bool reach(const typename Side::Triangle& a, const typename Side::Triangle& b,
-                    double distance) {
-    const fcl::Vector3d n = (a.corners[1] - a.corners[0]).cross(a.corners[2] - a.corners[0]);
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const fcl::Vector3d& x : b.corners) {
-      const double above = n.dot(x - a.corners[0]);
-      low = std::min(low, above);
-      high = std::max(high, above);
-    }
-    const double reach = distance * n.norm();
-    return low <= reach && high >= -reach;
-  }
 
   Side first_, second_;
 };

@@ -231,8 +231,11 @@ class WithinTests {
   ADAPTIVE_BVH_INLINE void settle(const LeafPair& pair, std::uint8_t verdict) {
     if (verdict == kApart) return;
     if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
+    const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
+                                 q = in_.pointsOfSecond(pair.second);
+    if (kByAxes && areSurelyFarther(p, q, in_.distance)) return;
     ++exact_tests_;
-    const TriangleGap exact = gap(pair);
+    const TriangleGap exact = gapOf(p, q);
     if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
   }
 

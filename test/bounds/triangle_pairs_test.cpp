@@ -7,6 +7,7 @@
 
 #include "geometry/body_coordinates.h"
 #include "geometry/triangle_differences.h"
+#include "geometry/triangle_gap.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 #include "tree/wide_tree.h"
@@ -179,7 +180,15 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
 
 /// With a reach: "apart" only of what is farther.
 TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
-  int farther = 0, apart = 0, nearly = 0;
+  int farther = 0, apart = 0, nearly = 0, surely_farther = 0, doubtful = 0;
+  const auto seenFrom = [](const exact::Point& from, exact::Triangle t) -> exact::Triangle {
+    for (exact::Point& x : t) x -= from;
+    return t;
+  };
+  const auto inDouble = [](const auto& t) -> TrianglePoints<double> {
+    return {t[0].template cast<double>(), t[1].template cast<double>(),
+            t[2].template cast<double>()};
+  };
   for (int round = 0; round < 20000; ++round) {
     const auto g = this->group(-6);
     const int judged = this->random_.below(4);
@@ -202,12 +211,25 @@ TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
       const bool is_apart = (bits >> k & 1) != 0;
       ASSERT_TRUE(!is_apart || distance > Real(fine.reach)) << round << " " << k;
       farther += distance > Real(fine.reach);
+      // In double precision.
+      const double reach = double(Real(fine.reach) / scale);
+      const bool surely = adaptive_bvh::areSurelyFarther(inDouble(g.p[k]), inDouble(g.q[k]), reach);
+      const exact::Point from = exact::of(g.p[k][0]);
+      const Real precisely = exact::distance(seenFrom(from, this->exactOf(g.p[k])),
+                                             seenFrom(from, this->exactOf(g.q[k])));
+      // Of needles the oracle now and then finds an edge to pierce a face that it passes.
+      const bool is_doubtful = precisely == 0 && !adaptive_bvh::touch(g.p[k], g.q[k]);
+      ASSERT_TRUE(!surely || is_doubtful || precisely > Real(reach)) << round << " " << k;
+      doubtful += is_doubtful;
+      surely_farther += surely;
       apart += is_apart;
       nearly += is_apart && distance < Real(fine.reach) * 1.5L;
     }
   }
   EXPECT_GT(apart, farther / 3) << farther;
   EXPECT_GT(nearly, 500);
+  EXPECT_GT(surely_farther, apart);
+  EXPECT_LT(doubtful, 4 * 20000 / 100);
 }
 
 /// So small that FCL's products underflow.
