@@ -17,9 +17,10 @@ namespace adaptive_bvh {
 ///
 /// A front pays when most of its bounds still prune after a step. A sample of the pairs where the
 /// last search stopped says so beforehand. A search from the roots writes no more than such a
-/// sample, until one promises enough; then it writes a whole front, which is used while a sample of
-/// it promises something. After a front that saved less than it took to write, twice as many
-/// samples in a row must promise enough.
+/// sample, until two in a row promise enough (bodies may do one thing in one step and another in
+/// the next); then it writes a whole front, which is used while a sample of it promises something.
+/// After a front that saved less than it took to write, twice as many samples in a row must promise
+/// enough.
 ///
 /// A front only grows finer. It is written anew, by a search from the roots, when what it has cost
 /// beyond its cheapest search adds up to that; and now and then, to see what one costs.
@@ -74,7 +75,7 @@ class Front {
   double cost_from_roots_ = 0;              // of that search,
   double cost_of_stops_ = 0;                // and of what it kept
   double search_below_ = 1;                 // see searchBelow; as measured, smoothed
-  int promises_ = 0, needed_promises_ = 1;  // in a row
+  int promises_ = 0, needed_promises_ = 2;  // in a row
   /// Of the searches from the front since it was written: what they cost, the cheapest of them,
   /// what the others cost more, and what all saved, less the writing.
   struct Account {
