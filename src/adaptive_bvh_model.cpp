@@ -352,6 +352,11 @@ void updateBoxes(const PlacedMesh<BV>& mesh) {
 }
 
 template <typename BV>
+void updateVolumes(const PlacedMesh<BV>& mesh) {
+  if (mesh.tree) static_cast<const AdaptiveBVHModel<BV>&>(*mesh.model).updateVolumes();
+}
+
+template <typename BV>
 fcl::NODE_TYPE AdaptiveBVHModel<BV>::typeOfModel() const {
   return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
 }
@@ -453,9 +458,10 @@ bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
   return checkTree<BV>(*this, reason);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)   \
-  template class AdaptiveBVHModel<BV>; \
-  template void updateBoxes(const PlacedMesh<BV>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                \
+  template class AdaptiveBVHModel<BV>;              \
+  template void updateBoxes(const PlacedMesh<BV>&); \
+  template void updateVolumes(const PlacedMesh<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -34,6 +34,9 @@ struct PlacedMesh {
 /// wait since an update. Threads that query may call it at once.
 template <typename BV>
 void updateBoxes(const PlacedMesh<BV>& mesh);
+/// As above, before FCL's volumes are read. Nothing where the model is FCL's own.
+template <typename BV>
+void updateVolumes(const PlacedMesh<BV>& mesh);
 
 /// The four-wide tree of an adaptive model, up to date. It needs no boxes.
 template <typename BV>

@@ -26,28 +26,26 @@ struct Object {
     mesh.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(object.geometry);
     mesh.tree = adaptive ? &detail::ModelAccess<BV>::tree(*adaptive) : nullptr;
     mesh.tf = object.tf;
-    model = adaptive;
   }
 
   bool isShape() const { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
   bool isOctree() const { return type == fcl::GEOM_OCTREE; }
   bool isMesh() const { return mesh.model != nullptr; }
-  bool isAdaptive() const { return model != nullptr; }
-  /// Whether a recorded query of this mesh and a shape or an octree reads none of FCL's volumes.
-  bool searchesBoxesAgainst(const Object& other) const {
-    if (other.isShape()) return searchesBoxes(mesh, other.placed);
-    return other.isOctree() && mesh.hasBoxes();
-  }
-  /// Before FCL's volumes are read.
-  void updateVolumes() const {
-    if (model) model->updateVolumes();
-  }
+  bool isAdaptive() const { return mesh.tree != nullptr; }
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
   PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of BV
-  const AdaptiveBVHModel<BV>* model = nullptr;
 };
+
+/// An adaptive mesh and no other mesh. False where FCL is to run, which reads the volumes.
+template <typename BV, typename Run>
+bool runMesh(const Object<BV>& mesh, const Object<BV>& other, const Run& run) {
+  if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
+  if (other.isOctree() && run.meshOctree(mesh.mesh, other.placed)) return true;
+  updateVolumes(mesh.mesh);
+  return false;
+}
 
 /// Hands a pair to its recorded query, the mesh first. False when there is none: FCL's is to run.
 template <typename BV, typename Run>
@@ -56,16 +54,10 @@ bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) 
     if (object->isMesh()) requireTriangles(*object->mesh.model);
   const bool are_meshes = first.isMesh() && second.isMesh();
   if (are_meshes && run.byBoxes(first.mesh, second.mesh)) return true;
-  const auto mesh_other = [&](const Object<BV>& mesh, const Object<BV>& other) {
-    if (run.needsVolumes(mesh, other)) mesh.updateVolumes();
-    if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
-    if (other.isOctree()) return run.meshOctree(mesh.mesh, other.placed);
-    return false;
-  };
-  if (!are_meshes && first.isAdaptive()) return mesh_other(first, second);
-  if (!are_meshes) return second.isAdaptive() && mesh_other(second, first);
-  first.updateVolumes();
-  second.updateVolumes();
+  if (!are_meshes && first.isAdaptive()) return runMesh(first, second, run);
+  if (!are_meshes) return second.isAdaptive() && runMesh(second, first, run);
+  updateVolumes(first.mesh);
+  updateVolumes(second.mesh);
   return (first.isAdaptive() || second.isAdaptive()) && run.meshMesh(first.mesh, second.mesh);
 }
 
@@ -106,11 +98,6 @@ struct RunDistance {
   bool meshMesh(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second) const {
     distance = meshMeshDistance(first, second, query);
     return true;
-  }
-  template <typename BV>
-  bool needsVolumes(const Object<BV>& mesh, const Object<BV>& other) const {
-    const bool is_fcls = other.isOctree() && query.request.enable_signed_distance;
-    return is_fcls || !mesh.searchesBoxesAgainst(other);
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {
@@ -157,10 +144,6 @@ struct RunCollision {
     if (!query.isSatisfied() && !collideByBoxes(first, second, query)) return false;
     contacts = query.result.numContacts();
     return true;
-  }
-  template <typename BV>
-  bool needsVolumes(const Object<BV>& mesh, const Object<BV>& other) const {
-    return query.request.enable_cost || !mesh.searchesBoxesAgainst(other);
   }
   template <typename BV>
   bool meshShape(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape) const {

@@ -75,6 +75,7 @@ void addApproximateCost(const PlacedMesh<BV>& placed, const Shape& shape,
                         const CollisionQuery<typename BV::S>& query) {
   using S = typename BV::S;
   const fcl::BVHModel<BV>& mesh = *placed.model;
+  updateVolumes(placed);
   fcl::Box<S> box;
   fcl::Transform3<S> box_tf;
   fcl::constructBox(mesh.getBV(0).bv, placed.tf, box, box_tf);
@@ -106,13 +107,6 @@ bool collideByBoxes(const PlacedMesh<BV>& mesh, const Shape& shape,
 
 }  // namespace
 
-template <typename BV>
-bool searchesBoxes(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV::S>& shape) {
-  return mesh.hasBoxes() && visitShape(*shape.geometry, [&](const auto& typed_shape) {
-           return ShapeSearch<BV>(mesh, coreOf(typed_shape), shape.tf).isPossible();
-         });
-}
-
 template <typename BV, typename Solver>
 std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
                              const PlacedGeometry<typename BV::S>& shape, const Solver& solver,
@@ -129,7 +123,10 @@ std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
     RecordingCollisionNode<ShapeCollisionNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
     fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
                             &solver, mesh_request, query.result);
-    if (!collideByBoxes(mesh, typed_shape, shape.tf, node)) fcl::detail::collide(&node);
+    if (!collideByBoxes(mesh, typed_shape, shape.tf, node)) {
+      updateVolumes(mesh);
+      fcl::detail::collide(&node);
+    }
     if (approximate_cost) addApproximateCost(mesh, typed_shape, shape.tf, solver, query);
     return query.result.numContacts();
   });
@@ -148,7 +145,6 @@ std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
   template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
                                         const Solver&, const CollisionQuery<BV::S>&);
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \
-  template bool searchesBoxes(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&);          \
   template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
                                         const CollisionQuery<BV::S>&);                       \
   ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_libccd<BV::S>)                  \

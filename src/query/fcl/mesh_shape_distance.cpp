@@ -101,7 +101,10 @@ typename BV::S run(const PlacedMesh<BV>& mesh, const PlacedGeometry<typename BV:
       const unsigned last = witnesses->recall(shape.geometry).first;
       node.first_triangle = last < unsigned(mesh.model->num_tris) ? int(last) : 0;
     }
-    if (!distanceByBoxes(mesh, typed_shape, shape.tf, query, node)) fcl::detail::distance(&node);
+    if (!distanceByBoxes(mesh, typed_shape, shape.tf, query, node)) {
+      updateVolumes(mesh);
+      fcl::detail::distance(&node);
+    }
     if (witnesses && query.result.o1 == mesh.model && query.result.b1 >= 0)
       witnesses->keep(shape.geometry, {unsigned(query.result.b1), 0, false});
   });
