@@ -90,6 +90,13 @@ class Proximity : public testing::Test {
       default: return soup<S>(triangles, random_.engine());
     }
   }
+  /// Updates a model to positions that move(p) has changed, each.
+  template <typename Move>
+  static void update(Model& model, const Move& move) {
+    std::vector<Vector3<S>> points(model.vertices, model.vertices + model.num_vertices);
+    for (Vector3<S>& p : points) move(p);
+    model.update(points);
+  }
   void deform(Model& model, S size) {
     std::vector<Vector3<S>> points(model.vertices, model.vertices + model.num_vertices);
     const S step = size * random_.size(-4, -0.7);
@@ -367,9 +374,7 @@ TYPED_TEST(Proximity, BodiesApartNeedOneSearchForManySteps) {
   auto tf2 = this->identity();
   tf2.translation() = Vector3<S>(0, 0, 2);
   for (int i = 0; i < 100; ++i) {
-    std::vector<Vector3<S>> points(a.vertices, a.vertices + a.num_vertices);
-    for (Vector3<S>& p : points) p += this->random_.point() * S(0.002);
-    a.update(points);
+    this->update(a, [&](Vector3<S>& p) { p += this->random_.point() * S(0.002); });
     EXPECT_FALSE(pair.isNearer(this->identity(), tf2, S(0.5)));
   }
   EXPECT_LE(pair.searches(), 12u);
@@ -389,9 +394,8 @@ TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
     constexpr int kSteps = 80;
     for (int i = 0; i < kSteps; ++i) {
       if (i == 40) fillModel(plate<S>(6, 6), a);  // another tree
-      std::vector<Vector3<S>> points(a.vertices, a.vertices + a.num_vertices);
-      for (Vector3<S>& p : points) p[2] += S(0.004) * std::sin(S(9) * p[0] + S(0.4) * S(i));
-      a.update(points);
+      this->update(
+          a, [&](Vector3<S>& p) { p[2] += S(0.004) * std::sin(S(9) * p[0] + S(0.4) * S(i)); });
       tf2.translation() = Vector3<S>(S(0.3), S(0.4) + S(0.2) * std::sin(S(0.1) * S(i)),
                                      i % 40 > 35 ? S(1.5) : S(0.1) * std::cos(S(0.07) * S(i)));
       const Oracle<S> oracle(a, this->identity(), b, tf2);
@@ -421,10 +425,9 @@ TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
   std::size_t searches_before = 0;
   for (int i = 0; i < 150; ++i) {
     const bool rests = i >= 50;
-    std::vector<Vector3<S>> points(a.vertices, a.vertices + a.num_vertices);
-    if (!rests)
-      for (Vector3<S>& p : points) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
-    a.update(points);
+    this->update(a, [&](Vector3<S>& p) {
+      if (!rests) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
+    });
     auto tf2 = this->identity();
     tf2.translation()[2] = S(0.08);
     const Oracle<S> oracle(a, this->identity(), b, tf2);

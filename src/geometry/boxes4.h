@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "geometry/box.h"
 
 namespace adaptive_bvh {
@@ -18,6 +20,15 @@ ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, cons
   const float4::Columns low = float4::columns(a.low, b.low, c.low, d.low),
                         high = float4::columns(a.high, b.high, c.high, d.high);
   return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+
+/// The largest squared gap, as computed below, of boxes that are `distance` apart: rounded up by
+/// more than squares and sums are.
+inline float squaredGapOf(double distance) {
+  constexpr double kFar = 1e15;  // its square is within single precision
+  constexpr double kLeast = 1e-37;
+  return distance < kFar ? static_cast<float>(distance * distance * (1 + 1. / (1 << 20)) + kLeast)
+                         : std::numeric_limits<float>::infinity();
 }
 
 /// The squared distances of four boxes to box `kLane` of four others, all in one frame.

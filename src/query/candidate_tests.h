@@ -39,12 +39,10 @@ class CandidateTests {
   using S = typename BV::S;
 
   CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
-      : in_(input), frame_(frame), node_(node) {
-    const float share = differenceError<S>();
-    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
-    coarse_ = {frame.error(), share, least};
-    fine_ = {frame.preciseError(), share, least};
-  }
+      : in_(input),
+        frame_(frame),
+        node_(node),
+        errors_(pairErrors<S>(frame, input.tree1.scale(), 0)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     candidates_ += __builtin_popcount(pairs);
@@ -83,14 +81,12 @@ class CandidateTests {
   /// model's own.
   void testWithResiduals() {
     constexpr int kAtOnce = 32;  // there may soon be contacts enough
-    const PairTests& tests = pairTests();
-    const PairSource from = {sourceOf(in_.first, in_.tree1), sourceOf(in_.second, in_.tree2)};
-    size_ = tests.keepByPlanes(from, pairs_, size_, coarse_);
-    size_ = tests.keepByNormals(from, pairs_, size_, fine_);
+    const PairSource from = sourceOf(in_);
+    size_ = keepByNormals(from, pairs_, size_, errors_);
     PairVerdict verdicts[kAtOnce];
     for (int i = 0; i < size_ && !is_done_; i += kAtOnce) {
       const int count = std::min(kAtOnce, size_ - i);
-      tests.judge(from, pairs_ + i, count, fine_, verdicts);
+      pairTests().judge(from, pairs_ + i, count, errors_.fine, verdicts);
       for (int k = 0; k < count && !is_done_; ++k)
         settle(pairs_[i + k], verdicts[k] == PairVerdict::Apart,
                verdicts[k] == PairVerdict::Touching);
@@ -99,13 +95,14 @@ class CandidateTests {
 
   void testInBothCoordinates() {
     padToFour(pairs_, size_);
-    size_ = keep([&](const auto& group) { return coarse(group).apartByPlanes(coarse_); });
+    size_ = keep([&](const auto& group) { return coarse(group).apartByPlanes(errors_.coarse); });
     padToFour(pairs_, size_);
-    size_ = keep([&](const auto& group) { return coarse(group).apartByEdgeNormals(coarse_); });
+    size_ =
+        keep([&](const auto& group) { return coarse(group).apartByEdgeNormals(errors_.coarse); });
     padToFour(pairs_, size_);
     for (int i = 0; i < size_ && !is_done_; i += 4) {
       const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
-      const PairVerdicts verdicts = inModel(group).verdicts(fine_);
+      const PairVerdicts verdicts = inModel(group).verdicts(errors_.fine);
       for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
         settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
@@ -163,7 +160,7 @@ class CandidateTests {
   const CandidateInput<BV> in_;
   const Frame& frame_;
   Node& node_;
-  PairError coarse_, fine_;
+  const PairErrors errors_;
   LeafPair pairs_[kSize + 3];
   int size_ = 0;
   bool is_done_ = false;

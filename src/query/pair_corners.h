@@ -2,16 +2,39 @@
 
 #include "adaptive_bvh/self_collision.h"
 #include "geometry/triangle_block.h"
+#include "geometry/triangle_differences.h"
 #include "query/pair_stages.h"
 #include "query/placed_mesh.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
-/// Where the corners of a mesh's four-wide tree are.
-template <typename BV>
-CornerSource sourceOf(const PlacedMesh<BV>& mesh, const WideTree<typename BV::S>& tree) {
-  return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
+/// What corners may be off by: their positions, and these with residuals or in the model's numbers.
+struct PairErrors {
+  PairError coarse, fine;
+};
+/// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::reach.
+template <typename S, typename Frame>
+PairErrors pairErrors(const Frame& frame, double scale, float reach) {
+  const float share = differenceError<S>(), least = leastProduct<S>(scale, frame.longest());
+  return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
+}
+
+/// Where the corners of a pair of trees with the same coordinates are. `in`: CandidateInput or
+/// WithinInput.
+template <typename Input>
+PairSource sourceOf(const Input& in) {
+  const auto of = [](const auto& mesh, const auto& tree) -> CornerSource {
+    return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
+  };
+  return {of(in.first, in.tree1), of(in.second, in.tree2)};
+}
+/// Keeps the pairs that are not surely apart along a normal, or at right angles to one and to an
+/// edge; returns how many.
+inline int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+                         const PairErrors& errors) {
+  size = pairTests().keepByPlanes(from, pairs, size, errors.coarse);
+  return pairTests().keepByNormals(from, pairs, size, errors.fine);
 }
 
 /// The corners of four triangles of a four-wide tree, in its coordinates.

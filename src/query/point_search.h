@@ -63,12 +63,7 @@ class PointSearch {
     if (!(size < kFar)) error_ = float4::all(std::numeric_limits<float>::max());
     setLimit(distance);
   }
-  /// Rounded up by more than the few roundings of a squared gap.
-  void setLimit(double distance) {
-    const double limit = distance * tree_.scale();
-    limit_ = limit < kFar ? static_cast<float>(limit * limit * (1 + 1. / (1 << 20)) + kLeast)
-                          : std::numeric_limits<float>::infinity();
-  }
+  void setLimit(double distance) { limit_ = squaredGapOf(distance * tree_.scale()); }
 
   ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
     using float4::upper;
@@ -101,7 +96,7 @@ class PointSearch {
   }
 
   static constexpr double kFar = 1e15;  // its square is within single precision
-  static constexpr double kError = 1. / (1 << 22), kLeast = 1e-37;
+  static constexpr double kError = 1. / (1 << 22);
 
   const fcl::BVHModel<BV>& model_;
   const WideTree<S>& tree_;

@@ -62,37 +62,22 @@ class ShapeInTree {
 
   /// Lower bounds of the squared distances of four boxes to the core.
   ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
-    return float4::upper<Float4>(in_tree_.squaredGaps(boxes), in_core_.squaredGaps(change_(boxes)));
+    return float4::upper<Float4>(adaptive_bvh::squaredGaps<0>(boxes, in_tree_),
+                                 adaptive_bvh::squaredGaps<0>(change_(boxes), in_core_));
   }
   /// Which those of triangles do not exceed that are at most so far from the shape.
   float squaredLimit(double distance) const {
     const double limit = (distance + radius_) * scale_;
-    if (limit < 0) return -1;
-    return limit < kFar ? static_cast<float>(limit * limit * (1 + 1. / (1 << 20)) + kLeast)
-                        : std::numeric_limits<float>::infinity();
+    return limit < 0 ? -1 : squaredGapOf(limit);
   }
 
  private:
-  static constexpr double kUnit = 1. / (1 << 24), kFar = 1e15, kLeast = 1e-37;
+  static constexpr double kUnit = 1. / (1 << 24);
   /// Far more than any coordinate, and its square is within single precision.
   static constexpr double kMost = 1e18;
 
-  struct Ends {
-    Float4 low[3], high[3];
-
-    ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
-      using float4::upper;
-      Float4 sum = float4::all(0);
-      for (int k = 0; k < 3; ++k) {
-        const Float4 gap = upper<Float4>(
-            upper<Float4>(boxes.low[k] - high[k], low[k] - boxes.high[k]), float4::all(0));
-        sum += gap * gap;
-      }
-      return sum;
-    }
-  };
   /// Rounded outward.
-  static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Ends& ends) {
+  static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& ends) {
     const auto end = [](double x, double outward) -> Float4 {
       x += outward * 2 * kUnit * std::abs(x);
       return float4::all(static_cast<float>(std::max(-kMost, std::min(x, kMost))));
@@ -103,8 +88,8 @@ class ShapeInTree {
     }
   }
 
-  FrameChange change_;  ///< from the tree's coordinates to the core's
-  Ends in_core_, in_tree_;
+  FrameChange change_;        ///< from the tree's coordinates to the core's
+  Boxes4 in_core_, in_tree_;  ///< the core's box, four times
   double scale_ = 1, radius_ = 0;
   bool is_precise_;
 };

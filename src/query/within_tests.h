@@ -2,7 +2,6 @@
 
 #include <cstdint>
 
-#include "geometry/triangle_differences.h"
 #include "geometry/triangle_distances4.h"
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
@@ -104,13 +103,8 @@ class WithinTests {
         frame_(frame),
         sink_(sink),
         limit_(
-            static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))) {
-    constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
-    const float share = differenceError<S>();
-    const float least = leastProduct<S>(input.tree1.scale(), frame.longest());
-    coarse_ = {frame.error(), share, least, limit_ * kUp};
-    fine_ = {frame.preciseError(), share, least, limit_ * kUp};
-  }
+            static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))),
+        errors_(pairErrors<S>(frame, input.tree1.scale(), limit_ * kUp)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     candidates_ += __builtin_popcount(pairs);
@@ -139,6 +133,7 @@ class WithinTests {
 
  private:
   static constexpr float kLargest = 1e30f;
+  static constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
 
   /// In the coordinates of the first tree. Pairs that follow each other often share a leaf.
@@ -186,12 +181,10 @@ class WithinTests {
   }
   /// Leaves out those that are surely farther apart.
   void testAlongAxes() {
-    const PairTests& tests = pairTests();
-    const PairSource from = {sourceOf(in_.first, in_.tree1), sourceOf(in_.second, in_.tree2)};
-    size_ = tests.keepByPlanes(from, pairs_, size_, coarse_);
-    size_ = tests.keepByNormals(from, pairs_, size_, fine_);
+    const PairSource from = sourceOf(in_);
+    size_ = keepByNormals(from, pairs_, size_, errors_);
     PairVerdict verdicts[Sink::kBatch];
-    tests.judge(from, pairs_, size_, fine_, verdicts);
+    pairTests().judge(from, pairs_, size_, errors_.fine, verdicts);
     int kept = 0;
     for (int i = 0; i < size_; ++i) {
       pairs_[kept] = pairs_[i];
@@ -250,7 +243,7 @@ class WithinTests {
   const Frame& frame_;
   Sink& sink_;
   const float limit_;  ///< in the first tree's units
-  PairError coarse_, fine_;
+  const PairErrors errors_;
   const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< whose corners these are
   TriangleDistances4::Seen first_;
   Vector4x3 second_[3];

@@ -17,6 +17,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "contact_bodies.h"
+#include "fcl_support.h"
 #include "median.h"
 #include "method.h"
 #include "stopwatch.h"
@@ -88,11 +89,7 @@ bool measure(const scenarios::Body& body, const Query& query, const Transform& p
   for (int f = 1; f <= body.frames(); ++f) {
     body.positions(f, positions);
     our_times.update.push_back(milliseconds([&] { ours.update(positions); }));
-    fcl_times.update.push_back(milliseconds([&] {
-      fcls.beginUpdateModel();
-      fcls.updateSubModel(positions);
-      fcls.endUpdateModel(true, false);
-    }));
+    fcl_times.update.push_back(milliseconds([&] { refitTopDown(fcls, positions); }));
     fcl::CollisionResultd our_result, fcl_result;
     fcl::DistanceResultd our_nearest, fcl_nearest;
     our_times.query.push_back(milliseconds([&] {

@@ -105,7 +105,6 @@ class VolumeInOctree {
  public:
   using Point = fcl::Vector3<S>;
 
-  VolumeInOctree() = default;
   VolumeInOctree(const SweptBox<S>& body, const IntoOctree<S>& into)
       : middle_(into.point(body.middle)) {
     const S radius = body.radius + into.error(body.coordinate_sum);
