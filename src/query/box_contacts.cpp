@@ -28,19 +28,21 @@ int threadsFor(const CandidateInput<BV>& input, const ContactNode<BV>& node) {
   return std::max(input.first.tree->query_threads, input.second.tree->query_threads);
 }
 
+/// Adds the contacts of all tasks to the query's result, in their order.
 template <bool kIsSelf, typename BV, typename Frame>
-void runOnThreads(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
-                  const TaskPool& pool, ContactSearch<kIsSelf, BV, Frame>& search) {
-  using Tasks = ContactTasks<kIsSelf, BV, Frame>;
-  std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, Tasks::kLeastTasks, pool);
-  if (pairs.size() < Tasks::kLeastTasks) {
-    for (std::size_t i = 0; i < pairs.size() && !node.isDone(); ++i) search.run(pairs[i]);
-    return;
-  }
-  Tasks tasks(input, frame, node, pairs);
-  tasks.run(pool);
-  tasks.collect(search);
+void runTasks(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
+              const std::vector<NodePair>& pairs, const TaskPool& pool,
+              ContactSearch<kIsSelf, BV, Frame>& search) {
+  using Worker = ContactWorker<kIsSelf, BV, Frame>;
+  const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
+  ContactLimit limit(room, pairs.size());
+  SearchTasks<Worker> tasks;
+  tasks.run(pool, pairs,
+            [&](std::size_t) { return std::make_unique<Worker>(input, frame, node, room, limit); });
+  for (const auto& found : tasks.found())
+    for (std::size_t i = found.from; i < found.to && !node.isDone(); ++i)
+      node.result->addContact(found.worker->contact(i));
+  tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
 
 /// `kIsSelf`: both are the same, each pair of triangles is to be tested once.
@@ -50,10 +52,9 @@ void search(const CandidateInput<BV>& input, const Frame& frame, const ContactNo
   static thread_local typename Search::Memory memory;
   Search search(input, frame, node, memory);
   const TaskPool pool(threadsFor(input, node));
-  if (pool.size() > 1)
-    runOnThreads(input, frame, node, pool, search);
-  else
-    search.run({0, 0});
+  runFromRoots(search, pool, [&](const std::vector<NodePair>& pairs) {
+    runTasks<kIsSelf>(input, frame, node, pairs, pool, search);
+  });
   search.record(pool);
 }
 

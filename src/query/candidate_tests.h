@@ -37,6 +37,10 @@ template <typename BV, typename Frame, typename Node>
 class CandidateTests {
  public:
   using S = typename BV::S;
+  using Input = CandidateInput<BV>;
+  using BoxFrame = Frame;
+
+  static const Frame& boxFrame(const Input&, const Frame& frame) { return frame; }
 
   CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
       : in_(input),
@@ -58,13 +62,13 @@ class CandidateTests {
   bool isDone() const { return is_done_; }
   /// Whether no pair of triangles below a node is worth to be found, in a search of one tree.
   bool isFlat(int node) const { return in_.flat && in_.flat->contains(node); }
+  /// Goes on with more pairs, whether or not there were contacts enough.
+  void begin() { is_done_ = node_.isDone(); }
   /// What was found and not yet tested.
   void finish() { testAll(); }
-  /// Goes on with more pairs, whether or not there were contacts enough.
-  void resume() { is_done_ = node_.isDone(); }
 
   long candidates() const { return candidates_; }
-  long fclTests() const { return fcl_tests_; }
+  long leafTests() const { return fcl_tests_; }
 
  private:
   static constexpr int kSize = 256;

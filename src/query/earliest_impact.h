@@ -56,7 +56,7 @@ class EarliestImpact {
   Mark mark() const { return {}; }
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool&) {
-    for (const Found& task : tasks) take(*task.visitor);
+    for (const Found& task : tasks) take(*task.worker);
   }
   void take(const EarliestImpact& worker) {
     if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
@@ -203,13 +203,13 @@ class ListsAndImpact {
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
     struct Part {
-      FeatureLists<kIsSelf>* visitor;
+      FeatureLists<kIsSelf>* worker;
       Mark from, to;
     };
     std::vector<Part> parts;
     for (const Found& task : tasks) {
-      parts.push_back({&task.visitor->lists_, task.from, task.to});
-      earliest_.take(task.visitor->earliest_);
+      parts.push_back({&task.worker->lists_, task.from, task.to});
+      earliest_.take(task.worker->earliest_);
     }
     lists_.take(parts, pool);
   }

@@ -45,7 +45,7 @@ class FeatureLists {
   FeatureLists forWorker(FeaturePairs& memory) const {
     return FeatureLists(first_, second_, memory);
   }
-  /// Takes over what tasks found, in their order; `Found` has a visitor, and marks from and to.
+  /// Takes over what tasks found, in their order; `Found` has a worker, and marks from and to.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
     takeKind(
@@ -69,7 +69,7 @@ class FeatureLists {
     to.resize(begins.back());
     pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
       const auto i = static_cast<std::size_t>(task);
-      const FeaturePair* const from = of(*tasks[i].visitor).data();
+      const FeaturePair* const from = of(*tasks[i].worker).data();
       std::copy(from + tasks[i].from[kind], from + tasks[i].to[kind], to.data() + begins[i]);
     });
   }

@@ -1,14 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
-#include <new>
 #include <vector>
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "query/feature_search.h"
-#include "threads/task_pool.h"
+#include "query/search_tasks.h"
 
 namespace adaptive_bvh {
 
@@ -55,73 +53,27 @@ struct WorkerMemory {
   FeaturePairs pairs;
 };
 
-/// The walk cut into tasks, in the order in which one thread comes to them.
+/// One thread's worker (SearchTasks): a visitor of its own, and its walk.
 ///
 ///   visitor.forWorker(pairs)    another visitor, of one thread; `pairs` is memory
 ///   visitor.begin()             before a thread runs tasks with it
 ///   visitor.finish()            after a task: what was found and not yet looked at
 ///   visitor.mark()              where it stands
-///   visitor.take(tasks, pool)   takes over what the tasks found
+///   visitor.take(found, pool)   takes over what tasks found
 template <bool kIsSelf, typename Visitor>
-class FeatureTasks {
+class FeatureWorker : public Visitor {
  public:
-  static constexpr std::size_t kLeastTasks = 512;
-
-  /// `memory`: of each worker.
-  FeatureTasks(const SweptPair& pair, Visitor& visitor, const std::vector<NodePair>& tasks,
-               std::vector<WorkerMemory>& memory)
-      : pair_(pair), visitor_(visitor), tasks_(tasks), memory_(memory), found_(tasks.size()) {}
-
-  /// Throws std::bad_alloc when memory ran out in a task.
-  void run(const TaskPool& pool) {
-    const auto workers = static_cast<std::size_t>(pool.size());
-    workers_.resize(workers);
-    memory_.resize(std::max(workers, memory_.size()));
-    pool.forEach(static_cast<int>(tasks_.size()), [this](int task, int slot) {
-      try {
-        run(static_cast<std::size_t>(task), static_cast<std::size_t>(slot));
-      } catch (const std::bad_alloc&) {
-        out_of_memory_ = true;
-      }
-    });
-    if (out_of_memory_) throw std::bad_alloc();
-    visitor_.take(found_, pool);
+  FeatureWorker(const SweptPair& pair, const Visitor& visitor, WorkerMemory& memory)
+      : Visitor(visitor.forWorker(memory.pairs)), walk_(pair, *this, memory.visited) {
+    this->begin();
+  }
+  void run(const NodePair& pair, std::size_t) {
+    walk_.run(pair);
+    this->finish();
   }
 
  private:
-  struct Worker {
-    Worker(const FeatureTasks& tasks, WorkerMemory& memory)
-        : visitor(tasks.visitor_.forWorker(memory.pairs)),
-          walk(tasks.pair_, visitor, memory.visited) {
-      visitor.begin();
-    }
-    Visitor visitor;
-    FeatureWalk<kIsSelf, Visitor> walk;
-  };
-  /// What one task found: some of a worker's.
-  struct Found {
-    Visitor* visitor = nullptr;
-    typename Visitor::Mark from{}, to{};
-  };
-
-  void run(std::size_t task, std::size_t slot) {
-    std::unique_ptr<Worker>& worker = workers_[slot];
-    if (!worker) worker = std::make_unique<Worker>(*this, memory_[slot]);
-    Found& found = found_[task];
-    found.visitor = &worker->visitor;
-    found.from = worker->visitor.mark();
-    worker->walk.run(tasks_[task]);
-    worker->visitor.finish();
-    found.to = worker->visitor.mark();
-  }
-
-  const SweptPair& pair_;
-  Visitor& visitor_;
-  const std::vector<NodePair>& tasks_;
-  std::vector<WorkerMemory>& memory_;
-  std::vector<Found> found_;
-  std::vector<std::unique_ptr<Worker>> workers_;
-  std::atomic<bool> out_of_memory_{false};
+  FeatureWalk<kIsSelf, Visitor> walk_;
 };
 
 /// That a calling thread keeps for those that help it.
@@ -136,18 +88,17 @@ void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   static thread_local VisitedMemory memory[2];
   FeatureWalk<kIsSelf, Visitor> walk(pair, visitor, memory);
   const TaskPool pool(threads);
-  if (pool.size() > 1) {
-    std::vector<NodePair> tasks{{0, 0}};
-    using Tasks = FeatureTasks<kIsSelf, Visitor>;
-    walk.split(tasks, Tasks::kLeastTasks, pool);
-    if (tasks.size() >= Tasks::kLeastTasks)
-      return Tasks(pair, visitor, tasks, workersMemory()).run(pool);
-    visitor.begin();
-    for (const NodePair& task : tasks) walk.run(task);
-  } else {
-    visitor.begin();
-    walk.run({0, 0});
-  }
+  visitor.begin();
+  runFromRoots(walk, pool, [&](const std::vector<NodePair>& pairs) {
+    using Worker = FeatureWorker<kIsSelf, Visitor>;
+    std::vector<WorkerMemory>& of_workers = workersMemory();
+    of_workers.resize(std::max(static_cast<std::size_t>(pool.size()), of_workers.size()));
+    SearchTasks<Worker> tasks;
+    tasks.run(pool, pairs, [&](std::size_t slot) {
+      return std::make_unique<Worker>(pair, visitor, of_workers[slot]);
+    });
+    visitor.take(tasks.found(), pool);
+  });
   visitor.finish();
 }
 

@@ -10,19 +10,16 @@
 namespace adaptive_bvh {
 namespace {
 
+/// Adds what all tasks find to the query's sink, in their order.
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
-void searchOnThreads(const WithinInput<BV>& input, const Frame& frame, const TaskPool& pool,
-                     Sink& sink, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
-  using Tasks = WithinTasks<kIsSelf, BV, Frame, Sink>;
-  std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, Tasks::kLeastTasks, pool);
-  if (pairs.size() < Tasks::kLeastTasks) {
-    for (const NodePair& pair : pairs) search.run(pair);
-    return;
-  }
-  Tasks tasks(input, frame, sink);
-  tasks.run(pool, pairs);
-  tasks.collect(sink, search);
+void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink,
+              const std::vector<NodePair>& pairs, const TaskPool& pool,
+              WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
+  using Worker = WithinWorker<kIsSelf, BV, Frame, Sink>;
+  SearchTasks<Worker> tasks;
+  tasks.run(pool, pairs, [&](std::size_t) { return std::make_unique<Worker>(input, frame, sink); });
+  for (const auto& found : tasks.found()) sink.append(found.worker->sink(), found.from, found.to);
+  tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
 
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
@@ -31,10 +28,9 @@ void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
   static thread_local typename Search::Memory memory;
   Search search(input, frame, sink, memory);
   const TaskPool pool(std::max(input.first.tree->query_threads, input.second.tree->query_threads));
-  if (pool.size() > 1)
-    searchOnThreads(input, frame, pool, sink, search);
-  else
-    search.run({0, 0});
+  runFromRoots(search, pool, [&](const std::vector<NodePair>& pairs) {
+    runTasks<kIsSelf>(input, frame, sink, pairs, pool, search);
+  });
   search.record(pool);
 }
 

@@ -97,6 +97,12 @@ template <typename BV, typename Frame, typename Sink>
 class WithinTests {
  public:
   using S = typename BV::S;
+  using Input = WithinInput<BV>;
+  using BoxFrame = GrownFrame<Frame>;
+
+  static BoxFrame boxFrame(const Input& input, const Frame& frame) {
+    return {frame, input.distance * input.tree1.scale()};
+  }
 
   WithinTests(const WithinInput<BV>& input, const Frame& frame, Sink& sink)
       : in_(input),
@@ -119,11 +125,12 @@ class WithinTests {
   }
   void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return sink_.isDone(); }
+  void begin() {}
   /// What was found and not yet tested.
   void finish() { testAll(); }
 
   long candidates() const { return candidates_; }
-  long exactTests() const { return exact_tests_; }
+  long leafTests() const { return exact_tests_; }
 
   /// The exact test of one pair.
   TriangleGap gap(const LeafPair& pair) const {
