@@ -4,6 +4,7 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "geometry/scratch.h"
+#include "query/append_pair.h"
 #include "query/moving_mesh.h"
 #include "threads/task_pool.h"
 
@@ -19,20 +20,18 @@ class FeatureLists {
   void begin() { pairs_.clear(); }
 
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    pairs_.vertex_face.push_back({vertex(first_, v), triangle(second_, t)});
+    appendPair(vertex(first_, v), triangle(second_, t), pairs_.vertex_face);
   }
   ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
     if (kIsSelf)
-      pairs_.vertex_face.push_back({vertex(second_, v), triangle(first_, t)});
+      appendPair(vertex(second_, v), triangle(first_, t), pairs_.vertex_face);
     else
-      pairs_.face_vertex.push_back({triangle(first_, t), vertex(second_, v)});
+      appendPair(triangle(first_, t), vertex(second_, v), pairs_.face_vertex);
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
     const unsigned a = first_.features->edges()[e].number, b = second_.features->edges()[f].number;
-    if (kIsSelf && b < a)
-      pairs_.edge_edge.push_back({b, a});
-    else
-      pairs_.edge_edge.push_back({a, b});
+    const bool swaps = kIsSelf && b < a;
+    appendPair(swaps ? b : a, swaps ? a : b, pairs_.edge_edge);
   }
   void finish() {}
 

@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "geometry/feature_distance.h"
+#include "query/append_pair.h"
 #include "query/within_tests.h"
 #include "tree/feature_owners.h"
 
@@ -32,12 +33,12 @@ class FeatureSink {
                  in_.pointsOfFirst(pair.first)};
     const Side b{in_.tree2.vertices(pair.second), owners2_[pair.second],
                  in_.pointsOfSecond(pair.second)};
-    addVertices(a, b, [&](unsigned v, unsigned t) { result_.vertex_face.push_back({v, t}); });
+    addVertices(a, b, [&](unsigned v, unsigned t) { appendPair(v, t, result_.vertex_face); });
     addVertices(b, a, [&](unsigned v, unsigned t) {
       if (is_self_)
-        result_.vertex_face.push_back({v, t});
+        appendPair(v, t, result_.vertex_face);
       else
-        result_.face_vertex.push_back({t, v});
+        appendPair(t, v, result_.face_vertex);
     });
     addEdges(a, b);
   }
@@ -94,7 +95,7 @@ class FeatureSink {
       return;
     const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
     const bool swaps = is_self_ && first > second;
-    result_.edge_edge.push_back(swaps ? FeaturePair{second, first} : FeaturePair{first, second});
+    appendPair(swaps ? second : first, swaps ? first : second, result_.edge_edge);
   }
 
   const WithinInput<BV>& in_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "adaptive_bvh/proximity.h"
+#include "query/append_pair.h"
 #include "query/within_tests.h"
 
 namespace adaptive_bvh {

@@ -76,13 +76,6 @@ void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
             from.begin() + static_cast<std::ptrdiff_t>(end));
 }
 
-/// Written in place: a pair that is put together first and then copied as a whole waits for that.
-ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second, std::vector<FeaturePair>& to) {
-  FeaturePair& pair = to.emplace_back();
-  pair.first = first;
-  pair.second = second;
-}
-
 /// Tests pairs of triangles whose grown boxes overlap. Four at a time in single precision, it
 /// settles which are certainly near or apart: by their corners, those of a leaf together with one
 /// of another, and then, by the hundred, by edges and faces. The exact distance, in double
