@@ -18,19 +18,14 @@ struct SweptPair {
   const SweptTree& tree2;
 };
 
-/// Which nodes WideSearch has visited; not used here.
-using VisitedMemory = std::vector<std::uint8_t>;
-
 /// A walk of one thread over all pairs of features at or below some pairs of nodes.
 template <bool kIsSelf, typename Visitor>
 class FeatureWalk {
  public:
-  FeatureWalk(const SweptPair& pair, Visitor& visitor, VisitedMemory (&memory)[2])
+  FeatureWalk(const SweptPair& pair, Visitor& visitor)
       : depth_(pair.first.depth + pair.second.depth),
-        visited1_(memory[0], pair.tree1.size()),
-        visited2_(memory[1], pair.tree2.size()),
         finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
-        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_, visited1_, visited2_) {}
+        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_, visited_, visited_) {}
   FeatureWalk(const FeatureWalk&) = delete;
   FeatureWalk& operator=(const FeatureWalk&) = delete;
 
@@ -42,15 +37,9 @@ class FeatureWalk {
  private:
   const int depth_;
   const SameFrame<double> frame_{};
-  VisitedNodes visited1_, visited2_;
+  VisitedNodes visited_;  ///< none are noted
   FeatureFinder<kIsSelf, Visitor> finder_;
   WideSearch<SameFrame<double>, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
-};
-
-/// What a worker's visitor may keep between queries.
-struct WorkerMemory {
-  VisitedMemory visited[2];
-  FeaturePairs pairs;
 };
 
 /// One thread's worker (SearchTasks): a visitor of its own, and its walk.
@@ -63,8 +52,8 @@ struct WorkerMemory {
 template <bool kIsSelf, typename Visitor>
 class FeatureWorker : public Visitor {
  public:
-  FeatureWorker(const SweptPair& pair, const Visitor& visitor, WorkerMemory& memory)
-      : Visitor(visitor.forWorker(memory.pairs)), walk_(pair, *this, memory.visited) {
+  FeatureWorker(const SweptPair& pair, const Visitor& visitor, FeaturePairs& memory)
+      : Visitor(visitor.forWorker(memory)), walk_(pair, *this) {
     this->begin();
   }
   void run(const NodePair& pair, std::size_t) {
@@ -77,21 +66,20 @@ class FeatureWorker : public Visitor {
 };
 
 /// That a calling thread keeps for those that help it.
-inline std::vector<WorkerMemory>& workersMemory() {
-  static thread_local std::vector<WorkerMemory> memory;
+inline std::vector<FeaturePairs>& workersMemory() {
+  static thread_local std::vector<FeaturePairs> memory;
   return memory;
 }
 
 /// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads.
 template <bool kIsSelf, typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
-  static thread_local VisitedMemory memory[2];
-  FeatureWalk<kIsSelf, Visitor> walk(pair, visitor, memory);
+  FeatureWalk<kIsSelf, Visitor> walk(pair, visitor);
   const TaskPool pool(threads);
   visitor.begin();
   runFromRoots(walk, pool, [&](const std::vector<NodePair>& pairs) {
     using Worker = FeatureWorker<kIsSelf, Visitor>;
-    std::vector<WorkerMemory>& of_workers = workersMemory();
+    std::vector<FeaturePairs>& of_workers = workersMemory();
     of_workers.resize(std::max(static_cast<std::size_t>(pool.size()), of_workers.size()));
     SearchTasks<Worker> tasks;
     tasks.run(pool, pairs, [&](std::size_t slot) {

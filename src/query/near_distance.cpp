@@ -14,7 +14,7 @@ constexpr float kFarther = 1e30f;
 template <typename Pair>
 struct Memory {
   std::vector<Pair> open;
-  std::vector<std::uint8_t> visits[2];
+  VisitedNodes::Memory visits[2];
 
   static Memory& ofThisThread() {
     static thread_local Memory memory;
@@ -47,8 +47,8 @@ NearDistance<BV>::NearDistance(const PlacedMesh<BV>& first, const PlacedMesh<BV>
       nodes1_(trees_.first.nodes()),
       nodes2_(trees_.second.nodes()),
       open_(Memory<Pair>::ofThisThread().open),
-      visited1_(Memory<Pair>::ofThisThread().visits[0], trees_.first.size()),
-      visited2_(Memory<Pair>::ofThisThread().visits[1], trees_.second.size()) {
+      visited1_(Memory<Pair>::ofThisThread().visits[0], trees_.first.size(), first.visits()),
+      visited2_(Memory<Pair>::ofThisThread().visits[1], trees_.second.size(), second.visits()) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first.depth() + trees_.second.depth()));
 }
 
@@ -101,8 +101,8 @@ void NearDistance<BV>::run() {
 template <typename BV>
 void NearDistance<BV>::record() const {
   const TaskPool alone(1);
-  visited1_.record(nodes1_, first_.visits(), alone);
-  visited2_.record(nodes2_, second_.visits(), alone);
+  visited1_.record(nodes1_, alone);
+  visited2_.record(nodes2_, alone);
 }
 
 template <typename BV>

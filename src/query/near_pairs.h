@@ -8,7 +8,7 @@ namespace adaptive_bvh {
 
 /// Whether there is a near pair at all, and which.
 struct AnyPair {
-  static constexpr int kBatch = 32;
+  static constexpr int kBatch = 128;
   static constexpr bool kFewAreNear = true;
 
   bool found = false;

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "adaptive_bvh/proximity.h"
+#include "query/close_triangles.h"
+#include "query/motion_sample.h"
 #include "query/near_pairs.h"
 #include "query/pair_cache.h"
 #include "query/rigid_motion.h"
@@ -95,11 +97,12 @@ bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename 
   if (known.isNearer(limit)) return true;
   if (canCompareByBoxes(meshes, limit)) {
     PairCache<BV> cache = known.cache();
-    bool is_nearer = false;
     typename BV::S farther = distance;
-    if (compareByBoxes(meshes.first, meshes.second, distance, cache, is_nearer, farther)) {
+    const std::optional<bool> is_nearer =
+        compareByBoxes(meshes.first, meshes.second, distance, cache, farther);
+    if (is_nearer) {
       known.keep(cache);
-      return is_nearer;
+      return *is_nearer;
     }
   }
   return known.searchNearer(limit);
@@ -110,25 +113,31 @@ struct CoherentProximity<BV>::State {
   const AdaptiveBVHModel<BV>&first, &second;
   RigidMotion<S> rigid = {};
   std::uint64_t generations[2] = {0, 0};
-  /// How far the models have moved, in all, when the bound was found; and at the last call.
+  /// How far the models have moved, in all, when the bound was found; and at the last look.
   double moved_then = 0, moved = 0;
+  double step = 0;    ///< in a call, lately; 0 when they were first looked at
   double bound = -1;  ///< of their distance then; negative where there is none
   std::size_t searches = 0;
   PairCache<BV> cache = {0, 0, false, Front<BV>()};
   /// Leaves that were near when a search last said that there are such.
   std::optional<LeafPair> near = std::nullopt;
   LeavesOfTriangles leaves[2] = {};
-  /// Whether the bound was found by the last call; and how many such, in a row, were of no use to
-  /// the next one.
-  bool is_new = false;
-  int useless = 0;
-  /// Calls yet to come that shall not look for a bound; and since `moved` was brought up to date.
-  int without_bound = 0, calls = 0;
+  MotionSample<BV> sample = {};
+  double least_step = 0;  ///< as the sample has it
+  int calls = 0;          ///< since `moved` was brought up to date
 
-  void setNear(const PairOfMeshes<BV>& meshes, const TrianglePair& triangles) {
+  TrianglePair witness() const { return {unsigned(cache.witness1), unsigned(cache.witness2)}; }
+  void setWitness(const TrianglePair& witness) {
+    cache.witness1 = static_cast<int>(witness.first);
+    cache.witness2 = static_cast<int>(witness.second);
+  }
+  /// `witness`: are near.
+  bool setNear(const PairOfMeshes<BV>& meshes, const TrianglePair& witness) {
+    setWitness(witness);
     leaves[0].adopt(meshes.first);
     leaves[1].adopt(meshes.second);
-    near = {leaves[0].leaf(triangles.first), leaves[1].leaf(triangles.second)};
+    near = {leaves[0].leaf(witness.first), leaves[1].leaf(witness.second)};
+    return true;
   }
   /// Whether around those leaves there still are some that are near.
   bool isStillNear(const PairOfMeshes<BV>& meshes, double distance) {
@@ -138,19 +147,17 @@ struct CoherentProximity<BV>::State {
     near.reset();
     return false;
   }
-  /// By the four-wide trees, which need no boxes.
-  bool searchNear(const PairOfMeshes<BV>& meshes, double distance) {
-    NearestKnown<BV> known(meshes);
-    if (!known.isNearer(distance)) {
-      ++searches;
-      if (!known.searchNearer(distance)) return false;
-    }
-    setNear(meshes, known.triangles());
-    return true;
-  }
 
-  /// Brings `moved` up to date. Returns by how much it grew, a call.
-  double move(const PairOfMeshes<BV>& meshes) {
+  /// Whether a bound may last for some steps: else it costs more to bring boxes up to date in each
+  /// than to search. Before there was a step, balls around the models tell.
+  bool mayLast(const PairOfMeshes<BV>& meshes, double distance) {
+    const std::optional<double> sampled = sample.step(meshes);
+    least_step = sampled.value_or(0);
+    if (!sampled) return areApart(meshes, distance);
+    return !(meshes.gap(witness()).distance - distance <= kSteps * least_step);
+  }
+  /// Brings `moved` and `step` up to date.
+  void move(const PairOfMeshes<BV>& meshes) {
     for (const PlacedMesh<BV>* mesh : {&meshes.first, &meshes.second})
       if (mesh->hasBoxes()) updateBoxes(*mesh);
     const std::uint64_t now[2] = {meshes.first.tree->generation, meshes.second.tree->generation};
@@ -161,7 +168,8 @@ struct CoherentProximity<BV>::State {
     if (!goes_on || !meshes.first.hasBoxes() || !meshes.second.hasBoxes()) bound = -1;
     const double before = moved;
     moved = rigid.sum() + motionOf(meshes.first) + motionOf(meshes.second);
-    return std::max(moved - before, 0.) / std::exchange(calls, 0);
+    step = goes_on ? std::max(moved - before, 0.) / calls : 0;
+    calls = 0;
   }
   /// Whether what is known says that nothing is as near as that. The sums of motion are rounded up;
   /// their sum and difference by less than the last term.
@@ -169,24 +177,76 @@ struct CoherentProximity<BV>::State {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
   }
-  TrianglePair witness() const { return {unsigned(cache.witness1), unsigned(cache.witness2)}; }
-  void setBound(double farther_than) {
-    bound = farther_than;
-    moved_then = moved;
-    is_new = true;
-  }
-  /// Whether bounds are of use: else bodies are so near, for how far they move, that it costs less
-  /// to let their boxes wait and to search in every call.
-  bool keepsBounds(bool was_of_use) {
-    constexpr int kTries = 2, kMost = 6;
-    const bool failed = std::exchange(is_new, false) && !was_of_use;
-    useless = was_of_use ? 0 : useless + failed;
-    if (!failed || useless < kTries) return true;
-    without_bound = 1 << std::min(useless, kMost);
+
+  /// By the four-wide trees, which need no boxes.
+  bool searchNear(const PairOfMeshes<BV>& meshes, double distance) {
+    NearestKnown<BV> known(meshes);
+    if (known.isNearer(distance)) return setNear(meshes, known.triangles());
+    ++searches;
+    const TrianglePair close = closeTriangles(meshes);
+    const double apart = meshes.gap(close).distance;
+    if (apart <= distance) return setNear(meshes, close);
+    if (known.searchNearer(distance)) return setNear(meshes, known.triangles());
+    if (apart < meshes.gap(witness()).distance) setWitness(close);
     return false;
+  }
+  /// And for a bound, as much farther as many steps like the last one could use up, or a little
+  /// farther when nothing moved.
+  bool searchBound(const PairOfMeshes<BV>& meshes, double distance) {
+    const double least = distance + kSteps * lastStep();
+    return canCompareByBoxes(meshes, least) ? searchByBoxes(meshes, distance, least)
+                                            : searchByTrees(meshes, distance);
   }
 
  private:
+  /// Bounds are of use when they last for so many steps; and none need last for more.
+  static constexpr double kSteps = 8, kManySteps = 16;
+
+  double lastStep() const { return std::max(step, least_step); }
+  double farEnough(double distance, double known) const {
+    constexpr double kLittle = 1. / 64;
+    return distance + std::max(kManySteps * lastStep(), kLittle * (known - distance));
+  }
+  void setBound(double farther_than) {
+    bound = farther_than;
+    moved_then = moved;
+  }
+  static bool areApart(const PairOfMeshes<BV>& meshes, double distance) {
+    const auto &a = *meshes.first.model, &b = *meshes.second.model;
+    const fcl::Vector3d way = meshes.R * b.aabb_center.template cast<double>() + meshes.T -
+                              a.aabb_center.template cast<double>();
+    return way.norm() > distance + double(a.aabb_radius) + double(b.aabb_radius);
+  }
+  /// Ends when there is a pair within `least`, so that a bound would not last.
+  bool searchByBoxes(const PairOfMeshes<BV>& meshes, double distance, double least) {
+    double known = meshes.gap(witness()).distance;
+    if (known <= distance) return setNear(meshes, witness());
+    S farther = static_cast<S>(farEnough(distance, known));
+    const std::optional<bool> is_nearer =
+        compareByBoxes(meshes.first, meshes.second, static_cast<S>(least), cache, farther);
+    if (is_nearer && !*is_nearer) {
+      ++searches;
+      setBound(static_cast<double>(farther));
+      return false;
+    }
+    known = meshes.gap(witness()).distance;
+    return known <= distance          ? ++searches,
+           setNear(meshes, witness()) : searchNear(meshes, distance);
+  }
+  bool searchByTrees(const PairOfMeshes<BV>& meshes, double distance) {
+    NearestKnown<BV> known(meshes);
+    if (known.isNearer(distance)) return setNear(meshes, known.triangles());
+    ++searches;
+    double farther =
+        std::min(farEnough(distance, known.distance()), (distance + known.distance()) / 2);
+    if (known.searchNearer(farther)) {
+      if (known.isNearer(distance) || known.searchNearer(distance))
+        return setNear(meshes, known.triangles());
+      farther = distance;
+    }
+    setBound(farther);
+    return false;
+  }
   static double motionOf(const PlacedMesh<BV>& mesh) {
     if (!mesh.hasBoxes()) return 0;
     return double(mesh.tree->motion.accumulatedMotion(0)) * double(mesh.tree->boxes->frame.unit());
@@ -216,58 +276,11 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);
   const auto limit = static_cast<double>(distance);
   ++state.calls;
-  if (state.near) {
-    if (state.isStillNear(meshes, limit)) return true;
-    // Mostly they touch elsewhere.
-    if (!canCompareByBoxes(meshes, limit)) return state.searchNear(meshes, limit);
-  }
-  if (state.without_bound > 0) {
-    --state.without_bound;
-    return state.searchNear(meshes, limit);
-  }
-  const double step = state.move(meshes);
-  const bool is_farther = state.isSurelyFarther(limit);
-  if (!state.keepsBounds(is_farther)) return state.searchNear(meshes, limit);
-  if (is_farther) return false;
-  // The search looks as far as sixteen steps like the last one could use up, or a little farther
-  // than asked when nothing moved; no farther than asked where one step will.
-  constexpr double kSteps = 16, kLittle = 1. / 64;
-  const auto reachFor = [&](double known) {
-    return known - limit > step ? std::max(kSteps * step, kLittle * (known - limit)) : 0;
-  };
-  if (canCompareByBoxes(meshes, limit + kSteps * step)) {
-    const double known = meshes.gap(state.witness()).distance;
-    if (known <= limit) {
-      state.setNear(meshes, state.witness());
-      return true;
-    }
-    ++state.searches;
-    bool is_nearer = false;
-    S farther = static_cast<S>(limit + reachFor(known));
-    if (compareByBoxes(meshes.first, meshes.second, distance, state.cache, is_nearer, farther)) {
-      if (is_nearer)
-        state.setNear(meshes, state.witness());
-      else
-        state.setBound(static_cast<double>(farther));
-      return is_nearer;
-    }
-  }
-  NearestKnown<BV> known(meshes);
-  if (known.isNearer(limit)) {
-    state.setNear(meshes, known.triangles());
-    return true;
-  }
-  ++state.searches;
-  double farther = std::min(limit + reachFor(known.distance()), (limit + known.distance()) / 2);
-  if (known.searchNearer(farther)) {
-    if (known.isNearer(limit) || known.searchNearer(limit)) {
-      state.setNear(meshes, known.triangles());
-      return true;
-    }
-    farther = limit;
-  }
-  state.setBound(farther);
-  return false;
+  const bool may_last = state.mayLast(meshes, limit);
+  if (state.isStillNear(meshes, limit)) return true;
+  if (!may_last) return state.searchNear(meshes, limit);
+  state.move(meshes);
+  return !state.isSurelyFarther(limit) && state.searchBound(meshes, limit);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \

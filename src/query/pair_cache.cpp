@@ -110,9 +110,10 @@ bool search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, NearestPa
   else if (cache.front)
     cache.front->clear();
   search.record();
-  if (!nearest.finish()) return true;
-  cache.witness1 = static_cast<int>(result.b1);
-  cache.witness2 = static_cast<int>(result.b2);
+  if (nearest.finish()) {
+    cache.witness1 = static_cast<int>(result.b1);
+    cache.witness2 = static_cast<int>(result.b2);
+  }
   return true;
 }
 
@@ -129,9 +130,9 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
 }
 
 template <typename BV>
-bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                    typename BV::S enough, PairCache<BV>& cache, bool& is_nearer,
-                    typename BV::S& farther) {
+std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                                   typename BV::S enough, PairCache<BV>& cache,
+                                   typename BV::S& farther) {
   using S = typename BV::S;
   updateBoxes(first);
   updateBoxes(second);
@@ -140,18 +141,17 @@ bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
       std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));
   NearestPair<BV> nearest(first, second, {request, result});
   nearest.stopAt(enough);
-  if (!search(first, second, nearest, result, cache)) return false;
-  is_nearer = result.min_distance <= enough;
+  if (!search(first, second, nearest, result, cache)) return std::nullopt;
   farther = result.min_distance;
-  return true;
+  return result.min_distance <= enough;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                \
-  template class Front<BV>;                                                         \
-  template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,       \
-                                const DistanceQuery<BV::S>&, PairCache<BV>&);       \
-  template bool compareByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, BV::S, \
-                               PairCache<BV>&, bool&, BV::S&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                               \
+  template class Front<BV>;                                                                        \
+  template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,                      \
+                                const DistanceQuery<BV::S>&, PairCache<BV>&);                      \
+  template std::optional<bool> compareByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, BV::S, \
+                                              PairCache<BV>&, BV::S&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -104,13 +104,14 @@ template <typename BV>
 bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                      const DistanceQuery<typename BV::S>& query, PairCache<BV>& cache);
 
-/// Whether the distance is at most `enough`, by the boxes of both models as above. Else `farther`
-/// is a lower bound of the distance: what was passed, or the distance where it is less. False when
-/// the objects lie too far apart for that, and nothing was done.
+/// Whether the distance is at most `enough`, by the boxes of both models as above. When it is not,
+/// `farther` is a lower bound of it: what was passed, or the distance where it is less. Nothing
+/// when the objects lie too far apart for that; or when it is to be `brief`, and many boxes were
+/// tested.
 template <typename BV>
-bool compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                    typename BV::S enough, PairCache<BV>& cache, bool& is_nearer,
-                    typename BV::S& farther);
+std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                                   typename BV::S enough, PairCache<BV>& cache,
+                                   typename BV::S& farther);
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class Front<BV>;
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)

@@ -21,16 +21,15 @@ template <bool kIsSelf, typename BV, typename Tests>
 class TriangleSearch {
  public:
   using Input = typename Tests::Input;
-  /// Of VisitedNodes.
-  using Memory = std::vector<std::uint8_t>[2];
+  using Memory = VisitedNodes::Memory[2];
 
   /// `output` takes what is found.
   template <typename Frame, typename Output>
   TriangleSearch(const Input& input, const Frame& frame, Output& output, Memory& memory)
       : input_(input),
         box_frame_(Tests::boxFrame(input, frame)),
-        visited1_(memory[0], input.tree1.size()),
-        visited2_(memory[1], kIsSelf ? 0 : input.tree2.size()),
+        visited1_(memory[0], input.tree1.size(), input.first.visits()),
+        visited2_(memory[1], kIsSelf ? 0 : input.tree2.size(), input.second.visits()),
         tests_(input, frame, output),
         walk_(input.tree1.nodes(), input.tree2.nodes(), box_frame_, tests_, visited1_,
               kIsSelf ? visited1_ : visited2_) {}
@@ -57,8 +56,8 @@ class TriangleSearch {
   }
   /// In both models.
   void record(const TaskPool& pool) const {
-    visited1_.record(input_.tree1.nodes(), input_.first.visits(), pool);
-    visited2_.record(input_.tree2.nodes(), input_.second.visits(), pool);
+    visited1_.record(input_.tree1.nodes(), pool);
+    visited2_.record(input_.tree2.nodes(), pool);
     QueryWork work;
     work.box_tests = walk_.boxTests() + box_tests_;
     work.candidates = tests_.candidates() + candidates_;

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <cstdint>
-#include <cstring>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "geometry/scratch.h"
 #include "query/relative_frame.h"
+#include "query/visited_nodes.h"
 #include "threads/task_pool.h"
-#include "tree/traversal_statistics.h"
 #include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
@@ -32,55 +30,6 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   test(std::integral_constant<int, 3>());
   return bits;
 }
-
-/// The nodes of one four-wide tree that a query went below, for the traversal statistics of the
-/// binary tree: noted here first, for the same nodes are visited again and again.
-class VisitedNodes {
- public:
-  /// `memory` is lent, so that a thread can keep it.
-  VisitedNodes(std::vector<std::uint8_t>& memory, int nodes) : lanes_(memory) {
-    lanes_.assign(static_cast<std::size_t>(nodes), 0);
-  }
-  /// Of a leaf: `lanes` are the triangles that were tested, a bit each.
-  ADAPTIVE_BVH_INLINE void add(int node, unsigned lanes) {
-    lanes_[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(kVisited | lanes);
-  }
-  /// Of the same tree.
-  void add(const VisitedNodes& other) {
-    for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] |= other.lanes_[i];
-  }
-  /// `visits`: PlacedMesh::visits.
-  void record(const WideNode* nodes, TraversalStatistics* visits, const TaskPool& pool) const {
-    if (!visits) return;
-    pool.forEachPart(static_cast<int>(lanes_.size()), pool.parts(), [&](int first, int last, int) {
-      for (int i = next(first, last); i < last; i = next(i + 1, last))
-        record(nodes[i], lanes_[static_cast<std::size_t>(i)], *visits);
-    });
-  }
-
- private:
-  static constexpr unsigned kVisited = 16;
-
-  /// The first visited node from `i` on, before `last`; or that. Most are skipped by eight.
-  int next(int i, int last) const {
-    for (std::uint64_t eight; i + 8 <= last; i += 8) {
-      std::memcpy(&eight, lanes_.data() + i, sizeof(eight));
-      if (eight) break;
-    }
-    while (i < last && !lanes_[static_cast<std::size_t>(i)]) ++i;
-    return i;
-  }
-
-  static void record(const WideNode& node, unsigned lanes, TraversalStatistics& visits) {
-    for (const std::int32_t binary : node.binary)
-      if (binary >= 0) visits.recordVisit(binary);
-    if (!node.isLeaf()) return;
-    for (int k = 0; k < node.count; ++k)
-      if (lanes >> k & 1) visits.recordVisit(node.below[k]);
-  }
-
-  std::vector<std::uint8_t>& lanes_;
-};
 
 /// Whether a visitor leaves flat nodes out.
 template <typename Visitor, typename = void>

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "geometry/leaf_slab.h"
 #include "geometry/triangle_distances4.h"
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
@@ -110,7 +111,7 @@ class WithinTests {
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > Sink::kBatch - 16) testAll();
-    if constexpr (kByAxes) return addPairs(a, b, pairs);
+    if constexpr (kByAxes) return addPairs(a, b, withoutApart(a, b, pairs));
     readFirst(a);
     readSecond(b);
     for (int j = 0; pairs; ++j, pairs >>= 4)
@@ -171,6 +172,19 @@ class WithinTests {
   /// apart, and positions with residuals can be compared as they are.
   static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kFewAreNear;
 
+  /// Those of the pairs whose first triangle may be near a slab around the second leaf. It takes as
+  /// long as to test two pairs.
+  ADAPTIVE_BVH_INLINE unsigned withoutApart(const WideNode& a, const WideNode& b, unsigned pairs) {
+    if (!(pairs & (pairs - 1))) return pairs;
+    if (&b != second_leaf_) {
+      second_leaf_ = &b;
+      gatherLeaf(in_.second.tree->topology.slots, in_.tree2.positions(), b, second_);
+      slab_ = LeafSlab(second_, limit_, frame_.error());
+    }
+    Vector4x3 corners[3];
+    gatherLeaf(in_.first.tree->topology.slots, in_.tree1.positions(), a, corners);
+    return pairs & ~(0x1111 * slab_.apart(corners));
+  }
   ADAPTIVE_BVH_INLINE void addPairs(const WideNode& a, const WideNode& b, unsigned pairs) {
     for (; pairs; pairs &= pairs - 1) {
       const int bit = __builtin_ctz(pairs);
@@ -247,6 +261,7 @@ class WithinTests {
   const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< whose corners these are
   TriangleDistances4::Seen first_;
   Vector4x3 second_[3];
+  LeafSlab slab_;
   LeafPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;

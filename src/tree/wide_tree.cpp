@@ -66,6 +66,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
     int node, parent, lane, depth;
   };
   nodes_.clear();
+  nodes_.reserve(static_cast<std::size_t>(model.getBV(0).num_primitives) * 2 / 5 + 1);  // most leaves hold three or four
   depth_ = 0;
   const auto mesh = viewOf(model);
   vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
@@ -97,7 +98,6 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
     places_[static_cast<std::size_t>(at.node)] = 8 * number;
     nodes_.push_back(node);
   }
-  nodes_.shrink_to_fit();
 }
 
 template <typename S>

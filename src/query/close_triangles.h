@@ -1,0 +1,81 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "geometry/scratch.h"
+#include "query/pair_of_meshes.h"
+
+namespace adaptive_bvh {
+
+/// Two triangles that are close to each other, by and large: level by level of the four-wide trees,
+/// the few pairs of nodes are kept whose middles are nearest. Their distance is an upper bound of
+/// the models'.
+template <typename BV>
+TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
+  using S = typename BV::S;
+  constexpr std::size_t kFew = 8;
+  struct Pair {
+    int first, second;
+    float apart;  ///< squared, twice as far
+    bool operator<(const Pair& other) const { return apart < other.apart; }
+  };
+  const WideTrees<S> trees = wideTreesOf(meshes.first, meshes.second);
+  const RelativeFrame<S> frame = meshes.frame();
+  Scratch<Pair> pairs{{0, 0, 0}}, below;
+  const auto addBoxes = [&](const Pair& pair, const auto& firstOf, const auto& secondOf) {
+    const WideNode &a = trees.first.nodes()[pair.first], &b = trees.second.nodes()[pair.second];
+    const Boxes4 of_second = frame(b.boxes);
+    for (int i = 0; i < int(a.count); ++i)
+      for (int j = 0; j < int(b.count); ++j) {
+        float apart = 0;
+        for (int k = 0; k < 3; ++k) {
+          const float way =
+              a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
+          apart += way * way;
+        }
+        below.push_back({firstOf(a, i), secondOf(b, j), apart});
+      }
+  };
+  const auto keepFew = [&] {
+    const std::size_t few = std::min(kFew, below.size());
+    std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(few), below.end());
+    below.resize(few);
+    pairs.swap(below);
+    below.clear();
+  };
+  const auto isLeaf = [](const WideNode* nodes, int node) { return nodes[node].isLeaf(); };
+  const auto areLeaves = [&](const Pair& pair) {
+    return isLeaf(trees.first.nodes(), pair.first) && isLeaf(trees.second.nodes(), pair.second);
+  };
+  while (!std::all_of(pairs.begin(), pairs.end(), areLeaves)) {
+    for (const Pair& pair : pairs) {
+      if (areLeaves(pair)) {
+        below.push_back(pair);
+        continue;
+      }
+      addBoxes(
+          pair, [&](const WideNode& a, int i) { return a.isLeaf() ? pair.first : a.below[i]; },
+          [&](const WideNode& b, int j) { return b.isLeaf() ? pair.second : b.below[j]; });
+    }
+    keepFew();
+  }
+  for (const Pair& pair : pairs)
+    addBoxes(
+        pair, [&](const WideNode& a, int i) { return trees.first.triangle(unsigned(a.first + i)); },
+        [&](const WideNode& b, int j) { return trees.second.triangle(unsigned(b.first + j)); });
+  keepFew();
+  TrianglePair nearest{0, 0};
+  double least = std::numeric_limits<double>::infinity();
+  for (const Pair& pair : pairs) {
+    const TrianglePair triangles{unsigned(pair.first), unsigned(pair.second)};
+    const double distance = meshes.gap(triangles).distance;
+    if (!(distance < least)) continue;
+    least = distance;
+    nearest = triangles;
+  }
+  return nearest;
+}
+
+}  // namespace adaptive_bvh
