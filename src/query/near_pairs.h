@@ -13,6 +13,7 @@ struct AnyPair {
 
   bool found = false;
   LeafPair pair{0, 0};
+  long box_tests = 0;  ///< of the search
 
   static bool needsGap() { return false; }
   bool isDone() const { return found; }

@@ -95,15 +95,18 @@ double moveTo(PairCache<BV>& cache, const PlacedMesh<BV>& first, const PlacedMes
   return cache.front->rigidMotion();
 }
 
-/// False when the objects lie too far apart, and nothing was done. From the front, where there is
-/// one and the witness is not enough.
+/// False when the objects lie too far apart, and nothing was done; or when it is to be `brief`, and
+/// would take many tests. From the front, where there is one and the witness is not enough.
 template <typename BV>
 bool search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, NearestPair<BV>& nearest,
-            const fcl::DistanceResult<typename BV::S>& result, PairCache<BV>& cache) {
+            const fcl::DistanceResult<typename BV::S>& result, PairCache<BV>& cache, bool brief) {
   PairSearch<BV> search(first, second, nearest, moveTo(cache, first, second));
   if (!search.isPossible()) return false;
   nearest.addWitness(cache.witness1, cache.witness2);
-  if (!nearest.isDone() && cache.front)
+  const bool is_given_up = !nearest.isDone() && brief && !search.briefly();
+  if (brief)
+    cache.are_near = is_given_up;
+  else if (!nearest.isDone() && cache.front)
     cache.front->run(search, cache.are_near);
   else if (!nearest.isDone())
     search.fromRoots(cache.are_near);
@@ -114,7 +117,7 @@ bool search(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, NearestPa
     cache.witness1 = static_cast<int>(result.b1);
     cache.witness2 = static_cast<int>(result.b2);
   }
-  return true;
+  return !is_given_up;
 }
 
 }  // namespace
@@ -126,14 +129,15 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
   updateBoxes(first);
   updateBoxes(second);
   NearestPair<BV> nearest(first, second, query);
-  return search(first, second, nearest, query.result, cache);
+  return search(first, second, nearest, query.result, cache, false);
 }
 
 template <typename BV>
 std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                                   typename BV::S enough, PairCache<BV>& cache,
+                                   typename BV::S enough, bool brief, PairCache<BV>& cache,
                                    typename BV::S& farther) {
   using S = typename BV::S;
+  if (brief && cache.are_near) return std::nullopt;
   updateBoxes(first);
   updateBoxes(second);
   const fcl::DistanceRequest<S> request;
@@ -141,7 +145,7 @@ std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh
       std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));
   NearestPair<BV> nearest(first, second, {request, result});
   nearest.stopAt(enough);
-  if (!search(first, second, nearest, result, cache)) return std::nullopt;
+  if (!search(first, second, nearest, result, cache, brief)) return std::nullopt;
   farther = result.min_distance;
   return result.min_distance <= enough;
 }
@@ -151,7 +155,7 @@ std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh
   template bool distanceByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,                      \
                                 const DistanceQuery<BV::S>&, PairCache<BV>&);                      \
   template std::optional<bool> compareByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&, BV::S, \
-                                              PairCache<BV>&, BV::S&);
+                                              bool, PairCache<BV>&, BV::S&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

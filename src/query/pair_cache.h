@@ -110,7 +110,7 @@ bool distanceByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
 /// tested.
 template <typename BV>
 std::optional<bool> compareByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                                   typename BV::S enough, PairCache<BV>& cache,
+                                   typename BV::S enough, bool brief, PairCache<BV>& cache,
                                    typename BV::S& farther);
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class Front<BV>;

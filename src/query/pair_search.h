@@ -12,6 +12,8 @@ namespace adaptive_bvh {
 template <typename BV>
 class PairSearch {
  public:
+  static constexpr long kFew = 1024;  ///< tests of boxes
+
   /// Both meshes must have boxes. `rigid_motion`: RigidMotion::sum, of a query with a front.
   PairSearch(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second, NearestPair<BV>& nearest,
              double rigid_motion)
@@ -44,6 +46,8 @@ class PairSearch {
     near_->search();
     are_near = near_->boxTests() > enough_tests_;
   }
+  /// False where that would take many tests; then not all was searched.
+  bool briefly() { return boxes_.search(0, 0, std::min(kFew, enough_tests_)); }
   /// To be called before `below` where searches take many tests. False where it has no effect.
   bool useWideTrees() {
     if (!NearDistance<BV>::canBe(first_, second_, nearest_)) return false;

@@ -19,12 +19,11 @@ class LeavesOfTriangles {
   template <typename BV>
   void adopt(const PlacedMesh<BV>& mesh) {
     if (isCurrent(mesh)) return;
-    const fcl::BVHModel<BV>& model = *mesh.model;
     topology_ = mesh.tree->topology_number;
-    leaves_.resize(static_cast<std::size_t>(model.num_tris));
-    for (int i = 0; i < model.getNumBVs(); ++i)
-      if (const auto& node = model.getBV(i); node.isLeaf())
-        leaves_[static_cast<std::size_t>(node.primitiveId())] = unsigned(node.first_primitive);
+    leaves_.resize(static_cast<std::size_t>(mesh.model->num_tris));
+    const auto& tree = mesh.tree->wide.topology(*mesh.model, *mesh.tree);
+    for (unsigned leaf = 0; leaf < leaves_.size(); ++leaf)
+      leaves_[static_cast<std::size_t>(tree.triangle(leaf))] = leaf;
   }
   /// Of triangle 0 where there is no such.
   unsigned leaf(unsigned triangle) const {

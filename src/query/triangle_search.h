@@ -46,6 +46,8 @@ class TriangleSearch {
     walk_.split(pairs, enough, pool);
   }
 
+  long boxTests() const { return walk_.boxTests() + box_tests_; }
+
   /// Takes over the record of another search of this query.
   void add(const TriangleSearch& other) {
     visited1_.add(other.visited1_);
@@ -59,7 +61,7 @@ class TriangleSearch {
     visited1_.record(input_.tree1.nodes(), pool);
     visited2_.record(input_.tree2.nodes(), pool);
     QueryWork work;
-    work.box_tests = walk_.boxTests() + box_tests_;
+    work.box_tests = boxTests();
     work.candidates = tests_.candidates() + candidates_;
     work.leaf_tests = tests_.leafTests() + leaf_tests_;
     statisticsOf(input_.first, input_.second).recordQuery(work);
