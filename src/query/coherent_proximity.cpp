@@ -95,8 +95,8 @@ struct CoherentProximity<BV>::State {
     if (apart < meshes.gap(witness()).distance) setWitness(close);
     return false;
   }
-  /// And for a bound, as much farther as many steps like the last one could use up, or a little
-  /// farther when nothing moved.
+  /// And for a bound: as much farther as many steps like the last one could use up, or half of what
+  /// two triangles are that are known.
   bool searchBound(const PairOfMeshes<BV>& meshes, double distance) {
     const double least = isFewEdges(meshes, distance) ? distance + usedUpBySteps() : distance;
     return canCompareByBoxes(meshes, least) ? searchByBoxes(meshes, distance, least)
@@ -108,8 +108,7 @@ struct CoherentProximity<BV>::State {
 
   double usedUpBySteps() const { return kSteps * std::max(step, least_step); }
   double farEnough(double distance, double known) const {
-    constexpr double kLittle = 1. / 64;
-    return distance + std::max(2 * usedUpBySteps(), kLittle * (known - distance));
+    return distance + std::max(2 * usedUpBySteps(), (known - distance) / 2);
   }
   void setBound(double farther_than) {
     bound = farther_than;
