@@ -95,8 +95,8 @@ struct CoherentProximity<BV>::State {
     if (apart < meshes.gap(witness()).distance) setWitness(close);
     return false;
   }
-  /// And for a bound: as much farther as many steps like the last one could use up, or half of what
-  /// two triangles are that are known.
+  /// And for a bound: as much farther as many steps like the last one could use up, or a part of
+  /// what two triangles are that are known.
   bool searchBound(const PairOfMeshes<BV>& meshes, double distance) {
     const double least = isFewEdges(meshes, distance) ? distance + usedUpBySteps() : distance;
     return canCompareByBoxes(meshes, least) ? searchByBoxes(meshes, distance, least)
@@ -107,9 +107,6 @@ struct CoherentProximity<BV>::State {
   static constexpr double kSteps = 8;  ///< as many a bound is to last at least
 
   double usedUpBySteps() const { return kSteps * std::max(step, least_step); }
-  double farEnough(double distance, double known) const {
-    return distance + std::max(2 * usedUpBySteps(), (known - distance) / 2);
-  }
   void setBound(double farther_than) {
     bound = farther_than;
     moved_then = moved;
@@ -122,9 +119,9 @@ struct CoherentProximity<BV>::State {
   }
   /// Ends when there is a pair within `least`, so that a bound would not last.
   bool searchByBoxes(const PairOfMeshes<BV>& meshes, double distance, double least) {
-    double known = meshes.gap(witness()).distance;
-    if (known <= distance) return setNear(meshes, witness());
-    S farther = static_cast<S>(farEnough(distance, known));
+    const double room = meshes.gap(witness()).distance - distance;
+    if (room <= 0) return setNear(meshes, witness());
+    S farther = static_cast<S>(distance + std::max(2 * usedUpBySteps(), room / 2));
     const std::optional<bool> is_nearer =
         compareByBoxes(meshes.first, meshes.second, static_cast<S>(least), false, cache, farther);
     if (is_nearer && !*is_nearer) {
@@ -140,8 +137,8 @@ struct CoherentProximity<BV>::State {
     NearestKnown<BV> known(meshes);
     if (known.isNearer(distance)) return setNear(meshes, known.triangles());
     ++searches;
-    double farther =
-        std::min(farEnough(distance, known.distance()), (distance + known.distance()) / 2);
+    const double room = known.distance() - distance;
+    double farther = distance + std::clamp(2 * usedUpBySteps(), room / 64, room / 2);
     if (known.searchNearer(farther)) {
       if (known.isNearer(distance) || known.searchNearer(distance))
         return setNear(meshes, known.triangles());
