@@ -246,25 +246,40 @@ TYPED_TEST(QueryThreads, ServeManyUsers) {
 
 /// Tasks after those that hold contacts enough are not needed, whatever the order in which they
 /// end.
-TEST(ContactLimit, LeavesOutWhatComesAfterEnough) {
-  adaptive_bvh::ContactLimit limit(5, 7);
-  const auto needed = [&] {
+class ContactLimits : public testing::Test {
+ protected:
+  /// How many of the first tasks are needed; the others are not.
+  static int needed(const adaptive_bvh::ContactLimit& limit, int tasks) {
     int count = 0;
-    while (count < 7 && limit.needs(count)) ++count;
-    for (int task = count; task < 7; ++task) EXPECT_FALSE(limit.needs(task));
+    while (count < tasks && limit.needs(std::size_t(count))) ++count;
+    for (int task = count; task < tasks; ++task) EXPECT_FALSE(limit.needs(std::size_t(task)));
     return count;
-  };
-  EXPECT_EQ(7, needed());
-  limit.finish(5, 7);
-  EXPECT_EQ(6, needed()) << "one that has all alone is the last";
-  limit.finish(0, 2);
-  limit.finish(3, 4);
-  limit.finish(2, 1);
-  EXPECT_EQ(6, needed()) << "the second may have none";
-  limit.finish(1, 2);
-  EXPECT_EQ(3, needed()) << "2 + 2 + 1";
-  limit.finish(4, 9);
-  EXPECT_EQ(3, needed());
+  }
+};
+
+TEST_F(ContactLimits, LeaveOutWhatComesAfterEnough) {
+  adaptive_bvh::ContactLimit limit(5, 7, 1);
+  constexpr std::size_t kMany = 5;  // of the worker so far
+  EXPECT_EQ(7, needed(limit, 7));
+  limit.finish(5, 7, kMany);
+  EXPECT_EQ(6, needed(limit, 7)) << "one that has all alone is the last";
+  limit.finish(0, 2, kMany);
+  limit.finish(3, 4, kMany);
+  limit.finish(2, 1, kMany);
+  EXPECT_EQ(6, needed(limit, 7)) << "the second may have none";
+  limit.finish(1, 2, kMany);
+  EXPECT_EQ(3, needed(limit, 7)) << "2 + 2 + 1";
+  limit.finish(4, 9, kMany);
+  EXPECT_EQ(3, needed(limit, 7));
+}
+
+TEST_F(ContactLimits, CountOnceAWorkerHasItsShare) {
+  adaptive_bvh::ContactLimit limit(10, 5, 2);
+  limit.finish(0, 4, 4);
+  limit.finish(2, 3, 3);
+  EXPECT_EQ(5, needed(limit, 5)) << "two with fewer than 5 each have fewer than 10";
+  limit.finish(1, 3, 7);
+  EXPECT_EQ(3, needed(limit, 5)) << "4 + 3 + 3";
 }
 
 }  // namespace

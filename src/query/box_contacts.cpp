@@ -35,7 +35,7 @@ void runTasks(const CandidateInput<BV>& input, const Frame& frame, const Contact
               ContactSearch<kIsSelf, BV, Frame>& search) {
   using Worker = ContactWorker<kIsSelf, BV, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
-  ContactLimit limit(room, pairs.size());
+  ContactLimit limit(room, pairs.size(), pool.size());
   SearchTasks<Worker> tasks;
   tasks.run(pool, pairs,
             [&](std::size_t) { return std::make_unique<Worker>(input, frame, node, room, limit); });

@@ -10,19 +10,25 @@
 namespace adaptive_bvh {
 
 /// Says which tasks need not begin: those after one that has all contacts that are wanted, or after
-/// the first few that together have them.
+/// the first few that together have them. While there may be too few for that, threads share
+/// nothing that they write.
 class ContactLimit {
  public:
-  ContactLimit(std::size_t most, std::size_t tasks)
-      : most_(most), counts_(tasks, kOpen), last_(tasks) {}
+  ContactLimit(std::size_t most, std::size_t tasks, int workers)
+      : most_(most), few_(most / static_cast<std::size_t>(workers)), counts_(tasks), last_(tasks) {
+    for (auto& count : counts_) count.store(kOpen, std::memory_order_relaxed);
+  }
 
   bool needs(std::size_t task) const { return task <= last_.load(std::memory_order_relaxed); }
-  void finish(std::size_t task, std::size_t contacts) {
+  /// `contacts`: of the task, and of the worker so far.
+  void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
+    counts_[task].store(contacts, std::memory_order_relaxed);
+    if (of_worker < few_) return;
     const std::lock_guard<std::mutex> lock(counting_);
-    counts_[task] = contacts;
     if (contacts >= most_) endAt(task);
-    for (; next_ < counts_.size() && counts_[next_] != kOpen && sum_ < most_; ++next_) {
-      sum_ += counts_[next_];
+    for (std::size_t count; next_ < counts_.size() && sum_ < most_; ++next_) {
+      if ((count = counts_[next_].load(std::memory_order_relaxed)) == kOpen) return;
+      sum_ += count;
       if (sum_ >= most_) endAt(next_);
     }
   }
@@ -34,10 +40,10 @@ class ContactLimit {
     if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
   }
 
-  const std::size_t most_;
+  const std::size_t most_, few_;                  ///< wanted; so few of each worker are fewer
+  std::vector<std::atomic<std::size_t>> counts_;  ///< by task
   std::mutex counting_;
-  std::vector<std::size_t> counts_;  ///< by task
-  std::size_t next_ = 0, sum_ = 0;   ///< the first task that is not finished; contacts before it
+  std::size_t next_ = 0, sum_ = 0;  ///< the first task that is not counted; contacts before it
   std::atomic<std::size_t> last_;
 };
 
@@ -63,7 +69,7 @@ class ContactWorker {
     node_.request.num_max_contacts =
         room_ > ~std::size_t(0) - before ? ~std::size_t(0) : before + room_;
     search_.run(pair);
-    limit_.finish(task, mark() - before);
+    limit_.finish(task, mark() - before, mark());
   }
 
   const fcl::Contact<typename BV::S>& contact(std::size_t i) const {
