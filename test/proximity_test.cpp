@@ -439,6 +439,24 @@ TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
   EXPECT_LT(pair.searches(), searches_before + 5) << "bounds last again";
 }
 
+/// What a bound had to cover while bodies moved fast is of no matter once they rest.
+TYPED_TEST(Proximity, BoundsLastAgainAfterAFastMotion) {
+  using S = TypeParam;
+  typename TestFixture::Model a, b;
+  fillModel(plate<S>(6, 6), a);
+  fillModel(plate<S>(5, 5), b);
+  CoherentProximity<TestVolume<S>> pair(a, b);
+  std::size_t searches_before = 0;
+  for (int i = 0; i < 60; ++i) {
+    this->update(a, [&](Vector3<S>&) {});
+    auto tf2 = this->identity();
+    tf2.translation()[2] = i < 20 ? S(6 - 0.25 * i) : S(0.55);
+    EXPECT_FALSE(pair.isNearer(this->identity(), tf2, S(0.5))) << i;
+    if (i == 25) searches_before = pair.searches();
+  }
+  EXPECT_EQ(searches_before, pair.searches());
+}
+
 TYPED_TEST(Proximity, ClearanceIsTheDistanceOfEveryVertexUpToTheLimit) {
   using S = TypeParam;
   for (int body = 0; body < 30; ++body) {

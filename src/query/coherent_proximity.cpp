@@ -57,8 +57,8 @@ struct CoherentProximity<BV>::State {
   bool isBoundWorth(const PairOfMeshes<BV>& meshes, double distance) {
     const std::optional<double> sampled = sample.step(meshes);
     least_step = sampled.value_or(0);
-    const bool may_last = sampled ? !(meshes.gap(witness()).distance - distance <= usedUpBySteps())
-                                  : areApart(meshes, distance);
+    const double room = meshes.gap(witness()).distance - distance;
+    const bool may_last = sampled ? !(room <= kSteps * least_step) : areApart(meshes, distance);
     return may_last || !isFewEdges(meshes, distance);
   }
   /// Brings `moved` and `step` up to date.
@@ -98,7 +98,7 @@ struct CoherentProximity<BV>::State {
   /// And for a bound: as much farther as many steps like the last one could use up, or a part of
   /// what two triangles are that are known.
   bool searchBound(const PairOfMeshes<BV>& meshes, double distance) {
-    const double least = isFewEdges(meshes, distance) ? distance + usedUpBySteps() : distance;
+    const double least = distance + (isFewEdges(meshes, distance) ? usedUpBySteps() : 0);
     return canCompareByBoxes(meshes, least) ? searchByBoxes(meshes, distance, least)
                                             : searchByTrees(meshes, distance);
   }
