@@ -45,9 +45,8 @@ TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
     pairs.swap(below);
     below.clear();
   };
-  const auto isLeaf = [](const WideNode* nodes, int node) { return nodes[node].isLeaf(); };
   const auto areLeaves = [&](const Pair& pair) {
-    return isLeaf(trees.first.nodes(), pair.first) && isLeaf(trees.second.nodes(), pair.second);
+    return trees.first.nodes()[pair.first].isLeaf() && trees.second.nodes()[pair.second].isLeaf();
   };
   while (!std::all_of(pairs.begin(), pairs.end(), areLeaves)) {
     for (const Pair& pair : pairs) {

@@ -66,7 +66,8 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
     int node, parent, lane, depth;
   };
   nodes_.clear();
-  nodes_.reserve(static_cast<std::size_t>(model.getBV(0).num_primitives) * 2 / 5 + 1);  // most leaves hold three or four
+  // Most leaves hold three or four, so there is mostly room; to grow means to copy.
+  nodes_.reserve(static_cast<std::size_t>(model.getBV(0).num_primitives) * 2 / 5 + 1);
   depth_ = 0;
   const auto mesh = viewOf(model);
   vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
