@@ -38,7 +38,8 @@ void Front<BV>::run(PairSearch<BV>& search, bool& are_near) {
     needed_promises_ = account_.saved > 0 ? 1 : std::min(2 * needed_promises_, kMostPromises);
     promises_ = 0;
   }
-  promises_ = expected < kPays * cost_from_roots_ ? promises_ + 1 : 0;
+  const double written = cost_of_stops_ * double(every_) / kLasts;
+  promises_ = expected + written < kPays * cost_from_roots_ ? promises_ + 1 : 0;
   searchFromRoots(search, are_near, promises_ >= needed_promises_ ? 1 : samplingStride(stops_));
 }
 

@@ -49,8 +49,9 @@ class Front {
  private:
   /// What it costs to check a pair of the front, in tests of boxes.
   static constexpr double kCheck = 0.5;
-  /// A front is written for a search that promises to cost this share of one from the roots.
-  static constexpr double kPays = 0.8;
+  /// A front is written for a search that promises to cost this share of one from the roots, with
+  /// what it takes to write it, over so many steps.
+  static constexpr double kPays = 0.8, kLasts = 4;
   /// After searches that cost so many times what it takes to write a front, it is written anew.
   static constexpr double kRenewal = 12;
   static constexpr std::size_t kSample = 32, kSparse = 16, kChecked = 512;
