@@ -16,8 +16,8 @@ class LeafSlab {
                                              vectors::difference(corners[2], corners[0]));
     normal_ = {float4::broadcast<0>(normals.x), float4::broadcast<0>(normals.y),
                float4::broadcast<0>(normals.z)};
-    const Float4 size = float4::absolute(normal_.x) + float4::absolute(normal_.y) +
-                        float4::absolute(normal_.z);
+    const Float4 size =
+        float4::absolute(normal_.x) + float4::absolute(normal_.y) + float4::absolute(normal_.z);
     const Float4 length = float4::squareRoot(vectors::dot(normal_, normal_));
     const Float4 margin =
         (length * float4::all(kUp) + float4::all(kLeast)) * float4::all(distance * kUp) +
