@@ -26,8 +26,8 @@ struct CoherentProximity<BV>::State {
   std::optional<LeafPair> near = std::nullopt;
   LeavesOfTriangles leaves[2] = {};
   MotionSample<BV> sample = {};
-  double least_step = 0;  ///< as the sample has it
-  int calls = 0;          ///< since `moved` was brought up to date
+  std::optional<double> least_step = std::nullopt;  ///< as the sample has it
+  int calls = 0;                                    ///< since `moved` was brought up to date
 
   TrianglePair witness() const { return {unsigned(cache.witness1), unsigned(cache.witness2)}; }
   void setWitness(const TrianglePair& witness) {
@@ -54,11 +54,9 @@ struct CoherentProximity<BV>::State {
   /// Whether a bound is worth to be kept: where it may last for some steps. Else it costs more to
   /// bring boxes up to date in each than to search the four-wide trees. Before there was a step,
   /// balls around the models tell.
-  bool isBoundWorth(const PairOfMeshes<BV>& meshes, double distance) {
-    const std::optional<double> sampled = sample.step(meshes);
-    least_step = sampled.value_or(0);
+  bool isBoundWorth(const PairOfMeshes<BV>& meshes, double distance) const {
     const double room = meshes.gap(witness()).distance - distance;
-    const bool may_last = sampled ? !(room <= kSteps * least_step) : areApart(meshes, distance);
+    const bool may_last = least_step ? !(room <= kSteps * *least_step) : areApart(meshes, distance);
     return may_last || !isFewEdges(meshes, distance);
   }
   /// Brings `moved` and `step` up to date.
@@ -106,7 +104,7 @@ struct CoherentProximity<BV>::State {
  private:
   static constexpr double kSteps = 8;  ///< as many a bound is to last at least
 
-  double usedUpBySteps() const { return kSteps * std::max(step, least_step); }
+  double usedUpBySteps() const { return kSteps * std::max(step, least_step.value_or(0)); }
   void setBound(double farther_than) {
     bound = farther_than;
     moved_then = moved;
@@ -176,9 +174,9 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
   const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);
   const auto limit = static_cast<double>(distance);
   ++state.calls;
-  const bool is_bound_worth = state.isBoundWorth(meshes, limit);
+  state.least_step = state.sample.step(meshes);
   if (state.isStillNear(meshes, limit)) return true;
-  if (!is_bound_worth) return state.searchNear(meshes, limit);
+  if (!state.isBoundWorth(meshes, limit)) return state.searchNear(meshes, limit);
   state.move(meshes);
   return !state.isSurelyFarther(limit) && state.searchBound(meshes, limit);
 }
