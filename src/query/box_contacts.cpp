@@ -31,13 +31,13 @@ int threadsFor(const CandidateInput<BV>& input, const ContactNode<BV>& node) {
 /// Adds the contacts of all tasks to the query's result, in their order.
 template <bool kIsSelf, typename BV, typename Frame>
 void runTasks(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
-              const std::vector<NodePair>& pairs, const TaskPool& pool,
+              const WalkTasks& walks, const TaskPool& pool,
               ContactSearch<kIsSelf, BV, Frame>& search) {
   using Worker = ContactWorker<kIsSelf, BV, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
-  ContactLimit limit(room, pairs.size(), pool.size());
+  ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
   SearchTasks<Worker> tasks;
-  tasks.run(pool, pairs,
+  tasks.run(pool, walks,
             [&](std::size_t) { return std::make_unique<Worker>(input, frame, node, room, limit); });
   for (const auto& found : tasks.found())
     for (std::size_t i = found.from; i < found.to && !node.isDone(); ++i)
@@ -52,8 +52,8 @@ void search(const CandidateInput<BV>& input, const Frame& frame, const ContactNo
   static thread_local typename Search::Memory memory;
   Search search(input, frame, node, memory);
   const TaskPool pool(threadsFor(input, node));
-  runFromRoots(search, pool, [&](const std::vector<NodePair>& pairs) {
-    runTasks<kIsSelf>(input, frame, node, pairs, pool, search);
+  runFromRoots(search, pool, [&](const WalkTasks& walks) {
+    runTasks<kIsSelf>(input, frame, node, walks, pool, search);
   });
   search.record(pool);
 }

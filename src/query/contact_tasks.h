@@ -63,12 +63,12 @@ class ContactWorker {
   }
 
   Mark mark() const { return contacts_.numContacts(); }
-  void run(const NodePair& pair, std::size_t task) {
+  void run(const NodePairs& pairs, std::size_t task) {
     if (!limit_.needs(task)) return;
     const std::size_t before = mark();
     node_.request.num_max_contacts =
         room_ > ~std::size_t(0) - before ? ~std::size_t(0) : before + room_;
-    search_.run(pair);
+    search_.run(pairs);
     limit_.finish(task, mark() - before, mark());
   }
 

@@ -29,7 +29,7 @@ class FeatureWalk {
   FeatureWalk(const FeatureWalk&) = delete;
   FeatureWalk& operator=(const FeatureWalk&) = delete;
 
-  void run(const NodePair& from) { walk_.run(from, depth_); }
+  void run(const NodePairs& from) { walk_.run(from, depth_); }
   void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
     walk_.split(pairs, enough, pool);
   }
@@ -56,8 +56,8 @@ class FeatureWorker : public Visitor {
       : Visitor(visitor.forWorker(memory)), walk_(pair, *this) {
     this->begin();
   }
-  void run(const NodePair& pair, std::size_t) {
-    walk_.run(pair);
+  void run(const NodePairs& pairs, std::size_t) {
+    walk_.run(pairs);
     this->finish();
   }
 
@@ -77,12 +77,12 @@ void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   FeatureWalk<kIsSelf, Visitor> walk(pair, visitor);
   const TaskPool pool(threads);
   visitor.begin();
-  runFromRoots(walk, pool, [&](const std::vector<NodePair>& pairs) {
+  runFromRoots(walk, pool, [&](const WalkTasks& walks) {
     using Worker = FeatureWorker<kIsSelf, Visitor>;
     std::vector<FeaturePairs>& of_workers = workersMemory();
     of_workers.resize(std::max(static_cast<std::size_t>(pool.size()), of_workers.size()));
     SearchTasks<Worker> tasks;
-    tasks.run(pool, pairs, [&](std::size_t slot) {
+    tasks.run(pool, walks, [&](std::size_t slot) {
       return std::make_unique<Worker>(pair, visitor, of_workers[slot]);
     });
     visitor.take(tasks.found(), pool);

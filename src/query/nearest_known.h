@@ -14,7 +14,7 @@ void searchAny(const WithinInput<BV>& input, const Frame& frame, AnyPair& any) {
   using Search = WithinSearch<false, BV, Frame, AnyPair>;
   static thread_local typename Search::Memory memory;
   Search search(input, frame, any, memory);
-  search.run({0, 0});
+  runFromRoots(search);
   search.record(TaskPool(1));
   any.box_tests = search.boxTests();
 }

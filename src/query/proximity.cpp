@@ -12,12 +12,11 @@ namespace {
 
 /// Adds what all tasks find to the query's sink, in their order.
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
-void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink,
-              const std::vector<NodePair>& pairs, const TaskPool& pool,
-              WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
+void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
+              const TaskPool& pool, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
   using Worker = WithinWorker<kIsSelf, BV, Frame, Sink>;
   SearchTasks<Worker> tasks;
-  tasks.run(pool, pairs, [&](std::size_t) { return std::make_unique<Worker>(input, frame, sink); });
+  tasks.run(pool, walks, [&](std::size_t) { return std::make_unique<Worker>(input, frame, sink); });
   for (const auto& found : tasks.found()) sink.append(found.worker->sink(), found.from, found.to);
   tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
@@ -28,8 +27,8 @@ void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
   static thread_local typename Search::Memory memory;
   Search search(input, frame, sink, memory);
   const TaskPool pool(std::max(input.first.tree->query_threads, input.second.tree->query_threads));
-  runFromRoots(search, pool, [&](const std::vector<NodePair>& pairs) {
-    runTasks<kIsSelf>(input, frame, sink, pairs, pool, search);
+  runFromRoots(search, pool, [&](const WalkTasks& walks) {
+    runTasks<kIsSelf>(input, frame, sink, walks, pool, search);
   });
   search.record(pool);
 }

@@ -10,23 +10,47 @@
 
 namespace adaptive_bvh {
 
-/// Calls search.run for the roots; or, on several threads, runTasks(pairs) for pairs of nodes that
-/// stand for these, where there are enough to be worth it.
+/// A walk cut into tasks, each some pairs of nodes, in the order in which one thread comes to them.
+class WalkTasks {
+ public:
+  static constexpr int kSize = 512;
+
+  /// At least kSize.
+  explicit WalkTasks(const std::vector<NodePair>& pairs) : pairs_(pairs) {}
+
+  int size() const { return kSize; }
+  NodePairs operator[](int task) const {
+    const auto at = [&](int i) {
+      return pairs_.data() + partBegin(static_cast<int>(pairs_.size()), kSize, i);
+    };
+    return {at(task), at(task + 1)};
+  }
+
+ private:
+  const std::vector<NodePair>& pairs_;
+};
+
+/// Calls search.run for the roots.
+template <typename Search>
+void runFromRoots(Search& search) {
+  const NodePair roots{0, 0};
+  search.run({&roots, &roots + 1});
+}
+/// As above; or, on several threads, runTasks(walks) for tasks that stand for these, where there
+/// are enough to be worth it.
 template <typename Search, typename RunTasks>
 void runFromRoots(Search& search, const TaskPool& pool, const RunTasks& runTasks) {
-  constexpr std::size_t kEnough = 512;
-  if (pool.size() == 1) return search.run({0, 0});
+  if (pool.size() == 1) return runFromRoots(search);
   std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, kEnough, pool);
-  if (pairs.size() >= kEnough) return runTasks(pairs);
-  for (const NodePair& pair : pairs) search.run(pair);
+  search.split(pairs, WalkTasks::kSize, pool);
+  if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
+  search.run({pairs.data(), pairs.data() + pairs.size()});
 }
 
-/// A walk cut into tasks, each a pair of nodes, in the order in which one thread comes to them.
-/// Each thread has a worker, and notes which part of what it found is a task's: so all can be put
-/// together in the order of one thread.
+/// The tasks of a walk, run. Each thread has a worker, and notes which part of what it found is a
+/// task's: so all can be put together in the order of one thread.
 ///
-///   worker.run(pair, task)   searches at or below a pair of nodes
+///   worker.run(pairs, task)  searches at or below some pairs of nodes
 ///   worker.mark()            how much it has found so far: a Worker::Mark
 template <typename Worker>
 class SearchTasks {
@@ -40,17 +64,17 @@ class SearchTasks {
   /// makeWorker(slot) returns a new worker in a std::unique_ptr, on its thread. Throws
   /// std::bad_alloc when memory ran out in a task.
   template <typename MakeWorker>
-  void run(const TaskPool& pool, const std::vector<NodePair>& tasks, const MakeWorker& makeWorker) {
+  void run(const TaskPool& pool, const WalkTasks& walks, const MakeWorker& makeWorker) {
     workers_.resize(static_cast<std::size_t>(pool.size()));
-    found_.resize(tasks.size());
+    found_.resize(static_cast<std::size_t>(walks.size()));
     std::atomic<bool> out_of_memory{false};
-    pool.forEach(static_cast<int>(tasks.size()), [&](int task, int slot) {
+    pool.forEach(walks.size(), [&](int task, int slot) {
       const auto at = static_cast<std::size_t>(task);
       std::unique_ptr<Worker>& worker = workers_[static_cast<std::size_t>(slot)];
       try {
         if (!worker) worker = makeWorker(static_cast<std::size_t>(slot));
         found_[at].from = worker->mark();
-        worker->run(tasks[at], at);
+        worker->run(walks[task], at);
         found_[at].to = worker->mark();
         found_[at].worker = worker.get();
       } catch (const std::bad_alloc&) {

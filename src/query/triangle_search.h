@@ -36,8 +36,8 @@ class TriangleSearch {
   TriangleSearch(const TriangleSearch&) = delete;
   TriangleSearch& operator=(const TriangleSearch&) = delete;
 
-  /// All pairs at or below a pair of nodes, until there are enough.
-  void run(const NodePair& from) {
+  /// All pairs at or below some pairs of nodes, until there are enough.
+  void run(const NodePairs& from) {
     tests_.begin();
     walk_.run(from, input_.tree1.depth() + input_.tree2.depth());
     tests_.finish();

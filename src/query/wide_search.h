@@ -42,9 +42,13 @@ struct SkipsFlatNodes<Visitor, std::void_t<decltype(std::declval<Visitor&>().isF
 struct NodePair {
   int first, second;
 };
+/// Some, one after the other.
+struct NodePairs {
+  const NodePair *begin, *end;
+};
 
 /// All pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself, from
-/// the roots or another pair of nodes down, depth first. Where only one of two nodes is a leaf, its
+/// the roots or other pairs of nodes down, depth first. Where only one of two nodes is a leaf, its
 /// triangles are tested against the boxes of the other.
 ///
 ///   Visitor::foundLeaves(a, b, pairs), foundLeaf(a, pairs)
@@ -68,11 +72,11 @@ class WideSearch {
         visited_second_(visited_second) {}
 
   /// `depth`: of both trees, added.
-  void run(const NodePair& from, int depth) {
+  void run(const NodePairs& from, int depth) {
     // A pair that is left makes room for sixteen below it at most.
-    Scratch<NodePair> open(static_cast<std::size_t>(kMostBelow * depth));
+    Scratch<NodePair> open(static_cast<std::size_t>(from.end - from.begin + kMostBelow * depth));
     top_ = open.data();
-    push(from.first, from.second);
+    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
     while (top_ != open.data() && !visitor_.isDone()) {
       const NodePair pair = *--top_;
       test(pair);

@@ -24,7 +24,7 @@ class WithinWorker {
       : sink_(sink.another(own_)), search_(input, frame, sink_, memory_) {}
 
   Mark mark() const { return Sink::markOf(own_); }
-  void run(const NodePair& pair, std::size_t) { search_.run(pair); }
+  void run(const NodePairs& pairs, std::size_t) { search_.run(pairs); }
 
   const Sink& sink() const { return sink_; }
   const Search& search() const { return search_; }
