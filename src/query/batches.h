@@ -8,7 +8,7 @@
 namespace adaptive_bvh {
 
 /// Calls run(begin, end) for all of [0, count) in parts, on so many threads as the model's queries
-/// may take. `run` must not throw.
+/// may take. `run`: see TaskPool::forEach.
 template <typename BV, typename Run>
 void forEachBatch(const AdaptiveTree<BV>& tree, std::size_t count, Run&& run) {
   constexpr std::size_t kBatch = 512;

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
-#include <new>
 #include <vector>
 
 #include "query/wide_search.h"
@@ -61,27 +59,20 @@ class SearchTasks {
     typename Worker::Mark from{}, to{};
   };
 
-  /// makeWorker(slot) returns a new worker in a std::unique_ptr, on its thread. Throws
-  /// std::bad_alloc when memory ran out in a task.
+  /// makeWorker(slot) returns a new worker in a std::unique_ptr, on its thread.
   template <typename MakeWorker>
   void run(const TaskPool& pool, const WalkTasks& walks, const MakeWorker& makeWorker) {
     workers_.resize(static_cast<std::size_t>(pool.size()));
     found_.resize(static_cast<std::size_t>(walks.size()));
-    std::atomic<bool> out_of_memory{false};
     pool.forEach(walks.size(), [&](int task, int slot) {
       const auto at = static_cast<std::size_t>(task);
       std::unique_ptr<Worker>& worker = workers_[static_cast<std::size_t>(slot)];
-      try {
-        if (!worker) worker = makeWorker(static_cast<std::size_t>(slot));
-        found_[at].from = worker->mark();
-        worker->run(walks[task], at);
-        found_[at].to = worker->mark();
-        found_[at].worker = worker.get();
-      } catch (const std::bad_alloc&) {
-        out_of_memory = true;
-      }
+      if (!worker) worker = makeWorker(static_cast<std::size_t>(slot));
+      found_[at].from = worker->mark();
+      worker->run(walks[task], at);
+      found_[at].to = worker->mark();
+      found_[at].worker = worker.get();
     });
-    if (out_of_memory) throw std::bad_alloc();
   }
 
   /// By task.

@@ -124,8 +124,14 @@ class WideSearch {
   }
   ADAPTIVE_BVH_INLINE void push(int first, int second) {
     *top_++ = {first, second};
-    __builtin_prefetch(first_ + first);
-    __builtin_prefetch(second_ + second);
+    prefetch(first_[first]);
+    prefetch(second_[second]);
+  }
+
+  /// Both cache lines.
+  ADAPTIVE_BVH_INLINE static void prefetch(const WideNode& node) {
+    __builtin_prefetch(&node);
+    __builtin_prefetch(node.below);
   }
 
   ADAPTIVE_BVH_INLINE void testPair(const NodePair& pair) {

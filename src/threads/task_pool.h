@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <vector>
 
 namespace adaptive_bvh {
@@ -32,7 +33,8 @@ class TaskPool {
   /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no
   /// two that have the same slot at the same time. Returns when all are done; what they did is then
   /// visible to the caller. Each slot first takes tasks of a part of its own, one after the other:
-  /// what neighbouring tasks read is then read by one processor. `run` must not throw.
+  /// what neighbouring tasks read is then read by one processor. `run` may throw std::bad_alloc
+  /// only, which the caller gets when all are done.
   template <typename Run>
   void forEach(int count, Run&& run) const {
     if (size_ == 1) {
@@ -40,6 +42,7 @@ class TaskPool {
       return;
     }
     std::atomic<int> finished{0};
+    std::atomic<bool> out_of_memory{false};
     std::vector<Share> shares(static_cast<std::size_t>(size_));
     for (int i = 0; i < size_; ++i) {
       Share& share = shares[static_cast<std::size_t>(i)];
@@ -49,8 +52,13 @@ class TaskPool {
     auto work = [&](int slot) noexcept {
       for (int i = 0; i < size_; ++i) {  // its own, then what others have left
         Share& share = shares[static_cast<std::size_t>((slot + i) % size_)];
-        for (int task; (task = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
-          run(task, slot);
+        for (int task; (task = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;) {
+          try {
+            run(task, slot);
+          } catch (const std::bad_alloc&) {
+            out_of_memory.store(true, std::memory_order_relaxed);
+          }
+        }
       }
       finished.fetch_add(1, std::memory_order_release);
     };
@@ -64,6 +72,7 @@ class TaskPool {
         &work);
     work(0);  // what none began
     finished.load(std::memory_order_acquire);
+    if (out_of_memory.load(std::memory_order_relaxed)) throw std::bad_alloc();
   }
 
   /// The same for `parts` parts of [0, size): calls run(first, last, slot).

@@ -1,53 +1,68 @@
 #include "tree/contours.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace adaptive_bvh {
 namespace {
 
-struct Edge {
-  unsigned from, to;  ///< vertices
-  unsigned slot;      ///< of `from`
-};
-using Iterator = std::vector<Edge>::iterator;
+/// An edge of a triangle, in its direction. In order, those between the same two vertices lie
+/// together, first those from the smaller number to the larger one.
+class Edge {
+ public:
+  Edge() = default;
+  /// `slot`: of `from`. Numbers of vertices are below 2^31, as FCL counts in int.
+  Edge(unsigned from, unsigned to, unsigned slot)
+      : key_(from < to ? keyOf(from, to) : keyOf(to, from) | 1), slot_(slot) {}
 
-/// Takes away pairs of opposite edges; returns where the rest ends.
-Iterator cancelOpposites(Iterator begin, Iterator end) {
-  const auto ends = [](const Edge& e) { return std::minmax(e.from, e.to); };
-  std::sort(begin, end, [&](const Edge& a, const Edge& b) {
-    return std::make_pair(ends(a), a.from) < std::make_pair(ends(b), b.from);
-  });
-  Iterator kept = begin;
-  for (Iterator same = begin; same != end;) {
-    const auto both = ends(*same);
-    const Iterator next = std::find_if(same, end, [&](const Edge& e) { return ends(e) != both; });
-    const Iterator back =
-        std::find_if(same, next, [&](const Edge& e) { return e.from != both.first; });
-    const auto forward = back - same, backward = next - back;
-    if (forward > backward)
-      kept = std::copy(same + backward, back, kept);
+  unsigned from() const { return isBack() ? larger() : smaller(); }
+  unsigned to() const { return isBack() ? smaller() : larger(); }
+  unsigned slot() const { return slot_; }
+  bool isBack() const { return key_ & 1; }
+  bool isOppositeTo(const Edge& other) const { return (key_ ^ other.key_) == 1; }
+
+  friend bool operator<(const Edge& a, const Edge& b) { return a.key_ < b.key_; }
+
+ private:
+  static std::uint64_t keyOf(unsigned smaller, unsigned larger) {
+    return std::uint64_t(smaller) << 32 | std::uint64_t(larger) << 1;
+  }
+  unsigned smaller() const { return static_cast<unsigned>(key_ >> 32); }
+  unsigned larger() const { return static_cast<unsigned>(key_) >> 1; }
+
+  std::uint64_t key_;
+  unsigned slot_;
+};
+using Edges = std::vector<Edge>;
+
+/// Of edges in order: takes away pairs of opposite ones; returns where the rest ends.
+Edges::iterator cancelOpposites(Edges::iterator begin, Edges::iterator end) {
+  auto kept = begin;
+  for (auto edge = begin; edge != end; ++edge) {
+    const bool goes_back = kept != begin && std::prev(kept)->isOppositeTo(*edge);
+    if (goes_back)
+      --kept;
     else
-      kept = std::copy(back + forward, next, kept);
-    same = next;
+      *kept++ = *edge;
   }
   return kept;
 }
 
 /// Adds the slots along the edges when they are one closed curve that comes to no vertex twice.
 /// Returns how many.
-std::size_t addCurve(std::vector<Edge> edges, std::vector<unsigned>& slots) {
+std::size_t addCurve(Edges edges, std::vector<unsigned>& slots) {
   std::sort(edges.begin(), edges.end(),
-            [](const Edge& a, const Edge& b) { return a.from < b.from; });
-  const auto same_start = [](const Edge& a, const Edge& b) { return a.from == b.from; };
+            [](const Edge& a, const Edge& b) { return a.from() < b.from(); });
+  const auto same_start = [](const Edge& a, const Edge& b) { return a.from() == b.from(); };
   if (edges.empty() || std::adjacent_find(edges.begin(), edges.end(), same_start) != edges.end())
     return 0;
   const std::size_t begin = slots.size();
-  Iterator at = edges.begin();
+  auto at = edges.begin();
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (i > 0 && at == edges.begin()) break;  // closed too early
-    slots.push_back(at->slot);
-    at = std::lower_bound(edges.begin(), edges.end(), at->to,
-                          [](const Edge& e, unsigned vertex) { return e.from < vertex; });
+    slots.push_back(at->slot());
+    at = std::lower_bound(edges.begin(), edges.end(), at->to(),
+                          [](const Edge& e, unsigned vertex) { return e.from() < vertex; });
   }
   if (slots.size() - begin == edges.size()) return edges.size();
   slots.resize(begin);
@@ -61,48 +76,111 @@ bool isWorthATest(std::size_t triangles, std::size_t contour) {
   return triangles >= kFewest && contour * contour <= 256 * triangles;
 }
 
-/// Adds the edges of the triangles of a leaf.
-void addEdges(const WideNode& leaf, const VertexSlots& slots, std::vector<Edge>& edges) {
-  for (int i = 0; i < leaf.count; ++i) {
-    const std::size_t triangle = static_cast<std::size_t>(leaf.first) + std::size_t(i);
-    const VertexIndices at = slots.slotsOf(triangle), vertex = slots.verticesOf(triangle);
-    for (std::size_t k = 0; k < 3; ++k)
-      if (vertex[k] != vertex[(k + 1) % 3])
-        edges.push_back({vertex[k], vertex[(k + 1) % 3], at[k]});
-  }
-}
+/// Finds the patches of nodes, which come from the last to the first: those below a node follow it,
+/// so the edges of its children are the last that were added when its turn comes.
+class PatchFinder {
+ public:
+  PatchFinder(const WideNode* nodes, const VertexSlots& slots, Patch* patches)
+      : nodes_(nodes), slots_(slots), patches_(patches) {}
 
-}  // namespace
-
-/// From the last node to the first: those below a node follow it, so the edges of its children are
-/// the last that were added when its turn comes.
-void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots) {
-  patches_.assign(static_cast<std::size_t>(count), {0, 0, 0, 0});
-  slots_.clear();
-  std::vector<Edge> edges;
-  std::vector<std::size_t> begins;  // of the edges of nodes whose parent is still to come
-  for (std::size_t i = patches_.size(); i-- > 0;) {
-    const WideNode& node = nodes[i];
+  void add(int i) {
+    const WideNode& node = nodes_[i];
     Patch& patch = patches_[i];
     if (node.isLeaf()) {
       patch = {static_cast<std::uint32_t>(node.first), static_cast<std::uint32_t>(node.count), 0,
                0};
-      begins.push_back(edges.size());
-      addEdges(node, slots, edges);
+      begins_.push_back(edges_.size());
+      addEdges(node);
     } else {
-      patch.first = patches_[static_cast<std::size_t>(node.below[0])].first;
-      for (int k = 0; k < node.count; ++k)
-        patch.count += patches_[static_cast<std::size_t>(node.below[k])].count;
-      begins.resize(begins.size() - std::size_t(node.count) + 1);
+      patch.first = patches_[node.below[0]].first;
+      for (int k = 0; k < node.count; ++k) patch.count += patches_[node.below[k]].count;
+      begins_.resize(begins_.size() - std::size_t(node.count) + 1);
     }
-    const auto begin = edges.begin() + static_cast<std::ptrdiff_t>(begins.back());
-    edges.erase(cancelOpposites(begin, edges.end()), edges.end());
-    const std::size_t length = edges.size() - begins.back();
-    if (!isWorthATest(patch.count, length)) continue;
-    patch.contour = static_cast<std::uint32_t>(slots_.size());
-    patch.length = static_cast<std::uint32_t>(addCurve({begin, edges.end()}, slots_));
+    const auto begin = edges_.begin() + static_cast<std::ptrdiff_t>(begins_.back());
+    std::sort(begin, edges_.end());
+    edges_.erase(cancelOpposites(begin, edges_.end()), edges_.end());
+    const std::size_t length = edges_.size() - begins_.back();
+    if (!isWorthATest(patch.count, length)) return;
+    patch.contour = static_cast<std::uint32_t>(contours_.size());
+    patch.length = static_cast<std::uint32_t>(addCurve({begin, edges_.end()}, contours_));
   }
-  slots_.shrink_to_fit();
+  /// The nodes of a subtree, begin to end - 1, that another has found.
+  void add(const PatchFinder& subtree, int begin, int end) {
+    begins_.push_back(edges_.size());
+    edges_.insert(edges_.end(), subtree.edges_.begin(), subtree.edges_.end());
+    for (int i = begin; i < end; ++i)
+      patches_[i].contour += static_cast<std::uint32_t>(contours_.size());
+    contours_.insert(contours_.end(), subtree.contours_.begin(), subtree.contours_.end());
+  }
+
+  /// Patch::contour stands for places in these.
+  const std::vector<unsigned>& contours() const { return contours_; }
+
+ private:
+  void addEdges(const WideNode& leaf) {
+    for (int i = 0; i < leaf.count; ++i) {
+      const std::size_t triangle = static_cast<std::size_t>(leaf.first) + std::size_t(i);
+      const VertexIndices at = slots_.slotsOf(triangle), vertex = slots_.verticesOf(triangle);
+      for (std::size_t k = 0; k < 3; ++k)
+        if (vertex[k] != vertex[(k + 1) % 3])
+          edges_.emplace_back(vertex[k], vertex[(k + 1) % 3], at[k]);
+    }
+  }
+
+  const WideNode* nodes_;
+  const VertexSlots& slots_;
+  Patch* patches_;
+  Edges edges_;                      ///< around nodes whose parent is still to come
+  std::vector<std::size_t> begins_;  ///< of the edges of each
+  std::vector<unsigned> contours_;
+};
+
+/// A node and those below it: begin to end - 1.
+struct Subtree {
+  int begin, end;
+};
+
+/// All nodes of at most `size` whose parent has more, in order.
+std::vector<Subtree> subtreesOf(const WideNode* nodes, int count, int size) {
+  std::vector<Subtree> subtrees, open{{0, count}};
+  while (!open.empty()) {
+    const Subtree at = open.back();
+    open.pop_back();
+    if (at.end - at.begin <= size) {
+      subtrees.push_back(at);
+      continue;
+    }
+    const WideNode& node = nodes[at.begin];
+    for (int k = int(node.count), end = at.end; k-- > 0; end = node.below[k])
+      open.push_back({node.below[k], end});
+  }
+  return subtrees;
+}
+
+}  // namespace
+
+void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots,
+                     const TaskPool& pool) {
+  patches_.assign(static_cast<std::size_t>(count), {0, 0, 0, 0});
+  const std::vector<Subtree> subtrees = subtreesOf(nodes, count, count / pool.parts());
+  const PatchFinder none(nodes, slots, patches_.data());
+  std::vector<PatchFinder> found(subtrees.size(), none);
+  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int) {
+    const Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
+    for (int i = subtree.end; i-- > subtree.begin;) found[static_cast<std::size_t>(task)].add(i);
+  });
+  PatchFinder all = none;
+  std::size_t left = subtrees.size();
+  for (int i = count; i-- > 0;) {
+    if (left == 0 || i + 1 != subtrees[left - 1].end) {
+      all.add(i);
+      continue;
+    }
+    const Subtree& subtree = subtrees[--left];
+    all.add(found[left], subtree.begin, subtree.end);
+    i = subtree.begin;
+  }
+  slots_ = all.contours();
 }
 
 }  // namespace adaptive_bvh

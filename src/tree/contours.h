@@ -19,7 +19,8 @@ struct Patch {
 /// those that two of them have in common, in opposite directions. They depend on the topology only.
 class Contours {
  public:
-  void adopt(const WideNode* nodes, int count, const VertexSlots& slots);
+  /// Of a tree of `count` nodes.
+  void adopt(const WideNode* nodes, int count, const VertexSlots& slots, const TaskPool& pool);
 
   const Patch& patch(int node) const { return patches_[static_cast<std::size_t>(node)]; }
   /// The slots of the vertices along a contour, one after the other.

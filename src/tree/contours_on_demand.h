@@ -13,7 +13,7 @@ class ContoursOnDemand {
   template <typename S, typename Tree>
   const Contours& current(const WideTree<S>& wide, const Tree& tree) {
     return contours_.current(tree.topology_number, [&](Contours& contours) {
-      contours.adopt(wide.nodes(), wide.size(), tree.topology.slots);
+      contours.adopt(wide.nodes(), wide.size(), tree.topology.slots, TaskPool(tree.query_threads));
     });
   }
   std::size_t bytes() const { return contours_.bytes(); }

@@ -15,6 +15,7 @@ namespace {
 
 using adaptive_bvh::Contours;
 using adaptive_bvh::Patch;
+using adaptive_bvh::TaskPool;
 using adaptive_bvh::VertexSlots;
 using adaptive_bvh::WideTree;
 using Edges = std::set<std::pair<unsigned, unsigned>>;
@@ -25,7 +26,7 @@ class ContoursTest : public testing::Test {
     fillModel(mesh, model_);
     slots_.adopt(model_);
     tree_.adopt(model_);
-    contours_.adopt(tree_.nodes(), tree_.size(), slots_);
+    contours_.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(1));
   }
   Edges edgesAround(const Patch& patch) const {
     Edges edges;
@@ -62,6 +63,20 @@ TEST_F(ContoursTest, AreTheEdgesAroundEachNode) {
     EXPECT_EQ(contour(patch), edgesAround(patch)) << "node " << i;
   }
   EXPECT_GT(found, 20);
+}
+
+TEST_F(ContoursTest, AreTheSameOnSeveralThreads) {
+  adopt(plate<double>(60, 50));
+  Contours by_three;
+  by_three.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(3));
+  for (int i = 0; i < tree_.size(); ++i) {
+    const Patch &patch = contours_.patch(i), &other = by_three.patch(i);
+    EXPECT_EQ(patch.first, other.first) << "node " << i;
+    EXPECT_EQ(patch.count, other.count) << "node " << i;
+    ASSERT_EQ(patch.length, other.length) << "node " << i;
+    const unsigned* const slots = contours_.slots(patch);
+    EXPECT_TRUE(std::equal(slots, slots + patch.length, by_three.slots(other))) << "node " << i;
+  }
 }
 
 TEST_F(ContoursTest, OfNoSingleCurveAreNone) {
