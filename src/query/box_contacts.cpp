@@ -36,9 +36,11 @@ void runTasks(const CandidateInput<BV>& input, const Frame& frame, const Contact
   using Worker = ContactWorker<kIsSelf, BV, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
   ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
+  auto& memory = workersMemory<typename Worker::Memory>(pool);
   SearchTasks<Worker> tasks;
-  tasks.run(pool, walks,
-            [&](std::size_t) { return std::make_unique<Worker>(input, frame, node, room, limit); });
+  tasks.run(pool, walks, [&](std::size_t slot) {
+    return std::make_unique<Worker>(input, frame, node, room, limit, memory[slot]);
+  });
   for (const auto& found : tasks.found())
     for (std::size_t i = found.from; i < found.to && !node.isDone(); ++i)
       node.result->addContact(found.worker->contact(i));

@@ -54,11 +54,21 @@ class ContactWorker {
  public:
   using Search = ContactSearch<kIsSelf, BV, Frame>;
   using Mark = std::size_t;
+  /// That is kept from query to query.
+  struct Memory {
+    typename Search::Memory of_search;
+    fcl::CollisionResult<typename BV::S> contacts;
+  };
 
   /// `node`: of the query. `limit` is that of all workers.
   ContactWorker(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
-                std::size_t room, ContactLimit& limit)
-      : node_(node), room_(room), limit_(limit), search_(input, frame, node_, memory_) {
+                std::size_t room, ContactLimit& limit, Memory& memory)
+      : contacts_(memory.contacts),
+        node_(node),
+        room_(room),
+        limit_(limit),
+        search_(input, frame, node_, memory.of_search) {
+    contacts_.clear();
     node_.result = &contacts_;
   }
 
@@ -78,8 +88,7 @@ class ContactWorker {
   const Search& search() const { return search_; }
 
  private:
-  typename Search::Memory memory_;
-  fcl::CollisionResult<typename BV::S> contacts_;
+  fcl::CollisionResult<typename BV::S>& contacts_;
   ContactNode<BV> node_;
   const std::size_t room_;
   ContactLimit& limit_;

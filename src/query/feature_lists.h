@@ -1,12 +1,9 @@
 #pragma once
 
-#include <algorithm>
-
 #include "adaptive_bvh/feature_pairs.h"
-#include "geometry/scratch.h"
 #include "query/append_pair.h"
+#include "query/found_parts.h"
 #include "query/moving_mesh.h"
-#include "threads/task_pool.h"
 
 namespace adaptive_bvh {
 
@@ -35,43 +32,20 @@ class FeatureLists {
   }
   void finish() {}
 
-  /// How many there are of each kind.
-  using Mark = std::array<std::size_t, 3>;
-  Mark mark() const {
-    return {pairs_.vertex_face.size(), pairs_.face_vertex.size(), pairs_.edge_edge.size()};
-  }
+  using Mark = FeatureMark;
+  Mark mark() const { return markOf(pairs_); }
   /// Lists apart, in memory that is kept in `memory`.
   FeatureLists forWorker(FeaturePairs& memory) const {
     return FeatureLists(first_, second_, memory);
   }
-  /// Takes over what tasks found, in their order; `Found` has a worker, and marks from and to.
+  /// Takes over what tasks found, in their order.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    takeKind(
-        0, pairs_.vertex_face, tasks, pool,
-        [](FeatureLists & f) -> auto& { return f.pairs_.vertex_face; });
-    takeKind(
-        1, pairs_.face_vertex, tasks, pool,
-        [](FeatureLists & f) -> auto& { return f.pairs_.face_vertex; });
-    takeKind(
-        2, pairs_.edge_edge, tasks, pool,
-        [](FeatureLists & f) -> auto& { return f.pairs_.edge_edge; });
+    appendFeatures(
+        tasks, pool, pairs_, [](const Found& task) -> auto& { return task.worker->pairs_; });
   }
 
  private:
-  template <typename Found, typename Of>
-  static void takeKind(std::size_t kind, std::vector<FeaturePair>& to,
-                       const std::vector<Found>& tasks, const TaskPool& pool, const Of& of) {
-    Scratch<std::size_t> begins(1, 0);
-    for (const Found& task : tasks)
-      begins.push_back(begins.back() + task.to[kind] - task.from[kind]);
-    to.resize(begins.back());
-    pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
-      const auto i = static_cast<std::size_t>(task);
-      const FeaturePair* const from = of(*tasks[i].worker).data();
-      std::copy(from + tasks[i].from[kind], from + tasks[i].to[kind], to.data() + begins[i]);
-    });
-  }
   static unsigned vertex(const MovingMesh& mesh, unsigned v) {
     return mesh.features->vertices()[v].vertex;
   }

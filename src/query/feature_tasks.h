@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -65,12 +64,6 @@ class FeatureWorker : public Visitor {
   FeatureWalk<kIsSelf, Visitor> walk_;
 };
 
-/// That a calling thread keeps for those that help it.
-inline std::vector<FeaturePairs>& workersMemory() {
-  static thread_local std::vector<FeaturePairs> memory;
-  return memory;
-}
-
 /// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads.
 template <bool kIsSelf, typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
@@ -79,11 +72,10 @@ void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   visitor.begin();
   runFromRoots(walk, pool, [&](const WalkTasks& walks) {
     using Worker = FeatureWorker<kIsSelf, Visitor>;
-    std::vector<FeaturePairs>& of_workers = workersMemory();
-    of_workers.resize(std::max(static_cast<std::size_t>(pool.size()), of_workers.size()));
+    std::vector<FeaturePairs>& memory = workersMemory<FeaturePairs>(pool);
     SearchTasks<Worker> tasks;
     tasks.run(pool, walks, [&](std::size_t slot) {
-      return std::make_unique<Worker>(pair, visitor, of_workers[slot]);
+      return std::make_unique<Worker>(pair, visitor, memory[slot]);
     });
     visitor.take(tasks.found(), pool);
   });

@@ -3,6 +3,7 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "geometry/feature_distance.h"
 #include "query/append_pair.h"
+#include "query/found_parts.h"
 #include "query/within_tests.h"
 #include "tree/feature_owners.h"
 
@@ -45,15 +46,14 @@ class FeatureSink {
 
   /// For another thread.
   FeatureSink another(Result& result) const { return {in_, is_self_, result}; }
-  /// How much a result has, and what came after an earlier such mark.
-  using Mark = std::array<std::size_t, 3>;
-  static Mark markOf(const Result& r) {
-    return {r.vertex_face.size(), r.face_vertex.size(), r.edge_edge.size()};
-  }
-  void append(const FeatureSink& other, const Mark& begin, const Mark& end) {
-    appendPart(other.result_.vertex_face, begin[0], end[0], result_.vertex_face);
-    appendPart(other.result_.face_vertex, begin[1], end[1], result_.face_vertex);
-    appendPart(other.result_.edge_edge, begin[2], end[2], result_.edge_edge);
+  using Mark = FeatureMark;
+  Mark mark() const { return markOf(result_); }
+  /// Takes over what other sinks were given in tasks, in their order.
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    appendFeatures(
+        tasks, pool, result_,
+        [](const Found& task) -> auto& { return task.worker->sink().result_; });
   }
 
  private:

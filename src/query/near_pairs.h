@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "query/append_pair.h"
+#include "query/found_parts.h"
 #include "query/within_tests.h"
 
 namespace adaptive_bvh {
@@ -51,15 +52,19 @@ class PairSink {
 
   /// For another thread.
   PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
-  /// How much a result has, and what came after an earlier such mark.
   using Mark = std::size_t;
-  static Mark markOf(const Result& r) { return r.size(); }
-  void append(const PairSink& other, Mark begin, Mark end) {
-    const Result& from = other.result_;
-    appendPart(from.triangles, begin, end, result_.triangles);
-    if (request_.enable_distances) appendPart(from.distances, begin, end, result_.distances);
-    if (request_.enable_nearest_points)
-      appendPart(from.nearest_points, begin, end, result_.nearest_points);
+  Mark mark() const { return result_.size(); }
+  /// Takes over what other sinks were given in tasks, in their order.
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    const auto takeAll = [&](auto array) {
+      appendParts(tasks, pool, result_.*array, [&](const Found& task) {
+        return VectorPart(task.worker->sink().result_.*array, task.from, task.to);
+      });
+    };
+    takeAll(&Result::triangles);
+    if (request_.enable_distances) takeAll(&Result::distances);
+    if (request_.enable_nearest_points) takeAll(&Result::nearest_points);
   }
 
  private:

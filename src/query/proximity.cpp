@@ -15,9 +15,12 @@ template <bool kIsSelf, typename BV, typename Frame, typename Sink>
 void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
               const TaskPool& pool, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
   using Worker = WithinWorker<kIsSelf, BV, Frame, Sink>;
+  auto& memory = workersMemory<typename Worker::Memory>(pool);
   SearchTasks<Worker> tasks;
-  tasks.run(pool, walks, [&](std::size_t) { return std::make_unique<Worker>(input, frame, sink); });
-  for (const auto& found : tasks.found()) sink.append(found.worker->sink(), found.from, found.to);
+  tasks.run(pool, walks, [&](std::size_t slot) {
+    return std::make_unique<Worker>(input, frame, sink, memory[slot]);
+  });
+  sink.take(tasks.found(), pool);
   tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -43,6 +44,14 @@ void runFromRoots(Search& search, const TaskPool& pool, const RunTasks& runTasks
   search.split(pairs, WalkTasks::kSize, pool);
   if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
   search.run({pairs.data(), pairs.data() + pairs.size()});
+}
+
+/// What workers keep from query to query, by slot: the calling thread has it.
+template <typename Memory>
+std::vector<Memory>& workersMemory(const TaskPool& pool) {
+  static thread_local std::vector<Memory> memory;
+  memory.resize(std::max(static_cast<std::size_t>(pool.size()), memory.size()));
+  return memory;
 }
 
 /// The tasks of a walk, run. Each thread has a worker, and notes which part of what it found is a

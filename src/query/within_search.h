@@ -18,20 +18,25 @@ class WithinWorker {
  public:
   using Search = WithinSearch<kIsSelf, BV, Frame, Sink>;
   using Mark = typename Sink::Mark;
+  /// That is kept from query to query.
+  struct Memory {
+    typename Search::Memory of_search;
+    typename Sink::Result result;
+  };
 
   /// `sink`: of the query.
-  WithinWorker(const WithinInput<BV>& input, const Frame& frame, const Sink& sink)
-      : sink_(sink.another(own_)), search_(input, frame, sink_, memory_) {}
+  WithinWorker(const WithinInput<BV>& input, const Frame& frame, const Sink& sink, Memory& memory)
+      : sink_(sink.another(memory.result)), search_(input, frame, sink_, memory.of_search) {
+    memory.result.clear();
+  }
 
-  Mark mark() const { return Sink::markOf(own_); }
+  Mark mark() const { return sink_.mark(); }
   void run(const NodePairs& pairs, std::size_t) { search_.run(pairs); }
 
   const Sink& sink() const { return sink_; }
   const Search& search() const { return search_; }
 
  private:
-  typename Search::Memory memory_;
-  typename Sink::Result own_;
   Sink sink_;
   Search search_;
 };

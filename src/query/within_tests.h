@@ -69,14 +69,6 @@ struct WithinInput {
   }
 };
 
-/// Adds a part of one vector to another.
-template <typename T>
-void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
-                std::vector<T>& to) {
-  to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin),
-            from.begin() + static_cast<std::ptrdiff_t>(end));
-}
-
 /// Tests pairs of triangles whose grown boxes overlap. Four at a time in single precision, it
 /// settles which are certainly near or apart: by their corners, those of a leaf together with one
 /// of another, and then, by the hundred, by edges and faces. The exact distance, in double

@@ -140,7 +140,7 @@ struct Subtree {
   int begin, end;
 };
 
-/// All nodes of at most `size` whose parent has more, in order.
+/// All of at most `size` nodes, one or more, whose parent has more, in order.
 std::vector<Subtree> subtreesOf(const WideNode* nodes, int count, int size) {
   std::vector<Subtree> subtrees, open{{0, count}};
   while (!open.empty()) {
@@ -162,7 +162,9 @@ std::vector<Subtree> subtreesOf(const WideNode* nodes, int count, int size) {
 void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots,
                      const TaskPool& pool) {
   patches_.assign(static_cast<std::size_t>(count), {0, 0, 0, 0});
-  const std::vector<Subtree> subtrees = subtreesOf(nodes, count, count / pool.parts());
+  constexpr int kFewest = 64;  // nodes, to be worth a task
+  const std::vector<Subtree> subtrees =
+      subtreesOf(nodes, count, std::max(kFewest, count / pool.parts()));
   const PatchFinder none(nodes, slots, patches_.data());
   std::vector<PatchFinder> found(subtrees.size(), none);
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int) {

@@ -66,16 +66,18 @@ TEST_F(ContoursTest, AreTheEdgesAroundEachNode) {
 }
 
 TEST_F(ContoursTest, AreTheSameOnSeveralThreads) {
-  adopt(plate<double>(60, 50));
-  Contours by_three;
-  by_three.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(3));
-  for (int i = 0; i < tree_.size(); ++i) {
-    const Patch &patch = contours_.patch(i), &other = by_three.patch(i);
-    EXPECT_EQ(patch.first, other.first) << "node " << i;
-    EXPECT_EQ(patch.count, other.count) << "node " << i;
-    ASSERT_EQ(patch.length, other.length) << "node " << i;
-    const unsigned* const slots = contours_.slots(patch);
-    EXPECT_TRUE(std::equal(slots, slots + patch.length, by_three.slots(other))) << "node " << i;
+  for (const int cells : {2, 12, 60}) {
+    adopt(plate<double>(cells, cells));
+    Contours by_three;
+    by_three.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(3));
+    for (int i = 0; i < tree_.size(); ++i) {
+      const Patch &patch = contours_.patch(i), &other = by_three.patch(i);
+      EXPECT_EQ(patch.first, other.first) << "node " << i;
+      EXPECT_EQ(patch.count, other.count) << "node " << i;
+      ASSERT_EQ(patch.length, other.length) << "node " << i;
+      const unsigned* const slots = contours_.slots(patch);
+      EXPECT_TRUE(std::equal(slots, slots + patch.length, by_three.slots(other))) << "node " << i;
+    }
   }
 }
 

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "geometry/scratch.h"
+#include "threads/task_pool.h"
+
+namespace adaptive_bvh {
+
+/// Some of a vector.
+template <typename T>
+struct VectorPart {
+  VectorPart(const std::vector<T>& of, std::size_t from, std::size_t to)
+      : begin(of.data() + from), end(of.data() + to) {}
+
+  const T *begin, *end;
+};
+
+/// Adds to `to` what tasks found, in their order: partOf(task) is a VectorPart of each. `Found`:
+/// SearchTasks::Found.
+template <typename T, typename Found, typename PartOf>
+void appendParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
+                 const PartOf& partOf) {
+  Scratch<std::size_t> begins(1, to.size());
+  for (const Found& task : tasks) {
+    const VectorPart<T> part = partOf(task);
+    begins.push_back(begins.back() + static_cast<std::size_t>(part.end - part.begin));
+  }
+  to.resize(begins.back());
+  pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
+    const auto i = static_cast<std::size_t>(task);
+    const VectorPart<T> part = partOf(tasks[i]);
+    std::copy(part.begin, part.end, to.data() + begins[i]);
+  });
+}
+
+/// How many pairs there are of each kind.
+using FeatureMark = std::array<std::size_t, 3>;
+inline FeatureMark markOf(const FeaturePairs& pairs) {
+  return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
+}
+/// As appendParts, pairs of all kinds: pairsOf(task) are those of a task's worker.
+template <typename Found, typename PairsOf>
+void appendFeatures(const std::vector<Found>& tasks, const TaskPool& pool, FeaturePairs& to,
+                    const PairsOf& pairsOf) {
+  constexpr std::vector<FeaturePair> FeaturePairs::*kKinds[] = {
+      &FeaturePairs::vertex_face, &FeaturePairs::face_vertex, &FeaturePairs::edge_edge};
+  for (std::size_t k = 0; k < 3; ++k)
+    appendParts(tasks, pool, to.*kKinds[k], [&](const Found& task) -> VectorPart<FeaturePair> {
+      return {pairsOf(task).*kKinds[k], task.from[k], task.to[k]};
+    });
+}
+
+}  // namespace adaptive_bvh
