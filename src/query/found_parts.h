@@ -29,6 +29,8 @@ void appendParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vec
     const VectorPart<T> part = partOf(task);
     begins.push_back(begins.back() + static_cast<std::size_t>(part.end - part.begin));
   }
+  // With room for more: what is near becomes more from step to step, while bodies approach.
+  if (begins.back() > to.capacity()) to.reserve(2 * begins.back());
   to.resize(begins.back());
   pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
     const auto i = static_cast<std::size_t>(task);

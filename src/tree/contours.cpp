@@ -135,16 +135,16 @@ class PatchFinder {
   std::vector<unsigned> contours_;
 };
 
-/// A node and those below it: begin to end - 1.
-struct Subtree {
+/// Nodes from begin to end - 1: a node and those below it.
+struct SubtreeRange {
   int begin, end;
 };
 
 /// All of at most `size` nodes, one or more, whose parent has more, in order.
-std::vector<Subtree> subtreesOf(const WideNode* nodes, int count, int size) {
-  std::vector<Subtree> subtrees, open{{0, count}};
+std::vector<SubtreeRange> subtreesOf(const WideNode* nodes, int count, int size) {
+  std::vector<SubtreeRange> subtrees, open{{0, count}};
   while (!open.empty()) {
-    const Subtree at = open.back();
+    const SubtreeRange at = open.back();
     open.pop_back();
     if (at.end - at.begin <= size) {
       subtrees.push_back(at);
@@ -163,12 +163,12 @@ void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots,
                      const TaskPool& pool) {
   patches_.assign(static_cast<std::size_t>(count), {0, 0, 0, 0});
   constexpr int kFewest = 64;  // nodes, to be worth a task
-  const std::vector<Subtree> subtrees =
+  const std::vector<SubtreeRange> subtrees =
       subtreesOf(nodes, count, std::max(kFewest, count / pool.parts()));
   const PatchFinder none(nodes, slots, patches_.data());
   std::vector<PatchFinder> found(subtrees.size(), none);
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int) {
-    const Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
+    const SubtreeRange& subtree = subtrees[static_cast<std::size_t>(task)];
     for (int i = subtree.end; i-- > subtree.begin;) found[static_cast<std::size_t>(task)].add(i);
   });
   PatchFinder all = none;
@@ -178,7 +178,7 @@ void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots,
       all.add(i);
       continue;
     }
-    const Subtree& subtree = subtrees[--left];
+    const SubtreeRange& subtree = subtrees[--left];
     all.add(found[left], subtree.begin, subtree.end);
     i = subtree.begin;
   }
