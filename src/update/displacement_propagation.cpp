@@ -65,8 +65,11 @@ void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
 }
 
 template <typename BV>
-void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&) {
+void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
   for (int i = 0; i < target.nodes(); ++i) refitted(target, i);
+  BV recorded = root;
+  Volume<BV>::raiseRadius(recorded);  // as the change detector does
+  original_radius_[0] = Volume<BV>::radius(recorded);
 }
 
 template <typename BV>

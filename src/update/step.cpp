@@ -238,15 +238,11 @@ void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }
 
+/// The root is recorded last: from then on other threads may read all of it.
 template <typename BV>
 void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& root) {
-  std::visit(
-      [&](auto& method) {
-        method.start(target, root);
-        target.tree.detector.record(target.volume(0), root);
-        method.refitted(target, 0);
-      },
-      state.method);
+  std::visit([&](auto& method) { method.start(target, root); }, state.method);
+  target.tree.detector.record(target.volume(0), root);
 }
 
 template <typename BV>

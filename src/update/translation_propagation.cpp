@@ -65,6 +65,7 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   vertices_.start(target, target.tree.boxes->frame);
   TaskPool alone(1);
   propagate(target, RefitPolicy(), alone);
+  refitted(target, 0);
   target.tree.restartMotion(target.model);
   target.tree.motion.include(Volume<BV>::cornerSum(root));
   kept_.resize(static_cast<std::size_t>(target.tree.boxes->largeNodes()));
