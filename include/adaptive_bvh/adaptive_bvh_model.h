@@ -244,14 +244,16 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// built without oneTBB. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
-  /// Lets `selfCollide` and `adaptive_bvh::collide` use so many threads of the caller's oneTBB task
-  /// arena, where the boxes are searched (query.h) and there is much to search; of two models the
-  /// larger number counts. 1 by default. Contacts and their order are the same whatever the number.
-  /// (What is recorded for test B is, too, unless the search stops at `num_max_contacts`: then on
-  /// more threads it may hold more.) Distances, requests with `enable_cost` and all other pairs
-  /// take one thread. On more than one thread a query allocates. Without effect where the library
-  /// was built without oneTBB. Throws std::invalid_argument below 1. To be called as updates are,
-  /// while no query runs.
+  /// Lets a query use so many threads of the caller's oneTBB task arena where there is much to
+  /// search: `selfCollide` and `adaptive_bvh::collide` where the boxes are searched (query.h),
+  /// pairs within a distance (proximity.h), continuous collision and many points at once
+  /// (point_query.h). Of two models the larger number counts. 1 by default. Results and their order
+  /// are the same whatever the number. (What is recorded for test B is, too, unless the search
+  /// stops at `num_max_contacts`: then on more threads it may hold more.) Other queries, and
+  /// requests with `enable_cost`, take one thread. On more than one thread a query allocates, and
+  /// the thread that asks keeps memory for all of them until it ends. Without effect where the
+  /// library was built without oneTBB. Throws std::invalid_argument below 1. To be called as
+  /// updates are, while no query runs.
   void setQueryThreads(int threads);
 
   /// Checks the invariant: every volume contains every triangle below it (after a two-frame

@@ -10,7 +10,6 @@ namespace {
 /// together, first those from the smaller number to the larger one.
 class Edge {
  public:
-  Edge() = default;
   /// `slot`: of `from`. Numbers of vertices are below 2^31, as FCL counts in int.
   Edge(unsigned from, unsigned to, unsigned slot)
       : key_(from < to ? keyOf(from, to) : keyOf(to, from) | 1), slot_(slot) {}
@@ -18,12 +17,12 @@ class Edge {
   unsigned from() const { return isBack() ? larger() : smaller(); }
   unsigned to() const { return isBack() ? smaller() : larger(); }
   unsigned slot() const { return slot_; }
-  bool isBack() const { return key_ & 1; }
   bool isOppositeTo(const Edge& other) const { return (key_ ^ other.key_) == 1; }
 
   friend bool operator<(const Edge& a, const Edge& b) { return a.key_ < b.key_; }
 
  private:
+  bool isBack() const { return key_ & 1; }
   static std::uint64_t keyOf(unsigned smaller, unsigned larger) {
     return std::uint64_t(smaller) << 32 | std::uint64_t(larger) << 1;
   }
@@ -182,7 +181,7 @@ void Contours::adopt(const WideNode* nodes, int count, const VertexSlots& slots,
     all.add(found[left], subtree.begin, subtree.end);
     i = subtree.begin;
   }
-  slots_ = all.contours();
+  slots_ = all.contours();  // a copy, which has no room to spare
 }
 
 }  // namespace adaptive_bvh
