@@ -73,14 +73,14 @@ void Volume<fcl::OBBRSS<S>>::setRadius(BV& bv, S radius) {
   constexpr S kRounding = 2 * rounding::epsilon<S>();
   bv.obb.extent =
       (bv.obb.extent.array() + along_axes) * (1 + kRounding) + kRounding * (radius + bv.rss.r);
-  Swept::setRadius(bv.rss, radius);
+  RssPart::setRadius(bv.rss, radius);
 }
 
 template <typename S>
 bool Volume<fcl::OBBRSS<S>>::contains(const BV& bv, const Point& p) {
   const Point along = (bv.obb.axis.transpose() * (p - bv.obb.To)).cwiseAbs();
   const S error = 3 * rounding::epsilon<S>() * along.sum() + rounding::tiny<S>();
-  return ((along - bv.obb.extent).array() <= error).all() && Swept::contains(bv.rss, p);
+  return ((along - bv.obb.extent).array() <= error).all() && RssPart::contains(bv.rss, p);
 }
 
 template <typename S>
@@ -99,7 +99,7 @@ template <typename S>
 void Volume<fcl::OBBRSS<S>>::setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
                                       const Extents& extents, S unit, S error) {
   const Interval<float> ranges[3] = {extents.ranges.x, extents.ranges.y, extents.ranges.z};
-  Swept::setAlong(bv.rss, axes, corner, extents, unit, error);
+  RssPart::setAlong(bv.rss, axes, corner, extents, unit, error);
   bv.obb.axis = axes;
   Point to_middle;
   for (int k = 0; k < 3; ++k) {

@@ -136,52 +136,52 @@ struct Volume<fcl::OBBRSS<S_>> {
   using S = S_;
   using BV = fcl::OBBRSS<S>;
   using Point = fcl::Vector3<S>;
-  using Swept = Volume<fcl::RSS<S>>;
-  using SweptParallelogram = typename Swept::SweptParallelogram;
+  using RssPart = Volume<fcl::RSS<S>>;
+  using SweptParallelogram = typename RssPart::SweptParallelogram;
 
   /// By how much the products of two axes may be off those of an orthonormal frame.
   static constexpr S kAxes = 32 * rounding::epsilon<S>();
 
   static S radius(const BV& bv) { return bv.rss.r; }
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.rss.axis; }
-  static S smallestSide(const BV& bv) { return Swept::smallestSide(bv.rss); }
-  static Point center(const BV& bv) { return Swept::center(bv.rss); }
-  static S length(const BV& bv) { return Swept::length(bv.rss); }
-  static S size(const BV& bv, S radius) { return Swept::size(bv.rss, radius); }
-  static SweptParallelogram parallelogram(const BV& bv) { return Swept::parallelogram(bv.rss); }
-  static Point normal(const BV& bv) { return Swept::normal(bv.rss); }
+  static S smallestSide(const BV& bv) { return RssPart::smallestSide(bv.rss); }
+  static Point center(const BV& bv) { return RssPart::center(bv.rss); }
+  static S length(const BV& bv) { return RssPart::length(bv.rss); }
+  static S size(const BV& bv, S radius) { return RssPart::size(bv.rss, radius); }
+  static SweptParallelogram parallelogram(const BV& bv) { return RssPart::parallelogram(bv.rss); }
+  static Point normal(const BV& bv) { return RssPart::normal(bv.rss); }
 
   /// Along its axes the box grows by more than `growth`, for these may be too long and askew:
   /// docs/bounds.md, 12.
   static void move(BV& bv, const Point& translation, S growth) {
-    Swept::move(bv.rss, translation, growth);
+    RssPart::move(bv.rss, translation, growth);
     for (int k = 0; k < 3; ++k) bv.obb.To[k] += translation[k];
     bv.obb.extent.array() += growth * (1 + 4 * kAxes);
   }
   static void setRadius(BV& bv, S radius);
-  static void raiseRadius(BV& bv) { Swept::raiseRadius(bv.rss); }
+  static void raiseRadius(BV& bv) { RssPart::raiseRadius(bv.rss); }
   ADAPTIVE_BVH_INLINE static void prefetch(const BV& bv) {
-    Swept::prefetch(bv.rss);
+    RssPart::prefetch(bv.rss);
     __builtin_prefetch(bv.obb.To.data(), 1);
     __builtin_prefetch(bv.obb.extent.data() + 2, 1);
   }
 
   /// Of either part the larger; of the box the corner is the middle, and its side the longest half.
   static S cornerSum(const BV& bv) {
-    return std::max(Swept::cornerSum(bv.rss),
+    return std::max(RssPart::cornerSum(bv.rss),
                     bv.obb.To.template lpNorm<1>() + bv.obb.extent.maxCoeff());
   }
   static S coordinateSum(const BV& bv) {
-    return std::max(Swept::coordinateSum(bv.rss),
+    return std::max(RssPart::coordinateSum(bv.rss),
                     bv.obb.To.template lpNorm<1>() + 2 * bv.obb.extent.sum());
   }
 
   static bool contains(const BV& bv, const Point& p);
 
-  static constexpr int kNumbers = 2 * Swept::kNumbers;
+  static constexpr int kNumbers = 2 * RssPart::kNumbers;
   static S& number(BV& bv, int i) {
-    if (i < Swept::kNumbers) return Swept::number(bv.rss, i);
-    i -= Swept::kNumbers;
+    if (i < RssPart::kNumbers) return RssPart::number(bv.rss, i);
+    i -= RssPart::kNumbers;
     return i < 9 ? bv.obb.axis.data()[i] : i < 12 ? bv.obb.To[i - 9] : bv.obb.extent[i - 12];
   }
 
@@ -191,11 +191,11 @@ struct Volume<fcl::OBBRSS<S_>> {
                        const Extents& extents, S unit, S error);
   static constexpr bool kHasBox = true;
 
-  static double volume(const BV& bv) { return Swept::volume(bv.rss); }
-  static double surfaceArea(const BV& bv) { return Swept::surfaceArea(bv.rss); }
-  static double aspectRatio(const BV& bv) { return Swept::aspectRatio(bv.rss); }
+  static double volume(const BV& bv) { return RssPart::volume(bv.rss); }
+  static double surfaceArea(const BV& bv) { return RssPart::surfaceArea(bv.rss); }
+  static double aspectRatio(const BV& bv) { return RssPart::aspectRatio(bv.rss); }
   static double shareWithin(const BV& inner, const BV& outer) {
-    return Swept::shareWithin(inner.rss, outer.rss);
+    return RssPart::shareWithin(inner.rss, outer.rss);
   }
 };
 
