@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "geometry/body_frame.h"
+#include "geometry/float4.h"
 
 namespace adaptive_bvh {
 
@@ -26,6 +27,40 @@ struct BodyCoordinates {
 
   fcl::Matrix3d axes() const { return to_body.transpose() / scale; }
   fcl::Vector3d operator()(const fcl::Vector3d& x) const { return to_body * (x - origin); }
+};
+
+/// Coordinates of points, rounded to single precision, and what that took off them.
+class RoundedCoordinates {
+ public:
+  explicit RoundedCoordinates(const BodyCoordinates& coordinates) : origin_(coordinates.origin) {
+    const fcl::Matrix3d& m = coordinates.to_body;
+    for (int k = 0; k < 3; ++k)
+      columns_[k] = Column{Pack<double>{m(0, k), m(1, k)}, Pack<double>{m(2, k), 0}};
+  }
+
+  ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& x, Float4& rounded,
+                                      Float4& residual) const {
+    const Column y = along(x - origin_);
+    rounded = float4::narrowed(y.xy, y.z);
+    residual =
+        float4::narrowed(y.xy - float4::widenedXy(rounded), y.z - float4::widenedZw(rounded));
+  }
+
+ private:
+  struct Column {
+    Pack<double> xy, z;  ///< z, and 0
+  };
+  ADAPTIVE_BVH_INLINE Column along(const fcl::Vector3d& x) const {
+    const auto sum = [&](Pack<double> Column::*part) -> Pack<double> {
+      using packs::all;
+      return columns_[0].*part * all(x[0]) + columns_[1].*part * all(x[1]) +
+             columns_[2].*part * all(x[2]);
+    };
+    return {sum(&Column::xy), sum(&Column::z)};
+  }
+
+  const fcl::Vector3d origin_;
+  Column columns_[3];
 };
 
 }  // namespace adaptive_bvh

@@ -86,5 +86,29 @@ ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& 
   return all.x + all.y + all.z;
 }
 
+/// Four numbers in double precision, rounded; and two of four back again.
+ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy, const Pack<double>& zw) {
+#if defined(__SSE2__)
+  return _mm_movelh_ps(_mm_cvtpd_ps(xy), _mm_cvtpd_ps(zw));
+#else
+  return Float4{static_cast<float>(xy[0]), static_cast<float>(xy[1]), static_cast<float>(zw[0]),
+                static_cast<float>(zw[1])};
+#endif
+}
+ADAPTIVE_BVH_INLINE Pack<double> widenedXy(const Float4& v) {
+#if defined(__SSE2__)
+  return _mm_cvtps_pd(v);
+#else
+  return Pack<double>{v[0], v[1]};
+#endif
+}
+ADAPTIVE_BVH_INLINE Pack<double> widenedZw(const Float4& v) {
+#if defined(__SSE2__)
+  return _mm_cvtps_pd(_mm_movehl_ps(v, v));
+#else
+  return Pack<double>{v[2], v[3]};
+#endif
+}
+
 }  // namespace float4
 }  // namespace adaptive_bvh

@@ -61,7 +61,7 @@ class Collapse {
 
 template <typename S>
 template <typename BV>
-void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
+void WideTree<S>::adopt(const fcl::BVHModel<BV>& model, const VertexSlots& slots) {
   struct Open {
     int node, parent, lane, depth;
   };
@@ -69,7 +69,6 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
   // Most leaves hold three or four, so there is mostly room; to grow means to copy.
   nodes_.reserve(static_cast<std::size_t>(model.getBV(0).num_primitives) * 2 / 5 + 1);
   depth_ = 0;
-  const auto mesh = viewOf(model);
   vertices_.resize(static_cast<std::size_t>(model.getBV(0).num_primitives));
   triangles_.resize(vertices_.size());
   places_.assign(static_cast<std::size_t>(model.getNumBVs()), -1);
@@ -90,7 +89,7 @@ void WideTree<S>::adopt(const fcl::BVHModel<BV>& model) {
         const auto at = static_cast<std::size_t>(node.first) + std::size_t(i);
         triangles_[at] = model.getBV(part.below[i]).primitiveId();
         places_[static_cast<std::size_t>(part.below[i])] = 8 * number + i + 1;
-        const VertexIndices v = mesh.verticesOf(static_cast<unsigned>(triangles_[at]));
+        const VertexIndices v = slots.verticesOf(at);
         vertices_[at] = Int4{int(v[0]), int(v[1]), int(v[2]), part.below[i]};
       }
     } else {
@@ -126,15 +125,9 @@ template <typename BV>
 void WideTree<S>::readPositions(const fcl::BVHModel<BV>& model, const VertexSlots& slots,
                                 std::size_t begin, std::size_t end) {
   const std::vector<unsigned>& vertices = slots.vertices();
-  for (std::size_t i = begin; i < end; ++i) {
-    const fcl::Vector3d y = coordinates_(model.vertices[vertices[i]].template cast<double>());
-    const Float4 at{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]),
-                    0};
-    positions_[i] = at;
-    residuals_[i] =
-        Float4{static_cast<float>(y[0] - double(at[0])), static_cast<float>(y[1] - double(at[1])),
-               static_cast<float>(y[2] - double(at[2])), 0};
-  }
+  const RoundedCoordinates coordinates(coordinates_);
+  for (std::size_t i = begin; i < end; ++i)
+    coordinates(model.vertices[vertices[i]].template cast<double>(), positions_[i], residuals_[i]);
 }
 
 /// Of a part of the nodes, from the last to the first. `later` are those with nodes of another part
@@ -195,9 +188,9 @@ void WideTree<S>::refitInner(WideNode& node) const {
 
 template class WideTree<float>;
 template class WideTree<double>;
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                 \
-  template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&);                    \
-  template void WideTree<BV::S>::refit(const fcl::BVHModel<BV>&, const VertexSlots&, \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                  \
+  template void WideTree<BV::S>::adopt(const fcl::BVHModel<BV>&, const VertexSlots&); \
+  template void WideTree<BV::S>::refit(const fcl::BVHModel<BV>&, const VertexSlots&,  \
                                        const BodyCoordinates&, const TaskPool&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

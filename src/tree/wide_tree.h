@@ -51,7 +51,7 @@ class WideTree {
 
   /// Collapses the model's tree; boxes come with `refit`.
   template <typename BV>
-  void adopt(const fcl::BVHModel<BV>& model);
+  void adopt(const fcl::BVHModel<BV>& model, const VertexSlots& slots);
 
   /// Computes all positions and boxes anew, in these coordinates.
   template <typename BV>

@@ -64,7 +64,7 @@ class WideTreeOnDemand {
  private:
   template <typename BV, typename Tree>
   void adopt(const fcl::BVHModel<BV>& model, const Tree& tree) {
-    if (topology_ != tree.topology_number) wide_.adopt(model);
+    if (topology_ != tree.topology_number) wide_.adopt(model, tree.topology.slots);
     topology_ = tree.topology_number;
   }
 

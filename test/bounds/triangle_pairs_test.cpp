@@ -36,13 +36,12 @@ struct Group {
 
   /// In the coordinates of a four-wide tree: positions, or what rounding took off them.
   Vector4x3 corner(const TrianglePoints<S> (&triangles)[4], std::size_t c, bool residuals) const {
-    const adaptive_bvh::BodyCoordinates coordinates(axes, origin.template cast<double>(), scale());
-    Float4 at[4];
-    for (int k = 0; k < 4; ++k) {
-      fcl::Vector3d y = coordinates(triangles[k][c].template cast<double>());
-      if (residuals) y -= fcl::Vector3d(y.cast<float>().template cast<double>());
-      at[k] = Float4{float(y[0]), float(y[1]), float(y[2]), 0};
-    }
+    const adaptive_bvh::RoundedCoordinates coordinates(
+        adaptive_bvh::BodyCoordinates(axes, origin.template cast<double>(), scale()));
+    Float4 rounded[4], residual[4];
+    for (std::size_t k = 0; k < 4; ++k)
+      coordinates(triangles[k][c].template cast<double>(), rounded[k], residual[k]);
+    const Float4(&at)[4] = residuals ? residual : rounded;
     return adaptive_bvh::float4::columns(at[0], at[1], at[2], at[3]);
   }
   TrianglePairs4 coarse() const {

@@ -25,7 +25,7 @@ class ContoursTest : public testing::Test {
   void adopt(const TriangleMesh<double>& mesh) {
     fillModel(mesh, model_);
     slots_.adopt(model_);
-    tree_.adopt(model_);
+    tree_.adopt(model_, slots_);
     contours_.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(1));
   }
   Edges edgesAround(const Patch& patch) const {

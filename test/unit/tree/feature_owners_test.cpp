@@ -96,10 +96,10 @@ TEST(FeatureLeaves, HaveAllFeaturesOnce) {
     ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
     FeatureOwners owners;
     owners.adopt(model);
-    adaptive_bvh::WideTree<double> tree;
-    tree.adopt(model);
     adaptive_bvh::VertexSlots slots;
     slots.adopt(model);
+    adaptive_bvh::WideTree<double> tree;
+    tree.adopt(model, slots);
     adaptive_bvh::FeatureLeaves features;
     features.adopt(tree, owners, slots);
     std::size_t vertices = 0, edges = 0;

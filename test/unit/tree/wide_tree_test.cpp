@@ -28,7 +28,7 @@ class Wide : public testing::Test {
   void adopt(const TriangleMesh<S>& mesh) {
     fillModel(mesh, model_);
     slots_.adopt(model_);
-    tree_.adopt(model_);
+    tree_.adopt(model_, slots_);
   }
 
   /// Expects that the node's boxes hold all triangles below it, which are added to `triangles`.
@@ -98,7 +98,7 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
     for (const Vector3<S>& p : mesh.vertices)
       for (int k = 0; k < 3; ++k) size = std::max(size, std::abs(frame.toBodyFrame(p)[k]));
     for (int threads : {1, 3}) {
-      this->tree_.adopt(this->model_);
+      this->tree_.adopt(this->model_, this->slots_);
       this->tree_.refit(this->model_, this->slots_, {frame, size}, TaskPool(threads));
       std::vector<int> triangles;
       this->expectHeld(0, triangles);
