@@ -121,6 +121,14 @@ ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
 #endif
 }
 
+/// How many of sixteen bits are set. Not every processor has an instruction for that.
+ADAPTIVE_BVH_INLINE int countOf16(unsigned bits) {
+  bits -= bits >> 1 & 0x5555;
+  bits = (bits & 0x3333) + (bits >> 2 & 0x3333);
+  bits = (bits + (bits >> 4)) & 0x0f0f;
+  return static_cast<int>((bits + (bits >> 8)) & 31);
+}
+
 ADAPTIVE_BVH_INLINE float sum(const Pack<float>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 ADAPTIVE_BVH_INLINE double sum(const Pack<double>& v) { return v[0] + v[1]; }
 ADAPTIVE_BVH_INLINE float smallest(const Pack<float>& v) {

@@ -69,7 +69,7 @@ bool PlaneContour::isStar(float distance) const {
     const Float4 area = ax * by - ay * bx;
     const unsigned edges = edgesOf(i);
     if ((float4::bits(area > all(0)) & edges) != edges) return false;
-    turns += __builtin_popcount(float4::bits((ay < all(0)) & (by >= all(0))) & edges);
+    turns += packs::countOf16(float4::bits((ay < all(0)) & (by >= all(0))) & edges);
     const Float4 length = float4::squareRoot(edge_x * edge_x + edge_y * edge_y);
     const Float4 height = area / length;
     const Float4 sides = (ax * ax + ay * ay) * (bx * bx + by * by);

@@ -49,7 +49,7 @@ class CandidateTests {
         errors_(pairErrors<S>(frame, input.tree1.scale(), 0)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    candidates_ += __builtin_popcount(pairs);
+    candidates_ += packs::countOf16(pairs);
     if (size_ > kSize - 16) testAll();
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     for (; pairs; pairs &= pairs - 1) {

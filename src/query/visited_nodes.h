@@ -26,6 +26,7 @@ class VisitedNodes {
     memory.assign(static_cast<std::size_t>(nodes), 0);
     lanes_ = memory.data();
   }
+  bool isOn() const { return lanes_; }
   /// Of a leaf: `lanes` are the triangles that were tested, a bit each.
   ADAPTIVE_BVH_INLINE void add(int node, unsigned lanes) {
     if (lanes_) lanes_[node] |= static_cast<std::uint8_t>(kVisited | lanes);

@@ -138,17 +138,15 @@ class WideSearch {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
     const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
     box_tests_ += a.count * b.count;
-    const unsigned of_a = (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
-    const unsigned of_b = anyOfFour(bits);
-    visited_first_.add(pair.first, of_a);
-    visited_second_.add(pair.second, of_b);
+    if (visited_first_.isOn()) visited_first_.add(pair.first, anyOfFirst(bits));
+    if (visited_second_.isOn()) visited_second_.add(pair.second, anyOfSecond(bits));
     if (!bits) return;
     if (a.isLeaf() && b.isLeaf())
       visitor_.foundLeaves(a, b, bits);
     else if (a.isLeaf())
-      forEach(of_b, [&](int j, int) { push(pair.first, b.below[j]); });
+      forEach(anyOfSecond(bits), [&](int j, int) { push(pair.first, b.below[j]); });
     else if (b.isLeaf())
-      forEach(of_a, [&](int i, int) { push(a.below[i], pair.second); });
+      forEach(anyOfFirst(bits), [&](int i, int) { push(a.below[i], pair.second); });
     else
       forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
   }
@@ -169,8 +167,7 @@ class WideSearch {
     const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
     if (node.isLeaf()) {
-      visited_first_.add(number,
-                         (bits | bits >> 4 | bits >> 8 | bits >> 12 | anyOfFour(bits)) & 15);
+      visited_first_.add(number, anyOfFirst(bits) | anyOfSecond(bits));
       return visitor_.foundLeaf(node, bits);
     }
     visited_first_.add(number, 0);
@@ -195,8 +192,12 @@ class WideSearch {
     return flat;
   }
 
-  /// Of sixteen bits: bit j where any of the bits 4 j to 4 j + 3 is.
-  ADAPTIVE_BVH_INLINE static unsigned anyOfFour(unsigned bits) {
+  /// Of the bits of `overlaps`: which boxes of the first overlap any of the second; and of the
+  /// second, any of the first.
+  ADAPTIVE_BVH_INLINE static unsigned anyOfFirst(unsigned bits) {
+    return (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
+  }
+  ADAPTIVE_BVH_INLINE static unsigned anyOfSecond(unsigned bits) {
     unsigned any = bits | bits >> 1;
     any = (any | any >> 2) & 0x1111;
     return (any | any >> 3 | any >> 6 | any >> 9) & 15;

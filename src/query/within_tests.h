@@ -99,7 +99,7 @@ class WithinTests {
         errors_(pairErrors<S>(frame, input.tree1.scale(), limit_ * kUp)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    candidates_ += __builtin_popcount(pairs);
+    candidates_ += packs::countOf16(pairs);
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > Sink::kBatch - 16) testAll();
