@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// What is near up to four triangles, between two planes across the normal of the first: on a
+/// What is near up to four triangles, between two planes across the sum of their normals: on a
 /// smooth surface they lie in a thin slab. In single precision. docs/bounds.md, 16.
 class LeafSlab {
  public:
@@ -14,8 +14,13 @@ class LeafSlab {
   ADAPTIVE_BVH_INLINE LeafSlab(const Vector4x3 (&corners)[3], float distance, float error) {
     const Vector4x3 normals = vectors::cross(vectors::difference(corners[1], corners[0]),
                                              vectors::difference(corners[2], corners[0]));
-    normal_ = {float4::broadcast<0>(normals.x), float4::broadcast<0>(normals.y),
-               float4::broadcast<0>(normals.z)};
+    const Vector4x3 first = {float4::broadcast<0>(normals.x), float4::broadcast<0>(normals.y),
+                             float4::broadcast<0>(normals.z)};
+    const auto faces_back = vectors::dot(normals, first) < float4::all(0);
+    const auto sum = [&](const Float4& v) -> Float4 {
+      return float4::all(packs::sum(faces_back ? -v : v));
+    };
+    normal_ = {sum(normals.x), sum(normals.y), sum(normals.z)};
     const Float4 size =
         float4::absolute(normal_.x) + float4::absolute(normal_.y) + float4::absolute(normal_.z);
     const Float4 length = float4::squareRoot(vectors::dot(normal_, normal_));
