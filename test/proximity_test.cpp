@@ -425,6 +425,7 @@ TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
   std::size_t searches_before = 0;
   for (int i = 0; i < 150; ++i) {
     const bool rests = i >= 50;
+    if (i == 25) fillModel(plate<S>(5, 8), a);  // another tree
     this->update(a, [&](Vector3<S>& p) {
       if (!rests) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
     });
