@@ -136,6 +136,24 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
+/// Who finds a tree repaired by another thread may read all of it without a lock: nothing is
+/// written after what tells them. (ThreadSanitizer sees that.)
+TEST_F(Threads, SeeAllThatAnotherHasRepaired) {
+  PlainModel& base = a_;
+  base.beginReplaceModel();
+  base.replaceSubModel(last_);
+  base.endReplaceModel();
+  double first = 0, later = 1;
+  std::thread repairs([&] { first = a_.originalRadius(0); });
+  std::thread finds([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    later = a_.originalRadius(0);
+  });
+  repairs.join();
+  finds.join();
+  EXPECT_EQ(first, later);
+}
+
 /// Boxes and volumes that wait are brought up to date by whichever query reads them first, while
 /// others search what does not wait.
 TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
