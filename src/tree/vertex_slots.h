@@ -36,6 +36,8 @@ class VertexSlots {
 
   /// By leaf.
   const LeafSlots* leafSlots() const { return leaves_.data(); }
+  /// The first slot of the block that a leaf belongs to.
+  unsigned block(std::size_t leaf) const { return leaves_[leaf].block; }
   VertexIndices slotsOf(std::size_t leaf) const {
     const LeafSlots& l = leaves_[leaf];
     return {l.slot(0), l.slot(1), l.slot(2)};

@@ -7,7 +7,6 @@
 
 #include "geometry/body_coordinates.h"
 #include "geometry/boxes4.h"
-#include "geometry/mesh_of_model.h"
 #include "threads/task_pool.h"
 #include "tree/vertex_slots.h"
 
@@ -96,10 +95,13 @@ class WideTree {
   }
 
  private:
+  int blockBegin(const VertexSlots& slots, int node) const;
+  std::size_t firstSlot(const VertexSlots& slots, int node) const;
   template <typename BV>
   void readPositions(const fcl::BVHModel<BV>& model, const VertexSlots& slots, std::size_t begin,
-                     std::size_t end);
-  void refitNodes(const VertexSlots& slots, int begin, int end, std::vector<int>& later);
+                     std::size_t end, bool is_shared);
+  void refitNodes(const VertexSlots& slots, int begin, int end, bool is_shared,
+                  std::vector<int>& later);
   void refitLeaf(WideNode& node, const VertexSlots& slots) const;
   void refitInner(WideNode& node) const;
 
