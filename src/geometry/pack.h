@@ -14,6 +14,13 @@
 /// For small functions in the innermost loops, where a call would cost too much.
 #define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
 
+/// A function that only processors with AVX2 can run: packs::hasAvx2.
+#if defined(__x86_64__)
+#define ADAPTIVE_BVH_WITH_AVX2 [[gnu::target("avx2")]]
+#else
+#define ADAPTIVE_BVH_WITH_AVX2
+#endif
+
 namespace adaptive_bvh {
 
 /// As many numbers as fit in 16 bytes, worked on at once (a vector extension of GCC and Clang):
@@ -34,6 +41,15 @@ template <typename S>
 using Pack = typename PackOf<S>::Type;
 
 namespace packs {
+
+/// Whether this processor has AVX2.
+ADAPTIVE_BVH_INLINE bool hasAvx2() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx2");
+#else
+  return false;
+#endif
+}
 
 template <typename S>
 constexpr std::size_t kSize = sizeof(Pack<S>) / sizeof(S);

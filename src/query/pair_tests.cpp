@@ -10,7 +10,7 @@ const PairTests& pairTests4() { return kPairTests<Float4>; }
 
 const PairTests* pairTests8() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-  return __builtin_cpu_supports("avx2") ? &kPairTestsAvx2 : nullptr;
+  return packs::hasAvx2() ? &kPairTestsAvx2 : nullptr;
 #else
   return nullptr;
 #endif

@@ -73,15 +73,12 @@ class WideSearch {
 
   /// `depth`: of both trees, added.
   void run(const NodePairs& from, int depth) {
-    // A pair that is left makes room for sixteen below it at most.
-    Scratch<NodePair> open(static_cast<std::size_t>(from.end - from.begin + kMostBelow * depth));
-    top_ = open.data();
-    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
-    while (top_ != open.data() && !visitor_.isDone()) {
-      const NodePair pair = *--top_;
-      test(pair);
-    }
+    packs::hasAvx2() ? runWithAvx2(from, depth) : runAnywhere(from, depth);
   }
+  /// The same code, compiled for every processor, and for those with AVX2: there it takes 2 to 5 %
+  /// less time. The results are the same.
+  void runAnywhere(const NodePairs& from, int depth) { walk(from, depth); }
+  ADAPTIVE_BVH_WITH_AVX2 void runWithAvx2(const NodePairs& from, int depth) { walk(from, depth); }
 
   /// Puts the pairs below in the place of each pair, level by level, until there are `enough` of
   /// them, or no more. To run from each, in their order, is to run from those that there were. The
@@ -115,6 +112,16 @@ class WideSearch {
  private:
   static constexpr int kMostBelow = 16;
 
+  ADAPTIVE_BVH_INLINE void walk(const NodePairs& from, int depth) {
+    // A pair that is left makes room for sixteen below it at most.
+    Scratch<NodePair> open(static_cast<std::size_t>(from.end - from.begin + kMostBelow * depth));
+    top_ = open.data();
+    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
+    while (top_ != open.data() && !visitor_.isDone()) {
+      const NodePair pair = *--top_;
+      test(pair);
+    }
+  }
   static bool isTwice(const NodePair& pair) { return kIsSelf && pair.first == pair.second; }
   ADAPTIVE_BVH_INLINE void test(const NodePair& pair) {
     if (isTwice(pair))
@@ -202,10 +209,13 @@ class WideSearch {
     any = (any | any >> 2) & 0x1111;
     return (any | any >> 3 | any >> 6 | any >> 9) & 15;
   }
+  /// From the last to the first, which is the order to push them in: so nodes are visited as they
+  /// lie in memory, and of a walk in tasks each thread mostly reads what it has refitted.
   template <typename Do>
   ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
-    for (; bits; bits &= bits - 1) {
-      const int bit = __builtin_ctz(bits);
+    while (bits) {
+      const int bit = 31 - __builtin_clz(bits);
+      bits ^= 1u << bit;
       act(bit & 3, bit >> 2);
     }
   }
