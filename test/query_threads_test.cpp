@@ -149,6 +149,40 @@ TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
   }
 }
 
+/// Results may be used again: of queries with more pairs, or with fields that are not wanted now.
+TYPED_TEST(QueryThreads, OverwriteNearPairsOfBefore) {
+  using S = TypeParam;
+  using Pairs = adaptive_bvh::TrianglePairs<S>;
+  using Features = adaptive_bvh::FeaturePairs;
+  const auto ask = [this](int threads, double distance, bool fields, Pairs& pairs,
+                          Features& features) {
+    this->first_.setQueryThreads(threads);
+    adaptive_bvh::ProximityRequest<S> request;
+    request.distance = S(distance);
+    request.enable_distances = request.enable_nearest_points = fields;
+    pairsWithin(this->first_, request, pairs);
+    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, S(distance), features);
+  };
+  for (const int threads : {1, 3}) {
+    Pairs reused;
+    Features reused_features;
+    for (const double distance : {0.02, 0.01, 0., 0.03, 0.005}) {
+      const bool fields = distance >= 0.02;
+      Pairs expected;
+      Features expected_features;
+      ask(1, distance, fields, expected, expected_features);
+      ask(threads, distance, fields, reused, reused_features);
+      EXPECT_EQ(expected.triangles, reused.triangles);
+      EXPECT_EQ(expected.distances, reused.distances);
+      EXPECT_EQ(expected.nearest_points, reused.nearest_points);
+      EXPECT_EQ(expected_features.vertex_face, reused_features.vertex_face);
+      EXPECT_EQ(expected_features.face_vertex, reused_features.face_vertex);
+      EXPECT_EQ(expected_features.edge_edge, reused_features.edge_edge);
+    }
+    EXPECT_GT(reused.size(), 0u);
+  }
+}
+
 TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
   using Result = typename TestFixture::Result;
   for (NeighbourFilter filter :

@@ -62,6 +62,8 @@ class CandidateTests {
   bool isDone() const { return is_done_; }
   /// Whether no pair of triangles below a node is worth to be found, in a search of one tree.
   bool isFlat(int node) const { return in_.flat && in_.flat->contains(node); }
+  /// Contacts are added to those that a result has.
+  static void clear() {}
   /// Goes on with more pairs, whether or not there were contacts enough.
   void begin() { is_done_ = node_.isDone(); }
   /// What was found and not yet tested.

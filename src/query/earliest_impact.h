@@ -42,7 +42,7 @@ class EarliestImpact {
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) { add<2>(edges_, num_edges_, {e, f}); }
 
-  void begin() {}
+  void clear() {}
   void finish() {
     testAll<1>(points_, num_points_);
     testAll<2>(edges_, num_edges_);
@@ -191,7 +191,7 @@ class ListsAndImpact {
     lists_.edgeEdge(e, f);
     earliest_.edgeEdge(e, f);
   }
-  void begin() { lists_.begin(); }
+  void clear() { lists_.clear(); }
   void finish() { earliest_.finish(); }
   const Impact& impact() const { return earliest_.impact(); }
 

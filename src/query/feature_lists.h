@@ -14,7 +14,7 @@ class FeatureLists {
   FeatureLists(const MovingMesh& first, const MovingMesh& second, FeaturePairs& pairs)
       : first_(first), second_(second), pairs_(pairs) {}
 
-  void begin() { pairs_.clear(); }
+  void clear() { pairs_.clear(); }
 
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
     appendPair(vertex(first_, v), triangle(second_, t), pairs_.vertex_face);
@@ -38,10 +38,10 @@ class FeatureLists {
   FeatureLists forWorker(FeaturePairs& memory) const {
     return FeatureLists(first_, second_, memory);
   }
-  /// Takes over what tasks found, in their order.
+  /// In place of what it lists: what tasks found, in their order.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    appendFeatures(
+    joinFeatures(
         tasks, pool, pairs_, [](const Found& task) -> auto& { return task.worker->pairs_; });
   }
 

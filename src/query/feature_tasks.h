@@ -24,10 +24,12 @@ class FeatureWalk {
   FeatureWalk(const SweptPair& pair, Visitor& visitor)
       : depth_(pair.first.depth + pair.second.depth),
         finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
-        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_, visited_, visited_) {}
+        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_, visited_, visited_),
+        visitor_(visitor) {}
   FeatureWalk(const FeatureWalk&) = delete;
   FeatureWalk& operator=(const FeatureWalk&) = delete;
 
+  void clear() { visitor_.clear(); }
   void run(const NodePairs& from) { walk_.run(from, depth_); }
   void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
     walk_.split(pairs, enough, pool);
@@ -39,21 +41,22 @@ class FeatureWalk {
   VisitedNodes visited_;  ///< none are noted
   FeatureFinder<kIsSelf, Visitor> finder_;
   WideSearch<SameFrame<double>, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
+  Visitor& visitor_;
 };
 
 /// One thread's worker (SearchTasks): a visitor of its own, and its walk.
 ///
 ///   visitor.forWorker(pairs)    another visitor, of one thread; `pairs` is memory
-///   visitor.begin()             before a thread runs tasks with it
+///   visitor.clear()             forgets the results of another query
 ///   visitor.finish()            after a task: what was found and not yet looked at
 ///   visitor.mark()              where it stands
-///   visitor.take(found, pool)   takes over what tasks found
+///   visitor.take(found, pool)   its results become what tasks found
 template <bool kIsSelf, typename Visitor>
 class FeatureWorker : public Visitor {
  public:
   FeatureWorker(const SweptPair& pair, const Visitor& visitor, FeaturePairs& memory)
       : Visitor(visitor.forWorker(memory)), walk_(pair, *this) {
-    this->begin();
+    this->clear();
   }
   void run(const NodePairs& pairs, std::size_t) {
     walk_.run(pairs);
@@ -69,7 +72,6 @@ template <bool kIsSelf, typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   FeatureWalk<kIsSelf, Visitor> walk(pair, visitor);
   const TaskPool pool(threads);
-  visitor.begin();
   runFromRoots(walk, pool, [&](const WalkTasks& walks) {
     using Worker = FeatureWorker<kIsSelf, Visitor>;
     std::vector<FeaturePairs>& memory = workersMemory<FeaturePairs>(pool);

@@ -19,18 +19,22 @@ struct VectorPart {
   const T *begin, *end;
 };
 
-/// Adds to `to` what tasks found, in their order: partOf(task) is a VectorPart of each. `Found`:
-/// SearchTasks::Found.
+/// Sets `to` to what tasks found, in their order: partOf(task) is a VectorPart of each. `Found`:
+/// SearchTasks::Found. What `to` held is overwritten: a vector that is cleared first fills itself
+/// with zeros, on one thread.
 template <typename T, typename Found, typename PartOf>
-void appendParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
-                 const PartOf& partOf) {
-  Scratch<std::size_t> begins(1, to.size());
+void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
+               const PartOf& partOf) {
+  Scratch<std::size_t> begins(1, 0);
   for (const Found& task : tasks) {
     const VectorPart<T> part = partOf(task);
     begins.push_back(begins.back() + static_cast<std::size_t>(part.end - part.begin));
   }
   // With room for more: what is near becomes more from step to step, while bodies approach.
-  if (begins.back() > to.capacity()) to.reserve(2 * begins.back());
+  if (begins.back() > to.capacity()) {
+    to.clear();
+    to.reserve(2 * begins.back());
+  }
   to.resize(begins.back());
   pool.forEach(static_cast<int>(tasks.size()), [&](int task, int) {
     const auto i = static_cast<std::size_t>(task);
@@ -44,14 +48,14 @@ using FeatureMark = std::array<std::size_t, 3>;
 inline FeatureMark markOf(const FeaturePairs& pairs) {
   return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
 }
-/// As appendParts, pairs of all kinds: pairsOf(task) are those of a task's worker.
+/// As joinParts, pairs of all kinds: pairsOf(task) are those of a task's worker.
 template <typename Found, typename PairsOf>
-void appendFeatures(const std::vector<Found>& tasks, const TaskPool& pool, FeaturePairs& to,
-                    const PairsOf& pairsOf) {
+void joinFeatures(const std::vector<Found>& tasks, const TaskPool& pool, FeaturePairs& to,
+                  const PairsOf& pairsOf) {
   constexpr std::vector<FeaturePair> FeaturePairs::*kKinds[] = {
       &FeaturePairs::vertex_face, &FeaturePairs::face_vertex, &FeaturePairs::edge_edge};
   for (std::size_t k = 0; k < 3; ++k)
-    appendParts(tasks, pool, to.*kKinds[k], [&](const Found& task) -> VectorPart<FeaturePair> {
+    joinParts(tasks, pool, to.*kKinds[k], [&](const Found& task) -> VectorPart<FeaturePair> {
       return {pairsOf(task).*kKinds[k], task.from[k], task.to[k]};
     });
 }

@@ -28,6 +28,7 @@ class FeatureSink {
 
   static bool needsGap() { return false; }
   static bool isDone() { return false; }
+  void clear() { result_.clear(); }
 
   void add(const LeafPair& pair, const TriangleGap*) {
     const Side a{in_.tree1.vertices(pair.first), owners1_[pair.first],
@@ -48,10 +49,10 @@ class FeatureSink {
   FeatureSink another(Result& result) const { return {in_, is_self_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(result_); }
-  /// Takes over what other sinks were given in tasks, in their order.
+  /// In place of what the result held: what other sinks were given in tasks, in their order.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    appendFeatures(
+    joinFeatures(
         tasks, pool, result_,
         [](const Found& task) -> auto& { return task.worker->sink().result_; });
   }

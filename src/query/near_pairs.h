@@ -18,6 +18,7 @@ struct AnyPair {
 
   static bool needsGap() { return false; }
   bool isDone() const { return found; }
+  void clear() { found = false; }
   void add(const LeafPair& near, const TriangleGap*) {
     found = true;
     pair = near;
@@ -38,6 +39,7 @@ class PairSink {
            Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
 
+  void clear() { result_.clear(); }
   bool needsGap() const { return request_.enable_distances || request_.enable_nearest_points; }
   static bool isDone() { return false; }
 
@@ -54,17 +56,18 @@ class PairSink {
   PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = std::size_t;
   Mark mark() const { return result_.size(); }
-  /// Takes over what other sinks were given in tasks, in their order.
+  /// In place of what the result held: what other sinks were given in tasks, in their order.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    const auto takeAll = [&](auto array) {
-      appendParts(tasks, pool, result_.*array, [&](const Found& task) {
+    const auto takeAll = [&](auto array, bool is_wanted) {
+      if (!is_wanted) return (result_.*array).clear();
+      joinParts(tasks, pool, result_.*array, [&](const Found& task) {
         return VectorPart(task.worker->sink().result_.*array, task.from, task.to);
       });
     };
-    takeAll(&Result::triangles);
-    if (request_.enable_distances) takeAll(&Result::distances);
-    if (request_.enable_nearest_points) takeAll(&Result::nearest_points);
+    takeAll(&Result::triangles, true);
+    takeAll(&Result::distances, request_.enable_distances);
+    takeAll(&Result::nearest_points, request_.enable_nearest_points);
   }
 
  private:

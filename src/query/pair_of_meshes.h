@@ -65,6 +65,7 @@ template <typename BV, typename Sink>
 void testAllPairs(const WithinInput<BV>& input, Sink& sink) {
   const SameFrame<typename BV::S> frame;  // of no use here
   const WithinTests<BV, SameFrame<typename BV::S>, Sink> tests(input, frame, sink);
+  sink.clear();
   const auto size1 = static_cast<unsigned>(input.first.model->num_tris),
              size2 = static_cast<unsigned>(input.second.model->num_tris);
   for (unsigned i = 0; i < size1; ++i)

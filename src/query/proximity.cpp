@@ -10,7 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Adds what all tasks find to the query's sink, in their order.
+/// What all tasks find, in their order, becomes what the query's sink has.
 template <bool kIsSelf, typename BV, typename Frame, typename Sink>
 void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
               const TaskPool& pool, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
@@ -74,7 +74,6 @@ std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
   requireDistance(request.distance);
   requireQueryable(first);
   requireQueryable(second);
-  result.clear();
   collectPairs(
       PairOfMeshes<BV>(first, tf1, second, tf2), double(request.distance),
       [&](const WithinInput<BV>& input) { return PairSink<BV>(input, request, false, result); });
@@ -87,7 +86,6 @@ std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
                         TrianglePairs<typename BV::S>& result, NeighbourFilter filter) {
   requireDistance(request.distance);
   requireQueryable(model);
-  result.clear();
   collectOwnPairs(model, double(request.distance), filter, [&](const WithinInput<BV>& input) {
     return PairSink<BV>(input, request, true, result);
   });
@@ -103,7 +101,6 @@ std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
   requireDistance(distance);
   requireQueryable(first);
   requireQueryable(second);
-  result.clear();
   collectPairs(PairOfMeshes<BV>(first, tf1, second, tf2), double(distance),
                [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, false, result); });
   return result.size();
@@ -114,7 +111,6 @@ std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& model, typename BV::S
                                FeaturePairs& result) {
   requireDistance(distance);
   requireQueryable(model);
-  result.clear();
   collectOwnPairs(
       model, double(distance), NeighbourFilter::None,
       [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, true, result); });

@@ -43,7 +43,7 @@ class SafeDisplacements {
 
   /// Not on several threads: what it skips depends on the order.
   SafeDisplacements forWorker(FeaturePairs&) const { return *this; }
-  void begin() {}
+  void clear() {}
   void finish() {}
   struct Mark {};
   Mark mark() const { return {}; }

@@ -15,6 +15,7 @@ namespace adaptive_bvh {
 ///   Tests::Input                 the meshes, first and second, and their trees, tree1 and tree2
 ///   Tests::BoxFrame              how boxes of the second are compared with the first's, returned
 ///                                by Tests::boxFrame(input, frame)
+///   tests.clear()                forgets the results of another query
 ///   tests.begin(), finish()      before and after a walk
 ///   tests.candidates(), leafTests()   for the record
 template <bool kIsSelf, typename BV, typename Tests>
@@ -36,6 +37,8 @@ class TriangleSearch {
   TriangleSearch(const TriangleSearch&) = delete;
   TriangleSearch& operator=(const TriangleSearch&) = delete;
 
+  /// Forgets the results of another query.
+  void clear() { tests_.clear(); }
   /// All pairs at or below some pairs of nodes, until there are enough.
   void run(const NodePairs& from) {
     tests_.begin();

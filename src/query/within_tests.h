@@ -76,6 +76,7 @@ struct WithinInput {
 ///
 ///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
 ///                         may be null unless needsGap()
+///   sink.clear()          forgets the results of another query
 ///   sink.isDone()         whether that is enough
 ///   Sink::kFewAreNear     whether most pairs are expected to be farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
@@ -111,6 +112,7 @@ class WithinTests {
   }
   void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return sink_.isDone(); }
+  void clear() { sink_.clear(); }
   void begin() {}
   /// What was found and not yet tested.
   void finish() { testAll(); }
