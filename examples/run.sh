@@ -12,7 +12,7 @@ build=${BUILD_DIR:-$root/build/release}
 # takes half of the time.
 [ -f "$build/CMakeCache.txt" ] || first="-DADAPTIVE_BVH_TESTS=OFF -DCMAKE_UNITY_BUILD=ON"
 # shellcheck disable=SC2086
-cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release ${first:-} >/dev/null
+cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DADAPTIVE_BVH_EXAMPLES=ON ${first:-} >/dev/null
 echo "Building (a minute or two the first time) ..."
 cmake --build "$build" --parallel "$(nproc)" --target compare_with_fcl >/dev/null
 exec "$build/examples/tools/compare_with_fcl" --page "$build/run.html" "$@"

@@ -9,9 +9,10 @@
 #include "model_state.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
+#include "support/long_mode.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace box_propagation_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
@@ -244,7 +245,7 @@ TYPED_TEST(BoxPropagation, AccumulatedMotionBoundsTheWay) {
 /// rounds.
 TYPED_TEST(BoxPropagation, SumsOverStepsLoseNothing) {
   using S = TypeParam;
-  std::mt19937 random(5);
+  std::mt19937 random(testSeed(5));
   std::uniform_real_distribution<double> exponent(-9, -1);
   long double way = 0;
   float before = this->motion().accumulatedMotion(0);
@@ -341,5 +342,5 @@ TYPED_TEST(BoxPropagation, ManagesHugeAndTinyMeshes) {
   }
 }
 
-}  // namespace
+}  // namespace box_propagation_test
 }  // namespace adaptive_bvh_test

@@ -18,6 +18,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "support/long_mode.h"
 #include "support/meshes.h"
 #include "support/test_volume.h"
 
@@ -28,7 +29,7 @@ extern "C" const char* __lsan_default_suppressions() {
 }
 
 namespace adaptive_bvh_test {
-namespace {
+namespace broadphase_test {
 
 using adaptive_bvh::refresh;
 using Object = fcl::CollisionObjectd;
@@ -75,7 +76,7 @@ std::unique_ptr<Manager> make(const std::string& name) {
 class Broadphase : public testing::TestWithParam<const char*> {};
 
 TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
-  std::mt19937 random(5);
+  std::mt19937 random(testSeed(5));
   std::vector<std::shared_ptr<AdaptiveModel>> models;
   std::vector<Deformation<double>> deformations;
   std::vector<Object> storage;
@@ -140,5 +141,5 @@ INSTANTIATE_TEST_SUITE_P(All, Broadphase,
                                          "DynamicAABBTree", "DynamicAABBTreeArray"),
                          [](const auto& info) { return std::string(info.param); });
 
-}  // namespace
+}  // namespace broadphase_test
 }  // namespace adaptive_bvh_test

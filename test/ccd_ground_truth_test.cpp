@@ -14,7 +14,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace ccd_ground_truth_test {
 
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::FeaturePair;
@@ -191,5 +191,5 @@ INSTANTIATE_TEST_SUITE_P(
                     std::array<const char*, 2>{"cloth_funnel_227", "cloth_funnel_228"}),
     [](const auto& info) { return std::string(info.param[0]); });
 
-}  // namespace
+}  // namespace ccd_ground_truth_test
 }  // namespace adaptive_bvh_test

@@ -12,7 +12,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace contact_search_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::NeighbourFilter;
@@ -280,5 +280,5 @@ TYPED_TEST(ContactSearch, OfAnySize) {
   EXPECT_GT(this->touching_, 50);
 }
 
-}  // namespace
+}  // namespace contact_search_test
 }  // namespace adaptive_bvh_test

@@ -11,7 +11,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace continuous_collision_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FeatureKind;
@@ -443,5 +443,5 @@ TYPED_TEST(ContinuousCollision, AtRestAndCollapsed) {
   EXPECT_LE(shrinking, 1);
 }
 
-}  // namespace
+}  // namespace continuous_collision_test
 }  // namespace adaptive_bvh_test

@@ -11,7 +11,7 @@
 #include "support/brute_force.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace criteria_test {
 
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::Propagation;
@@ -154,5 +154,5 @@ TEST_P(Criteria, CountsAreKeptApart) {
   EXPECT_GT(by_volumes.leaf_tests, 0);
 }
 
-}  // namespace
+}  // namespace criteria_test
 }  // namespace adaptive_bvh_test

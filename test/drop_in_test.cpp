@@ -19,7 +19,7 @@
 #include "support/trees.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace drop_in_test {
 
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
@@ -822,5 +822,5 @@ TEST_F(DropIn, ReportsWhatAnUpdateDid) {
   EXPECT_GT(model_.trackingBytes(), sizeof(double) * std::size_t(model_.getNumBVs()));
 }
 
-}  // namespace
+}  // namespace drop_in_test
 }  // namespace adaptive_bvh_test

@@ -7,10 +7,11 @@
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
+#include "support/long_mode.h"
 #include "support/names.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace exactness_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
@@ -22,21 +23,8 @@ constexpr FitnessCriterion kCriteria[] = {FitnessCriterion::A,         FitnessCr
                                           FitnessCriterion::ABOrBC,    FitnessCriterion::RefitAll,
                                           FitnessCriterion::RefitNone, FitnessCriterion::AD};
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define ADAPTIVE_BVH_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define ADAPTIVE_BVH_SANITIZED
-#endif
-#endif
-
-#ifdef ADAPTIVE_BVH_SANITIZED
-constexpr int kFrames = 24;  // brute force is slow there, and the code is the same
-constexpr int kFewFrames = 24;
-#else
-constexpr int kFrames = 150;
-constexpr int kFewFrames = 50;
-#endif
+const int kFrames = manySteps(50);
+const int kFewFrames = manySteps(20);
 
 /// Rounding of one distance between bodies of size about 1: FCL's own rectangle and triangle
 /// distances err by some 1e-15 (double) and some 1e-6 (float) there.
@@ -160,14 +148,15 @@ void compareOnce(const Body<BV>& a, const Body<BV>& b, adaptive_bvh::CoherentDis
 template <typename BV, typename S = typename BV::S>
 Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigned seed,
           int frames) {
-  std::mt19937 random(seed);
+  std::mt19937 random(testSeed(seed));
   const TriangleMesh<S> pairs[][2] = {{plate<S>(4, 4), dome<S>(8, 3)},
                                       {tube<S>(5, 6), plate<S>(5, 3)},
                                       {soup<S>(20, random), tube<S>(4, 4)},
                                       {dome<S>(10, 4), plate<S>(6, 6)}};
   Tally tally;
   for (const auto& pair : pairs) {
-    Body<BV> a(pair[0], kind, policy, seed + 1), b(pair[1], kind, policy, seed + 2);
+    Body<BV> a(pair[0], kind, policy, testSeed(seed + 1)),
+        b(pair[1], kind, policy, testSeed(seed + 2));
     adaptive_bvh::CoherentDistance coherent(a.adaptive, b.adaptive);
     for (int frame = 0; frame < frames && !testing::Test::HasFailure(); ++frame) {
       a.advance(frame);
@@ -195,7 +184,7 @@ class Exactness : public testing::TestWithParam<FitnessCriterion> {
       total.touching += tally.touching;
       total.recorded += tally.recorded;
     }
-    // The ten criteria, two volumes and two scalars together: 28,800 (model pair, frame) queries.
+    // The ten criteria, two volumes and two scalars together: 9,920 (model pair, frame) queries.
     EXPECT_EQ(2 * 4 * frames, total.queries);
     EXPECT_GT(total.touching, total.queries / 20) << "the poses must meet often enough";
     EXPECT_LT(total.touching, total.queries * 19 / 20);
@@ -220,14 +209,14 @@ INSTANTIATE_TEST_SUITE_P(SomeCriteria, ExactnessOfFloat,
 
 /// Sizes beyond the quick ones above: 162 and 1,800 triangles a body, fewer frames.
 TEST(ExactnessLarge, MorePlatesAndHoses) {
-  std::mt19937 random(7);
+  std::mt19937 random(testSeed(7));
   const auto smooth = Deformation<double>::Kind::Smooth;
   for (const int size : {9, 30}) {
     Body<fcl::RSSd> a(plate<double>(size, size), smooth, RefitPolicy(), 1);
     Body<fcl::RSSd> b(tube<double>(size, size), smooth, RefitPolicy(), 2);
     adaptive_bvh::CoherentDistanced coherent(a.adaptive, b.adaptive);
     Tally tally;
-    for (int frame = 0; frame < (size == 9 ? 40 : 6); ++frame) {
+    for (int frame = 0; frame < manySteps(size == 9 ? 20 : 2); ++frame) {
       a.advance(frame);
       b.advance(frame);
       compareOnce(a, b, coherent, frame, random, tally);
@@ -235,5 +224,5 @@ TEST(ExactnessLarge, MorePlatesAndHoses) {
   }
 }
 
-}  // namespace
+}  // namespace exactness_test
 }  // namespace adaptive_bvh_test

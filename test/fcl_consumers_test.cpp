@@ -18,7 +18,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace fcl_consumers_test {
 
 using Geometry = fcl::CollisionGeometryd;
 using Plain = PlainModel;
@@ -314,5 +314,5 @@ TEST_F(FclConsumers, GeneratedModels) {
   generatesInto(fcl::Coned(0.3, 0.8), random_);
 }
 
-}  // namespace
+}  // namespace fcl_consumers_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace adaptive_bvh_test {
-namespace {
+namespace fitness_test {
 
 using namespace adaptive_bvh;  // NOLINT: the subject of this file
 
@@ -145,5 +145,5 @@ TEST(Presets, RefuseParametersThatMeanNothing) {
     }
 }
 
-}  // namespace
+}  // namespace fitness_test
 }  // namespace adaptive_bvh_test

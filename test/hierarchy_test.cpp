@@ -16,7 +16,7 @@
 #include "tree/check.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace hierarchy_test {
 
 using namespace adaptive_bvh;  // NOLINT: the subject of this file
 using Mesh = TriangleMesh<double>;
@@ -488,5 +488,5 @@ TEST(Quality, CutsHoldEveryTriangleOnce) {
   EXPECT_EQ(8u, nodesAtDepth(model, 3).size());
 }
 
-}  // namespace
+}  // namespace hierarchy_test
 }  // namespace adaptive_bvh_test

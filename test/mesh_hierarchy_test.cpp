@@ -11,7 +11,7 @@
 #include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace mesh_hierarchy_test {
 
 using adaptive_bvh::loadMesh;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
@@ -331,5 +331,5 @@ TEST(LoadMesh, DoesNotWaitForAPipeThatAMeshNames) {
   EXPECT_EQ("", reasonOf(whole.path()));
 }
 
-}  // namespace
+}  // namespace mesh_hierarchy_test
 }  // namespace adaptive_bvh_test

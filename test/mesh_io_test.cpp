@@ -8,7 +8,7 @@
 #include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace mesh_io_test {
 
 using adaptive_bvh::loadMesh;
 using adaptive_bvh::MeshLoadOptions;
@@ -178,5 +178,5 @@ TEST(FillModel, TakesNewAndUsedModelsOfEitherKind) {
   testing::internal::GetCapturedStderr();
 }
 
-}  // namespace
+}  // namespace mesh_io_test
 }  // namespace adaptive_bvh_test

@@ -8,7 +8,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace mesh_test {
 
 template <typename S>
 class MeshTest : public testing::Test {};
@@ -98,5 +98,5 @@ TYPED_TEST(MeshTest, AnEmptyMeshFillsNothing) {
   testing::internal::GetCapturedStderr();
 }
 
-}  // namespace
+}  // namespace mesh_test
 }  // namespace adaptive_bvh_test

@@ -24,7 +24,7 @@
 
 using namespace fcl;
 
-namespace {
+namespace namespace_test {
 
 using Adaptive = adaptive_bvh::AdaptiveBVHModeld;
 using Plain = BVHModel<RSSd>;
@@ -160,4 +160,4 @@ TEST(Namespace, OursIsFoundByItsName) {
   EXPECT_EQ(0u, selfCollide(*a, CollisionRequestd(100000), contacts));  // FCL has none
 }
 
-}  // namespace
+}  // namespace namespace_test

@@ -14,7 +14,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace near_distance_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::PairCache;
@@ -192,5 +192,5 @@ TYPED_TEST(NearDistance, OfBodiesWithoutCommonCoordinates) {
   EXPECT_NEAR(expected, result.min_distance, 100 * this->tolerance());
 }
 
-}  // namespace
+}  // namespace near_distance_test
 }  // namespace adaptive_bvh_test

@@ -22,7 +22,7 @@
 #include "support/shapes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace nearest_points_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 
@@ -494,5 +494,5 @@ TYPED_TEST(NearestPoints, ARefusalNamesBothTypes) {
       << "two plain models";
 }
 
-}  // namespace
+}  // namespace nearest_points_test
 }  // namespace adaptive_bvh_test

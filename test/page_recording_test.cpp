@@ -19,7 +19,7 @@
 #include "adaptive_bvh/query.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace page_recording_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::AdaptiveBVHModeld;
@@ -460,5 +460,5 @@ TEST(PageRecording, RefusesOptionsWithoutMeaning) {
   refuses([](RecordingOptions& options) { options.deeper_refits = -1; });
 }
 
-}  // namespace
+}  // namespace page_recording_test
 }  // namespace adaptive_bvh_test

@@ -10,10 +10,11 @@
 #include <random>
 
 #include "hierarchy/edges.h"
+#include "support/long_mode.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace pairing_test {
 
 using adaptive_bvh::combined;
 using adaptive_bvh::GroupGraph;
@@ -30,7 +31,7 @@ using Links = Scratch<Link>;
 
 // Blocks of many sizes, more than fit at times, dropped in any order: each keeps what was written.
 TEST(Scratch, GivesEveryBlockItsOwnMemory) {
-  std::mt19937 random(4);
+  std::mt19937 random(testSeed(4));
   std::vector<Scratch<unsigned>> blocks(40);
   for (unsigned round = 0; round < 20000; ++round) {
     Scratch<unsigned>& block = blocks[random() % blocks.size()];
@@ -238,7 +239,7 @@ int mostPairs(unsigned left, unsigned right, const Links& links) {
 
 // Without odd cycles the search misses nothing: as many pairs as there can be.
 TEST(Pairing, PairsAsManyAsPossibleInBipartiteGraphs) {
-  std::mt19937 random(5);
+  std::mt19937 random(testSeed(5));
   for (int run = 0; run < 300; ++run) {
     const unsigned left = 1 + random() % 40, right = 1 + random() % 40;
     Links links;
@@ -257,7 +258,7 @@ TEST(Pairing, PairsAsManyAsPossibleInBipartiteGraphs) {
 // With odd cycles some may stay alone, but no two of them are neighbours, and none that was
 // favoured and could have been served.
 TEST(Pairing, LeavesNoTwoNeighboursAlone) {
-  std::mt19937 random(6);
+  std::mt19937 random(testSeed(6));
   for (int run = 0; run < 300; ++run) {
     const unsigned groups = 2 + random() % 60;
     Links links;
@@ -274,5 +275,5 @@ TEST(Pairing, LeavesNoTwoNeighboursAlone) {
   }
 }
 
-}  // namespace
+}  // namespace pairing_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace point_query_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::ClosestPoint;
@@ -180,5 +180,5 @@ TYPED_TEST(PointQuery, NoRayLeavesAClosedSurfaceUnseen) {
   }
 }
 
-}  // namespace
+}  // namespace point_query_test
 }  // namespace adaptive_bvh_test

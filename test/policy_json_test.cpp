@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace adaptive_bvh_test {
-namespace {
+namespace policy_json_test {
 
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::policyFromJson;
@@ -55,5 +55,5 @@ TEST(PolicyJson, RefusesWhatIsNoPolicy) {
     EXPECT_THROW(policyFromJson(text), std::invalid_argument) << text;
 }
 
-}  // namespace
+}  // namespace policy_json_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace propagation_test {
 
 using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::FitnessCriterion;
@@ -208,5 +208,5 @@ TEST_F(FourTriangles, ATwoFrameUpdateMeasuresFromTheFrameBefore) {
   EXPECT_NEAR(0.875, growth(parent_[3]), 4 * kRounding);
 }
 
-}  // namespace
+}  // namespace propagation_test
 }  // namespace adaptive_bvh_test

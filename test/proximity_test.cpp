@@ -8,11 +8,12 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "support/exact_geometry.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace proximity_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::CoherentProximity;
@@ -333,7 +334,7 @@ TYPED_TEST(Proximity, FindsTheFeaturesOfOneModelWithoutSharedVertices) {
 TYPED_TEST(Proximity, CoherentAnswersAsTheDistanceDoesAndSkipsSearches) {
   using S = TypeParam;
   std::size_t searches = 0, calls = 0;
-  for (int body = 0; body < 12; ++body) {
+  for (int body = 0; body < manySteps(4); ++body) {
     typename TestFixture::Model a, b;
     fillModel(this->mesh(60), a);
     fillModel(this->mesh(60), b);
@@ -385,15 +386,15 @@ TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
   using S = TypeParam;
   for (const S d : {S(0), S(0.01)}) {
     typename TestFixture::Model a, b;
-    fillModel(plate<S>(7, 7), a);
-    fillModel(plate<S>(6, 6), b);
+    fillModel(plate<S>(5, 5), a);
+    fillModel(plate<S>(4, 4), b);
     CoherentProximity<TestVolume<S>> pair(a, b);
     auto tf2 = this->identity();
     tf2.linear() = fcl::AngleAxis<S>(S(1.2), Vector3<S>(1, S(0.3), 0).normalized()).matrix();
     int near = 0;
     constexpr int kSteps = 80;
     for (int i = 0; i < kSteps; ++i) {
-      if (i == 40) fillModel(plate<S>(6, 6), a);  // another tree
+      if (i == 40) fillModel(plate<S>(4, 4), a);  // another tree
       this->update(
           a, [&](Vector3<S>& p) { p[2] += S(0.004) * std::sin(S(9) * p[0] + S(0.4) * S(i)); });
       tf2.translation() = Vector3<S>(S(0.3), S(0.4) + S(0.2) * std::sin(S(0.1) * S(i)),
@@ -419,13 +420,13 @@ TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
 TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
   using S = TypeParam;
   typename TestFixture::Model a, b;
-  fillModel(plate<S>(7, 7), a);
-  fillModel(plate<S>(4, 4), b);
+  fillModel(plate<S>(5, 5), a);
+  fillModel(plate<S>(3, 3), b);
   CoherentProximity<TestVolume<S>> pair(a, b);
   std::size_t searches_before = 0;
   for (int i = 0; i < 150; ++i) {
     const bool rests = i >= 50;
-    if (i == 25) fillModel(plate<S>(5, 8), a);  // another tree
+    if (i == 25) fillModel(plate<S>(4, 6), a);  // another tree
     this->update(a, [&](Vector3<S>& p) {
       if (!rests) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
     });
@@ -614,5 +615,5 @@ TYPED_TEST(Proximity, RefusesWhatItCannotAnswer) {
             pairsWithin(a, tf, b, tf, all, pairs));
 }
 
-}  // namespace
+}  // namespace proximity_test
 }  // namespace adaptive_bvh_test

@@ -19,7 +19,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace query_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 
@@ -405,5 +405,5 @@ TEST(StatisticsInUse, WithoutQueriesTheDefaultBecomesTestA) {
   EXPECT_GT(refitted, 0);
 }
 
-}  // namespace
+}  // namespace query_test
 }  // namespace adaptive_bvh_test

@@ -17,7 +17,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace query_threads_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::NeighbourFilter;
@@ -316,5 +316,5 @@ TEST_F(ContactLimits, CountOnceAWorkerHasItsShare) {
   EXPECT_EQ(3, needed(limit, 5)) << "4 + 3 + 3";
 }
 
-}  // namespace
+}  // namespace query_threads_test
 }  // namespace adaptive_bvh_test

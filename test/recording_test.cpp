@@ -13,7 +13,7 @@
 #include <fcl/narrowphase/detail/traversal/distance/distance_traversal_node_base.h>
 
 namespace adaptive_bvh_test {
-namespace {
+namespace recording_test {
 
 using adaptive_bvh::PairStatistics;
 using adaptive_bvh::QueryWork;
@@ -218,5 +218,5 @@ TEST(TraversalStatisticsClear, ForgetsWhateverTheCount) {
   }
 }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace adaptive_bvh_test

@@ -6,10 +6,11 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>
 
+#include "support/long_mode.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace rss_test {
 
 using adaptive_bvh::MeshView;
 using adaptive_bvh::Volume;
@@ -72,7 +73,7 @@ class RssFit : public testing::Test {
     return points;
   }
 
-  std::mt19937 random_{11};
+  std::mt19937 random_{testSeed(11)};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -218,5 +219,5 @@ TYPED_TEST(RssFit, SizeIsALengthOfTheVolume) {
   EXPECT_EQ(S(0), Volume<fcl::RSS<S>>::size(bv, 0));
 }
 
-}  // namespace
+}  // namespace rss_test
 }  // namespace adaptive_bvh_test

@@ -10,7 +10,7 @@
 #include "poses.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace scenarios_test {
 
 using scenarios::Body;
 using scenarios::Mesh;
@@ -240,5 +240,5 @@ TEST(Scenarios, WithAStrideLeaveOutFrames) {
   EXPECT_EQ(1, scenarios::withStride(all().front(), 1000).frames());
 }
 
-}  // namespace
+}  // namespace scenarios_test
 }  // namespace adaptive_bvh_test

@@ -16,11 +16,12 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
+#include "support/long_mode.h"
 #include "support/meshes.h"
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace threads_test {
 
 using Geometry = fcl::CollisionGeometryd;
 
@@ -40,7 +41,7 @@ class Threads : public testing::Test {
       b_.update(bend_b.next());
     }
     last_ = bend_a.positions();
-    std::mt19937 random(3);
+    std::mt19937 random(testSeed(3));
     for (int i = 0; i < kPoses; ++i) {
       poses_.push_back(randomPose<double>(random, 0.5));
       poses_.push_back(randomPose<double>(random, 0.5));
@@ -164,7 +165,7 @@ TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {
   adaptive_bvh::RefitPolicy policy;
   std::vector<Vector3<double>> away = last_;
   for (auto& p : away) p = Vector3<double>(p[1], -p[0], 2 + p[2] * p[0]);
-  for (int round = 0; round < 10; ++round) {
+  for (int round = 0; round < manySteps(4); ++round) {
     policy.volumes_on_demand = round % 2 == 0;
     a_.setRefitPolicy(policy);
     for (int step = 0; step < 8; ++step) {  // until they rest
@@ -338,5 +339,5 @@ TEST(UpdateThreads, GiveTheSameBits) {
   EXPECT_TRUE(three.validate(&reason)) << reason;
 }
 
-}  // namespace
+}  // namespace threads_test
 }  // namespace adaptive_bvh_test

@@ -12,7 +12,7 @@
 #include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace tuning_test {
 
 using namespace adaptive_bvh;  // NOLINT: the subject of this file
 
@@ -252,5 +252,5 @@ TEST(Json, AResultReadsAsItsBestPolicy) {
   EXPECT_EQ(result.best().policy.max_inflation, policyFromJson(toJson(result)).max_inflation);
 }
 
-}  // namespace
+}  // namespace tuning_test
 }  // namespace adaptive_bvh_test

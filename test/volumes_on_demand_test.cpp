@@ -21,7 +21,7 @@
 #include "support/exact_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace volumes_on_demand_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::CoherentDistance;
@@ -704,5 +704,5 @@ TYPED_TEST(Resting, CopiesAndMovesAreSound) {
   EXPECT_TRUE(this->holdsAll(moved));
 }
 
-}  // namespace
+}  // namespace volumes_on_demand_test
 }  // namespace adaptive_bvh_test

@@ -5,6 +5,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
+from long_mode import SEED  # noqa: E402
+
 TYPES = [(v, d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
 
 
@@ -18,3 +20,8 @@ def kind(request):
 def tolerance(kind):
     """Of lengths about 1."""
     return 1e-9 if kind["dtype"] == "float64" else 2e-5
+
+
+def pytest_terminal_summary(terminalreporter):
+    if SEED:
+        terminalreporter.write_line(f"To repeat these random numbers: ADAPTIVE_BVH_TEST_SEED={SEED}")

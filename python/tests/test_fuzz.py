@@ -1,15 +1,14 @@
 """Calls with arguments of all kinds: an answer or one of our errors, never a crash, and the model
 stays on its last frame."""
 
-import os
-
 import meshes
 import numpy as np
 import pytest
 from brute_force import triangle_distances
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from long_mode import LONG, SEED
 
 import adaptive_bvh as ab
 
@@ -74,15 +73,23 @@ some_indices = hnp.arrays(
 kinds = st.sampled_from(
     [dict(volume=v, dtype=d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
 )
-# More calls, other ones each time: ADAPTIVE_BVH_FUZZ=100 pytest test_fuzz.py
-EFFORT = int(os.environ.get("ADAPTIVE_BVH_FUZZ", 1))
-quick = settings(
-    max_examples=150 * EFFORT,
-    derandomize=EFFORT == 1,
-    database=None,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
+
+
+def calls(count):
+    """Tries a test on that many examples, or in the longer mode on ten times as many."""
+
+    def decorate(test):
+        if SEED:
+            test = seed(int(SEED))(test)
+        return settings(
+            max_examples=count * (10 if LONG else 1),
+            derandomize=not SEED,
+            database=None,
+            deadline=None,
+            suppress_health_check=list(HealthCheck),
+        )(test)
+
+    return decorate
 
 
 def is_usable(vertices):
@@ -102,7 +109,7 @@ def check(model):
         assert distance == pytest.approx(expected, abs=tolerance * scale)
 
 
-@quick
+@calls(50)
 @given(kinds, st.lists(st.one_of(some_vertices, st.tuples(some_indices, some_vertices)), max_size=4))
 def test_updates(kind, updates):
     model = ab.Model(*BALL, **kind)
@@ -121,7 +128,7 @@ def test_updates(kind, updates):
     check(model)
 
 
-@quick
+@calls(50)
 @given(
     kinds,
     st.one_of(some_vertices, st.just(BALL[0])),
@@ -144,7 +151,7 @@ def test_builds(kind, vertices, faces):
     check(model)
 
 
-@quick
+@calls(50)
 @given(st.one_of(arrays((4, 4)), st.tuples(arrays((3, 3)), arrays((3,))), some_vertices, st.text()))
 def test_poses(tf):
     model = ab.Model(*BALL)
@@ -186,7 +193,7 @@ POOL = pool()
 FUNCTIONS = sorted(set(ab.__all__) - {"MeshLoadError"})
 
 
-@settings(quick, max_examples=2500 * EFFORT)
+@calls(800)
 @given(st.data())
 def test_every_function(data):
     function = getattr(ab, data.draw(st.sampled_from(FUNCTIONS)))

@@ -250,7 +250,7 @@ def test_results_outlive_what_they_came_from():
 def test_a_watching_pair_keeps_its_models():
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(3)
     tf = (np.eye(3), [0, 0, 3])
-    for _ in range(50):
+    for _ in range(15):
         first, second = ab.Model(v1, f1), ab.Model(v2, f2)
         watchers = ab.CoherentDistance(first, second), ab.CoherentProximity(first, second)
         motion = ab.Motion(first, v1 + [0, 0, 9])

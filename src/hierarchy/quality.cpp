@@ -22,7 +22,7 @@ class Mean {
   int count_ = 0;
 };
 
-struct Shape {
+struct TreeShape {
   Mean aspect_ratio, sibling_overlap;
 
   template <typename BV>
@@ -46,12 +46,12 @@ const char* toString(HierarchyStrategy strategy) {
 template <typename BV>
 HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>& model) {
   HierarchyQuality quality;
-  Shape overall;
+  TreeShape overall;
   std::vector<int> level, next;
   if (model.getNumBVs() > 0) level.push_back(0);
   for (; !level.empty(); level.swap(next), next.clear()) {
     LevelQuality now;
-    Shape shape;
+    TreeShape shape;
     for (int i : level) {
       const fcl::BVNode<BV>& node = model.getBV(i);
       ++now.nodes;

@@ -10,10 +10,10 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr float kNone = 1e30f;  // stays finite when it is turned and scaled
+constexpr float kNowhere = 1e30f;  // stays finite when it is turned and scaled
 
-const Boxes4 kEmpty = {{float4::all(kNone), float4::all(kNone), float4::all(kNone)},
-                       {float4::all(-kNone), float4::all(-kNone), float4::all(-kNone)}};
+const Boxes4 kEmpty = {{float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere)},
+                       {float4::all(-kNowhere), float4::all(-kNowhere), float4::all(-kNowhere)}};
 
 /// FCL's nodes, read without calls into its library.
 template <typename BV>
@@ -212,7 +212,7 @@ void WideTree<S>::refitNodes(const VertexSlots& slots, int begin, int end, bool 
 
 template <typename S>
 void WideTree<S>::refitLeaf(WideNode& node, const VertexSlots& slots) const {
-  Float4 low[4] = {float4::all(kNone), float4::all(kNone), float4::all(kNone), float4::all(kNone)};
+  Float4 low[4] = {float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere)};
   Float4 high[4] = {-low[0], -low[0], -low[0], -low[0]};
   const Float4 margin = float4::all(kBoxMargin);
   for (int i = 0; i < node.count; ++i) {

@@ -10,10 +10,10 @@ namespace adaptive_bvh_bench {
 namespace {
 
 using Model = fcl::BVHModel<fcl::RSSd>;
-using FclNode = fcl::detail::MeshCollisionTraversalNodeRSSd;
+using FclCollisionNode = fcl::detail::MeshCollisionTraversalNodeRSSd;
 
 /// Counts what it hands to FCL's test; of one mesh it leaves neighbours out.
-class CountingNode : public FclNode {
+class CountingNode : public FclCollisionNode {
  public:
   explicit CountingNode(bool is_self) : is_self_(is_self) {}
 
@@ -22,7 +22,7 @@ class CountingNode : public FclNode {
                                   tri_indices1[model1->getBV(b2).primitiveId()]))
       return;
     ++triangle_tests;
-    FclNode::leafTesting(b1, b2);
+    FclCollisionNode::leafTesting(b1, b2);
   }
 
   mutable long triangle_tests = 0;
@@ -64,8 +64,8 @@ class FclContact : public ContactMethod {
     const fcl::CollisionRequestd request = allContacts();
     contacts_.clear();
     CountingNode node(job_ == Job::SelfCollision);
-    fcl::detail::initialize(static_cast<FclNode&>(node), first_, origin, other, origin, request,
-                            contacts_);
+    fcl::detail::initialize(static_cast<FclCollisionNode&>(node), first_, origin, other, origin,
+                            request, contacts_);
     node.enableStatistics(true);
     auto* base = static_cast<fcl::detail::CollisionTraversalNodeBased*>(&node);
     job_ == Job::SelfCollision ? fcl::detail::selfCollide(base) : fcl::detail::collide(base);

@@ -88,11 +88,11 @@ class AdaptiveProximity : public ProximityMethod {
 };
 
 using Model = fcl::BVHModel<fcl::RSSd>;
-using FclNode = fcl::detail::MeshDistanceTraversalNodeRSSd;
+using FclDistanceNode = fcl::detail::MeshDistanceTraversalNodeRSSd;
 
 /// Goes below volumes that are within the distance, and keeps the pairs of triangles that are. Both
 /// models are at the identity.
-class CollectingNode : public FclNode {
+class CollectingNode : public FclDistanceNode {
  public:
   CollectingNode(double distance, bool is_self) : distance_(distance), is_self_(is_self) {}
 
@@ -131,7 +131,7 @@ class FclProximity : public ProximityMethod {
     CollectingNode node(case_.distance, case_.is_self);
     fcl::DistanceResultd result;
     const fcl::Transform3d origin = fcl::Transform3d::Identity();
-    fcl::detail::initialize(static_cast<FclNode&>(node), std::as_const(first_), origin,
+    fcl::detail::initialize(static_cast<FclDistanceNode&>(node), std::as_const(first_), origin,
                             std::as_const(case_.is_self ? first_ : second_), origin,
                             fcl::DistanceRequestd(), result);
     node.pairs.clear();  // FCL begins with a pair of its own choice

@@ -10,12 +10,12 @@
 #include <numeric>
 
 #include "support/exact_geometry.h"
-#include "support/many_steps.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "update/translation_propagation.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace body_fit_test {
 
 using adaptive_bvh::AdaptiveTree;
 using adaptive_bvh::BodyFrame;
@@ -302,5 +302,5 @@ TYPED_TEST(BodyFits, CoverTheirOperationsBesideTheErrorOfPositions) {
     }
 }
 
-}  // namespace
+}  // namespace body_fit_test
 }  // namespace adaptive_bvh_test

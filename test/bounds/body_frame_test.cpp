@@ -9,7 +9,7 @@
 #include "volume/volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace body_frame_test {
 
 using adaptive_bvh::BodyFrame;
 using adaptive_bvh::Float4;
@@ -175,5 +175,5 @@ TYPED_TEST(BodyFrameTest, ExtentsAndSumsBoundAVolumesPoints) {
   }
 }
 
-}  // namespace
+}  // namespace body_frame_test
 }  // namespace adaptive_bvh_test

@@ -10,7 +10,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace box_pair_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::Box;
@@ -287,5 +287,5 @@ TEST(SquaredGaps, AreThoseOfTheNearestCorners) {
   EXPECT_EQ(6 * 6 + 7 * 7 + 7 * 7, gaps(0, 0));
 }
 
-}  // namespace
+}  // namespace box_pair_test
 }  // namespace adaptive_bvh_test

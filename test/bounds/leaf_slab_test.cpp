@@ -6,10 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "geometry/leaf_slab.h"
+#include "support/long_mode.h"
 #include "support/triangle_lanes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace leaf_slab_test {
 
 using adaptive_bvh::LeafSlab;
 using adaptive_bvh::Vector4x3;
@@ -50,7 +51,7 @@ class LeafSlabs : public testing::Test {
 
 TEST_F(LeafSlabs, SayOnlyWhatIsSo) {
   long apart = 0, farther = 0;
-  for (int i = 0; i < 30000; ++i) {
+  for (int i = 0; i < manySteps(6000); ++i) {
     const double size = random_.size(-3, -0.5), error = random_.oneIn(2) ? 0 : random_.size(-7, -4);
     const Eigen::Vector3d place = random_.point();
     const auto leaf = makeLeaf(place, size);
@@ -114,5 +115,5 @@ TEST_F(LeafSlabs, LeaveParallelSheetsOut) {
   EXPECT_GT(double(apart), 0.5 * kSheets);
 }
 
-}  // namespace
+}  // namespace leaf_slab_test
 }  // namespace adaptive_bvh_test

@@ -8,11 +8,12 @@
 #include "model_state.h"
 #include "query/box_pair.h"
 #include "support/exact_geometry.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "volume/volume_separation.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace line_separation_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::LineSeparation;
@@ -77,7 +78,7 @@ class Line : public testing::Test {
            farthest(first_, node1, n, {});
   }
 
-  std::mt19937 random_{5};
+  std::mt19937 random_{testSeed(5)};
   RandomGeometry<S> geometry_{5};
   Model first_, second_;
   fcl::Transform3<S> tf1_, tf2_;
@@ -120,5 +121,5 @@ TYPED_TEST(Line, IsThatOfTightBoxes) {
     EXPECT_NEAR(loss(node), of_second, 1e-4) << node;
 }
 
-}  // namespace
+}  // namespace line_separation_test
 }  // namespace adaptive_bvh_test

@@ -5,12 +5,12 @@
 #include "model_state.h"
 #include "query/rigid_motion.h"
 #include "support/exact_geometry.h"
-#include "support/many_steps.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "tree/motion_bounds.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace motion_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::BodyFrame;
@@ -171,7 +171,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
   const S unit = frame.unit();
   Real worst = 0;
-  for (int step = 0; step < manySteps(1000000); ++step) {
+  for (int step = 0; step < manySteps(300000); ++step) {
     if (step % 5000 == 0) {  // a refit, somewhere: sums begin anew
       bv = random.volume(random.size(-3, 3), random.size(-6, 6));
       bounds.restart();
@@ -214,7 +214,7 @@ TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
   bounds.extend(0, 1);
   EXPECT_EQ(S(3), bounds.coordinateSum()) << "nothing moved";
   Real least = 3;
-  for (int step = 0; step < manySteps(1000000); ++step) {
+  for (int step = 0; step < manySteps(300000); ++step) {
     const S before = bounds.coordinateSum();
     const S largest = this->random_.size(-30, 1);
     bounds.extend(largest, 1);
@@ -269,7 +269,7 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   std::uint64_t generation = tree.generation;
   Real way = 0;
   int restarts = 0;
-  for (int step = 0; step < manySteps(500000); ++step) {
+  for (int step = 0; step < manySteps(150000); ++step) {
     const Vector3<S> from = positions[vertex];
     const S size = this->random_.size(-12, 0);
     const Vector3<S> shift = this->random_.vectorOfSize(size);
@@ -323,5 +323,5 @@ TYPED_TEST(Motion, NoStepIsTooSmallForTheSum) {
   }
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace adaptive_bvh_test

@@ -9,7 +9,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace near_distance_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::CommonGaps;
@@ -146,5 +146,5 @@ TEST_F(CommonCoordinates, TouchingBoxesAreNotPrunedHoweverSmallTheLimit) {
     }
 }
 
-}  // namespace
+}  // namespace near_distance_test
 }  // namespace adaptive_bvh_test

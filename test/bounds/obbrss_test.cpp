@@ -5,13 +5,13 @@
 
 #include "geometry/axes4.h"
 #include "support/exact_geometry.h"
-#include "support/many_steps.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "tree/motion_bounds.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace obbrss_test {
 
 using adaptive_bvh::MeshView;
 using adaptive_bvh::MotionBounds;
@@ -112,7 +112,7 @@ TYPED_TEST(Obbrss, AxesAlongNeedlesAreOrthonormal) {
   const auto load = [](const Vector3<TypeParam>& v) -> adaptive_bvh::Float4 {
     return adaptive_bvh::Float4{float(v[0]), float(v[1]), float(v[2]), 0};
   };
-  for (int round = 0; round < 100000; ++round) {
+  for (int round = 0; round < manySteps(20000); ++round) {
     const Vector3<TypeParam> along = random.vectorOfSize(random.size(-3, 1));
     const Vector3<TypeParam> aside =
         along * random.uniform() + random.vectorOfSize(random.size(-12, 0));
@@ -170,7 +170,7 @@ TYPED_TEST(Obbrss, AMovedBoxHoldsItsMovedPoints) {
   fcl::OBBRSS<S> bv;
   MotionBounds<S> bounds;
   std::vector<exact::Point> points;
-  for (int step = 0; step < manySteps(300000); ++step) {
+  for (int step = 0; step < manySteps(60000); ++step) {
     if (step % 100 == 0) {
       const S size = random.size(-3, 3);
       bv.rss = random.volume(size, random.size(-6, 6));
@@ -277,5 +277,5 @@ TYPED_TEST(Obbrss, NumbersAreAllOfTheVolume) {
   EXPECT_EQ(S(15), bv.rss.r);
 }
 
-}  // namespace
+}  // namespace obbrss_test
 }  // namespace adaptive_bvh_test

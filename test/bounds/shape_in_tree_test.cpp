@@ -11,7 +11,7 @@
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace shape_in_tree_test {
 
 using adaptive_bvh::PlacedMesh;
 using adaptive_bvh::ShapeCore;
@@ -152,5 +152,5 @@ TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
   EXPECT_FALSE(ShapeInTree<S>(nowhere, away, tree, placed.tf).isPrecise());
 }
 
-}  // namespace
+}  // namespace shape_in_tree_test
 }  // namespace adaptive_bvh_test

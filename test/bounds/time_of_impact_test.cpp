@@ -5,10 +5,11 @@
 
 #include "geometry/moving_pairs4.h"
 #include "support/exact_geometry.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace time_of_impact_test {
 
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::MovingFeatures;
@@ -92,7 +93,8 @@ class TimeOfImpact : public testing::Test {
 /// about as near; and without one they never are.
 TEST_F(TimeOfImpact, IsNeverLateAndSeldomEarly) {
   int impacts = 0, none = 0, early = 0;
-  for (int round = 0; round < 20000; ++round) {
+  const int rounds = manySteps(5000);
+  for (int round = 0; round < rounds; ++round) {
     const Moving pair = this->pair(random_.oneIn(2) ? 0 : 100);
     const Real extent = pair.extent();
     const double separation =
@@ -112,8 +114,8 @@ TEST_F(TimeOfImpact, IsNeverLateAndSeldomEarly) {
     none += time > 1;
     if (time <= 1 && pair.distance(time) > separation + 1e-10L * extent) ++early;
   }
-  EXPECT_GT(impacts, 3000);
-  EXPECT_GT(none, 5000);
+  EXPECT_GT(impacts, rounds / 7);
+  EXPECT_GT(none, rounds / 4);
   EXPECT_LT(early, impacts / 200) << "the cap on steps is seldom reached";
 }
 
@@ -179,7 +181,7 @@ TEST_F(TimeOfImpact, FourPairsInSinglePrecision) {
   using adaptive_bvh::Float4;
   using adaptive_bvh::MovingPairs4;
   long apart = 0, all = 0;
-  for (int round = 0; round < 4000; ++round) {
+  for (int round = 0; round < manySteps(1000); ++round) {
     Moving pairs[4];
     const FeatureKind kind = this->pair(0).kind;
     for (Moving& pair : pairs) {
@@ -223,5 +225,5 @@ TEST_F(TimeOfImpact, FourPairsInSinglePrecision) {
   EXPECT_GT(apart, all / 4);
 }
 
-}  // namespace
+}  // namespace time_of_impact_test
 }  // namespace adaptive_bvh_test

@@ -4,10 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "support/exact_geometry.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace triangle_block_test {
 
 using adaptive_bvh::Float4;
 using adaptive_bvh::TriangleBlock;
@@ -72,7 +73,7 @@ class Block : public testing::Test {
 /// off where positions are far from the frame's origin.
 TEST_F(Block, BoundsNeverExceedTheDistance) {
   int positive = 0, apart = 0;
-  for (int round = 0; round < 6000; ++round) {
+  for (int round = 0; round < manySteps(2000); ++round) {
     const Sample s = sample();
     const auto bounds = s.bounds(round % 4 ? random_.direction() : P(P::Zero()));
     Real coordinates = 0;
@@ -124,5 +125,5 @@ TEST_F(Block, HoldWhereSquaresUnderflow) {
   }
 }
 
-}  // namespace
+}  // namespace triangle_block_test
 }  // namespace adaptive_bvh_test

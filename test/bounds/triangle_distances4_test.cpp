@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "geometry/triangle_distances4.h"
+#include "support/long_mode.h"
 #include "support/triangle_lanes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace triangle_distances4_test {
 
 using adaptive_bvh::Nearness4;
 using adaptive_bvh::TriangleDistances4;
@@ -20,7 +21,7 @@ class Distances4 : public testing::Test {
 
 TEST_F(Distances4, SaysOnlyWhatIsSo) {
   long decided = 0, by_corners = 0, pairs = 0;
-  for (int i = 0; i < 40000; ++i) {
+  for (int i = 0; i < manySteps(10000); ++i) {
     const double size = random_.size(-3, 0), error = random_.oneIn(2) ? 0 : random_.size(-7, -4);
     Vector4x3 p4[3], q4[3];
     Real distances[4];
@@ -59,5 +60,5 @@ TEST_F(Distances4, SaysOnlyWhatIsSo) {
   EXPECT_GT(double(by_corners), 0.4 * double(pairs));
 }
 
-}  // namespace
+}  // namespace triangle_distances4_test
 }  // namespace adaptive_bvh_test

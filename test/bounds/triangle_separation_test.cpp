@@ -7,7 +7,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace triangle_separation_test {
 
 using adaptive_bvh::TriangleSeparation;
 using adaptive_bvh::VertexIndices;
@@ -209,5 +209,5 @@ TYPED_TEST(Triangles, TheLineHasALengthOfOne) {
   }
 }
 
-}  // namespace
+}  // namespace triangle_separation_test
 }  // namespace adaptive_bvh_test

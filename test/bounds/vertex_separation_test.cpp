@@ -9,7 +9,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace vertex_separation_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::PlacedMesh;
@@ -117,5 +117,5 @@ TYPED_TEST(Vertices, OfParallelPlatesAreTheirDistance) {
   }
 }
 
-}  // namespace
+}  // namespace vertex_separation_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace volume_separation_test {
 
 using adaptive_bvh::Volume;
 using adaptive_bvh::VolumeSeparation;
@@ -131,5 +131,5 @@ TYPED_TEST(Separation, EndsWhereItIsEnough) {
   EXPECT_NEAR(12. / 5 - 3. / 5, separation(a, a, askew, 1), 1e-3) << "by the direction given";
 }
 
-}  // namespace
+}  // namespace volume_separation_test
 }  // namespace adaptive_bvh_test

@@ -9,7 +9,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace axes4_test {
 
 using adaptive_bvh::Axes4;
 using adaptive_bvh::axesAlong;
@@ -164,5 +164,5 @@ TEST_F(Axes, CrossProductsAndColumns) {
   }
 }
 
-}  // namespace
+}  // namespace axes4_test
 }  // namespace adaptive_bvh_test

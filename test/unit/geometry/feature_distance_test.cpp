@@ -7,7 +7,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace feature_distance_test {
 
 using exact::Real;
 
@@ -115,5 +115,5 @@ TYPED_TEST(Features, RegionsOfAFace) {
   EXPECT_FLOAT_EQ(std::sqrt(8.f), float(distance({4, 4, 0})));
 }
 
-}  // namespace
+}  // namespace feature_distance_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace mesh_view_test {
 
 using adaptive_bvh::MeshView;
 using adaptive_bvh::VertexIndices;
@@ -88,5 +88,5 @@ TEST_F(View, OfAModel) {
   EXPECT_EQ(1, viewOf(cloud).verticesPerPrimitive());
 }
 
-}  // namespace
+}  // namespace mesh_view_test
 }  // namespace adaptive_bvh_test

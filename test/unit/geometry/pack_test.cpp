@@ -9,7 +9,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace pack_test {
 
 using adaptive_bvh::Box;
 using adaptive_bvh::Float4;
@@ -147,5 +147,5 @@ TEST(Boxes, AreTheLeastAroundTheirPoints) {
   }
 }
 
-}  // namespace
+}  // namespace pack_test
 }  // namespace adaptive_bvh_test

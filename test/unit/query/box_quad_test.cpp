@@ -10,7 +10,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace box_quad_test {
 
 using adaptive_bvh::Box;
 using adaptive_bvh::BoxNode;
@@ -96,5 +96,5 @@ TEST_F(BoxQuadTest, KnowsItsLargestBox) {
   EXPECT_NEAR(quad.largest(), most, 1e-6f);
 }
 
-}  // namespace
+}  // namespace box_quad_test
 }  // namespace adaptive_bvh_test

@@ -12,7 +12,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace pair_cache_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FrontPair;
@@ -303,5 +303,5 @@ TYPED_TEST(Cache, RefusesWhatBoxesCannotTell) {
   EXPECT_EQ(0, this->first_.recordedWork().box_tests);
 }
 
-}  // namespace
+}  // namespace pair_cache_test
 }  // namespace adaptive_bvh_test

@@ -8,7 +8,7 @@
 #include "query/pair_stages.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace pair_tests_test {
 
 using adaptive_bvh::Float4;
 using adaptive_bvh::LeafPair;
@@ -110,5 +110,5 @@ TEST(PairTests, TheWidestAreUsed) {
   EXPECT_EQ(eight ? eight : &adaptive_bvh::pairTests4(), &adaptive_bvh::pairTests());
 }
 
-}  // namespace
+}  // namespace pair_tests_test
 }  // namespace adaptive_bvh_test

@@ -12,7 +12,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace wide_search_test {
 
 using adaptive_bvh::BodyCoordinates;
 using adaptive_bvh::Boxes4;
@@ -129,5 +129,5 @@ TEST(WideSearch, FindsWhatOverlaps) {
   EXPECT_GT(seen, 1000u);
 }
 
-}  // namespace
+}  // namespace wide_search_test
 }  // namespace adaptive_bvh_test

@@ -9,7 +9,7 @@
 #include "update/step_scope.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace task_pool_test {
 
 using adaptive_bvh::partBegin;
 using adaptive_bvh::PerThread;
@@ -105,5 +105,5 @@ TEST(Parts, AreEvenAndCoverTheRange) {
     }
 }
 
-}  // namespace
+}  // namespace task_pool_test
 }  // namespace adaptive_bvh_test

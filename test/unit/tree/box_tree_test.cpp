@@ -4,11 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "model_state.h"
+#include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "tree/topology.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace box_tree_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::Box;
@@ -59,7 +60,7 @@ class Trees : public testing::Test {
   using BV = fcl::RSS<S>;
 
   static std::vector<TriangleMesh<S>> meshes() {
-    std::mt19937 random(3);
+    std::mt19937 random(testSeed(3));
     return {plate<S>(1, 1), plate<S>(7, 5), tube<S>(6, 9), soup<S>(50, random), soup<S>(1, random)};
   }
   static int depthBelow(const fcl::BVHModel<BV>& model, int i) {
@@ -200,5 +201,5 @@ TYPED_TEST(Trees, BoxesOfAModelAreTightAfterEveryStep) {
   }
 }
 
-}  // namespace
+}  // namespace box_tree_test
 }  // namespace adaptive_bvh_test

@@ -8,7 +8,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace change_detector_test {
 
 using adaptive_bvh::ChangeDetector;
 using adaptive_bvh::Volume;
@@ -107,5 +107,5 @@ TYPED_TEST(Detector, AMatchShowsTheRepair) {
   }
 }
 
-}  // namespace
+}  // namespace change_detector_test
 }  // namespace adaptive_bvh_test

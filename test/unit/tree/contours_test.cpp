@@ -11,7 +11,7 @@
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace contours_test {
 
 using adaptive_bvh::Contours;
 using adaptive_bvh::Patch;
@@ -117,5 +117,5 @@ TEST_F(ContoursTest, ThatComeToAVertexTwiceAreNone) {
   EXPECT_EQ(contours_.patch(0).length, 0u);
 }
 
-}  // namespace
+}  // namespace contours_test
 }  // namespace adaptive_bvh_test

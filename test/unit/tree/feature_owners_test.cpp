@@ -8,10 +8,11 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/feature_pairs.h"
+#include "support/long_mode.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace feature_owners_test {
 
 using adaptive_bvh::FeatureOwner;
 using adaptive_bvh::FeatureOwners;
@@ -19,7 +20,7 @@ using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
 using Edge = std::pair<unsigned, unsigned>;
 
 std::vector<TriangleMesh<double>> meshesWithSharedEdges() {
-  std::mt19937 random(5);
+  std::mt19937 random(testSeed(5));
   TriangleMesh<double> repeated = plate<double>(5, 5);
   for (std::size_t i = 0; i < repeated.triangles.size(); i += 3) {
     fcl::Triangle& t = repeated.triangles[i];
@@ -147,5 +148,5 @@ TEST(FeatureOwners, AreFoundOnDemand) {
   EXPECT_EQ(0u, copy.bytes());
 }
 
-}  // namespace
+}  // namespace feature_owners_test
 }  // namespace adaptive_bvh_test

@@ -10,7 +10,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace refit_marks_test {
 
 using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::FitnessCriterion;
@@ -110,5 +110,5 @@ TEST(RefittedNodes, RefusalsRepairsAndVolumesOnDemand) {
   EXPECT_EQ(model.refittedNodes(), allNodes(model)) << "brought up to date by the question";
 }
 
-}  // namespace
+}  // namespace refit_marks_test
 }  // namespace adaptive_bvh_test

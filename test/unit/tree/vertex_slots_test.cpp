@@ -8,10 +8,11 @@
 #include <set>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "support/long_mode.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace vertex_slots_test {
 
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::VertexSlots;
@@ -19,7 +20,7 @@ using BV = fcl::RSSd;
 using Model = adaptive_bvh::AdaptiveBVHModel<BV>;
 
 std::vector<TriangleMesh<double>> meshesWithLooseVertices() {
-  std::mt19937 random(3);
+  std::mt19937 random(testSeed(3));
   TriangleMesh<double> loose = plate<double>(9, 9);
   for (int i = 0; i < 5; ++i) loose.vertices.emplace_back(i, 7, 7);  // of no triangle
   TriangleMesh<double> repeated = soup<double>(30, random);
@@ -160,5 +161,5 @@ TEST(VertexSlots, OfPointClouds) {
   }
 }
 
-}  // namespace
+}  // namespace vertex_slots_test
 }  // namespace adaptive_bvh_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace volume_demand_test {
 
 using adaptive_bvh::VolumeDemand;
 
@@ -65,4 +65,4 @@ TEST(VolumeDemand, TheBoxTreeMayRestInAStepAfterNobodyAskedForIt) {
   EXPECT_TRUE(demand.boxTreeMayRest());
 }
 
-}  // namespace
+}  // namespace volume_demand_test

@@ -11,7 +11,7 @@
 #include "volume/volume.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace wide_tree_test {
 
 using adaptive_bvh::BodyFrame;
 using adaptive_bvh::Boxes4;
@@ -107,5 +107,5 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
   }
 }
 
-}  // namespace
+}  // namespace wide_tree_test
 }  // namespace adaptive_bvh_test

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace adaptive_bvh_test {
-namespace {
+namespace witness_cache_test {
 
 using adaptive_bvh::WitnessCache;
 
@@ -73,5 +73,5 @@ TEST(Witnesses, AreNeverTorn) {
   for (auto& thread : threads) thread.join();
 }
 
-}  // namespace
+}  // namespace witness_cache_test
 }  // namespace adaptive_bvh_test

@@ -6,7 +6,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace best_fit_rotation_test {
 
 using adaptive_bvh::BestFitRotation;
 using adaptive_bvh::Topology;
@@ -147,5 +147,5 @@ TYPED_TEST(BestFit, SamplesAFewVerticesAllOver) {
   EXPECT_GE(this->fit_.bytes(), 12 * sizeof(unsigned));
 }
 
-}  // namespace
+}  // namespace best_fit_rotation_test
 }  // namespace adaptive_bvh_test

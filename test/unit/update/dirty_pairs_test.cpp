@@ -6,11 +6,12 @@
 #include <map>
 #include <set>
 
+#include "support/long_mode.h"
 #include "support/meshes.h"
 #include "update/vertex_leaf_map.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace dirty_pairs_test {
 
 using adaptive_bvh::DirtyPairs;
 using adaptive_bvh::Topology;
@@ -46,7 +47,7 @@ TEST(DirtyPairs, KeepsFlagsAcrossWords) {
 
 /// Any sequence of set and unset, of any number of pairs, against std::set.
 TEST(DirtyPairs, AreASetOfPairs) {
-  std::mt19937 random(5);
+  std::mt19937 random(testSeed(5));
   for (const int pairs : {1, 2, 63, 64, 65, 128, 129, 1000}) {
     DirtyPairs dirty;
     dirty.reset(std::size_t(pairs));
@@ -112,7 +113,7 @@ TYPED_TEST_SUITE(VertexLeaves, Scalars);
 /// Of every vertex of a sheet, a hose and a soup: all pairs above its triangles, no other.
 TYPED_TEST(VertexLeaves, MarksWhatIsAboveAVertex) {
   using S = TypeParam;
-  std::mt19937 random(7);
+  std::mt19937 random(testSeed(7));
   for (const auto& mesh : {plate<S>(1, 1), plate<S>(5, 4), tube<S>(6, 5), soup<S>(40, random)}) {
     this->build(mesh);
     EXPECT_FALSE(this->leaves_.empty());
@@ -154,5 +155,5 @@ TYPED_TEST(VertexLeaves, KnowsAVertexWithoutTriangles) {
   EXPECT_EQ(0u, this->leaves_.bytes());
 }
 
-}  // namespace
+}  // namespace dirty_pairs_test
 }  // namespace adaptive_bvh_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace adaptive_bvh_test {
-namespace {
+namespace step_buffer_test {
 
 using adaptive_bvh::StepBuffer;
 using adaptive_bvh::StepKind;
@@ -133,5 +133,5 @@ TEST_F(Buffer, CanBeAbandoned) {
   EXPECT_EQ(fcl::BVH_BUILD_STATE_BEGUN, state_) << "of a build begun meanwhile";
 }
 
-}  // namespace
+}  // namespace step_buffer_test
 }  // namespace adaptive_bvh_test

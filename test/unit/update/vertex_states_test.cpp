@@ -8,7 +8,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace vertex_states_test {
 
 using adaptive_bvh::AdaptiveTree;
 using adaptive_bvh::BodyFrame;
@@ -230,5 +230,5 @@ TYPED_TEST(States, AreRestoredAfterWhatWasDiscarded) {
         this->states_.previous()[slot].data());
 }
 
-}  // namespace
+}  // namespace vertex_states_test
 }  // namespace adaptive_bvh_test

@@ -7,7 +7,7 @@
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
-namespace {
+namespace vertex_summary_test {
 
 using adaptive_bvh::usablePositions;
 using adaptive_bvh::VertexSummary;
@@ -108,5 +108,5 @@ TYPED_TEST(Summary, KnowsADisplacementThatIsNoNumber) {
   }
 }
 
-}  // namespace
+}  // namespace vertex_summary_test
 }  // namespace adaptive_bvh_test
