@@ -141,8 +141,12 @@ TYPED_TEST(Query, MeshShapeDistanceEqualsFcls) {
             }
             continue;
           }
-          EXPECT_EQ(a, b);
-          EXPECT_EQ(by_fcl.min_distance, recorded.min_distance);
+          // Of boxes and capsules by geometry, where FCL's solvers end somewhat too far away.
+          const bool is_exact =
+              shape->getNodeType() == fcl::GEOM_BOX || shape->getNodeType() == fcl::GEOM_CAPSULE;
+          const S off = is_exact ? S(1e-3) : S(0);
+          EXPECT_NEAR(a, b, off);
+          EXPECT_NEAR(by_fcl.min_distance, recorded.min_distance, off);
           EXPECT_EQ(by_fcl.o1, recorded.o1);
           EXPECT_EQ(by_fcl.o2, recorded.o2);
           ++(by_fcl.min_distance > 0 ? apart : touching);
@@ -154,9 +158,10 @@ TYPED_TEST(Query, MeshShapeDistanceEqualsFcls) {
           fcl::DistanceResult<S> of_named;
           fcl::DistanceRequest<S> plain(request);
           plain.enable_signed_distance = false;
-          EXPECT_EQ(std::max(b, S(-1)),
-                    fcl::distance<S>(named.get(), mesh_first ? tf1 : tf2, shape.get(),
-                                     mesh_first ? tf2 : tf1, plain, of_named));
+          EXPECT_NEAR(std::max(b, S(-1)),
+                      fcl::distance<S>(named.get(), mesh_first ? tf1 : tf2, shape.get(),
+                                       mesh_first ? tf2 : tf1, plain, of_named),
+                      off);
         }
         EXPECT_GE(this->model_.recordedWork().queries, 1);
         EXPECT_TRUE(this->model_.traversed(0));

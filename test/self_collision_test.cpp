@@ -146,6 +146,37 @@ TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {
     }
 }
 
+/// A face without area may name a vertex twice, in any order.
+TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
+  using S = TypeParam;
+  struct Case {
+    std::array<std::size_t, 3> first, second;
+    std::size_t contacts[3];  // by filter
+  };
+  for (Case faces : {Case{{0, 0, 1}, {0, 2, 3}, {0, 1, 1}}, Case{{0, 0, 1}, {0, 1, 2}, {0, 0, 1}},
+                     Case{{0, 1, 1}, {0, 0, 2}, {0, 1, 1}}}) {
+    std::sort(faces.first.begin(), faces.first.end());
+    do {
+      std::sort(faces.second.begin(), faces.second.end());
+      do {
+        for (const bool is_swapped : {false, true}) {
+          auto a = faces.first, b = faces.second;
+          if (is_swapped) std::swap(a, b);
+          TriangleMesh<S> mesh;
+          mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+          mesh.triangles = {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}};
+          typename TestFixture::Model model;
+          fillModel(mesh, model);
+          for (const NeighbourFilter filter : kFilters) {
+            fcl::CollisionResult<S> result;
+            EXPECT_EQ(faces.contacts[int(filter)], selfCollide(model, this->all_, result, filter));
+          }
+        }
+      } while (std::next_permutation(faces.second.begin(), faces.second.end()));
+    } while (std::next_permutation(faces.first.begin(), faces.first.end()));
+  }
+}
+
 TYPED_TEST(SelfCollision, PlacesContactsInTheWorld) {
   using S = TypeParam;
   std::mt19937 random(testSeed(11));

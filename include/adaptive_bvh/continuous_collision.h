@@ -38,6 +38,7 @@
 /// - when a separation is negative, infinite or not a number;
 /// - where positions before are asked for and the model has none (Motion);
 /// - when a number of positions is not that of the vertices;
+/// - when a transform is not a rigid motion;
 /// - when a position in the world is not finite, or much larger than a model may have them;
 /// - when a pair names a feature that is not there.
 namespace adaptive_bvh {

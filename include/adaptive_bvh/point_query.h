@@ -48,22 +48,25 @@ void closestPoints(const AdaptiveBVHModel<BV>& model,
 /// Where a ray meets a triangle: at origin + t * direction.
 template <typename S>
 struct RayHit {
-  S t;           ///< >= 0; infinite where the ray meets nothing
+  S t;           ///< >= 0 and not -0; infinite where the ray meets nothing
   int triangle;  ///< -1 where the ray meets nothing
   S u;           ///< the point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c
   S v;           ///< as u
 };
 
 /// Every triangle that a ray meets, by increasing t; of equal t the smaller index first.
-/// `direction` has any length. Sides and corners belong to each triangle that has them, so a ray
-/// cannot slip between two neighbours (watertight: Woop, Benthin, Wald 2013). A triangle in whose
-/// plane the ray lies is not met. `result` is overwritten. Returns the number of hits.
+/// `direction` has any length. Whether a ray meets a triangle is decided without rounding, for the
+/// numbers as they are given. Sides and corners belong to each triangle that has them, so a ray
+/// cannot slip between two neighbours. A ray starts on a triangle, at t = 0, when its origin lies
+/// exactly in the triangle's plane; an origin that is computed may lie on either side of it. A
+/// triangle in whose plane the ray lies is not met, nor is one at a t that S cannot hold. `result` is
+/// overwritten. Returns the number of hits.
 template <typename BV>
 std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>& origin,
                     const fcl::Vector3<typename BV::S>& direction,
                     std::vector<RayHit<typename BV::S>>& result);
 
-/// The first of them.
+/// The first hit of rayHits.
 template <typename BV>
 RayHit<typename BV::S> firstHit(const AdaptiveBVHModel<BV>& model,
                                 const fcl::Vector3<typename BV::S>& origin,

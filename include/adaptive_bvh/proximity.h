@@ -23,8 +23,9 @@ namespace adaptive_bvh {
 /// **Frames and units.** `tf1` and `tf2` place the models in the world; lengths are in the models'
 /// unit. A deforming model is asked in its present state, nothing is rebuilt.
 ///
-/// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), and
-/// when a model has no triangles or is not built. A result is then as it was.
+/// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), when a
+/// transform is not a rigid motion, and when a model has no triangles or is not built. A result is
+/// then as it was.
 ///
 /// **Threads.** Thread-safe on shared models, as query.h; a query of pairs takes several threads
 /// itself where AdaptiveBVHModel::setQueryThreads says so, and its result is the same whatever

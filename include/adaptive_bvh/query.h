@@ -60,6 +60,11 @@ namespace queries {
 /// FCL's order, those with an octree in one that is always the same. A plane and a mesh of RSS have
 /// contacts that fcl::collide misses: its volume of the plane stands across it.
 ///
+/// **Distances of two meshes** are exact up to 2^-46 of the extent of the two triangles, beside what
+/// S rounds when it places the second mesh in the frame of the first: also of triangles with parallel
+/// edges, of needles, and of any size, where FCL's own distance of two triangles is wrong
+/// (docs/guide.md, "Where FCL's answers are wrong").
+///
 /// Everything else runs FCL's own traversal, and every field of the result is what FCL computes on
 /// the same trees, except as described below.
 ///
@@ -98,7 +103,8 @@ namespace queries {
 ///   is adaptive or not: meshes of different volumes (RSS and OBBRSS, say), the distance to a plane
 ///   or a half-space, a type that FCL does not know. FCL prints a warning and answers "very far" or
 ///   "no contact" there, or crashes. It is also thrown for a mesh of RSS or OBBRSS without
-///   triangles.
+///   triangles, and for a transform that is not a rigid motion: not finite, scaled, sheared, or
+///   mirrored.
 ///
 /// S is float or double. Thread-safe on shared models, like FCL's; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: an older, smaller distance in it is kept.

@@ -11,7 +11,8 @@ namespace adaptive_bvh {
 
 /// Which pairs of triangles a self-collision leaves out: neighbours always touch. Vertices are
 /// compared by index, so a mesh that was built triangle by triangle (addTriangle) has no
-/// neighbours; join its vertices first, as `loadMesh` does.
+/// neighbours; join its vertices first, as `loadMesh` does. A vertex that a triangle repeats counts
+/// once.
 enum class NeighbourFilter {
   SharedVertex,  ///< leaves out pairs with a vertex in common
   SharedEdge,    ///< leaves out pairs with two vertices in common
@@ -35,7 +36,8 @@ enum class NeighbourFilter {
 /// cleared first. Thread-safe on shared models; on several threads itself where
 /// AdaptiveBVHModel::setQueryThreads says so.
 ///
-/// Throws std::invalid_argument when the model has no triangles or is not built.
+/// Throws std::invalid_argument when the model has no triangles or is not built, or `tf` is not a
+/// rigid motion.
 template <typename BV>
 std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::Transform3<typename BV::S>& tf,

@@ -3,22 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 namespace adaptive_bvh {
 
 /// The nearest points of two features, a vertex and a face or two edges, and their distance. A face
 /// may be a segment or a point, an edge a point; edges may be parallel.
 ///
-/// With R the largest distance of two corners and u the unit roundoff of S: the points lie on the
-/// features up to 8 u R, and `distance` is theirs up to 8 u R. So it is nowhere smaller than the
-/// exact one by more than 16 u R; and nowhere larger by more than 16 u R, but for a face whose
-/// height is small (h of its longest edge L) by 16 u R L / h, and for edges at a small angle a by
-/// 16 u R / a; and never by more than 4 sqrt(u) R. (Where h and a are below sqrt(u), a side of the
-/// face and the ends of the edges are as near as that.) A product of lengths that underflows is
-/// taken for 0: lengths below 2^-255 of double, 2^-31 of float, count as none.
+/// With R the largest distance of two corners and u the unit roundoff of S: `distance` is the exact
+/// one up to 32 u R, whatever the shape of the face and whatever the angle of the edges. It is that
+/// of the points up to 8 u R, and they lie on the features up to 8 u of the largest coordinate.
+/// Lengths below 2^-500 of double, 2^-60 of float, count as none. docs/bounds.md, 16.
+///
+/// No normal is computed, which a needle hardly has: everything is seen across the longest edge
+/// (of a face, or of the two), as what is left of a vector without its component along that edge.
 template <typename S>
 struct FeatureDistance {
   using Point = Eigen::Matrix<S, 3, 1>;
@@ -35,46 +35,94 @@ namespace feature_distance {
 template <typename S>
 using Point = Eigen::Matrix<S, 3, 1>;
 
-/// How far along p + t e, t from 0 to 1, the point nearest to the origin is.
+/// 1 / x, or 0 where x is so small that this overflows.
 template <typename S>
-S nearestOnEdge(const Point<S>& p, const Point<S>& e) {
-  const S square = e.squaredNorm();
-  return square > 0 ? std::clamp(-p.dot(e) / square, S(0), S(1)) : S(0);
+S inverse(S x) {
+  return x > std::numeric_limits<S>::min() * 4 ? 1 / x : S(0);
 }
 
-/// The point of a segment p + t e that is nearest to the origin.
+/// An edge, from a corner on.
 template <typename S>
-Point<S> nearestOfEdge(const Point<S>& p, const Point<S>& e) {
-  return p + nearestOnEdge(p, e) * e;
-}
+struct Edge {
+  Point<S> along;
+  S square, inverse_square;
 
-/// The point of a face that is nearest to the origin: on one of its sides, or inside.
-template <typename S>
-Point<S> nearestOfFace(const std::array<Point<S>, 3>& face) {
-  const Point<S> edges[3] = {face[1] - face[0], face[2] - face[1], face[0] - face[2]};
-  Point<S> nearest = face[0];
-  S best = nearest.squaredNorm();
-  const auto take = [&](const Point<S>& x) {
-    const S square = x.squaredNorm();
-    if (square < best) {
-      best = square;
-      nearest = x;
-    }
-  };
-  const Point<S> normal = edges[0].cross(edges[1]);
-  S weights[3], sum = 0;  // of the corner opposite of an edge
-  bool inside = true;
-  for (std::size_t k = 0; k < 3; ++k) {
-    take(nearestOfEdge(face[k], edges[k]));
-    weights[k] = normal.dot(face[k].cross(edges[k]));
-    inside = inside && weights[k] > 0;
-    sum += weights[k];
+  Edge() = default;
+  explicit Edge(const Point<S>& vector)
+      : along(vector), square(vector.squaredNorm()), inverse_square(inverse(square)) {}
+
+  /// How far along the edge the point nearest to x is, from 0 to 1. `x` is seen from the corner.
+  S nearestTo(const Point<S>& x) const {
+    return std::clamp(x.dot(along) * inverse_square, S(0), S(1));
   }
-  if (inside)
-    take((weights[1] / sum) * face[0] + (weights[2] / sum) * face[1] +
-         (weights[0] / sum) * face[2]);
-  return nearest;
+  /// The component of a vector along the edge, in its lengths.
+  S coordinate(const Point<S>& x) const { return x.dot(along) * inverse_square; }
+  /// The rest of the vector.
+  Point<S> across(const Point<S>& x) const { return x - coordinate(x) * along; }
+};
+
+/// Where two edges are nearest inside both: s on the first, t on the second. False where they are
+/// not, or parallel. `between`: from the first's corner to the second's.
+template <typename S>
+bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& between, S& s,
+                   S& t) {
+  if (first.square < second.square) return nearestInside<S>(second, first, -between, t, s);
+  const Point<S> other = first.across(second.along), from = first.across(between);
+  t = -from.dot(other) * inverse(other.squaredNorm());
+  if (!(t > 0 && t < 1)) return false;
+  s = first.coordinate(between + t * second.along);
+  return s >= 0 && s <= 1;
 }
+
+/// A triangle, prepared for the search of its nearest points.
+template <typename S>
+class Face {
+ public:
+  using Corners = std::array<Point<S>, 3>;
+
+  explicit Face(const Corners& corners) : corners_(corners) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      edges_[k] = Edge<S>(corners[(k + 1) % 3] - corners[k]);
+      if (edges_[k].square > edges_[base_].square) base_ = k;
+    }
+    const Point<S> apex = corners[(base_ + 2) % 3] - corners[base_];
+    apex_along_ = edges_[base_].coordinate(apex);
+    height_ = edges_[base_].across(apex);
+    inverse_height_ = inverse(height_.squaredNorm());
+  }
+
+  const Corners& corners() const { return corners_; }
+  const Edge<S>& edge(std::size_t k) const { return edges_[k]; }
+
+  /// Its point nearest to x, on one of the sides or inside. Returns the square of the distance.
+  S nearest(const Point<S>& x, Point<S>& on_face) const {
+    S best = std::numeric_limits<S>::infinity();
+    on_face = corners_[0];
+    const auto take = [&](std::size_t k, const Point<S>& from_corner) {
+      const S square = (corners_[k] - x + from_corner).squaredNorm();
+      if (!(square < best)) return;
+      best = square;
+      on_face = corners_[k] + from_corner;
+    };
+    for (std::size_t k = 0; k < 3; ++k)
+      take(k, edges_[k].nearestTo(x - corners_[k]) * edges_[k].along);
+    const Edge<S>& base = edges_[base_];
+    const Point<S> seen = x - corners_[base_];
+    const S along = base.coordinate(seen), share = base.across(seen).dot(height_) * inverse_height_,
+            other = along - share * apex_along_;  // barycentric, of the end of the base
+    if (share > 0 && other >= 0 && share + other <= 1)
+      take(base_, along * base.along + share * height_);
+    return best;
+  }
+
+ private:
+  Corners corners_;
+  Edge<S> edges_[3];
+  std::size_t base_ = 0;  ///< the longest edge
+  S apex_along_;          ///< the corner opposite of it: its coordinate along the base
+  Point<S> height_;       ///< and its vector from there
+  S inverse_height_;
+};
 
 }  // namespace feature_distance
 
@@ -82,10 +130,10 @@ Point<S> nearestOfFace(const std::array<Point<S>, 3>& face) {
 template <typename S>
 FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
                                       const std::array<Eigen::Matrix<S, 3, 1>, 3>& face) {
-  using Point = Eigen::Matrix<S, 3, 1>;
-  const Point away = feature_distance::nearestOfFace<S>(
-      {Point(face[0] - vertex), Point(face[1] - vertex), Point(face[2] - vertex)});
-  return {vertex, vertex + away, away.norm()};
+  FeatureDistance<S> found;
+  found.first = vertex;
+  found.distance = std::sqrt(feature_distance::Face<S>(face).nearest(vertex, found.second));
+  return found;
 }
 
 /// Of two edges.
@@ -93,29 +141,23 @@ template <typename S>
 FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
                                     const std::array<Eigen::Matrix<S, 3, 1>, 2>& b) {
   using Point = Eigen::Matrix<S, 3, 1>;
-  using feature_distance::nearestOnEdge;
-  const Point u = a[1] - a[0], v = b[1] - b[0], w = b[0] - a[0];
+  const feature_distance::Edge<S> u(a[1] - a[0]), v(b[1] - b[0]);
+  const Point between = b[0] - a[0];
   FeatureDistance<S> nearest;
-  S best = -1;
+  S best = std::numeric_limits<S>::infinity();
   const auto take = [&](S s, S t) {
-    const Point away = w + t * v - s * u;
-    const S square = away.squaredNorm();
-    if (best >= 0 && !(square < best)) return;
+    const S square = (between + t * v.along - s * u.along).squaredNorm();
+    if (!(square < best)) return;
     best = square;
-    nearest.first = a[0] + s * u;
-    nearest.second = b[0] + t * v;
+    nearest.first = a[0] + s * u.along;
+    nearest.second = b[0] + t * v.along;
   };
-  take(0, nearestOnEdge<S>(w, v));
-  take(1, nearestOnEdge<S>(b[0] - a[1], v));
-  take(nearestOnEdge<S>(-w, u), 0);
-  take(nearestOnEdge<S>(a[0] - b[1], u), 1);
-  const Point normal = u.cross(v);
-  const S square = normal.squaredNorm();
-  if (square > 0) {
-    const S s = std::clamp(w.cross(v).dot(normal) / square, S(0), S(1));
-    const S t = nearestOnEdge<S>(w - s * u, v);
-    take(nearestOnEdge<S>(-w - t * v, u), t);
-  }
+  take(0, v.nearestTo(-between));
+  take(1, v.nearestTo(a[1] - b[0]));
+  take(u.nearestTo(between), 0);
+  take(u.nearestTo(b[1] - a[0]), 1);
+  S s, t;
+  if (feature_distance::nearestInside<S>(u, v, between, s, t)) take(s, t);
   nearest.distance = std::sqrt(best);
   return nearest;
 }

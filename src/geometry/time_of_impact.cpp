@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "geometry/feature_distance.h"
 
 namespace adaptive_bvh {
@@ -124,7 +126,9 @@ double MovingFeatures::shareAlong(const Point& direction, const Corners& now,
 }
 
 double MovingFeatures::timeOfImpact(double separation, double until) const {
-  constexpr int kMostSteps = 200;
+  // Nearly all pairs take fewer than 20. Edges that turn and stay nearly parallel and near each other
+  // take thousands; to end sooner would report an impact that never happens.
+  constexpr int kMostSteps = 20000;
   const double target = separation * (1 + 4 * kUnit) + slack_;
   double t = 0, look = 4;  // so much farther than along one direction
   for (int count = 0; count < kMostSteps; ++count) {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
+#include "geometry/feature_distance.h"
 #include "geometry/rounding.h"
+#include "geometry/triangle_gap.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -26,39 +26,6 @@ Point<S> longestEdge(const TrianglePoints<S>& t) {
   for (const Point<S>& edge : {Point<S>(t[2] - t[1]), Point<S>(t[0] - t[2])})
     if (edge.squaredNorm() > longest.squaredNorm()) longest = edge;
   return longest;
-}
-
-/// Keeps the nearest of the pairs that it is shown.
-template <typename S>
-class Nearest {
- public:
-  void consider(const Point<S>& first, const Point<S>& second) {
-    const S squared = (first - second).squaredNorm();
-    if (!(squared < least_)) return;
-    least_ = squared;
-    pair_ = {first, second};
-  }
-  const PointPair<S>& pair() const { return pair_; }
-
- private:
-  S least_ = std::numeric_limits<S>::infinity();
-  PointPair<S> pair_{Point<S>::Zero(), Point<S>::Zero()};
-};
-
-/// Shows the corners of `a` and the points where its edges cross the plane of `b`, each with the
-/// nearest point of `b`.
-template <typename S, typename Consider>
-void considerEdges(const TrianglePoints<S>& a, const TrianglePoints<S>& b, Consider&& consider) {
-  const Point<S> normal = normalOf(b);
-  for (int i = 0; i < 3; ++i) {
-    const Point<S>&from = a[i], &to = a[(i + 1) % 3];
-    consider(from, nearestPoint(b, from));
-    const S above = normal.dot(from - b[0]), below = normal.dot(to - b[0]);
-    if ((above < 0) != (below < 0)) {
-      const Point<S> crossing = from + (above / (above - below)) * (to - from);
-      consider(crossing, nearestPoint(b, crossing));
-    }
-  }
 }
 
 template <typename S>
@@ -83,38 +50,19 @@ bool isComplete(const TriangleContact<S>& contact) {
 
 template <typename S>
 Point<S> nearestPoint(const TrianglePoints<S>& t, const Point<S>& x) {
-  Nearest<S> nearest;
-  for (int i = 0; i < 3; ++i) {
-    const Point<S> edge = t[(i + 1) % 3] - t[i];
-    const S squared = edge.squaredNorm();
-    const S along = squared > 0 ? edge.dot(x - t[i]) / squared : S(0);
-    nearest.consider(x, along >= 1 ? t[(i + 1) % 3] : t[i] + std::max(along, S(0)) * edge);
-  }
-  const Point<S> u = t[1] - t[0], v = t[2] - t[0], w = x - t[0], normal = u.cross(v);
-  const S squared = normal.squaredNorm();
-  if (squared > 0) {
-    const S to_u = w.cross(v).dot(normal) / squared, to_v = u.cross(w).dot(normal) / squared;
-    if (to_u >= 0 && to_v >= 0 && to_u + to_v <= 1) nearest.consider(x, t[0] + to_u * u + to_v * v);
-  }
-  return nearest.pair().second;
+  Point<S> nearest;
+  feature_distance::Face<S>(t).nearest(x, nearest);
+  return nearest;
 }
 
 template <typename S>
 PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
-  Nearest<S> nearest;
-  const auto consider = [&](const Point<S>& on_a, const Point<S>& on_b) {
-    nearest.consider(on_a, on_b);
+  const auto inDouble = [](const TrianglePoints<S>& t) -> TrianglePoints<double> {
+    return {t[0].template cast<double>(), t[1].template cast<double>(),
+            t[2].template cast<double>()};
   };
-  considerEdges<S>(a, b, consider);
-  considerEdges<S>(b, a, [&](const Point<S>& on_b, const Point<S>& on_a) { consider(on_a, on_b); });
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      Point<S> along, on_a, on_b;
-      fcl::detail::TriangleDistance<S>::segPoints(a[i], a[(i + 1) % 3] - a[i], b[j],
-                                                  b[(j + 1) % 3] - b[j], along, on_a, on_b);
-      consider(on_a, on_b);
-    }
-  return nearest.pair();
+  const PointPair<double> nearest = gapOf(inDouble(a), inDouble(b)).points;
+  return {nearest.first.template cast<S>(), nearest.second.template cast<S>()};
 }
 
 /// The sine of the angle between the edges, times their lengths over the longest one's: below the

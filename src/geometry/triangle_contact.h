@@ -19,8 +19,7 @@ struct PointPair {
 template <typename S>
 fcl::Vector3<S> nearestPoint(const TrianglePoints<S>& triangle, const fcl::Vector3<S>& x);
 
-/// The nearest points of two triangles. When they touch, both are a common point, up to rounding.
-/// Slower than FCL's distance, but without its thresholds on size and area.
+/// The nearest points of two triangles, of gapOf.
 template <typename S>
 PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
 

@@ -1,29 +1,25 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
+#include "geometry/feature_distance.h"
+#include "geometry/orientation.h"
 #include "geometry/triangle_contact.h"
 
 namespace adaptive_bvh {
 
-/// The nearest points of two triangles and their distance, 0 where it is mostly rounding.
+/// The nearest points of two triangles and their distance.
 struct TriangleGap {
   PointPair<double> points;
   double distance;
 };
 
-/// Off by less than 2^-46 of the largest coordinate. 2^-48 of the extent is sixteen epsilon: by so
-/// much the points of triangles that intersect may differ.
-inline TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  const PointPair<double> points = nearestPoints(a, b);
-  const double distance = (points.first - points.second).norm();
-  double extent = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    extent = std::max({extent, (a[k] - a[0]).template lpNorm<Eigen::Infinity>(),
-                       (b[k] - a[0]).template lpNorm<Eigen::Infinity>()});
-  constexpr double kNothing = 16 * std::numeric_limits<double>::epsilon();
-  return {points, distance <= kNothing * extent ? 0 : distance};
-}
+/// The exact distance up to 2^-46 of the extent E of both triangles, the largest component of a
+/// difference of two corners, whatever their shapes. 0 where an edge of one crosses the other,
+/// which is decided exactly, and where the distance is at most 2^-48 E, which is mostly rounding.
+/// Then both points are a common point, up to rounding.
+TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
 /// Whether two triangles are surely farther apart than that, along a normal or a product of two
 /// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.

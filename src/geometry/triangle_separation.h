@@ -3,7 +3,6 @@
 #include <array>
 
 #include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
 #include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
@@ -11,8 +10,8 @@
 
 namespace adaptive_bvh {
 
-/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, FCL's exact
-/// distance, and our own. All in the frame of the first mesh.
+/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance. All
+/// in the frame of the first mesh.
 template <typename S>
 class TriangleSeparation {
  public:
@@ -45,7 +44,7 @@ class TriangleSeparation {
 
   /// How far apart two triangles are along that line: a lower bound of their distance. Everything
   /// is measured from the two points, so that near them, where it matters, hardly any digit is
-  /// lost: the error is of the size of FCL's own in the distance of the triangles.
+  /// lost.
   S separation(const VertexIndices& a, const VertexIndices& b) const {
     const auto on1 = [&](unsigned v) { return along1_.dot(vertices1_[v] - from_); };
     const auto on2 = [&](unsigned v) { return along2_.dot(vertices2_[v] - to_); };
@@ -91,9 +90,8 @@ class TriangleSeparation {
     return {placed(b[0]), placed(b[1]), placed(b[2])};
   }
 
-  /// Without FCL's thresholds on size: see gapOf.
-  S nearestDistance(const VertexIndices& a, const VertexIndices& b, Point& on_a,
-                    Point& on_b) const {
+  /// The distance of gapOf, and the nearest points.
+  S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
     const auto p = firstCorners(a);
     const TriangleGap gap = gapOf(
         {p[0].template cast<double>(), p[1].template cast<double>(), p[2].template cast<double>()},
@@ -101,13 +99,6 @@ class TriangleSeparation {
     on_a = gap.points.first.template cast<S>();
     on_b = gap.points.second.template cast<S>();
     return static_cast<S>(gap.distance);
-  }
-
-  /// FCL's.
-  S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
-    return fcl::detail::TriangleDistance<S>::triDistance(
-        vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]], vertices2_[b[0]], vertices2_[b[1]],
-        vertices2_[b[2]], R_, T_, on_a, on_b);
   }
 
  private:

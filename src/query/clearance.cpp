@@ -75,6 +75,8 @@ void clearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename
                typename BV::S limit, std::vector<typename BV::S>& result) {
   using S = typename BV::S;
   requireDistance(limit);
+  requireRigid(tf);
+  requireRigid(other_tf);
   requireQueryable(model);
   requireQueryable(other);
   const auto noSign = [](const WideTree<S>&) { return [](const fcl::Vector3d&) { return S(1); }; };
@@ -88,6 +90,8 @@ void signedClearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<ty
                      std::vector<typename BV::S>& result) {
   using S = typename BV::S;
   requireDistance(limit);
+  requireRigid(tf);
+  requireRigid(other_tf);
   requireQueryable(model);
   requireQueryable(other);
   requireClosed(other);

@@ -1,6 +1,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 
 #include "adaptive_bvh/query.h"
+#include "geometry/rigid.h"
 #include "model_state.h"
 #include "query/pair_cache.h"
 #include "volume/each_volume.h"
@@ -31,6 +32,8 @@ typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
                                               const fcl::DistanceRequest<S>& request,
                                               fcl::DistanceResult<S>& result) {
   using Access = detail::ModelAccess<BV>;
+  requireRigid(tf1);
+  requireRigid(tf2);
   const AdaptiveBVHModel<BV>&first = state_->first, &second = state_->second;
   // Before anything reads the trees: this repairs one that was changed without our update.
   const bool has_triangles = Access::repairedType(first) != fcl::BV_UNKNOWN &&

@@ -169,6 +169,8 @@ bool CoherentProximity<BV>::isNearer(const fcl::Transform3<S>& tf1, const fcl::T
                                      S distance) {
   State& state = *state_;
   requireDistance(distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
   requireQueryable(state.first);
   requireQueryable(state.second);
   const PairOfMeshes<BV> meshes(state.first, tf1, state.second, tf2);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "geometry/rigid.h"
 #include "geometry/rounding.h"
 #include "model_state.h"
 #include "query/continuous_search.h"
@@ -56,6 +57,8 @@ class MovingModel {
   MovingModel(const Motion<BV>& motion, Memory& memory) : tree_(treeOf(*motion.model)) {
     const auto& model = *motion.model;
     const auto count = static_cast<std::size_t>(model.num_vertices);
+    requireRigid(motion.start_tf);
+    requireRigid(motion.end_tf);
     const double at_start = place(motion.start, count, motion.start_tf, memory.start);
     const double at_end = place(motion.end, count, motion.end_tf, memory.end);
     const auto& wide = tree_.wide.topology(model, tree_);

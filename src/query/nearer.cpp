@@ -11,6 +11,8 @@ bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename 
               const AdaptiveBVHModel<BV>& second, const fcl::Transform3<typename BV::S>& tf2,
               typename BV::S distance) {
   requireDistance(distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
   requireQueryable(first);
   requireQueryable(second);
   const PairOfMeshes<BV> meshes(first, tf1, second, tf2);

@@ -6,7 +6,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's distance of two triangles is off by some epsilon of what their coordinates are made of.
+/// The distance of two triangles is off by some epsilon of what their coordinates are made of: the
+/// second's are placed in the first's frame.
 template <typename BV>
 typename BV::S roundingOf(const fcl::Vector3<typename BV::S>& T, const PlacedMesh<BV>& first,
                           const PlacedMesh<BV>& second) {
@@ -58,8 +59,8 @@ void NearestPair<BV>::addWitness(int triangle1, int triangle2) {
       triangle2 >= second_.model->num_tris)
     return;
   Point on1, on2;
-  const S d = distanceOf(viewOf(*first_.model).verticesOf(unsigned(triangle1)),
-                         viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
+  const S d = triangles_.distance(viewOf(*first_.model).verticesOf(unsigned(triangle1)),
+                                  viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
   ++tests_;
   if (d < result_.min_distance)
     improve(d, triangle1, triangle2, on1, on2);
@@ -96,7 +97,7 @@ double NearestPair<BV>::testPair(const MeshTriangle& first, const MeshTriangle& 
     if (separation >= limit_) return bound;
   }
   Point on1, on2;
-  const S d = distanceOf(a, b, on1, on2);
+  const S d = triangles_.distance(a, b, on1, on2);
   ++tests_;
   if (d < result_.min_distance) improve(d, first.index, second.index, on1, on2);
   return bound;

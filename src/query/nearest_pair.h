@@ -18,7 +18,7 @@ struct MeshTriangle {
 
 /// The nearest pair of triangles that a distance query has found so far, and its tests of others:
 /// cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's query
-/// does, by FCL's triangle distances.
+/// does, but by our own distance of two triangles (gapOf).
 template <typename BV>
 class NearestPair {
  public:
@@ -30,11 +30,8 @@ class NearestPair {
               const DistanceQuery<S>& query);
 
   /// To be called first, when it only matters whether the distance is at most `enough`: the search
-  /// ends with the first such pair. Distances of triangles are then our own, not FCL's.
-  void stopAt(S enough) {
-    enough_ = enough;
-    is_own_ = true;
-  }
+  /// ends with the first such pair.
+  void stopAt(S enough) { enough_ = enough; }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
 
@@ -42,8 +39,8 @@ class NearestPair {
   bool isDone() const { return result_.min_distance <= enough_; }
   /// Distances from here on do not matter.
   S limit() const { return limit_; }
-  /// What is nearer than the limit by no more than FCL's distances of triangles are rounded is as
-  /// near: so parallel faces prune. Not where that would hide a touch.
+  /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
+  /// so parallel faces prune. Not where that would hide a touch.
   S limitWithinRounding() const { return limit_ > 4 * rounding_ ? limit_ - rounding_ : limit_; }
   /// The relative placement, and the line between the nearest points.
   const TriangleSeparation<S>& triangles() const { return triangles_; }
@@ -98,19 +95,14 @@ class NearestPair {
                     double off) const;
   double testPair(const MeshTriangle& first, const MeshTriangle& second, double bound,
                   double slack);
-  S distanceOf(const VertexIndices& a, const VertexIndices& b, Point& on1, Point& on2) const {
-    return is_own_ ? triangles_.nearestDistance(a, b, on1, on2)
-                   : triangles_.distance(a, b, on1, on2);
-  }
 
   const PlacedMesh<BV>&first_, &second_;
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
   TriangleSeparation<S> triangles_;
-  const S rounding_;  ///< of FCL's distance of two triangles
+  const S rounding_;  ///< of the distance of two triangles
   S limit_;
-  S enough_ = 0;         ///< a distance that ends the search
-  bool is_own_ = false;  ///< distances of triangles are ours
+  S enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false;
   long tests_ = 0;
 };

@@ -115,7 +115,8 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree<S>& tree, cons
 }
 
 /// Of pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) those that do not have so
-/// many vertices in common that the filter leaves them out.
+/// many vertices in common that the filter leaves them out. A vertex that a triangle repeats counts
+/// once.
 template <typename S>
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree<S>& tree1,
                                                const WideNode& a, const WideTree<S>& tree2,
@@ -127,8 +128,11 @@ ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree<S>
     if (!(pairs >> (4 * j) & 15)) continue;
     const Int4& v = tree2.vertices(static_cast<unsigned>(b.first + j));
     Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
-    for (const Int4& corner : of_first)
-      for (int c = 0; c < 3; ++c) shared += corner == Int4{v[c], v[c], v[c], v[c]};
+    for (int c = 0; c < 3; ++c) {
+      if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
+      const Int4 vertex = {v[c], v[c], v[c], v[c]};
+      shared += (of_first[0] == vertex) | (of_first[1] == vertex) | (of_first[2] == vertex);
+    }
     pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));
   }
   return pairs;

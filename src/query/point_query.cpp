@@ -1,6 +1,7 @@
 #include "adaptive_bvh/point_query.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "query/batches.h"
 #include "query/point_search.h"
@@ -44,19 +45,24 @@ template <typename S>
 RayHit<S> hitOf(int triangle, const RayTriangle::Hit& hit) {
   return {static_cast<S>(hit.t), triangle, static_cast<S>(hit.u), static_cast<S>(hit.v)};
 }
+/// The order of hits. (Two that differ in double precision may be equal in single.)
+template <typename S>
+bool isBefore(const RayHit<S>& a, const RayHit<S>& b) {
+  return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
+}
 
 template <typename BV>
 RayHit<typename BV::S> searchFirst(RaySearch<BV>& search,
                                    const fcl::Vector3<typename BV::S>& origin,
                                    const fcl::Vector3<typename BV::S>& direction) {
   using S = typename BV::S;
-  double first = std::numeric_limits<double>::infinity();
-  RayHit<S> result{std::numeric_limits<S>::infinity(), -1, 0, 0};
+  constexpr S kNever = std::numeric_limits<S>::infinity();
+  RayHit<S> result{kNever, -1, 0, 0};
   search.search(origin.template cast<double>(), direction.template cast<double>(),
-                [&](int triangle, const RayTriangle::Hit& hit) {
-                  if (hit.t < first || (hit.t == first && triangle < result.triangle))
-                    result = hitOf<S>(triangle, hit);
-                  return first = std::min(first, hit.t);
+                [&](int triangle, const RayTriangle::Hit& hit) -> double {
+                  const RayHit<S> found = hitOf<S>(triangle, hit);
+                  if (found.t < kNever && isBefore(found, result)) result = found;
+                  return result.t;
                 });
   return result;
 }
@@ -94,12 +100,11 @@ std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typena
   result.clear();
   search.search(origin.template cast<double>(), direction.template cast<double>(),
                 [&](int triangle, const RayTriangle::Hit& hit) {
-                  result.push_back(hitOf<S>(triangle, hit));
+                  const RayHit<S> found = hitOf<S>(triangle, hit);
+                  if (std::isfinite(found.t)) result.push_back(found);
                   return std::numeric_limits<double>::infinity();
                 });
-  std::sort(result.begin(), result.end(), [](const RayHit<S>& a, const RayHit<S>& b) {
-    return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
-  });
+  std::sort(result.begin(), result.end(), isBefore<S>);
   return result.size();
 }
 

@@ -72,6 +72,8 @@ std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
                         const ProximityRequest<typename BV::S>& request,
                         TrianglePairs<typename BV::S>& result) {
   requireDistance(request.distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
   requireQueryable(first);
   requireQueryable(second);
   collectPairs(
@@ -99,6 +101,8 @@ std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
                                const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance,
                                FeaturePairs& result) {
   requireDistance(distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
   requireQueryable(first);
   requireQueryable(second);
   collectPairs(PairOfMeshes<BV>(first, tf1, second, tf2), double(distance),

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "geometry/rigid.h"
 #include "model_state.h"
 #include "query/placed_mesh.h"
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "geometry/rigid.h"
 #include "model_state.h"
 #include "query/box_contacts.h"
 #include "query/fcl/mesh_mesh.h"
@@ -167,6 +168,8 @@ bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3
                       const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
                       const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
                       S& distance) {
+  requireRigid(tf1);
+  requireRigid(tf2);
   if (!result.o1) unsetPoints(result);
   const DistanceQuery<S> query{request, result};
   return dispatch<S>({o1, tf1}, {o2, tf2}, RunDistance<S>{query, distance});
@@ -178,6 +181,8 @@ bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<
                      const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
                      std::size_t& contacts) {
   contacts = 0;
+  requireRigid(tf1);
+  requireRigid(tf2);
   if (request.num_max_contacts == 0) return true;  // as FCL, without its message
   const CollisionQuery<S> query{request, result};
   return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query, contacts});

@@ -2,6 +2,7 @@
 
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 
+#include "geometry/rigid.h"
 #include "model_state.h"
 #include "query/box_contacts.h"
 #include "query/fcl/recording_node.h"
@@ -40,6 +41,7 @@ std::size_t selfCollide(const AdaptiveBVHModel<BV>& model,
                         const fcl::CollisionRequest<typename BV::S>& request,
                         fcl::CollisionResult<typename BV::S>& result, NeighbourFilter filter) {
   using S = typename BV::S;
+  requireRigid(tf);
   detail::ModelAccess<BV>::repairedType(
       model);  // repairs a tree that was changed without our update
   requireTriangles<BV>(model);

@@ -119,6 +119,37 @@ TEST_F(TimeOfImpact, IsNeverLateAndSeldomEarly) {
   EXPECT_LT(early, impacts / 200) << "the cap on steps is seldom reached";
 }
 
+/// Long edges that turn, nearly parallel and near each other all the time: the nearest points have
+/// to be right where the angle of the edges is nearly lost. They never come nearer than 2.56e-4.
+TEST_F(TimeOfImpact, OfEdgesThatStayNearlyParallel) {
+  const FourCorners start = {P(-.1397, 2.5416, -4.6644), P(1.9274, .4187, 5.0737),
+                             P(-.1125, 2.5135, -4.6155), P(1.9195, .4261, 5.0835)},
+                    end = {P(-4.7843, .6551, .4245), P(2.2093, .944, -6.9659),
+                           P(-4.7611, .6577, .3663), P(2.2232, .9431, -6.9614)};
+  const Moving pair{FeatureKind::EdgeEdge, start, end};
+  for (int i = 0; i <= 1000; ++i) ASSERT_GT(pair.distance(Real(i) / 1000), 2.5e-4L);
+  EXPECT_EQ(MovingFeatures::kNever, pair.features().timeOfImpact(0));
+}
+
+/// As above, of many pairs: there is no impact before they are as near as the tolerance.
+TEST_F(TimeOfImpact, OfManyPairsThatStayNearlyParallel) {
+  int impacts = 0;
+  for (int round = 0; round < manySteps(2000); ++round) {
+    Moving pair;
+    pair.kind = FeatureKind::EdgeEdge;
+    const double length = random_.size(-1, 2), apart = length * random_.size(-6, -2);
+    for (FourCorners* corners : {&pair.start, &pair.end}) {
+      const P from = random_.point() * length, to = from + random_.direction() * length;
+      *corners = {from, to, from + random_.point() * apart, to + random_.point() * apart};
+    }
+    const double time = pair.features().timeOfImpact(0);
+    if (time > 1) continue;
+    ++impacts;
+    ASSERT_LE(double(pair.distance(time)), 1e-11 * double(pair.extent())) << round;
+  }
+  EXPECT_GT(impacts, manySteps(200));
+}
+
 /// A limit leaves the answer as it is, or says that there is none before.
 TEST_F(TimeOfImpact, UpToALimit) {
   int before = 0;

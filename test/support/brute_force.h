@@ -11,8 +11,8 @@
 
 namespace adaptive_bvh_test {
 
-/// The oracles: every pair of triangles, by FCL's own triangle routines, in the frame FCL uses (the
-/// second body in the frame of the first). No hierarchy takes part.
+/// The oracles: every pair of triangles, the second body in the frame of the first. Distances are
+/// in quadruple precision; whether triangles intersect is FCL's verdict. No hierarchy takes part.
 template <typename S>
 class BruteForce {
  public:
@@ -46,7 +46,6 @@ class BruteForce {
   };
 
   static Corners corners(const Mesh& mesh, int t);
-  static S offTriangle(const Vector3<S>& x, const Corners& t);
   template <typename Visit>
   void forEachPair(Visit&& visit) const;
 

@@ -3,6 +3,8 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
 
+#include "geometry/mesh_of_model.h"
+#include "geometry/triangle_separation.h"
 #include "query/fcl/mesh_collision_node.h"
 #include "query/fcl/recording_node.h"
 #include "query/nearest_points.h"
@@ -23,6 +25,34 @@ struct FclMeshDistance<fcl::OBBRSS<S>> {
   using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSS<S>;
 };
 
+/// That traversal, with the distance of two triangles of our own.
+template <typename BV>
+class MeshDistanceNode : public FclMeshDistance<BV>::Node {
+  using S = typename BV::S;
+
+ public:
+  MeshDistanceNode(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2)
+      : tf1_(tf1), tf2_(tf2) {}
+
+  /// FCL would start from its own distance of the first triangles.
+  void preprocess() override {}
+
+  void leafTesting(int b1, int b2) const override {
+    const int first = this->model1->getBV(b1).primitiveId(),
+              second = this->model2->getBV(b2).primitiveId();
+    const TriangleSeparation<S> triangles(this->model1->vertices, tf1_, this->model2->vertices,
+                                          tf2_);
+    fcl::Vector3<S> on_first, on_second;
+    const S distance = triangles.distance(
+        viewOf(*this->model1).verticesOf(static_cast<unsigned>(first)),
+        viewOf(*this->model2).verticesOf(static_cast<unsigned>(second)), on_first, on_second);
+    this->result->update(distance, this->model1, this->model2, first, second, on_first, on_second);
+  }
+
+ private:
+  const fcl::Transform3<S> tf1_, tf2_;
+};
+
 }  // namespace
 
 template <typename BV>
@@ -30,13 +60,13 @@ typename BV::S meshMeshDistance(const PlacedMesh<BV>& first, const PlacedMesh<BV
                                 const DistanceQuery<typename BV::S>& query) {
   using S = typename BV::S;
   if (query.isSatisfied()) return query.result.min_distance;
-  using Node = typename FclMeshDistance<BV>::Node;
+  using Node = MeshDistanceNode<BV>;
   // A result of its own: FCL moves the points to the world at the end, also those that an older
   // query of the same pair left there.
   fcl::DistanceResult<S> found(query.result.min_distance);
-  RecordingDistanceNode<Node, S> node(statisticsOf(first, second));
-  fcl::detail::initialize(static_cast<Node&>(node), *first.model, first.tf, *second.model,
-                          second.tf, query.request, found);
+  RecordingDistanceNode<Node, S> node(statisticsOf(first, second), first.tf, second.tf);
+  fcl::detail::initialize(static_cast<typename FclMeshDistance<BV>::Node&>(node), *first.model,
+                          first.tf, *second.model, second.tf, query.request, found);
   fcl::detail::distance(&node);
   if (found.o1) {
     settleNearestPoints<BV>(first, second, {query.request, found});

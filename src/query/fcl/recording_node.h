@@ -19,7 +19,10 @@ namespace adaptive_bvh {
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
-  explicit RecordingDistanceNode(const PairStatistics& statistics) : statistics_(statistics) {}
+  /// `of_node`: what the node itself is made from.
+  template <typename... Args>
+  explicit RecordingDistanceNode(const PairStatistics& statistics, const Args&... of_node)
+      : Node(of_node...), statistics_(statistics) {}
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
   void addBoxTests(long tests) { work_.box_tests += tests; }
 

@@ -38,9 +38,11 @@ class SelfCollisionNode : public MeshCollisionNode<BV> {
     if (filter == NeighbourFilter::None) return false;
     const fcl::Triangle &a = this->tri_indices1[this->model1->getBV(leaf1).primitiveId()],
                         &b = this->tri_indices1[this->model1->getBV(leaf2).primitiveId()];
-    int shared = 0;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) shared += a[i] == b[j];
+    int shared = 0;  // a vertex that a triangle repeats counts once
+    for (int j = 0; j < 3; ++j) {
+      const bool is_repeated = (j > 0 && b[j] == b[0]) || (j > 1 && b[j] == b[1]);
+      shared += !is_repeated && (a[0] == b[j] || a[1] == b[j] || a[2] == b[j]);
+    }
     return shared >= (filter == NeighbourFilter::SharedEdge ? 2 : 1);
   }
 };

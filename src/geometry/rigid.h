@@ -1,0 +1,26 @@
+#pragma once
+
+#include <stdexcept>
+#include <type_traits>
+
+#include <fcl/common/types.h>
+
+namespace adaptive_bvh {
+
+/// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
+/// or mirror. So much may R^T R differ from the identity, for a rotation that was composed of many.
+template <typename S>
+void requireRigid(const fcl::Transform3<S>& tf) {
+  constexpr S kLargestError = std::is_same<S, float>::value ? S(1e-3) : S(1e-6);
+  const fcl::Matrix3<S> R = tf.linear();
+  const S error = (R.transpose() * R - fcl::Matrix3<S>::Identity()).squaredNorm();  // NaN stays NaN
+  const bool is_rotation =
+      error <= kLargestError * kLargestError && R.col(0).dot(R.col(1).cross(R.col(2))) > 0;
+  if (!is_rotation || !tf.translation().allFinite())
+    throw std::invalid_argument(
+        "adaptive_bvh: a transform is not a rigid motion: its rotation must be orthonormal (to "
+        "1e-6 "
+        "in double, 1e-3 in single precision) with determinant 1, and all numbers finite");
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,116 @@
+// Distances of meshes as CAD data has them, on lattices, with parallel edges, needles and slivers:
+// all queries agree with each other and with every pair of triangles in quadruple precision.
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/query.h"
+#include "support/degenerate_triangles.h"
+#include "support/long_mode.h"
+#include "support/quad_geometry.h"
+#include "support/test_volume.h"
+
+namespace adaptive_bvh_test {
+namespace lattice_distance_test {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::CoherentDistance;
+using Triangle = DegenerateTriangles::Triangle;
+
+template <typename S>
+class LatticeDistance : public testing::Test {
+ protected:
+  using Model = AdaptiveBVHModel<TestVolume<S>>;
+
+  static void add(const Triangle& t, TriangleMesh<S>& mesh) {
+    const std::size_t first = mesh.vertices.size();
+    for (const auto& p : t) mesh.vertices.push_back(p.template cast<S>());
+    mesh.triangles.emplace_back(first, first + 1, first + 2);
+  }
+  static quad::Triangle triangle(const Model& model, int t) {
+    const fcl::Triangle& v = model.tri_indices[t];
+    return {quad::of(model.vertices[v[0]]), quad::of(model.vertices[v[1]]),
+            quad::of(model.vertices[v[2]])};
+  }
+  static double extentOf(const Model& a, const Model& b) {
+    S extent = 0;
+    for (const Model* model : {&a, &b})
+      for (int i = 0; i < model->num_vertices; ++i)
+        extent = std::max(extent, model->vertices[i].template lpNorm<Eigen::Infinity>());
+    return double(extent);
+  }
+
+  void check(const Model& a, const Model& b) {
+    quad::Real least = 1e30;
+    for (int i = 0; i < a.num_tris; ++i)
+      for (int j = 0; j < b.num_tris; ++j)
+        least = std::min(least, quad::distance(triangle(a, i), triangle(b, j)));
+    const auto expected = static_cast<double>(least);
+    const double tolerance = 64 * double(std::numeric_limits<S>::epsilon()) * extentOf(a, b);
+    fcl::DistanceResult<S> recorded, coherent;
+    adaptive_bvh::distance(&a, still_, &b, still_, fcl::DistanceRequest<S>(true), recorded);
+    ASSERT_NEAR(expected, double(recorded.min_distance), tolerance);
+    ASSERT_NEAR(expected, double((recorded.nearest_points[0] - recorded.nearest_points[1]).norm()),
+                tolerance);
+    CoherentDistance<TestVolume<S>> pair(a, b);
+    pair.distance(still_, still_, fcl::DistanceRequest<S>(), coherent);
+    ASSERT_NEAR(expected, double(coherent.min_distance), tolerance);
+    ASSERT_TRUE(isNearer(a, still_, b, still_, S(expected + 2 * tolerance)));
+    if (expected > 2 * tolerance) {
+      ASSERT_FALSE(isNearer(a, still_, b, still_, S(expected - 2 * tolerance)));
+    }
+    adaptive_bvh::ProximityRequest<S> request;
+    request.distance = S(expected + 2 * tolerance);
+    adaptive_bvh::TrianglePairs<S> pairs;
+    ASSERT_GT(pairsWithin(a, still_, b, still_, request, pairs), 0u);
+    touching_ += expected == 0;
+  }
+
+  const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
+  DegenerateTriangles triangles_{2024};
+  int touching_ = 0;
+};
+
+TYPED_TEST_SUITE(LatticeDistance, TestScalars);
+
+TYPED_TEST(LatticeDistance, AllQueriesAgreeWithQuadruplePrecision) {
+  const int rounds = manySteps(2000);
+  for (int round = 0; round < rounds && !testing::Test::HasFailure(); ++round) {
+    TriangleMesh<TypeParam> first, second;
+    for (int i = round % 4; i >= 0; --i) {
+      const auto pair = this->triangles_.pair();
+      this->add(pair.first, first);
+      this->add(pair.second, second);
+    }
+    typename TestFixture::Model a, b;
+    fillModel(first, a);
+    fillModel(second, b);
+    this->check(a, b);
+  }
+  EXPECT_GT(this->touching_, rounds / 50);
+}
+
+/// Two rectangles whose nearest points are on parallel edges.
+TYPED_TEST(LatticeDistance, OfTwoRectangles) {
+  using S = TypeParam;
+  TriangleMesh<S> first, second;
+  first.vertices = {{S(0.6), S(-1.2), S(1.9)},
+                    {S(3.3), S(-1.2), S(1.9)},
+                    {S(3.3), S(-1.2), S(-0.6)},
+                    {S(0.6), S(-1.2), S(-0.6)}};
+  second.vertices = {{S(2.1), S(1.8), S(-0.2)},
+                     {S(2.1), S(0.1), S(-0.2)},
+                     {S(0.2), S(0.1), S(-0.2)},
+                     {S(0.2), S(1.8), S(-0.2)}};
+  first.triangles = second.triangles = {{0, 1, 2}, {0, 2, 3}};
+  typename TestFixture::Model a, b;
+  fillModel(first, a);
+  fillModel(second, b);
+  this->check(a, b);
+  fcl::DistanceResult<S> result;
+  adaptive_bvh::distance(&a, this->still_, &b, this->still_, fcl::DistanceRequest<S>(), result);
+  EXPECT_FLOAT_EQ(1.3f, float(result.min_distance));
+}
+
+}  // namespace lattice_distance_test
+}  // namespace adaptive_bvh_test
