@@ -59,8 +59,8 @@ struct RayHit {
 /// numbers as they are given. Sides and corners belong to each triangle that has them, so a ray
 /// cannot slip between two neighbours. A ray starts on a triangle, at t = 0, when its origin lies
 /// exactly in the triangle's plane; an origin that is computed may lie on either side of it. A
-/// triangle in whose plane the ray lies is not met, nor is one at a t that S cannot hold. `result` is
-/// overwritten. Returns the number of hits.
+/// triangle in whose plane the ray lies is not met, nor is one at a t that S cannot hold. `result`
+/// is overwritten. Returns the number of hits.
 template <typename BV>
 std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>& origin,
                     const fcl::Vector3<typename BV::S>& direction,

@@ -60,9 +60,9 @@ namespace queries {
 /// FCL's order, those with an octree in one that is always the same. A plane and a mesh of RSS have
 /// contacts that fcl::collide misses: its volume of the plane stands across it.
 ///
-/// **Distances of two meshes** are exact up to 2^-46 of the extent of the two triangles, beside what
-/// S rounds when it places the second mesh in the frame of the first: also of triangles with parallel
-/// edges, of needles, and of any size, where FCL's own distance of two triangles is wrong
+/// **Distances of two meshes** are exact up to 2^-46 of the extent of the two triangles, beside
+/// what S rounds when it places the second mesh in the frame of the first: also of triangles with
+/// parallel edges, of needles, and of any size, where FCL's own distance of two triangles is wrong
 /// (docs/guide.md, "Where FCL's answers are wrong").
 ///
 /// Everything else runs FCL's own traversal, and every field of the result is what FCL computes on

@@ -126,8 +126,8 @@ double MovingFeatures::shareAlong(const Point& direction, const Corners& now,
 }
 
 double MovingFeatures::timeOfImpact(double separation, double until) const {
-  // Nearly all pairs take fewer than 20. Edges that turn and stay nearly parallel and near each other
-  // take thousands; to end sooner would report an impact that never happens.
+  // Nearly all pairs take fewer than 20. Edges that turn and stay nearly parallel and near each
+  // other take thousands; to end sooner would report an impact that never happens.
   constexpr int kMostSteps = 20000;
   const double target = separation * (1 + 4 * kUnit) + slack_;
   double t = 0, look = 4;  // so much farther than along one direction

@@ -10,8 +10,8 @@
 
 namespace adaptive_bvh {
 
-/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance. All
-/// in the frame of the first mesh.
+/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance.
+/// All in the frame of the first mesh.
 template <typename S>
 class TriangleSeparation {
  public:

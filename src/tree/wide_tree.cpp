@@ -212,7 +212,8 @@ void WideTree<S>::refitNodes(const VertexSlots& slots, int begin, int end, bool 
 
 template <typename S>
 void WideTree<S>::refitLeaf(WideNode& node, const VertexSlots& slots) const {
-  Float4 low[4] = {float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere)};
+  Float4 low[4] = {float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere),
+                   float4::all(kNowhere)};
   Float4 high[4] = {-low[0], -low[0], -low[0], -low[0]};
   const Float4 margin = float4::all(kBoxMargin);
   for (int i = 0; i < node.count; ++i) {
