@@ -40,12 +40,13 @@ class Cache : public testing::Test {
     return {&model, &adaptive_bvh::detail::ModelAccess<BV>::tree(model), tf};
   }
 
-  /// A query through the front; brute force judges the distance.
-  S ask(PairCache<BV>& cache, const Pose& tf) {
+  /// A query through the front; brute force judges the distance, unless it is left out.
+  S ask(PairCache<BV>& cache, const Pose& tf, bool is_judged = true) {
     fcl::DistanceResult<S> result;
     const bool by_boxes = adaptive_bvh::distanceByBoxes<BV>(
         placed(first_, origin_), placed(second_, tf), {request_, result}, cache);
     EXPECT_TRUE(by_boxes);
+    if (!is_judged) return result.min_distance;
     const S expected = BruteForce<S>(first_, origin_, second_, tf).distance();
     EXPECT_NEAR(expected, result.min_distance, kTolerance);
     return result.min_distance;
@@ -199,7 +200,7 @@ TYPED_TEST(Cache, AFrontThatGrewFineIsWrittenAnew) {
   int shrunk = 0;
   for (int step = 0; step < 600; ++step) {
     tf.translation()[0] = this->above_.translation()[0] + S(0.3) * std::sin(S(0.002) * S(step));
-    this->ask(cache, tf);
+    this->ask(cache, tf, step % 20 == 0);
     shrunk += cache.front->size() > 0 && cache.front->size() < last;
     if (cache.front->size() > 0) last = cache.front->size();
     largest = std::max(largest, last);
