@@ -69,7 +69,7 @@ bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& 
   if (first.square < second.square) return nearestInside<S>(second, first, -between, t, s);
   const Point<S> other = first.across(second.along), from = first.across(between);
   t = -from.dot(other) * inverse(other.squaredNorm());
-  if (t <= 0 || t >= 1) return false;
+  if (t < 0 || t > 1) return false;
   s = first.coordinate(between + t * second.along);
   return s >= 0 && s <= 1;
 }

@@ -38,8 +38,13 @@ class RaySearch {
   /// where it comes near the body: there all coordinates are below 8.
   bool setRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction) {
     const fcl::Vector3d from = tree_.toBody() * (origin - tree_.origin());
-    const fcl::Vector3d along = tree_.toBody() * direction.stableNormalized() / tree_.scale();
-    per_t_ = direction.stableNorm() * tree_.scale();
+    // Near 1, so that a direction of any length is normalized exactly.
+    exponent_ = std::ilogb(direction.template lpNorm<Eigen::Infinity>());
+    const fcl::Vector3d scaled(std::ldexp(direction[0], -exponent_),
+                               std::ldexp(direction[1], -exponent_),
+                               std::ldexp(direction[2], -exponent_));
+    const fcl::Vector3d along = tree_.toBody() * scaled.normalized() / tree_.scale();
+    per_t_ = scaled.norm() * tree_.scale();
     end_ = std::numeric_limits<float>::max();
     rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble;
     has_boxes_ = rounding_ <= 1;
@@ -72,7 +77,8 @@ class RaySearch {
   /// single precision tells.
   void setEnd(double t) {
     if (!has_boxes_) return;
-    const double end = t * per_t_ * (1 + 1. / (1 << 20)) - start_ + 4 * rounding_ + 1e-4;
+    const double reach = std::ldexp(t, exponent_) * per_t_ * (1 + 1. / (1 << 20));
+    const double end = reach - start_ + 4 * rounding_ + 1e-4;
     end_ = end < kFar ? static_cast<float>(end) : std::numeric_limits<float>::max();
   }
 
@@ -118,6 +124,8 @@ class RaySearch {
   OpenNodes open_;
   Float4 inverse_[3], enter_[3], leave_[3];
   bool is_backward_[3] = {}, has_boxes_ = true;
+  int exponent_ =
+      0;  ///< of the direction's largest component; lengths by t are per_t_ * 2^exponent_
   double start_ = 0, per_t_ = 1, rounding_ = 0;
   float end_ = 0;
 };
