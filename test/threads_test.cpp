@@ -2,6 +2,7 @@
 // ThreadSanitizer by CI. Plain FCL crashes in the second test.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -51,8 +52,12 @@ class Threads : public testing::Test {
   struct Answers {
     std::vector<double> distances;
     std::vector<std::size_t> contacts;
-    bool operator==(const Answers& o) const {
-      return distances == o.distances && contacts == o.contacts;
+    /// Which of several pairs that are equally near is found depends on what other threads found
+    /// last; their distances differ by rounding.
+    bool agree(const Answers& o) const {
+      const auto isSame = [](double a, double b) { return std::abs(a - b) <= 1e-14; };
+      return contacts == o.contacts && std::equal(distances.begin(), distances.end(),
+                                                  o.distances.begin(), o.distances.end(), isSame);
     }
   };
 
@@ -103,7 +108,7 @@ class Threads : public testing::Test {
 TEST_F(Threads, GetTheAnswersOfOneThread) {
   const Answers serial = ask();
   const int queries = a_.recordedWork().queries;
-  for (const Answers& answers : askInParallel()) EXPECT_TRUE(answers == serial);
+  for (const Answers& answers : askInParallel()) EXPECT_TRUE(answers.agree(serial));
   EXPECT_EQ(queries * (1 + kThreads), a_.recordedWork().queries);
 }
 
