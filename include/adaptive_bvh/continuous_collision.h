@@ -25,7 +25,7 @@
 /// Answers are safe: no pair that comes together is missing, and no time is later than the exact
 /// one, whatever is rounded (docs/bounds.md, 15). They may be early, and name a pair that passes at
 /// next to nothing: by the time in which features come nearer by about 1e-14 of the size of the
-/// pair, and by 1e-11 or so where edges are nearly parallel or a face is nearly a segment.
+/// pair, and by up to 1e-9 of it where edges are nearly parallel or a face is nearly a segment.
 ///
 /// All functions are thread-safe on shared models, and run on several threads themselves where
 /// AdaptiveBVHModel::setQueryThreads says so; the results and their order do not depend on that.
