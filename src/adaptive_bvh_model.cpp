@@ -1,5 +1,6 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -455,6 +456,8 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
   if (state_->policy.volumes_on_demand) refitWaiting();
+  // Another thread's query may repair the tree meanwhile.
+  const std::lock_guard<std::mutex> lock(state_->tree.repairing);
   return checkTree<BV>(*this, reason);
 }
 

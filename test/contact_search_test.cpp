@@ -6,7 +6,8 @@
 
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_contact.h"
+#include "geometry/rigid.h"
+#include "geometry/triangle_gap.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_volume.h"
@@ -16,6 +17,7 @@ namespace contact_search_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::NeighbourFilter;
+using adaptive_bvh::pointsAs;
 using adaptive_bvh::TriangleContact;
 using adaptive_bvh::TrianglePoints;
 
@@ -77,8 +79,9 @@ class ContactSearch : public testing::Test {
     }
     for (int a = 0; a < model.num_tris; ++a)
       for (int b = a + 1; b < model.num_tris; ++b) {
-        const bool touches = shared(model, a, b) < least &&
-                             adaptive_bvh::touch(corners(model, a), corners(model, b));
+        const bool touches =
+            shared(model, a, b) < least && adaptive_bvh::touch(pointsAs<double>(corners(model, a)),
+                                                               pointsAs<double>(corners(model, b)));
         const bool reported = found.count({a, b}) > 0;
         missed_ += touches && !reported;
         extra_ += !touches && reported;
@@ -96,20 +99,20 @@ class ContactSearch : public testing::Test {
       EXPECT_EQ(&second, contact.o2);
       found[{int(contact.b1), int(contact.b2)}].push_back(&contact);
     }
-    const fcl::Matrix3<S> R = tf1.linear().transpose() * tf2.linear();
-    const Vector3<S> T = tf1.linear().transpose() * (tf2.translation() - tf1.translation());
+    const adaptive_bvh::RelativePlacement to_first(tf1, tf2);
     for (int a = 0; a < first.num_tris; ++a)
       for (int b = 0; b < second.num_tris; ++b) {
         const TrianglePoints<S> p = corners(first, a);
-        TrianglePoints<S> q = corners(second, b);
-        for (Vector3<S>& x : q) x = R * x + T;
-        const bool touches = adaptive_bvh::touch(p, q);
+        const TrianglePoints<S> there = corners(second, b);
+        const TrianglePoints<double> q = {to_first(there[0]), to_first(there[1]),
+                                          to_first(there[2])};
+        const bool touches = adaptive_bvh::touch(pointsAs<double>(p), q);
         const auto reported = found.find({a, b});
         missed_ += touches && reported == found.end();
         extra_ += !touches && reported != found.end();
         touching_ += touches;
         if (touches && reported != found.end()) {
-          const TriangleContact<S> expected = adaptive_bvh::contactOf(p, q);
+          const TriangleContact<S> expected = adaptive_bvh::contactOf(p, pointsAs<S>(q));
           ASSERT_EQ(expected.count, reported->second.size());
           for (unsigned i = 0; i < expected.count; ++i) {
             const fcl::Contact<S>& contact = *reported->second[i];

@@ -11,7 +11,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_contact.h"
+#include "geometry/triangle_gap.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
@@ -21,6 +21,7 @@ namespace adaptive_bvh_test {
 namespace contact_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::pointsAs;
 using adaptive_bvh::TrianglePoints;
 using Pairs = std::set<std::pair<int, int>>;
 
@@ -238,25 +239,24 @@ TYPED_TEST(Contacts, ThinTrianglesThatAreApartDoNotTouch) {
     flatten(b, unsigned(i / 4 % 5));
     if (i % 3 == 0) b = {a[0] + (b[0] - a[1]), a[1] + (b[0] - a[1]), a[2] + (b[0] - a[1])};
     const Vector3<S> shift = a[0] - b[0];
-    if (i % 7 == 0)
-      for (Vector3<S>& p : b) p += shift;  // one corner in common, up to rounding
+    if (i % 7 == 0) {
+      for (Vector3<S>& p : b) p += shift;
+      b[0] = a[0];  // one corner in common
+    }
     const bool fcl_says =
         fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]);
     said += fcl_says;
-    const bool touches = adaptive_bvh::touch(a, b);
+    const bool touches = adaptive_bvh::touch(pointsAs<double>(a), pointsAs<double>(b));
     const auto [on_a, on_b] = adaptive_bvh::nearestPoints(a, b);
     const S distance = (on_a - on_b).norm();
-    const S near = std::is_same<S, float>::value ? S(5e-3) : S(2e-7);
+    const S near = std::is_same<S, float>::value ? S(1e-6) : S(1e-15);
     if (touches) {
       EXPECT_LE(distance, near);
-    }
-    if (i % 7 == 0) {
-      EXPECT_EQ(fcl_says, touches);
     }
     touching += touches;
   }
   EXPECT_GT(said, touching + 500) << "FCL's own verdict would do";
-  EXPECT_GT(touching, 400);
+  EXPECT_GT(touching, 100);
 }
 
 TYPED_TEST(Contacts, InflatedVolumesDoNotMakeContacts) {
@@ -371,7 +371,7 @@ TYPED_TEST(Contacts, ASphereTouchesAThinTriangleOnlyWhenItIsNear) {
       if (!with || distance > 0) continue;
       const fcl::Contact<S>& contact = result.getContact(0);
       EXPECT_NEAR(1, contact.normal.norm(), 10 * tolerance<S>());
-      EXPECT_NEAR(distance, contact.penetration_depth, S(0.02));
+      EXPECT_NEAR(-distance, contact.penetration_depth, S(0.02));
       EXPECT_LE((adaptive_bvh::nearestPoint(in_world, contact.pos) - contact.pos).norm(),
                 10 * tolerance<S>());
     }

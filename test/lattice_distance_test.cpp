@@ -2,7 +2,11 @@
 // all queries agree with each other and with every pair of triangles in quadruple precision.
 #include <gtest/gtest.h>
 
+#include <set>
+#include <tuple>
+
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "support/degenerate_triangles.h"
@@ -64,6 +68,33 @@ class LatticeDistance : public testing::Test {
     adaptive_bvh::TrianglePairs<S> pairs;
     ASSERT_GT(pairsWithin(a, still_, b, still_, request, pairs), 0u);
     touching_ += expected == 0;
+    checkAgreement(a, b);
+  }
+
+  using Pairs = std::set<std::pair<unsigned, unsigned>>;
+
+  /// All queries agree about every pair of triangles, also where rounding decides that they touch.
+  void checkAgreement(const Model& a, const Model& b) {
+    fcl::Transform3<S> tf = still_;
+    if (triangles_.random().oneIn(2)) tf = triangles_.random().pose(1).template cast<S>();
+    adaptive_bvh::ProximityRequest<S> request;
+    request.enable_distances = true;
+    adaptive_bvh::TrianglePairs<S> near;
+    pairsWithin(a, tf, b, still_, request, near);
+    Pairs within, contacts;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      ASSERT_EQ(0, near.distances[i]);
+      within.emplace(near.triangles[i].first, near.triangles[i].second);
+    }
+    fcl::CollisionResult<S> result;
+    adaptive_bvh::collide<S>(&a, tf, &b, still_, fcl::CollisionRequest<S>(1000, false), result);
+    for (std::size_t i = 0; i < result.numContacts(); ++i)
+      contacts.emplace(unsigned(result.getContact(i).b1), unsigned(result.getContact(i).b2));
+    ASSERT_EQ(within, contacts);
+    fcl::DistanceResult<S> distance;
+    ASSERT_EQ(!contacts.empty(), adaptive_bvh::distance<S>(
+                                     &a, tf, &b, still_, fcl::DistanceRequest<S>(), distance) == 0);
+    ASSERT_EQ(!contacts.empty(), isNearer(a, tf, b, still_, S(0)));
   }
 
   const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
@@ -110,6 +141,41 @@ TYPED_TEST(LatticeDistance, OfTwoRectangles) {
   fcl::DistanceResult<S> result;
   adaptive_bvh::distance(&a, this->still_, &b, this->still_, fcl::DistanceRequest<S>(), result);
   EXPECT_FLOAT_EQ(1.3f, float(result.min_distance));
+}
+
+/// Narrow triangles: a point that lies in one, and two that cross.
+TEST(Needles, TouchWhereTheyTouch) {
+  using Model = AdaptiveBVHModel<TestVolume<double>>;
+  const double e = 0x1p-26;
+  TriangleMesh<double> needle, point, p, q;
+  needle.vertices = {{0, 0, 0}, {6, 5, 4}, {6, 5 + e, 4 - e}};
+  point.vertices.assign(3, {4.5 - e, 3.75 - e / 2, 3 - e});
+  p.vertices = {{3722.8, -1630.09, -3376.6}, {-.59, -.06, .47}, {-.72, -.68, .96}};
+  q.vertices = {{-.69, 1, -.68}, {3722.75, -1630.11, -3376.49}, {3722.47, -1629.96, -3376.53}};
+  for (auto* mesh : {&needle, &point, &p, &q}) mesh->triangles = {{0, 1, 2}};
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
+  for (const auto& [first, second, error] :
+       {std::tuple{&needle, &point, 3e-14}, std::tuple{&p, &q, 0.}}) {
+    Model a, b;
+    fillModel(*first, a);
+    fillModel(*second, b);
+    fcl::DistanceResultd distance;
+    EXPECT_NEAR(
+        0, adaptive_bvh::distance<double>(&a, still, &b, still, fcl::DistanceRequestd(), distance),
+        error);
+    EXPECT_TRUE(isNearer(a, still, b, still, std::max(error, 1e-9)));
+    adaptive_bvh::ProximityRequest<double> request;
+    request.distance = error;
+    adaptive_bvh::TrianglePairs<double> pairs;
+    EXPECT_EQ(1u, pairsWithin(a, still, b, still, request, pairs));
+  }
+  Model model, at_point;
+  fillModel(needle, model);
+  fillModel(point, at_point);
+  EXPECT_NEAR(0, adaptive_bvh::closestPoint(model, point.vertices[0]).distance, 3e-14);
+  std::vector<double> clearances;
+  adaptive_bvh::clearance(at_point, still, model, still, 1., clearances);
+  EXPECT_NEAR(0, clearances.at(0), 3e-14);
 }
 
 }  // namespace lattice_distance_test

@@ -1,18 +1,17 @@
 // A mesh against an octree, from cells far smaller than triangles to cells far larger: judged by
-// FCL's solver on every cell and every triangle, and by FCL's own traversal.
+// every cell and every triangle in long double.
 #include <gtest/gtest.h>
 
 #include <functional>
 
 #include <fcl/geometry/octree/octree.h>
-#include <fcl/geometry/shape/utility.h>
-#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <octomap/octomap.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "model_state.h"
 #include "query/fcl/octree_pair.h"
+#include "support/exact_geometry.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
@@ -99,7 +98,7 @@ void addCells(const fcl::OcTree<S>& octree, const octomap::OcTreeNode* node,
 
 using Pairs = std::set<std::pair<long, long>>;
 
-/// Every occupied cell with every triangle.
+/// Every occupied cell with every triangle, in long double.
 template <typename S>
 class BruteForceOctree {
  public:
@@ -107,28 +106,49 @@ class BruteForceOctree {
                    const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf) {
     std::vector<CellBox<S>> cells;
     addCells(octree, octree.getRoot(), octree.getRootBV(), cells);
-    for (const CellBox<S>& cell : cells) {
-      fcl::Box<S> box;
-      fcl::Transform3<S> tf;
-      fcl::constructBox(cell.second, octree_tf, box, tf);
-      for (int t = 0; t < mesh.num_tris; ++t) {
-        const fcl::Triangle& corners = mesh.tri_indices[t];
-        const Vector3<S>&a = mesh.vertices[corners[0]], &b = mesh.vertices[corners[1]],
-              &c = mesh.vertices[corners[2]];
-        S d;
-        solver_.shapeTriangleDistance(box, tf, a, b, c, mesh_tf, &d, nullptr, nullptr);
+    const fcl::Transform3d to_octree = octree_tf.template cast<double>().inverse(Eigen::Isometry) *
+                                       mesh_tf.template cast<double>();
+    for (int t = 0; t < mesh.num_tris; ++t) {
+      exact::Triangle triangle;
+      for (std::size_t k = 0; k < 3; ++k)
+        triangle[k] = exact::of(Eigen::Vector3d(
+            to_octree * mesh.vertices[mesh.tri_indices[t][int(k)]].template cast<double>()));
+      for (const CellBox<S>& cell : cells) {
+        if (gapOfBoxes(cell.second, triangle) > distance) continue;
+        const exact::Real d = exactly(cell.second, triangle);
         distance = std::min(distance, d);
-        if (solver_.shapeTriangleIntersect(box, tf, a, b, c, mesh_tf, nullptr, nullptr, nullptr))
-          contacts.emplace(cell.first - octree.getRoot(), t);
+        if (d <= 0) contacts.emplace(cell.first - octree.getRoot(), t);
       }
     }
   }
 
-  S distance = std::numeric_limits<S>::max();
+  exact::Real distance = std::numeric_limits<S>::max();
   Pairs contacts;
 
  private:
-  fcl::detail::GJKSolver_libccd<S> solver_;
+  static exact::Real gapOfBoxes(const fcl::AABB<S>& cell, const exact::Triangle& t) {
+    const exact::Point low = t[0].cwiseMin(t[1]).cwiseMin(t[2]) - exact::of(cell.max_),
+                       high = exact::of(cell.min_) - t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+    return low.cwiseMax(high).cwiseMax(exact::Point::Zero()).norm();
+  }
+  static exact::Real exactly(const fcl::AABB<S>& cell, const exact::Triangle& t) {
+    const exact::Point ends[2] = {exact::of(cell.min_), exact::of(cell.max_)};
+    for (const exact::Point& x : t)
+      if ((x.array() >= ends[0].array()).all() && (x.array() <= ends[1].array()).all()) return 0;
+    exact::Real least = std::numeric_limits<exact::Real>::max();
+    for (int k = 0; k < 3; ++k)
+      for (const exact::Point& end : ends) {
+        exact::Point corner[4];
+        for (int i = 0; i < 4; ++i) {
+          corner[i][k] = end[k];
+          corner[i][(k + 1) % 3] = ends[i & 1][(k + 1) % 3];
+          corner[i][(k + 2) % 3] = ends[i >> 1][(k + 2) % 3];
+        }
+        for (const int i : {0, 3})
+          least = std::min(least, exact::distance(t, {corner[1], corner[2], corner[i]}));
+      }
+    return least;
+  }
 };
 
 /// Cell and triangle of every contact; in the result the octree is first.
@@ -154,7 +174,7 @@ class OctreeTest : public testing::Test {
     model_.setRefitPolicy(policy);
   }
 
-  fcl::CollisionResult<S> ask(bool fcl, bool octree_first, const fcl::OcTree<S>& octree,
+  fcl::CollisionResult<S> ask(bool octree_first, const fcl::OcTree<S>& octree,
                               const fcl::CollisionRequest<S>& request) {
     const fcl::CollisionGeometry<S>*o1 = &model_, *o2 = &octree;
     Transform tf1 = mesh_tf_, tf2 = octree_tf_;
@@ -163,10 +183,7 @@ class OctreeTest : public testing::Test {
       std::swap(tf1, tf2);
     }
     fcl::CollisionResult<S> result;
-    if (fcl)
-      fcl::collide<S>(o1, tf1, o2, tf2, request, result);
-    else
-      adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, result);
+    adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, result);
     return result;
   }
 
@@ -202,16 +219,12 @@ TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
       for (bool octree_first : {false, true}) {
         for (bool with_points : {false, true}) {
           const fcl::CollisionRequest<S> all(100000, with_points);
-          const auto found = contactsIn(this->ask(false, octree_first, *octree, all));
+          const auto found = contactsIn(this->ask(octree_first, *octree, all));
           EXPECT_EQ(expected.contacts, Pairs(found.begin(), found.end()));
           EXPECT_EQ(expected.contacts.size(), found.size());
-          if (!by_boxes) {
-            EXPECT_EQ(found, contactsIn(this->ask(true, octree_first, *octree, all)));
-          }
         }
-        const S tolerance = 2e-6 + 16 * std::numeric_limits<S>::epsilon() * reach;
-        EXPECT_NEAR(std::max(S(0), expected.distance),
-                    std::max(S(0), this->distance(octree_first, *octree)), tolerance);
+        EXPECT_NEAR(double(expected.distance), double(this->distance(octree_first, *octree)),
+                    64 * std::numeric_limits<S>::epsilon() * reach);
       }
     }
   }
@@ -219,7 +232,7 @@ TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
   EXPECT_GT(touching, 10);
 }
 
-/// By FCL's nodes those that FCL names; by boxes others may be.
+/// With the fields that a request for all gives.
 TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
   using S = TypeParam;
   const Octree<S> octree = sheet<S>(0.05, 16);
@@ -228,15 +241,11 @@ TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
     this->setByBoxes(by_boxes);
     for (int i = 0; i < 20; ++i) {
       this->mesh_tf_ = randomPose<S>(this->random_, S(0.3));
-      const auto all = this->ask(true, false, *octree, fcl::CollisionRequest<S>(100000, true));
+      const auto all = this->ask(false, *octree, fcl::CollisionRequest<S>(100000, true));
       const auto names = contactsIn(all);
       for (std::size_t most : {1, 4}) {
-        const fcl::CollisionRequest<S> few(most, true);
-        const auto result = this->ask(false, false, *octree, few);
+        const auto result = this->ask(false, *octree, fcl::CollisionRequest<S>(most, true));
         ASSERT_EQ(std::min(most, names.size()), result.numContacts());
-        if (!by_boxes) {
-          EXPECT_EQ(contactsIn(this->ask(true, false, *octree, few)), contactsIn(result));
-        }
         for (std::size_t k = 0; k < result.numContacts(); ++k) {
           const auto named = std::find(names.begin(), names.end(), contactsIn(result)[k]);
           ASSERT_NE(names.end(), named);
@@ -251,8 +260,8 @@ TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
   EXPECT_GT(found, 40u);
 }
 
-/// Two triangles and tens of thousands of cells: the solver sees the cells that touch, no others.
-TEST(OctreeWork, TheSolverIsAskedAboutFewMoreThanTheContacts) {
+/// Two triangles and tens of thousands of cells: the cells that touch are tested, few others.
+TEST(OctreeWork, FewMorePairsAreTestedThanTouch) {
   const Octree<double> octree = shell<double>(0.02);
   TriangleMesh<double> square = plate<double>(1, 1, 2.2, 2.2);
   for (Vector3<double>& p : square.vertices) p -= Vector3<double>(1.1, 1.1, 0);
@@ -370,7 +379,7 @@ TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
         placement.inOctree((1 - u - v) * a.template cast<long double>() +
                            u * b.template cast<long double>() + v * c.template cast<long double>());
     const fcl::AABB<S> cell = this->cellAt(p);
-    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf, 0);
+    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
     const adaptive_bvh::CellExtent<S> extent(cell);
     this->judge(p, cell, adaptive_bvh::TriangleOverlap<S>(a, b, c, into).isApart(extent),
                 adaptive_bvh::TriangleDistance<S>(a, b, c, into).distance(extent));
@@ -393,7 +402,7 @@ TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
     fillModel(mesh, model);
     const Nodes nodes({&model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
                        placement.mesh_tf});
-    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf, 0);
+    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
     // Returns the triangles below; each judges the box of the node.
     const std::function<std::vector<int>(typename Nodes::Node)> judge =
         [&](typename Nodes::Node node) -> std::vector<int> {
@@ -460,7 +469,7 @@ TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
     }
     const adaptive_bvh::VolumeInOctree<S> volume(
         adaptive_bvh::sweptBoxOf(bv),
-        adaptive_bvh::IntoOctree<S>(placement.mesh_tf, placement.octree_tf, 0));
+        adaptive_bvh::IntoOctree<S>(placement.mesh_tf, placement.octree_tf));
     const adaptive_bvh::CellExtent<S> extent(cell);
     this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
   }

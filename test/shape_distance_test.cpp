@@ -1,59 +1,46 @@
-// The distance of a mesh to a sphere, a capsule and a box is that of their geometry: against every
-// triangle in quadruple precision, on lattices and in any pose.
+// Distances, depths, normals and contacts of a mesh and a shape are those of their geometry: in
+// long double, by another method, on lattices and in any pose; apart, touching, crossing, inside.
 #include <gtest/gtest.h>
 
-#include <functional>
-
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "support/degenerate_triangles.h"
 #include "support/long_mode.h"
-#include "support/quad_geometry.h"
+#include "support/shape_oracle.h"
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace shape_distance_test {
 
+using exact::Point;
+using exact::Real;
 using Triangle = DegenerateTriangles::Triangle;
-
-/// Of a triangle in the frame of a shape; 0 where they touch.
-using Judge = std::function<quad::Real(const quad::Triangle&)>;
-
-Judge sphereJudge(double radius) {
-  return [=](const quad::Triangle& t) {
-    return std::max(quad::Real(0), quad::distance(quad::Point{0, 0, 0}, t) - radius);
-  };
-}
-Judge capsuleJudge(double radius, double length) {
-  return [=](const quad::Triangle& t) {
-    const quad::Real end = quad::Real(length) / 2;
-    const quad::Triangle segment = {quad::Point{0, 0, end}, {0, 0, -end}, {0, 0, -end}};
-    return std::max(quad::Real(0), quad::distance(t, segment) - radius);
-  };
-}
-Judge boxJudge(const Eigen::Vector3d& side) {
-  return [=](const quad::Triangle& t) {
-    const quad::Real h[3] = {quad::Real(side[0]) / 2, quad::Real(side[1]) / 2,
-                             quad::Real(side[2]) / 2};
-    for (const quad::Point& x : t)
-      if (quad::absolute(x.x) <= h[0] && quad::absolute(x.y) <= h[1] && quad::absolute(x.z) <= h[2])
-        return quad::Real(0);
-    const auto corner = [&](int i) {
-      return quad::Point{i & 1 ? h[0] : -h[0], i & 2 ? h[1] : -h[1], i & 4 ? h[2] : -h[2]};
-    };
-    const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                              {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    quad::Real least = 1e30;
-    for (const auto& f : faces)
-      least = std::min(least, quad::distance(t, {corner(f[0]), corner(f[1]), corner(f[2])}));
-    return least;
-  };
-}
 
 template <typename S>
 class ShapeDistance : public testing::Test {
  protected:
   using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
+  using Shape = JudgedShape<S>;
 
+  RandomGeometry<double>& random() { return triangles_.random(); }
+  S size() { return S(random().oneIn(2) ? 1 + random().below(3) : random().uniform(0.1, 3)); }
+  Vector3<S> sizes() { return {size(), size(), size()}; }
+
+  std::vector<Shape> shapes() {
+    using namespace judged_shapes;
+    const Vector3<S> normal = random().oneIn(2)
+                                  ? Vector3<S>::Unit(random().below(3))
+                                  : Vector3<S>(random().direction().template cast<S>());
+    return {sphere<S>(size()),
+            capsule<S>(size(), size()),
+            box<S>(sizes()),
+            cylinder<S>(size(), size()),
+            cone<S>(size(), size()),
+            ellipsoid<S>(sizes()),
+            octahedron<S>(sizes(), sizes() - sizes()),
+            flat<S>(normal, size() - 2, true),
+            flat<S>(normal, size() - 2, false)};
+  }
   /// On the lattice half of the time.
   fcl::Transform3<S> pose() {
     fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
@@ -67,91 +54,174 @@ class ShapeDistance : public testing::Test {
         Vector3<S>(S(random().below(11) - 5), S(random().below(11) - 5), S(random().below(11) - 5));
     return tf;
   }
-  RandomGeometry<double>& random() { return triangles_.random(); }
-  double size() { return random().oneIn(2) ? 1 + random().below(3) : random().uniform(0.1, 3); }
 
-  /// Of a mesh of a few triangles at the identity.
-  void check(const fcl::CollisionGeometry<S>& shape, const Judge& judge, double extent) {
+  TriangleMesh<S> mesh() {
     TriangleMesh<S> mesh;
-    const int count = 1 + random().below(4);
-    for (int i = 0; i < count; ++i) {
+    for (int i = random().below(3); i >= 0; --i) {
       const Triangle t = random().oneIn(2) ? triangles_.alongAxes() : triangles_.onLattice();
+      const std::size_t first = mesh.vertices.size();
       for (const auto& p : t) mesh.vertices.push_back(p.template cast<S>());
-      mesh.triangles.emplace_back(std::size_t(3 * i), std::size_t(3 * i + 1),
-                                  std::size_t(3 * i + 2));
+      mesh.triangles.emplace_back(first, first + 1, first + 2);
     }
+    return mesh;
+  }
+  /// By the rotation as it is given.
+  static exact::Triangle seenFrom(const fcl::Transform3<S>& tf, const TriangleMesh<S>& mesh,
+                                  std::size_t triangle) {
+    const auto R = tf.linear().template cast<Real>();
+    exact::Triangle t;
+    for (std::size_t k = 0; k < 3; ++k)
+      t[k] = R.transpose() * (exact::of(mesh.vertices[mesh.triangles[triangle][int(k)]]) -
+                              exact::of(Vector3<S>(tf.translation())));
+    return t;
+  }
+
+  /// The mesh at the identity.
+  void check(const Shape& shape) {
+    SCOPED_TRACE(shape.name);
+    const TriangleMesh<S> mesh = this->mesh();
     Model model;
     fillModel(mesh, model);
     const fcl::Transform3<S> tf = pose();
-    const Eigen::Matrix3d R = tf.linear().template cast<double>();
-    const Eigen::Vector3d T = tf.translation().template cast<double>();
-    quad::Real least = 1e30;
-    for (const fcl::Triangle& t : mesh.triangles) {
-      quad::Triangle in_shape;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Vector3d x = mesh.vertices[t[int(k)]].template cast<double>() - T;
-        // In quadruple precision, by the rotation as it is given.
-        const quad::Point p = quad::of(x);
-        const auto row = [&](int i) {
-          return quad::Real(R(0, i)) * p.x + quad::Real(R(1, i)) * p.y + quad::Real(R(2, i)) * p.z;
-        };
-        in_shape[k] = {row(0), row(1), row(2)};
-      }
-      least = std::min(least, judge(in_shape));
+    Real expected = 1e30L;
+    std::vector<Real> distances;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      distances.push_back(shape.distanceTo(seenFrom(tf, mesh, i)));
+      expected = std::min(expected, distances.back());
     }
-    const auto expected = static_cast<double>(least);
-    const double tolerance = 256 * double(std::numeric_limits<S>::epsilon()) * (extent + T.norm());
-    const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
+    const S tolerance =
+        S(1e3) * std::numeric_limits<S>::epsilon() * (10 + Vector3<S>(tf.translation()).norm());
     fcl::DistanceResult<S> result;
-    const S found =
-        adaptive_bvh::distance<S>(&model, still, &shape, tf, fcl::DistanceRequest<S>(true), result);
+    const S found = adaptive_bvh::distance<S>(&model, still_, shape.geometry.get(), tf,
+                                              fcl::DistanceRequest<S>(true), result);
     ASSERT_EQ(found, result.min_distance);
-    if (found > 0) {
-      ASSERT_NEAR(expected, double(found), tolerance);
-      ASSERT_NEAR(double(found),
-                  double((result.nearest_points[0] - result.nearest_points[1]).norm()), tolerance);
-    } else {
-      ASSERT_EQ(-1, found);
-      ASSERT_LE(expected, tolerance);
+    ASSERT_NEAR(double(expected), double(found), double(tolerance));
+    ASSERT_NEAR(double(found), double((result.nearest_points[0] - result.nearest_points[1]).norm()),
+                double(tolerance));
+    ASSERT_NEAR(0, double(shape.distance(inShape(tf, result.nearest_points[1]))),
+                double(tolerance));
+    ASSERT_TRUE(isNearer(model, still_, *shape.geometry, tf, found + tolerance));
+    if (found > tolerance) {
+      ASSERT_FALSE(isNearer(model, still_, *shape.geometry, tf, found - tolerance));
     }
-    touching_ += found < 0;
+    touching_ += found <= 0;
     ++all_;
+    checkContacts(shape, mesh, model, tf, distances, found, tolerance);
+  }
+  static Point inShape(const fcl::Transform3<S>& tf, const Vector3<S>& x) {
+    return tf.linear().template cast<Real>().transpose() *
+           (exact::of(x) - exact::of(Vector3<S>(tf.translation())));
   }
 
+  void checkContacts(const Shape& shape, const TriangleMesh<S>& mesh, const Model& model,
+                     const fcl::Transform3<S>& tf, const std::vector<Real>& distances, S found,
+                     S tolerance) {
+    fcl::CollisionResult<S> result;
+    adaptive_bvh::collide<S>(&model, still_, shape.geometry.get(), tf,
+                             fcl::CollisionRequest<S>(100, true), result);
+    std::vector<int> count(distances.size(), 0);
+    Real deepest = 0;
+    for (std::size_t i = 0; i < result.numContacts(); ++i) {
+      const fcl::Contact<S>& contact = result.getContact(i);
+      ASSERT_EQ(&model, contact.o1);
+      ASSERT_EQ(shape.geometry.get(), contact.o2);
+      const auto triangle = static_cast<std::size_t>(contact.b1);
+      ++count[triangle];
+      ASSERT_NEAR(0, double(distances[triangle]), double(tolerance));
+      ASSERT_NEAR(0, double(shape.distance(inShape(tf, contact.pos))), double(tolerance));
+      const exact::Triangle t = seenFrom(tf, mesh, triangle);
+      ASSERT_NEAR(0, double(exact::distance(t, inShape(tf, contact.pos))), double(tolerance));
+      ASSERT_NO_FATAL_FAILURE(checkDepth(
+          shape, t, tf.linear().template cast<Real>().transpose() * exact::of(contact.normal),
+          Real(contact.penetration_depth), Real(tolerance)));
+      deepest = std::max(deepest, Real(contact.penetration_depth));
+    }
+    for (const int contacts : count) ASSERT_LE(contacts, 1);
+    ASSERT_EQ(found <= 0, result.numContacts() > 0);
+    fcl::DistanceRequest<S> signed_request(true, true);
+    fcl::DistanceResult<S> signed_result;
+    const S signed_distance = adaptive_bvh::distance<S>(&model, still_, shape.geometry.get(), tf,
+                                                        signed_request, signed_result);
+    ASSERT_EQ(signed_distance, signed_result.min_distance);
+    if (result.numContacts() > 0) {
+      ASSERT_NEAR(-double(deepest), double(signed_distance), double(tolerance));
+    } else {
+      ASSERT_GT(signed_distance, 0);
+    }
+  }
+  /// The shape moved by the depth along the normal is apart; along other directions it takes as
+  /// long.
+  void checkDepth(const Shape& shape, const exact::Triangle& t, const Point& normal, Real depth,
+                  Real tolerance) {
+    ASSERT_GE(depth, 0);
+    ASSERT_NEAR(1, double(normal.norm()), double(tolerance));
+    const Real slack = 10 * tolerance + 1e-8L;
+    if (std::string(shape.name) != "plane" && std::string(shape.name) != "half-space") {
+      ASSERT_NEAR(double(depth), double(shape.way(t, normal)), double(slack));
+    }
+    std::vector<Point> others = {normal, -normal, (t[1] - t[0]).cross(t[2] - t[0])};
+    for (int k = 0; k < 3; ++k) others.insert(others.end(), {Point::Unit(k), -Point::Unit(k)});
+    for (int i = 0; i < 20; ++i) others.push_back(exact::of(random().direction()));
+    for (const Point& other : others)
+      if (other.norm() > 0) {
+        ASSERT_GE(shape.way(t, other / other.norm()), depth - slack);
+      }
+    deep_ += depth > Real(0.01);
+  }
+
+  const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
   DegenerateTriangles triangles_{88};
-  int touching_ = 0, all_ = 0;
+  int touching_ = 0, all_ = 0, deep_ = 0;
 };
 
 TYPED_TEST_SUITE(ShapeDistance, TestScalars);
 
-TYPED_TEST(ShapeDistance, OfASphereACapsuleAndABox) {
-  using S = TypeParam;
-  for (int round = 0; round < manySteps(500) && !testing::Test::HasFailure(); ++round) {
-    const auto radius = double(S(this->size())), length = double(S(this->size()));
-    this->check(fcl::Sphere<S>(S(radius)), sphereJudge(radius), 10);
-    this->check(fcl::Capsule<S>(S(radius), S(length)), capsuleJudge(radius, length), 10);
-    const Vector3<S> side(S(this->size()), S(this->size()), S(this->size()));
-    this->check(fcl::Box<S>(side), boxJudge(side.template cast<double>()), 10);
-  }
+TYPED_TEST(ShapeDistance, IsThatOfTheGeometryOfEveryShape) {
+  for (int round = 0; round < manySteps(60) && !testing::Test::HasFailure(); ++round)
+    for (const auto& shape : this->shapes()) {
+      SCOPED_TRACE(round);
+      this->check(shape);
+    }
   EXPECT_GT(this->touching_, this->all_ / 20);
   EXPECT_LT(this->touching_, this->all_ * 4 / 5);
+  EXPECT_GT(this->deep_, this->all_ / 20);
+}
+
+template <typename S>
+TriangleMesh<S> oneTriangle(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& c) {
+  TriangleMesh<S> mesh;
+  mesh.vertices = {a, b, c};
+  mesh.triangles = {{0, 1, 2}};
+  return mesh;
 }
 
 /// FCL's solver ends 12.5 % too far away here.
 TYPED_TEST(ShapeDistance, OfABoxWhereGjkFails) {
   using S = TypeParam;
-  TriangleMesh<S> mesh;
-  mesh.vertices = {{1, -1, -1}, {1, -1, 0}, {0, 0, 1}};
-  mesh.triangles = {{0, 1, 2}};
   typename TestFixture::Model model;
-  fillModel(mesh, model);
+  fillModel(oneTriangle<S>({1, -1, -1}, {1, -1, 0}, {0, 0, 1}), model);
   const fcl::Box<S> box(3, 2, 2);
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  fcl::Transform3<S> tf = this->still_;
   tf.translation() = Vector3<S>(0, 4, -1);
   fcl::DistanceResult<S> result;
-  adaptive_bvh::distance<S>(&model, fcl::Transform3<S>::Identity(), &box, tf,
-                            fcl::DistanceRequest<S>(), result);
+  adaptive_bvh::distance<S>(&model, this->still_, &box, tf, fcl::DistanceRequest<S>(), result);
   EXPECT_FLOAT_EQ(std::sqrt(10.f), float(result.min_distance));
+}
+
+/// FCL returns -1, and the smallest negative number in the result.
+TYPED_TEST(ShapeDistance, IsMinusTheDepthOfASphere) {
+  using S = TypeParam;
+  typename TestFixture::Model model;
+  fillModel(oneTriangle<S>({-3, -3, 0}, {3, S(-3.1), 0}, {S(0.2), 4, 0}), model);
+  const fcl::Sphere<S> sphere(S(0.5));
+  fcl::Transform3<S> tf = this->still_;
+  tf.translation() = Vector3<S>(0, 0, S(0.4));
+  fcl::DistanceResult<S> result;
+  const S found = adaptive_bvh::distance<S>(&model, this->still_, &sphere, tf,
+                                            fcl::DistanceRequest<S>(true, true), result);
+  EXPECT_FLOAT_EQ(-0.1f, float(found));
+  EXPECT_EQ(found, result.min_distance);
+  EXPECT_NEAR(0, double(result.nearest_points[0].norm()), 1e-6);
 }
 
 }  // namespace shape_distance_test

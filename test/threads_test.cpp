@@ -160,6 +160,30 @@ TEST_F(Threads, SeeAllThatAnotherHasRepaired) {
   EXPECT_EQ(first, later);
 }
 
+/// What only looks into a model may do so while a query of another thread repairs it.
+TEST_F(Threads, LookIntoAModelThatAnotherRepairs) {
+  for (int round = 0; round < 5; ++round) {
+    PlainModel& base = a_;
+    base.beginReplaceModel();
+    base.replaceSubModel(last_);
+    base.endReplaceModel();
+    std::vector<std::thread> threads;
+    for (int t = 0; t < kThreads; ++t)
+      threads.emplace_back([this, t] {
+        std::string reason;
+        switch (t % 4) {
+          case 0: a_.validate(&reason); break;  // true or not, as it comes before the repair or not
+          case 1: a_.refittedNodes(); break;
+          case 2: EXPECT_TRUE(AdaptiveModel(a_).validate(&reason)) << reason; break;
+          default: EXPECT_GE(a_.originalRadius(0), 0); a_.traversed(0);
+        }
+      });
+    ask();
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_TRUE(a_.validate());
+  }
+}
+
 /// Boxes and volumes that wait are brought up to date by whichever query reads them first, while
 /// others search what does not wait.
 TEST_F(Threads, BringWaitingVolumesUpToDateOnce) {

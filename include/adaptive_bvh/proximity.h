@@ -17,8 +17,9 @@ namespace adaptive_bvh {
 /// double precision, for models of either precision.
 ///
 /// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
-/// models, seen from the first. A pair whose distance is so near to d may be in or out. A
-/// distance below 2^-48 of the extent of its two triangles counts as 0.
+/// models, seen from the first. A pair whose distance is so near to d may be in or out. The
+/// distance is 0 of triangles that have a common point, and only of those: that is decided without
+/// any error for the second's corners as they are placed in the frame of the first.
 ///
 /// **Frames and units.** `tf1` and `tf2` place the models in the world; lengths are in the models'
 /// unit. A deforming model is asked in its present state, nothing is rebuilt.
@@ -37,6 +38,14 @@ template <typename BV>
 bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename BV::S>& tf1,
               const AdaptiveBVHModel<BV>& second, const fcl::Transform3<typename BV::S>& tf2,
               typename BV::S distance);
+
+/// Whether a shape of FCL's is at most `distance` away from a model, or touches it: a sphere,
+/// capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space. std::invalid_argument on
+/// other geometry.
+template <typename BV>
+bool isNearer(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf1,
+              const fcl::CollisionGeometry<typename BV::S>& shape,
+              const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance);
 
 /// `isNearer` for one pair of models, asked step after step. Keeps a lower bound of their distance:
 /// while deformation and changed transforms cannot have used up what it exceeds d by, there is no

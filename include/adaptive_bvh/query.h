@@ -39,72 +39,78 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
 /// `using namespace adaptive_bvh` as well, write the namespace.)
 namespace queries {
 
-/// FCL's distance and collide, with FCL's signatures and answers, but faster. They record traversal
+/// FCL's distance and collide, with FCL's signatures, but faster and exact. They record traversal
 /// statistics in the adaptive models: which volumes were in the way of an answer (thesis 4.4.2,
 /// 4.4.3). The next update refits by these. Without them it treats every node as visited.
 ///
-/// Recorded pairs: an AdaptiveBVHModel with another model of the same volume, adaptive or not, with
-/// a primitive shape, or with an octree (but for signed distances and costs), in either order. Any
-/// other pair is handed to FCL.
+/// **Pairs.** Answered here: a mesh of RSS or OBBRSS, an AdaptiveBVHModel or FCL's own, with
+/// - another mesh with the same volumes,
+/// - a sphere, capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space,
+/// - an octree, but for signed distances and costs,
 ///
-/// `distance` of two adaptive models with Propagation::TranslationCompensated is found by their
-/// boxes (docs/bounds.md), starting from the pair of triangles that was nearest in the last query
-/// of the two. It is the least of all distances of two triangles as FCL computes them, up to
-/// rounding; of several nearest pairs another one may be named. `collide` of two such models is
-/// found by their boxes, too: FCL's test of two triangles decides, the order of the contacts is not
-/// FCL's, but always the same.
+/// in either order. Any other pair is handed to FCL. Models with
+/// Propagation::TranslationCompensated are searched by their boxes (docs/bounds.md), distances
+/// starting from the triangles that were nearest in the last query of the pair; others by FCL's
+/// traversal of their volumes.
 ///
-/// With a shape or an octree such a model is searched by its boxes as well, and FCL's solver
-/// decides about each triangle. A distance is the least of all that the solver computes, up to its
-/// tolerance; of several nearest triangles another one may be named. Contacts with a shape come in
-/// FCL's order, those with an octree in one that is always the same. A plane and a mesh of RSS have
-/// contacts that fcl::collide misses: its volume of the plane stands across it.
+/// **One convention**, for every pair that is answered here:
 ///
-/// **Distances of two meshes** are exact up to 2^-46 of the extent of the two triangles, beside
-/// what S rounds when it places the second mesh in the frame of the first: also of triangles with
+/// |                    | two meshes            | mesh and shape      | mesh and octree     |
+/// | ------------------ | --------------------- | ------------------- | ------------------- |
+/// | `o1`, `o2`         | as passed             | mesh, shape         | octree, mesh        |
+/// | distance, apart    | > 0                   | > 0                 | > 0                 |
+/// | distance, touching | 0                     | 0, also inside      | 0, also inside      |
+/// | signed distance    | the same              | minus the depth     | FCL answers         |
+/// | contact: depth     | >= 0, FCL's           | >= 0                | >= 0                |
+/// | contact: normal    | a triangle's, FCL's   | from o1 to o2       | from o1 to o2       |
+/// | contact: position  | FCL's                 | a common point      | a common point      |
+///
+/// The order of `o1` and `o2` is FCL's, whichever was passed first. Normals have length 1. The
+/// depth of a triangle and a shape or cell is the length of the shortest motion that takes them
+/// apart: o2 moved by the depth along the normal is apart from o1, as far as that pair goes. A
+/// signed distance is minus the largest depth of a triangle. Where this differs from FCL:
+/// fcl::distance returns -1 for a shape that touches, and with `enable_signed_distance` often a
+/// number that is no depth; fcl::collide gives a sphere's depth a negative sign.
+///
+/// `b1` and `b2` belong to o1 and o2: the index of a mesh's triangle, FCL's number of an octree's
+/// cell, Contact::NONE (-1) of a shape. So do `nearest_points[0]` and `[1]`. Of several nearest
+/// pairs any one may be named.
+///
+/// **Exactness.** Two triangles touch where they have a common point: that is decided without any
+/// error for the second's corners as they are placed in the frame of the first, in double
+/// precision. `collide`, `distance`, isNearer and pairsWithin agree about every pair. Distances of
+/// two meshes are exact up to 2^-46 of the extent of the two triangles: also of triangles with
 /// parallel edges, of needles, and of any size, where FCL's own distance of two triangles is wrong
-/// (docs/guide.md, "Where FCL's answers are wrong").
+/// (docs/guide.md, "Where FCL's answers are wrong"). Distances to a sphere, capsule, box, plane,
+/// half-space or cell are those of their geometry, with the same error; to a cylinder, cone,
+/// ellipsoid or convex they are off by less than 2^-42 of the extent. (A convex counts as touching
+/// below 2^-46.) Depths are exact up to 2^-38 of the extent, of the last four shapes up to 1e-10. Results are
+/// rounded to S. The solver that a request names is not used.
 ///
-/// Everything else runs FCL's own traversal, and every field of the result is what FCL computes on
-/// the same trees, except as described below.
-///
-/// **Order.** `o1` and `o2` of results and contacts are the two meshes as they were passed; else
-/// o1 is the mesh and o2 the shape, or o1 the octree and o2 the mesh, whichever was passed first
-/// (FCL's order). `b1` and `b2` belong to o1 and o2: the index of a mesh's triangle, FCL's number
-/// of an octree's cell, Contact::NONE (-1) of a shape. So do `nearest_points[0]` and `[1]`.
-///
-/// **Nearest points** are in the world, for every shape and both solvers. (FCL gives those of a
-/// sphere and a mesh in each object's own frame, and of a sphere that touches an uninitialised
-/// distance; here it is -1 as of every shape that touches.) Two meshes have them when
-/// `enable_nearest_points` is set, a shape or an octree with a mesh always. When two meshes touch
-/// both points are a common point of theirs, up to rounding; a shape or an octree that touches a
-/// mesh has none, but for a signed distance, where both are the position of a contact.
+/// **Nearest points** are in the world. Two meshes have them when `enable_nearest_points` is set, a
+/// shape or an octree with a mesh always. When the two touch, both points are a common point, up to
+/// rounding; for a signed distance, the position of the deepest contact. (FCL gives the points of a
+/// sphere and a mesh in each object's own frame, and leaves some uninitialised.)
 ///
 /// **Contacts.** Two meshes have one or two contacts for each pair of triangles that touch (FCL's
 /// points; `num_max_contacts` counts contacts), a shape one for each triangle, an octree one for
-/// each cell and triangle. Which triangles touch does not depend on `enable_contact`. FCL's test
-/// decides, except for thin triangles.
+/// each cell and triangle. Which triangles touch does not depend on `enable_contact`. The order is
+/// not FCL's, but always the same.
 ///
 /// **Thin triangles** are segments, points, and triangles narrower than the root of epsilon times
-/// their length (1.5e-8 in double, 3.4e-4 in float). FCL's test finds that many of them touch
-/// though they are apart; here they must also be nearer than four times that limit. FCL computes
-/// their contacts from memory that it did not set, and mostly leaves the pair out. Here such a pair
-/// has one contact: between the nearest points, with depth 0, and with the normal of one of the
-/// triangles or, when both are thin, a direction across both. A thin triangle and a sphere have
-/// their contact at the nearest point, with FCL's depth (negative).
+/// their length (1.5e-8 in double, 3.4e-4 in float). FCL computes the contacts of two meshes that
+/// have some from memory that it did not set, and mostly leaves the pair out. Here such a pair has
+/// one contact: between the nearest points, with depth 0, and with the normal of one of the
+/// triangles or, when both are thin, a direction across both.
 ///
 /// **Never uninitialised, never a silent no.** What was not computed is NaN, where FCL leaves what
 /// was in memory: position, normal and depth of contacts without `enable_contact`, and nearest
-/// points in the cases above that have none. Beyond FCL:
-/// - `collide` of two meshes takes the oriented traversal, where fcl::collide copies both models on
-///   every call and rebuilds the copy of one that is not at the identity. The contacts are the same
-///   set; their order may differ.
-/// - std::invalid_argument is thrown for a pair that FCL cannot compute, whether one of the objects
-///   is adaptive or not: meshes of different volumes (RSS and OBBRSS, say), the distance to a plane
-///   or a half-space, a type that FCL does not know. FCL prints a warning and answers "very far" or
-///   "no contact" there, or crashes. It is also thrown for a mesh of RSS or OBBRSS without
-///   triangles, and for a transform that is not a rigid motion: not finite, scaled, sheared, or
-///   mirrored.
+/// points that were not asked for. std::invalid_argument is thrown for a pair that neither this nor
+/// FCL can compute: meshes of different volumes (RSS and OBBRSS, say), the distance of a plane and
+/// a mesh with volumes of another kind, a type that FCL does not know. FCL prints a warning and
+/// answers "very far" or "no contact" there, or crashes. It is also thrown for a mesh of RSS or
+/// OBBRSS without triangles, and for a transform that is not a rigid motion: not finite, scaled,
+/// sheared, or mirrored.
 ///
 /// S is float or double. Thread-safe on shared models, like FCL's; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: an older, smaller distance in it is kept.

@@ -96,14 +96,14 @@ def test_shapes_that_touch(name, kind):
     assert (contacts.pairs[:, 1] == -1).all() and (swapped.pairs[:, 0] == -1).all()
     np.testing.assert_array_equal(contacts.pairs, swapped.pairs[:, ::-1])
     np.testing.assert_array_equal(contacts.normals, -swapped.normals)
-    assert ab.distance(model, shape, None, tf).distance == -1
+    assert ab.distance(model, shape, None, tf).distance == 0
 
 
 def test_sphere_contact_has_normal_from_the_first_to_the_second():
     model = ab.Model(*meshes.sheet(1))
     above = ab.collide(model, ab.Sphere(1), None, (np.eye(3), [0, 0, 0.9]))
     np.testing.assert_allclose(above.normals, [[0, 0, 1]] * len(above), atol=1e-9)
-    np.testing.assert_allclose(np.abs(above.depths), 0.1, atol=1e-9)
+    np.testing.assert_allclose(above.depths, 0.1, atol=1e-9)
 
 
 def test_sizes_can_be_read_and_must_be_lengths():

@@ -28,6 +28,19 @@ inline void addOrientation(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
   addDeterminant(sum, a, b, d, true);
 }
 
+namespace orientations {
+
+/// Whether x - y is a double. If so, the rest of the rounded difference is 0 (Knuth's TwoSum).
+inline bool isExact(double x, double y, double difference) {
+  const double other = x - difference;
+  return (x - (difference + other)) + (other - y) == 0;
+}
+inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::Vector3d& z) {
+  return isExact(x[0], y[0], z[0]) && isExact(x[1], y[1], z[1]) && isExact(x[2], y[2], z[2]);
+}
+
+}  // namespace orientations
+
 /// On which side of the plane of a, b and c a point d lies, the sign of det(a - d, b - d, c - d):
 /// without any error for the numbers as they are given (the sign of "orient3d" of Shewchuk 1997,
 /// "Adaptive precision floating-point arithmetic and fast robust geometric predicates"). The value
@@ -43,8 +56,14 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
                       r.template lpNorm<Eigen::Infinity>();
   const bool is_in_range = size > 0x1p-800 && size < 0x1p1000;
   if (is_in_range && std::fabs(determinant) > 0x1p-47 * size) return determinant;
+  for (int k = 0; k < 3; ++k)
+    if (p[k] == 0 && q[k] == 0 && r[k] == 0) return 0;  // a plane across an axis
   ExactSum sum;
-  addOrientation(sum, a, b, c, d);
+  using orientations::isExact;
+  if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r))
+    addDeterminant(sum, p, q, r);  // as for coordinates of few digits
+  else
+    addOrientation(sum, a, b, c, d);
   const ExactSum::Scaled exact = sum.value();
   if (exact.mantissa == 0) return 0;
   const double value = std::ldexp(exact.mantissa, exact.exponent);
@@ -52,6 +71,24 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
   return std::fabs(value) <= std::numeric_limits<double>::max()
              ? value
              : std::copysign(std::numeric_limits<double>::max(), value);
+}
+
+/// The sign of det(p - r, q - r) of points in a plane, without any error: 1 where they are counter-
+/// clockwise, 0 where they are on one line. Each product is off by 3 u of itself, their difference
+/// by u of both: 4 u in all ("orient2d" of Shewchuk 1997).
+inline int planarOrientation(double px, double py, double qx, double qy, double rx, double ry) {
+  const double left = (px - rx) * (qy - ry), right = (py - ry) * (qx - rx);
+  const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
+  const bool is_in_range = size > 0x1p-900 && size < 0x1p1000;
+  if (is_in_range && std::fabs(determinant) > 0x1p-50 * size) return determinant > 0 ? 1 : -1;
+  ExactSum sum;
+  sum.add(px, qy, 1);
+  sum.subtract(px, ry, 1);
+  sum.subtract(rx, qy, 1);
+  sum.subtract(py, qx, 1);
+  sum.add(py, rx, 1);
+  sum.add(ry, qx, 1);
+  return sum.sign();
 }
 
 }  // namespace adaptive_bvh

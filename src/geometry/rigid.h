@@ -7,6 +7,29 @@
 
 namespace adaptive_bvh {
 
+/// Takes points from one frame to another, y = R x + t, in double precision: every query places the
+/// second mesh in the frame of the first by these very numbers, so that all agree whether two
+/// triangles touch.
+struct RelativePlacement {
+  fcl::Matrix3d R = fcl::Matrix3d::Identity();
+  fcl::Vector3d T = fcl::Vector3d::Zero();
+
+  RelativePlacement() = default;
+  /// From the frame `from` to the frame `to`, both given in the world.
+  template <typename S>
+  RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
+    const fcl::Matrix3d back = to.linear().template cast<double>().transpose();
+    R = back * from.linear().template cast<double>();
+    T = back *
+        (from.translation().template cast<double>() - to.translation().template cast<double>());
+  }
+
+  template <typename S>
+  fcl::Vector3d operator()(const fcl::Vector3<S>& x) const {
+    return R * x.template cast<double>() + T;
+  }
+};
+
 /// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
 /// or mirror. So much may R^T R differ from the identity, for a rotation that was composed of many.
 template <typename S>

@@ -1,6 +1,5 @@
 #include "geometry/triangle_contact.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
@@ -57,11 +56,7 @@ Point<S> nearestPoint(const TrianglePoints<S>& t, const Point<S>& x) {
 
 template <typename S>
 PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
-  const auto inDouble = [](const TrianglePoints<S>& t) -> TrianglePoints<double> {
-    return {t[0].template cast<double>(), t[1].template cast<double>(),
-            t[2].template cast<double>()};
-  };
-  const PointPair<double> nearest = gapOf(inDouble(a), inDouble(b)).points;
+  const PointPair<double> nearest = gapOf(pointsAs<double>(a), pointsAs<double>(b)).points;
   return {nearest.first.template cast<S>(), nearest.second.template cast<S>()};
 }
 
@@ -70,24 +65,6 @@ PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& 
 template <typename S>
 bool isThin(const TrianglePoints<S>& t) {
   return normalOf(t).norm() <= std::sqrt(rounding::epsilon<S>()) * longestEdge(t).squaredNorm();
-}
-
-/// When a triangle is thin, the nearest points are off by its width, at most root epsilon of its
-/// length. Four times that is allowed, and the rounding of the coordinates.
-template <typename S>
-bool touch(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
-  if (!fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]))
-    return false;
-  const bool thin_a = isThin(a), thin_b = isThin(b);
-  if (!thin_a && !thin_b) return true;
-  const PointPair<S> nearest = nearestPoints(a, b);
-  const S length =
-      (thin_a ? longestEdge(a).norm() : S(0)) + (thin_b ? longestEdge(b).norm() : S(0));
-  S size = 0;
-  for (const Point<S>& p : {a[0], b[0]}) size = std::max(size, p.cwiseAbs().maxCoeff());
-  const S allowed = 4 * std::sqrt(rounding::epsilon<S>()) * length +
-                    256 * rounding::epsilon<S>() * size + rounding::tiny<S>();
-  return (nearest.first - nearest.second).norm() <= allowed;
 }
 
 template <typename S>
@@ -113,7 +90,6 @@ TriangleContact<S> contactOf(const TrianglePoints<S>& a, const TrianglePoints<S>
   template fcl::Vector3<S> nearestPoint(const TrianglePoints<S>&, const fcl::Vector3<S>&); \
   template PointPair<S> nearestPoints(const TrianglePoints<S>&, const TrianglePoints<S>&); \
   template bool isThin(const TrianglePoints<S>&);                                          \
-  template bool touch(const TrianglePoints<S>&, const TrianglePoints<S>&);                 \
   template TriangleContact<S> contactOf(const TrianglePoints<S>&, const TrianglePoints<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

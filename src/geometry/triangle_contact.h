@@ -10,6 +10,11 @@ namespace adaptive_bvh {
 template <typename S>
 using TrianglePoints = std::array<fcl::Vector3<S>, 3>;
 
+template <typename To, typename From>
+TrianglePoints<To> pointsAs(const TrianglePoints<From>& t) {
+  return {t[0].template cast<To>(), t[1].template cast<To>(), t[2].template cast<To>()};
+}
+
 template <typename S>
 struct PointPair {
   fcl::Vector3<S> first, second;
@@ -26,12 +31,6 @@ PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& 
 /// Is the triangle so close to a segment or a point that its normal is mostly rounding?
 template <typename S>
 bool isThin(const TrianglePoints<S>& triangle);
-
-/// Whether two triangles, given in one frame, intersect, as FCL decides. FCL decides by separating
-/// axes, of which a thin triangle lacks some: it finds that parallel segments touch however far
-/// apart they are. Pairs with a thin triangle must therefore also be near.
-template <typename S>
-bool touch(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
 
 /// The fields of FCL's contact, in the frame of the triangles.
 template <typename S>

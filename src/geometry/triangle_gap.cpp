@@ -1,5 +1,7 @@
 #include "geometry/triangle_gap.h"
 
+#include "geometry/triangle_intersection.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -48,75 +50,9 @@ class NearestOfFeatures {
   double least_ = std::numeric_limits<double>::infinity();
 };
 
-/// The sides of the face's plane on which the three points are, by orientation.
-std::array<double, 3> sidesOf(const TrianglePoints<double>& face,
-                              const TrianglePoints<double>& points) {
-  std::array<double, 3> sides;
-  for (std::size_t k = 0; k < 3; ++k) sides[k] = orientation(face[0], face[1], face[2], points[k]);
-  return sides;
-}
-
-bool areOnOneSide(const std::array<double, 3>& sides) {
-  return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0) ||
-         (sides[0] < 0 && sides[1] < 0 && sides[2] < 0);
-}
-
-/// Whether the line from p to q meets the face or its sides, where it does not lie in the face's
-/// plane.
-bool passesThrough(const fcl::Vector3d& p, const fcl::Vector3d& q,
-                   const TrianglePoints<double>& face) {
-  bool is_left = false, is_right = false;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double side = orientation(p, q, face[k], face[(k + 1) % 3]);
-    is_left = is_left || side > 0;
-    is_right = is_right || side < 0;
-  }
-  return is_left != is_right;
-}
-
-/// How far from p to q, on either side of the face's plane, that plane is. Without cancellation:
-/// the sides of needles have hardly a digit in double precision.
-double shareUpTo(const TrianglePoints<double>& face, const fcl::Vector3d& p,
-                 const fcl::Vector3d& q) {
-  ExactSum above, whole;
-  addOrientation(above, face[0], face[1], face[2], p);
-  addOrientation(whole, face[0], face[1], face[2], p);
-  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
-  return above.value() / whole.value();
-}
-
-/// Whether an edge of `edges` crosses or touches the face, without lying in its plane, and where.
-/// `sides`: of the corners of `edges`.
-bool findCrossing(const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
-                  const std::array<double, 3>& sides, fcl::Vector3d& crossing) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t next = (k + 1) % 3;
-    const double above = sides[k], below = sides[next];
-    const bool is_across = (above > 0) != (below > 0) || (above < 0) != (below < 0);
-    if (!is_across || !passesThrough(edges[k], edges[next], face)) continue;
-    crossing = edges[k] + shareUpTo(face, edges[k], edges[next]) * (edges[next] - edges[k]);
-    return true;
-  }
-  return false;
-}
-
-/// Whether an edge of one triangle crosses or touches the other; then a common point, as each has
-/// it.
-bool findCommonPoint(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
-                     PointPair<double>& points) {
-  const auto sides_of_b = sidesOf(a, b);
-  if (areOnOneSide(sides_of_b)) return false;
-  const auto sides_of_a = sidesOf(b, a);
-  if (areOnOneSide(sides_of_a)) return false;
-  if (findCrossing(a, b, sides_of_a, points.first)) {
-    points.second = nearestPoint(b, points.first);
-    return true;
-  }
-  if (findCrossing(b, a, sides_of_b, points.second)) {
-    points.first = nearestPoint(a, points.second);
-    return true;
-  }
-  return false;
+bool areOnOneSide(const double (&heights)[3]) {
+  return (heights[0] > 0 && heights[1] > 0 && heights[2] > 0) ||
+         (heights[0] < 0 && heights[1] < 0 && heights[2] < 0);
 }
 
 /// Points whose distance is surely that of the triangles: the slab between the planes across the
@@ -188,7 +124,7 @@ class SeparatedPoints {
       heights[k] = normal.dot(corners[k] - face[0]);
       if (std::fabs(heights[k]) < std::fabs(heights[nearest])) nearest = k;
     }
-    if (!areOnOneSide({heights[0], heights[1], heights[2]})) return false;
+    if (!areOnOneSide(heights)) return false;
     // The foot on the plane, by its barycentric coordinates: so it lies in the face.
     const fcl::Vector3d& corner = corners[nearest];
     double weights[3], sum = 0;
@@ -232,18 +168,18 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
 }  // namespace
 
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  const double extent = extentOf(a, b);
-  SeparatedPoints separated(a, b, extent);
+  SeparatedPoints separated(a, b, extentOf(a, b));
   if (separated.find()) return {separated.points(), separated.distance()};
-  TriangleGap gap;
-  if (findCommonPoint(a, b, gap.points)) {
-    gap.distance = 0;
-    return gap;
-  }
+  const TriangleIntersection common(a, b);
+  if (common.isCrossing()) return {common.crossing(), 0};
   const NearestOfFeatures nearest(a, b);
-  constexpr double kNothing = 16 * std::numeric_limits<double>::epsilon();
-  const double distance = std::sqrt(nearest.squaredDistance());
-  return {nearest.pair(), distance <= kNothing * extent ? 0 : distance};
+  if (common.exists()) return {nearest.pair(), 0};
+  constexpr double kLeast = std::numeric_limits<double>::denorm_min();
+  return {nearest.pair(), std::max(std::sqrt(nearest.squaredDistance()), kLeast)};
+}
+
+bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  return !areSurelyFarther(a, b, 0) && TriangleIntersection(a, b).exists();
 }
 
 }  // namespace adaptive_bvh

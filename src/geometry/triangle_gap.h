@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "geometry/feature_distance.h"
-#include "geometry/orientation.h"
 #include "geometry/triangle_contact.h"
 
 namespace adaptive_bvh {
@@ -15,11 +14,21 @@ struct TriangleGap {
   double distance;
 };
 
-/// The exact distance up to 2^-46 of the extent E of both triangles, the largest component of a
-/// difference of two corners, whatever their shapes. 0 where an edge of one crosses the other,
-/// which is decided exactly, and where the distance is at most 2^-48 E, which is mostly rounding.
-/// Then both points are a common point, up to rounding.
+/// A distance in S: 0 only where it is 0.
+template <typename S>
+S distanceAs(double distance) {
+  return distance > 0 ? std::max(static_cast<S>(distance), std::numeric_limits<S>::denorm_min())
+                      : S(0);
+}
+
+/// The exact distance up to 2^-46 of the extent of both triangles, the largest component of a
+/// difference of two corners, whatever their shapes. 0 where they have a common point, and only
+/// there: that is decided without any error (triangle_intersection.h). Then both points are a
+/// common point, up to rounding.
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+
+/// Whether that distance is 0.
+bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
 /// Whether two triangles are surely farther apart than that, along a normal or a product of two
 /// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.

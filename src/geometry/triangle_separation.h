@@ -5,6 +5,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 
 #include "geometry/mesh_view.h"
+#include "geometry/rigid.h"
 #include "geometry/rounding.h"
 #include "geometry/triangle_gap.h"
 
@@ -21,8 +22,9 @@ class TriangleSeparation {
                      const fcl::Transform3<S>& tf2)
       : vertices1_(vertices1),
         vertices2_(vertices2),
-        R_(tf1.linear().transpose() * tf2.linear()),
-        T_(tf1.linear().transpose() * (tf2.translation() - tf1.translation())) {}
+        to_first_(tf1, tf2),
+        R_(to_first_.R.template cast<S>()),
+        T_(to_first_.T.template cast<S>()) {}
 
   /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
   /// on the second; both in the first's frame. Points so near each other that squares underflow
@@ -83,26 +85,20 @@ class TriangleSeparation {
     return {vertices1_[a[0]], vertices1_[a[1]], vertices1_[a[2]]};
   }
   std::array<fcl::Vector3d, 3> secondCorners(const VertexIndices& b) const {
-    const auto placed = [&](unsigned v) -> fcl::Vector3d {
-      return R_.template cast<double>() * vertices2_[v].template cast<double>() +
-             T_.template cast<double>();
-    };
-    return {placed(b[0]), placed(b[1]), placed(b[2])};
+    return {to_first_(vertices2_[b[0]]), to_first_(vertices2_[b[1]]), to_first_(vertices2_[b[2]])};
   }
 
   /// The distance of gapOf, and the nearest points.
   S distance(const VertexIndices& a, const VertexIndices& b, Point& on_a, Point& on_b) const {
-    const auto p = firstCorners(a);
-    const TriangleGap gap = gapOf(
-        {p[0].template cast<double>(), p[1].template cast<double>(), p[2].template cast<double>()},
-        secondCorners(b));
+    const TriangleGap gap = gapOf(pointsAs<double>(firstCorners(a)), secondCorners(b));
     on_a = gap.points.first.template cast<S>();
     on_b = gap.points.second.template cast<S>();
-    return static_cast<S>(gap.distance);
+    return distanceAs<S>(gap.distance);
   }
 
  private:
   const Point *vertices1_, *vertices2_;
+  RelativePlacement to_first_;
   fcl::Matrix3<S> R_;
   Point T_;
   Point along1_ = Point::Zero(), along2_ = Point::Zero();  // the line, in either mesh's frame

@@ -13,14 +13,6 @@
 namespace adaptive_bvh {
 namespace {
 
-template <typename BV>
-void initialize(ContactNode<BV>& node, const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                const CollisionQuery<typename BV::S>& query) {
-  using Base = typename FclMeshCollision<BV>::Node;
-  fcl::detail::initialize(static_cast<Base&>(node), *first.model, first.tf, *second.model,
-                          second.tf, query.request, query.result);
-}
-
 /// Costs are kept in an order of their own: one thread finds them.
 template <typename BV>
 int threadsFor(const CandidateInput<BV>& input, const ContactNode<BV>& node) {
@@ -66,7 +58,7 @@ template <typename BV>
 bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
                     const CollisionQuery<typename BV::S>& query) {
   ContactNode<BV> node;
-  initialize(node, first, second, query);
+  node.initialize(first, second, query);
   const WideTrees<typename BV::S> trees = wideTreesOf(first, second);
   const RelativeFrame<typename BV::S> frame(trees.first, trees.second, node.R, node.T);
   if (!frame.isPrecise()) return false;
@@ -86,9 +78,7 @@ void selfCollideByBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typenam
   ContactNode<BV> node;
   node.contacts_per_pair = 1;
   node.is_self = true;
-  initialize(node, mesh, mesh, query);
-  node.R.setIdentity();  // tf to tf, exactly
-  node.T.setZero();
+  node.initialize(mesh, mesh, query);
   const auto& tree = wideTreeOf(mesh);
   std::optional<FlatPatches<S>> flat;
   if (FlatPatches<S>::kIsPossible && filter == NeighbourFilter::SharedVertex)

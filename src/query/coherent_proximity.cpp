@@ -111,8 +111,8 @@ struct CoherentProximity<BV>::State {
   }
   static bool areApart(const PairOfMeshes<BV>& meshes, double distance) {
     const auto &a = *meshes.first.model, &b = *meshes.second.model;
-    const fcl::Vector3d way = meshes.R * b.aabb_center.template cast<double>() + meshes.T -
-                              a.aabb_center.template cast<double>();
+    const fcl::Vector3d way =
+        meshes.to_first(b.aabb_center) - a.aabb_center.template cast<double>();
     return way.norm() > distance + double(a.aabb_radius) + double(b.aabb_radius);
   }
   /// Ends when there is a pair within `least`, so that a bound would not last.

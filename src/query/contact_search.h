@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// FCL's test of two triangles, which adds their contacts.
+/// The test of two triangles, which adds their contacts.
 template <typename BV>
 struct ContactNode : MeshCollisionNode<BV> {
   void test(int triangle1, int triangle2) const {

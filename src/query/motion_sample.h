@@ -22,7 +22,7 @@ class MotionSample {
     const bool is_first = first_.positions.empty();
     const double moved =
         first_.step(*meshes.first.model, fcl::Matrix3d::Identity(), fcl::Vector3d::Zero()) +
-        second_.step(*meshes.second.model, meshes.R, meshes.T);
+        second_.step(*meshes.second.model, meshes.to_first.R, meshes.to_first.T);
     if (is_first) return std::nullopt;
     return std::max(std::exchange(last_, moved), moved);
   }

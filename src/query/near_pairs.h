@@ -48,7 +48,7 @@ class PairSink {
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
-    if (request_.enable_distances) result_.distances.push_back(static_cast<S>(gap->distance));
+    if (request_.enable_distances) result_.distances.push_back(distanceAs<S>(gap->distance));
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
 

@@ -25,31 +25,25 @@ struct PairOfMeshes {
 
   PairOfMeshes(const AdaptiveBVHModel<BV>& model1, const fcl::Transform3<S>& tf1,
                const AdaptiveBVHModel<BV>& model2, const fcl::Transform3<S>& tf2)
-      : first(placed(model1, tf1)), second(placed(model2, tf2)) {
-    const fcl::Matrix3d R1 = tf1.linear().template cast<double>(),
-                        R2 = tf2.linear().template cast<double>();
-    R = R1.transpose() * R2;
-    T = R1.transpose() *
-        (tf2.translation().template cast<double>() - tf1.translation().template cast<double>());
-  }
+      : first(placed(model1, tf1)), second(placed(model2, tf2)), to_first(tf1, tf2) {}
   WithinInput<BV> within(double distance, NeighbourFilter filter = NeighbourFilter::None) const {
     const WideTrees<S> trees = wideTreesOf(first, second);
-    return {first, second, trees.first, trees.second, R, T, filter, distance};
+    return {first, second, trees.first, trees.second, to_first, filter, distance};
   }
   RelativeFrame<S> frame() const {
     const WideTrees<S> trees = wideTreesOf(first, second);
-    return RelativeFrame<S>(trees.first, trees.second, R.template cast<S>(), T.template cast<S>());
+    return RelativeFrame<S>(trees.first, trees.second, to_first.R.template cast<S>(),
+                            to_first.T.template cast<S>());
   }
   /// Of two triangles; of triangle 0 where there are no such.
   TriangleGap gap(const TrianglePair& triangles) const {
     TrianglePoints<double> q = corners(*second.model, triangles.second);
-    for (fcl::Vector3d& x : q) x = R * x + T;
+    for (fcl::Vector3d& x : q) x = to_first(x);
     return gapOf(corners(*first.model, triangles.first), q);
   }
 
   const PlacedMesh<BV> first, second;
-  fcl::Matrix3d R;
-  fcl::Vector3d T;
+  const RelativePlacement to_first;
 
  private:
   static TrianglePoints<double> corners(const fcl::BVHModel<BV>& model, unsigned triangle) {

@@ -32,14 +32,13 @@ struct Object {
   bool isShape() const { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
   bool isOctree() const { return type == fcl::GEOM_OCTREE; }
   bool isMesh() const { return mesh.model != nullptr; }
-  bool isAdaptive() const { return mesh.tree != nullptr; }
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
   PlacedMesh<BV> mesh;  ///< without a model when it is not a mesh of BV
 };
 
-/// An adaptive mesh and no other mesh. False where FCL is to run, which reads the volumes.
+/// A mesh and no other mesh. False where FCL is to run, which reads the volumes.
 template <typename BV, typename Run>
 bool runMesh(const Object<BV>& mesh, const Object<BV>& other, const Run& run) {
   if (other.isShape()) return run.meshShape(mesh.mesh, other.placed);
@@ -55,11 +54,11 @@ bool runPair(const Object<BV>& first, const Object<BV>& second, const Run& run) 
     if (object->isMesh()) requireTriangles(*object->mesh.model);
   const bool are_meshes = first.isMesh() && second.isMesh();
   if (are_meshes && run.byBoxes(first.mesh, second.mesh)) return true;
-  if (!are_meshes && first.isAdaptive()) return runMesh(first, second, run);
-  if (!are_meshes) return second.isAdaptive() && runMesh(second, first, run);
+  if (!are_meshes && first.isMesh()) return runMesh(first, second, run);
+  if (!are_meshes) return second.isMesh() && runMesh(second, first, run);
   updateVolumes(first.mesh);
   updateVolumes(second.mesh);
-  return (first.isAdaptive() || second.isAdaptive()) && run.meshMesh(first.mesh, second.mesh);
+  return run.meshMesh(first.mesh, second.mesh);
 }
 
 /// What getNodeType says, after it has repaired a tree that was changed without our update. Volumes

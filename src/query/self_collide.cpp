@@ -14,22 +14,12 @@ namespace adaptive_bvh {
 namespace {
 
 template <typename BV>
-void initialize(SelfCollisionNode<BV>& node, const PlacedMesh<BV>& mesh,
-                const CollisionQuery<typename BV::S>& query, NeighbourFilter filter) {
-  using Base = typename FclMeshCollision<BV>::Node;
-  fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, *mesh.model, mesh.tf,
-                          query.request, query.result);
-  node.R.setIdentity();  // tf to tf, exactly
-  node.T.setZero();
-  node.filter = filter;
-}
-
-template <typename BV>
 void searchVolumes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
                    NeighbourFilter filter) {
   using S = typename BV::S;
   RecordingCollisionNode<SelfCollisionNode<BV>, S> node(statisticsOf(mesh, mesh));
-  initialize(node, mesh, query, filter);
+  node.initialize(mesh, mesh, query);
+  node.filter = filter;
   fcl::detail::selfCollide(static_cast<fcl::detail::CollisionTraversalNodeBase<S>*>(&node));
 }
 

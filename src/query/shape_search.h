@@ -4,12 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include <fcl/narrowphase/detail/traversal/traversal_node_base.h>
-
 #include "geometry/frame_change.h"
-#include "query/fcl/shape_core.h"
 #include "query/open_nodes.h"
 #include "query/placed_mesh.h"
+#include "query/shape_core.h"
 
 namespace adaptive_bvh {
 
@@ -57,7 +55,7 @@ class ShapeInTree {
     radius_ = core.radius;
   }
 
-  /// Whether single precision can express how they lie; else FCL's traversal is to answer.
+  /// Whether single precision can express how they lie.
   bool isPrecise() const { return is_precise_; }
 
   /// Lower bounds of the squared distances of four boxes to the core.
@@ -94,8 +92,7 @@ class ShapeInTree {
   bool is_precise_;
 };
 
-/// A query of a mesh with boxes and a shape, by the mesh's four-wide tree. A traversal node of
-/// FCL's tests the triangles.
+/// A query of a mesh with boxes and a shape, by the mesh's four-wide tree.
 template <typename BV>
 class ShapeSearch {
  public:
@@ -110,38 +107,40 @@ class ShapeSearch {
   /// False where single precision will not do.
   bool isPossible() const { return shape_.isPrecise(); }
 
-  /// Tests all triangles whose boxes come as near to the shape as `reach`, in the order of FCL's
-  /// leaves, until the node has enough.
-  void collide(const fcl::detail::CollisionTraversalNodeBase<S>& node, double reach) {
-    const float limit = shape_.squaredLimit(reach);
+  /// Calls test(triangle) for those whose boxes touch the shape, in the order of FCL's leaves,
+  /// until it returns true.
+  template <typename Test>
+  void touching(const Test& test) {
+    const float limit = shape_.squaredLimit(0);
     const Float4 in_order{0, 1, 2, 3};
     open_.start();
-    while (!open_.isEmpty() && !node.canStop()) {
+    while (!open_.isEmpty()) {
       const WideNode& at = tree_.nodes()[open_.pop().number];
       unsigned lanes = lanesWithin(at, squaredGaps(at), limit);
       if (!at.isLeaf()) open_.push(at, lanes, in_order);
-      for (; at.isLeaf() && lanes && !node.canStop(); lanes &= lanes - 1)
-        test(at.below[__builtin_ctz(lanes)], node);
+      for (; at.isLeaf() && lanes; lanes &= lanes - 1)
+        if (test(triangleOf(at, __builtin_ctz(lanes)))) return;
     }
   }
 
-  /// Tests triangles until no other can be nearer than the nearest, the nearest boxes first.
-  void distance(const fcl::detail::DistanceTraversalNodeBase<S>& node,
-                const DistanceQuery<S>& query) {
-    float limit = limitOf(query);
+  /// Calls test(triangle) for those whose boxes may be nearer to the shape than limit(), the
+  /// nearest boxes first, until it returns true.
+  template <typename Limit, typename Test>
+  void nearest(const Limit& limitOf, const Test& test) {
+    float limit = shape_.squaredLimit(limitOf());
     open_.start();
-    while (!open_.isEmpty() && !query.isSatisfied()) {
+    while (!open_.isEmpty()) {
       const OpenNodes::Node next = open_.pop();
       if (next.key > limit) continue;
       const WideNode& at = tree_.nodes()[next.number];
       Float4 gaps = squaredGaps(at);
       unsigned lanes = lanesWithin(at, gaps, limit);
       if (!at.isLeaf()) open_.push(at, lanes, gaps);
-      for (; at.isLeaf() && lanes && !query.isSatisfied(); lanes &= lanesWithin(at, gaps, limit)) {
-        const int nearest = leastLane(gaps, lanes);
-        lanes &= ~(1u << nearest);
-        test(at.below[nearest], node);
-        limit = limitOf(query);
+      for (; at.isLeaf() && lanes; lanes &= lanesWithin(at, gaps, limit)) {
+        const int lane = leastLane(gaps, lanes);
+        lanes &= ~(1u << lane);
+        if (test(triangleOf(at, lane))) return;
+        limit = shape_.squaredLimit(limitOf());
       }
     }
   }
@@ -165,16 +164,9 @@ class ShapeSearch {
       if (gaps[__builtin_ctz(lanes)] < gaps[least]) least = __builtin_ctz(lanes);
     return least;
   }
-  /// As FCL prunes.
-  float limitOf(const DistanceQuery<S>& query) const {
-    const S found = query.result.min_distance;
-    return shape_.squaredLimit(
-        double(std::max(found - query.request.abs_err, found / (1 + query.request.rel_err))));
-  }
-  template <typename Node>
-  void test(int leaf, const Node& node) const {
-    if (visits_) visits_->recordVisit(leaf);
-    node.leafTesting(leaf, 0);
+  int triangleOf(const WideNode& leaf, int lane) const {
+    if (visits_) visits_->recordVisit(leaf.below[lane]);
+    return tree_.triangle(static_cast<unsigned>(leaf.first + lane));
   }
 
   const WideTree<S>& tree_;

@@ -43,7 +43,11 @@ bool hasMeshDistance(fcl::NODE_TYPE type) {
   return type == fcl::BV_RSS || type == fcl::BV_kIOS || type == fcl::BV_OBBRSS;
 }
 
+/// Meshes whose queries with shapes are ours.
+bool isOurs(fcl::NODE_TYPE type) { return type == fcl::BV_RSS || type == fcl::BV_OBBRSS; }
+
 bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
+  if ((isOurs(a) && isUnbounded(b)) || (isUnbounded(a) && isOurs(b))) return true;
   const auto isKnown = [](fcl::NODE_TYPE x) { return isMesh(x) || isBounded(x) || isOctree(x); };
   if (!isKnown(a) || !isKnown(b)) return false;
   if (isMesh(a) && isMesh(b)) return a == b && (hasMeshDistance(a) || a == fcl::BV_AABB);

@@ -43,7 +43,7 @@ class Surroundings {
   Surroundings(const PairOfMeshes<BV>& meshes, const LeafPair& around)
       : first_(meshes.first, around.first), second_(meshes.second, around.second) {
     for (auto& t : second_.triangles)
-      for (fcl::Vector3d& x : t.corners) x = meshes.R * x + meshes.T;
+      for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
     for (Side* side : {&first_, &second_}) side->bound();
   }
 

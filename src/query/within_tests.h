@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "geometry/leaf_slab.h"
+#include "geometry/rigid.h"
 #include "geometry/triangle_distances4.h"
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
@@ -44,8 +45,7 @@ struct WithinInput {
   using S = typename BV::S;
   const PlacedMesh<BV>&first, &second;
   const WideTree<S>&tree1, &tree2;
-  const fcl::Matrix3d R;  ///< places the second model in the first's coordinates
-  const fcl::Vector3d T;
+  const RelativePlacement to_first;  ///< takes the second model to the first's coordinates
   NeighbourFilter filter;
   double distance;
 
@@ -55,7 +55,7 @@ struct WithinInput {
   }
   TrianglePoints<double> pointsOfSecond(unsigned triangle) const {
     TrianglePoints<double> q = points(*second.model, tree2, triangle);
-    for (fcl::Vector3d& x : q) x = R * x + T;
+    for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
   }
 

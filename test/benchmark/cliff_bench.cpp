@@ -1,6 +1,7 @@
 // Distances where hardly anything prunes: parallel plates, slivers, spheres one inside the other,
 // a bar that spins by its vertices, a soup whose triangles jump. Queries alone, in turns in one
-// process, medians; FCL's on swept spheres that it has just refitted. All distances must agree.
+// process, medians; FCL's on swept spheres that it has just refitted. All distances must be
+// those in quadruple precision.
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -15,6 +16,7 @@
 #include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
+#include "distance_judge.h"
 #include "fcl_support.h"
 #include "median.h"
 #include "stopwatch.h"
@@ -210,8 +212,11 @@ Row measure(const Cliff& cliff, int frames, int repeats) {
         const double time = milliseconds([&] { distances[k] = queries[k](); });
         if (frame >= 2) sums[k] += time;  // the first find where things are
       }
+      if (repeat > 0) continue;
+      const double exact = adaptive_bvh_bench::exactDistance({first, cliff.first.triangles},
+                                                             {second, cliff.second.triangles});
       for (int k : {1, 2})
-        row.worst_error = std::max(row.worst_error, std::abs(distances[k] - distances[0]));
+        row.worst_error = std::max(row.worst_error, std::abs(distances[k] - exact));
     }
     of_fcl.push_back(sums[0] / (frames - 2));
     of_recorded.push_back(sums[1] / (frames - 2));

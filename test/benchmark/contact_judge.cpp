@@ -6,7 +6,6 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
-#include <fcl/narrowphase/distance.h>
 
 #include "contact_continuous.h"
 #include "contact_pairs.h"
@@ -137,15 +136,6 @@ TouchingPairs touchingPairs(const Mesh& mesh) {
     if (touch || turned) found.possibly.emplace_back(a, b);
   });
   return {sorted(std::move(found.surely), true), sorted(std::move(found.possibly), true)};
-}
-
-double exactDistance(const Mesh& first, const Mesh& second) {
-  fcl::BVHModel<fcl::AABBd> a, b;
-  fillModel(first, a);
-  fillModel(second, b);
-  fcl::DistanceResultd result;
-  const auto origin = fcl::Transform3d::Identity();
-  return fcl::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
 }
 
 }  // namespace adaptive_bvh_bench

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_method.h"
+#include "distance_judge.h"
 
 namespace adaptive_bvh_bench {
 
@@ -27,8 +28,5 @@ struct TouchingPairs {
 TouchingPairs touchingPairs(const Mesh& first, const Mesh& second);
 /// Of one mesh, without neighbours.
 TouchingPairs touchingPairs(const Mesh& mesh);
-
-/// By FCL's tree of axis-aligned boxes, built anew, at the identity.
-double exactDistance(const Mesh& first, const Mesh& second);
 
 }  // namespace adaptive_bvh_bench

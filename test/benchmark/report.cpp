@@ -174,7 +174,7 @@ void writeJson(const std::string& path, const std::vector<Series>& all,
                               {"frames", scenario.frames},
                               {"triangles", scenario.triangles},
                               {"touching_frames", scenario.touching_frames},
-                              {"oracle", scenario.oracle}};
+                              {"oracle", "quadruple precision"}};
       for (std::size_t k = 0; k < kinds.size(); ++k) {
         const Measurement& m = scenario.methods[k];
         entry["methods"].push_back({{"key", kinds[k].key},

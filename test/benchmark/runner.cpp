@@ -6,10 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/math/bv/utility.h>
-#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
-#include <fcl/narrowphase/distance.h>
+#include "distance_judge.h"
 
 namespace adaptive_bvh_bench {
 namespace {
@@ -27,39 +24,6 @@ class Clock {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-/// Every pair of triangles, but those whose boxes are farther apart than the best so far.
-double bruteForce(const scenarios::Scenario& scenario, const Positions& p, const Positions& q) {
-  const auto boxes = [](const scenarios::Body& body, const Positions& points) {
-    std::vector<Eigen::AlignedBox3d> result;
-    for (const fcl::Triangle& t : body.triangles()) {
-      result.emplace_back(points[t[0]]);
-      for (int k = 1; k < 3; ++k) result.back().extend(points[t[k]]);
-    }
-    return result;
-  };
-  const auto first = boxes(scenario.first, p), second = boxes(scenario.second, q);
-  double least = std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < first.size(); ++i)
-    for (std::size_t j = 0; j < second.size(); ++j) {
-      if (first[i].exteriorDistance(second[j]) > least) continue;
-      const fcl::Triangle &s = scenario.first.triangles()[i], &t = scenario.second.triangles()[j];
-      Point on_s, on_t;
-      least =
-          std::min(least, fcl::detail::TriangleDistance<double>::triDistance(
-                              p[s[0]], p[s[1]], p[s[2]], q[t[0]], q[t[1]], q[t[2]], on_s, on_t));
-    }
-  return least;
-}
-
-double byAabbTree(const scenarios::Scenario& scenario, const Positions& p, const Positions& q) {
-  fcl::BVHModel<fcl::AABBd> first, second;
-  fillModel(scenarios::Mesh{p, scenario.first.triangles()}, first);
-  fillModel(scenarios::Mesh{q, scenario.second.triangles()}, second);
-  fcl::DistanceResultd result;
-  const auto origin = fcl::Transform3d::Identity();
-  return fcl::distance<double>(&first, origin, &second, origin, fcl::DistanceRequestd(), result);
-}
 
 class Run {
  public:
@@ -114,16 +78,13 @@ class Run {
 
   void askOracle() {
     step("oracle");
-    const double pairs =
-        double(scenario_.first.triangles().size()) * double(scenario_.second.triangles().size());
-    const bool brute = pairs <= options_.brute_force_pairs;
-    result_.oracle = brute ? "brute force" : "FCL AABB, rebuilt";
     for (int frame = 1; frame <= scenario_.frames(); ++frame) {
       load(frame);
       Positions p = frame_.first, q = frame_.second;
       for (Point& point : p) point = frame_.tf1 * point;
       for (Point& point : q) point = frame_.tf2 * point;
-      exact_.push_back(brute ? bruteForce(scenario_, p, q) : byAabbTree(scenario_, p, q));
+      exact_.push_back(exactDistance({std::move(p), scenario_.first.triangles()},
+                                     {std::move(q), scenario_.second.triangles()}));
       result_.touching_frames += exact_.back() <= 0;
     }
   }

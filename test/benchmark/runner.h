@@ -25,8 +25,7 @@ struct ScenarioResult {
   std::string name;
   int frames = 0;
   std::size_t triangles = 0;
-  int touching_frames = 0;  ///< distance 0
-  std::string oracle;
+  int touching_frames = 0;           ///< distance 0
   std::vector<Measurement> methods;  ///< in the order of the kinds given
 };
 
@@ -34,8 +33,6 @@ struct RunOptions {
   int repeats = 3;
   bool moving = false;  ///< the objects too: transforms that change in every frame
   unsigned seed = 1;    ///< of the order in which the methods take turns
-  /// Brute force over all pairs of triangles up to so many; above, FCL's AABB tree, rebuilt.
-  double brute_force_pairs = 150e3;
   /// Called with the share done, 0 to 1, and what is being run.
   std::function<void(double, const std::string&)> progress;
 };

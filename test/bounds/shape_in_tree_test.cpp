@@ -5,6 +5,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "model_state.h"
+#include "query/fcl/shape_geometry.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 #include "support/shapes.h"
@@ -118,15 +119,13 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
 TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
   using S = TypeParam;
   for (const auto& shape : boundedShapes<S>()) {
-    fcl::AABB<S> box;
     ShapeCore core;
-    adaptive_bvh::visitBoundedShape<S>(*shape, [&](const auto& typed_shape) {
-      core = adaptive_bvh::coreOf(typed_shape);
-      fcl::computeBV(typed_shape, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), box);
-    });
+    adaptive_bvh::visitShape<S>(*shape,
+                                [&](const auto&, const ShapeCore& of_shape) { core = of_shape; });
+    shape->computeLocalAABB();
     for (int k = 0; k < 3; ++k) {
-      EXPECT_NEAR(double(box.min_[k]), core.low[k] - core.radius, 1e-6);
-      EXPECT_NEAR(double(box.max_[k]), core.high[k] + core.radius, 1e-6);
+      EXPECT_NEAR(double(shape->aabb_local.min_[k]), core.low[k] - core.radius, 1e-6);
+      EXPECT_NEAR(double(shape->aabb_local.max_[k]), core.high[k] + core.radius, 1e-6);
     }
   }
 }
@@ -140,7 +139,9 @@ TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
       fcl::Transform3<S>::Identity()};
   const WideTree<S>& tree = adaptive_bvh::wideTreeOf(placed);
   fcl::Transform3<S> away = fcl::Transform3<S>::Identity();
-  const ShapeCore ball = adaptive_bvh::coreOf(fcl::Sphere<S>(S(0.5)));
+  ShapeCore ball;
+  ball.low = ball.high = fcl::Vector3d::Zero();
+  ball.radius = 0.5;
   EXPECT_TRUE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = S(1e20);
   EXPECT_FALSE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());

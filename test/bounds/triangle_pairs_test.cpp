@@ -19,6 +19,7 @@ namespace triangle_pairs_test {
 using adaptive_bvh::Float4;
 using adaptive_bvh::PairError;
 using adaptive_bvh::PairVerdicts;
+using adaptive_bvh::pointsAs;
 using adaptive_bvh::TriangleDifferences;
 using adaptive_bvh::TrianglePairs4;
 using adaptive_bvh::TrianglePoints;
@@ -155,7 +156,8 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
     for (int k = 0; k < 4; ++k) {
       const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
-      const bool ours_says = adaptive_bvh::touch(g.p[k], g.q[k]);
+      const bool ours_says =
+          adaptive_bvh::touch(pointsAs<double>(g.p[k]), pointsAs<double>(g.q[k]));
       const bool surely_apart = has(planes | all.apart | sharp.apart | residual.apart);
       const bool surely_touching = has(all.touching | sharp.touching | residual.touching);
       ASSERT_FALSE(surely_apart && fcl_says) << round << " planes " << has(planes) << " all "
@@ -185,10 +187,6 @@ TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
     for (exact::Point& x : t) x -= from;
     return t;
   };
-  const auto inDouble = [](const auto& t) -> TrianglePoints<double> {
-    return {t[0].template cast<double>(), t[1].template cast<double>(),
-            t[2].template cast<double>()};
-  };
   for (int round = 0; round < manySteps(6000); ++round) {
     const auto g = this->group(-6);
     const int judged = this->random_.below(4);
@@ -213,12 +211,13 @@ TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
       farther += distance > Real(fine.reach);
       // In double precision.
       const double reach = double(Real(fine.reach) / scale);
-      const bool surely = adaptive_bvh::areSurelyFarther(inDouble(g.p[k]), inDouble(g.q[k]), reach);
+      const TrianglePoints<double> p = pointsAs<double>(g.p[k]), q = pointsAs<double>(g.q[k]);
+      const bool surely = adaptive_bvh::areSurelyFarther(p, q, reach);
       const exact::Point from = exact::of(g.p[k][0]);
       const Real precisely = exact::distance(seenFrom(from, this->exactOf(g.p[k])),
                                              seenFrom(from, this->exactOf(g.q[k])));
       // Of needles the oracle now and then finds an edge to pierce a face that it passes.
-      const bool is_doubtful = precisely == 0 && !adaptive_bvh::touch(g.p[k], g.q[k]);
+      const bool is_doubtful = precisely == 0 && !adaptive_bvh::touch(p, q);
       ASSERT_TRUE(!surely || is_doubtful || precisely > Real(reach)) << round << " " << k;
       doubtful += is_doubtful;
       surely_farther += surely;

@@ -4,16 +4,16 @@
 #include <limits>
 #include <vector>
 
-#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
-
 #include "support/exact_geometry.h"
+#include "support/quad_geometry.h"
 
 namespace adaptive_bvh_test {
 
-namespace {
+namespace brute_force {
 
-/// A triangle in long double, and a ball around it.
+/// A triangle in double and in long double, and a ball around it.
 struct Judged {
+  std::array<Eigen::Vector3d, 3> x;
   exact::Triangle triangle;
   Eigen::Vector3d middle;
   double radius;
@@ -21,7 +21,6 @@ struct Judged {
   template <typename S>
   Judged(const std::array<const Vector3<S>*, 3>& corners, const Eigen::Matrix3d& R,
          const Eigen::Vector3d& T) {
-    Eigen::Vector3d x[3];
     for (std::size_t k = 0; k < 3; ++k) {
       x[k] = R * corners[k]->template cast<double>() + T;
       triangle[k] = exact::of(x[k]);
@@ -29,19 +28,56 @@ struct Judged {
     middle = (x[0] + x[1] + x[2]) / 3;
     radius = std::max({(x[0] - middle).norm(), (x[1] - middle).norm(), (x[2] - middle).norm()});
   }
+
+  bool touches(const Judged& other) const {
+    if (isBeyond(other) || isOnOneSideOf(other) || other.isOnOneSideOf(*this)) return false;
+    return quad::touch({quad::of(x[0]), quad::of(x[1]), quad::of(x[2])},
+                       {quad::of(other.x[0]), quad::of(other.x[1]), quad::of(other.x[2])});
+  }
+
+ private:
+  /// Whether boxes along the axes are apart: comparisons have no error.
+  bool isBeyond(const Judged& other) const {
+    const auto low = [](const Judged& t) {
+      return t.x[0].cwiseMin(t.x[1]).cwiseMin(t.x[2]).eval();
+    };
+    const auto high = [](const Judged& t) {
+      return t.x[0].cwiseMax(t.x[1]).cwiseMax(t.x[2]).eval();
+    };
+    return (high(*this).array() < low(other).array()).any() ||
+           (high(other).array() < low(*this).array()).any();
+  }
+  /// Whether all corners are clearly on one side of the other's plane.
+  bool isOnOneSideOf(const Judged& other) const {
+    const Eigen::Vector3d u = other.x[1] - other.x[0], v = other.x[2] - other.x[0];
+    double sides[3], unsure = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d w = x[k] - other.x[0];
+      sides[k] = u.cross(v).dot(w);
+      unsure = std::max(unsure, 1e-13 * u.norm() * v.norm() * w.norm());
+    }
+    return std::min({sides[0], sides[1], sides[2]}) > unsure ||
+           std::max({sides[0], sides[1], sides[2]}) < -unsure;
+  }
 };
 
-}  // namespace
+}  // namespace brute_force
+
+using brute_force::Judged;
+
+template <typename S>
+std::vector<Judged> BruteForce<S>::judged(const Mesh& mesh, const fcl::Transform3<double>& tf) {
+  std::vector<Judged> triangles;
+  for (int t = 0; t < mesh.size; ++t)
+    triangles.emplace_back(corners(mesh, t), tf.linear(), tf.translation());
+  return triangles;
+}
 
 /// Pairs whose balls are farther apart than the nearest pair so far are left out.
 template <typename S>
 S BruteForce<S>::distance() const {
-  const Eigen::Matrix3d R = relative_.linear().template cast<double>();
-  const Eigen::Vector3d T = relative_.translation().template cast<double>();
-  std::vector<Judged> first, second;
-  for (int i = 0; i < first_.size; ++i)
-    first.emplace_back(corners(first_, i), Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
-  for (int j = 0; j < second_.size; ++j) second.emplace_back(corners(second_, j), R, T);
+  const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
+                            second = judged(second_, relative_);
   double enough = std::numeric_limits<double>::max();
   for (const Judged& p : first)
     for (const Judged& q : second) enough = std::min(enough, (p.middle - q.middle).norm());
@@ -83,14 +119,12 @@ std::string BruteForce<S>::findError(const fcl::DistanceResult<S>& result,
 
 template <typename S>
 std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
-  const fcl::Matrix3<S> R = relative_.linear();
-  const Vector3<S> T = relative_.translation();
+  const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
+                            second = judged(second_, relative_);
   std::set<std::pair<int, int>> found;
-  forEachPair([&](int i, int j, const Corners& p, const Corners& q) {
-    if (fcl::detail::Intersect<S>::intersect_Triangle(*p[0], *p[1], *p[2], *q[0], *q[1], *q[2], R,
-                                                      T))
-      found.emplace(i, j);
-  });
+  for (std::size_t i = 0; i < first.size(); ++i)
+    for (std::size_t j = 0; j < second.size(); ++j)
+      if (first[i].touches(second[j])) found.emplace(i, j);
   return found;
 }
 
@@ -98,13 +132,6 @@ template <typename S>
 typename BruteForce<S>::Corners BruteForce<S>::corners(const Mesh& mesh, int t) {
   const fcl::Triangle& triangle = mesh.triangles[t];
   return {&mesh.vertices[triangle[0]], &mesh.vertices[triangle[1]], &mesh.vertices[triangle[2]]};
-}
-
-template <typename S>
-template <typename Visit>
-void BruteForce<S>::forEachPair(Visit&& visit) const {
-  for (int i = 0; i < first_.size; ++i)
-    for (int j = 0; j < second_.size; ++j) visit(i, j, corners(first_, i), corners(second_, j));
 }
 
 template class BruteForce<float>;

@@ -4,22 +4,30 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fcl/narrowphase/distance_result.h>
 
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
+namespace brute_force {
+struct Judged;
+}
 
 /// The oracles: every pair of triangles, the second body in the frame of the first. Distances are
-/// in quadruple precision; whether triangles intersect is FCL's verdict. No hierarchy takes part.
+/// in long double, whether triangles intersect is decided in quadruple precision. No hierarchy
+/// takes part.
 template <typename S>
 class BruteForce {
  public:
   template <typename BV1, typename BV2>
   BruteForce(const fcl::BVHModel<BV1>& first, const fcl::Transform3<S>& tf1,
              const fcl::BVHModel<BV2>& second, const fcl::Transform3<S>& tf2)
-      : first_(first), second_(second), relative_(tf1.inverse(Eigen::Isometry) * tf2) {}
+      : first_(first),
+        second_(second),
+        relative_(tf1.template cast<double>().inverse(Eigen::Isometry) *
+                  tf2.template cast<double>()) {}
 
   S distance() const;
 
@@ -46,11 +54,11 @@ class BruteForce {
   };
 
   static Corners corners(const Mesh& mesh, int t);
-  template <typename Visit>
-  void forEachPair(Visit&& visit) const;
+  static std::vector<brute_force::Judged> judged(const Mesh& mesh,
+                                                 const fcl::Transform3<double>& tf);
 
   const Mesh first_, second_;
-  fcl::Transform3<S> relative_;
+  fcl::Transform3<double> relative_;
 };
 
 extern template class BruteForce<float>;

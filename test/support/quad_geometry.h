@@ -112,6 +112,13 @@ inline Real distance(const Triangle& a, const Triangle& b) {
   }
   return root(least);
 }
+/// Whether they have a common point, or so nearly that 113 bits do not tell.
+inline bool touch(const Triangle& a, const Triangle& b) {
+  Real extent = 0;
+  for (const Triangle* t : {&a, &b})
+    for (const Point& x : *t) extent = std::max(extent, size(x - a[0]));
+  return distance(a, b) <= extent * Real(0x1p-90);
+}
 inline Real distance(const Point& x, const Triangle& t) { return root(squaredDistance(x, t)); }
 
 }  // namespace quad

@@ -17,7 +17,7 @@
 // extents and the gap between them. So two things cover the errors of offset and extents: the
 // extents are enlarged by 32 epsilon of the cell's extent and of the mesh's coordinates (in
 // `error`), and a gap is made smaller by 16 epsilon of itself. That leaves the last third of
-// `error` for the solver, which works in the world's coordinates.
+// `error` for the test of the triangle.
 namespace adaptive_bvh {
 
 /// Takes a mesh's coordinates to an octree's.
@@ -26,27 +26,24 @@ class IntoOctree {
  public:
   using Point = fcl::Vector3<S>;
 
-  /// `tolerance`: bodies that are nearer than this may count as touching.
-  IntoOctree(const fcl::Transform3<S>& mesh_tf, const fcl::Transform3<S>& octree_tf, S tolerance)
+  IntoOctree(const fcl::Transform3<S>& mesh_tf, const fcl::Transform3<S>& octree_tf)
       : tf_(octree_tf.inverse(Eigen::Isometry) * mesh_tf),
         translations_(mesh_tf.translation().template lpNorm<1>() +
-                      octree_tf.translation().template lpNorm<1>()),
-        tolerance_(tolerance) {}
+                      octree_tf.translation().template lpNorm<1>()) {}
 
   Point point(const Point& p) const { return tf_ * p; }
   Point direction(const Point& v) const { return tf_.linear() * v; }
 
-  /// By how much a body is enlarged for the rounding of its points, here and in the solver: sums of
-  /// three products with the translations. `coordinate_sum` is at least |x| + |y| + |z| of its
-  /// points in the mesh's coordinates.
+  /// By how much a body is enlarged for the rounding of its points, here and in the test of a
+  /// triangle: sums of three products with the translations. `coordinate_sum` is at least
+  /// |x| + |y| + |z| of its points in the mesh's coordinates.
   S error(S coordinate_sum) const {
-    return tolerance_ + 32 * rounding::epsilon<S>() * (translations_ + coordinate_sum) +
-           rounding::tiny<S>();
+    return 32 * rounding::epsilon<S>() * (translations_ + coordinate_sum) + rounding::tiny<S>();
   }
 
  private:
   fcl::Transform3<S> tf_;
-  S translations_, tolerance_;
+  S translations_;
 };
 
 /// A cell of an octree, which is a cube.

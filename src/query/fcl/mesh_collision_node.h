@@ -7,7 +7,9 @@
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 
 #include "geometry/mesh_of_model.h"
-#include "geometry/triangle_contact.h"
+#include "geometry/rigid.h"
+#include "geometry/triangle_gap.h"
+#include "query/placed_mesh.h"
 #include "query/unset_fields.h"
 
 namespace adaptive_bvh {
@@ -24,9 +26,10 @@ struct FclMeshCollision<fcl::OBBRSS<S>> {
   using Node = fcl::detail::MeshCollisionTraversalNodeOBBRSS<S>;
 };
 
-/// That traversal, with a test of two triangles of our own: every pair that touches
-/// has a contact, with all its fields when they are requested. (When a triangle is a segment or a
-/// point, FCL reads a plane that it did not set, and then often omits the pair.)
+/// That traversal, with a test of two triangles of our own: those touch whose distance is 0, and
+/// every such pair has a contact, with all its fields when they are requested. (FCL decides by the
+/// signs of rounded numbers. When a triangle is a segment or a point, it reads a plane that it did
+/// not set.)
 template <typename BV>
 class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   using S = typename BV::S;
@@ -35,8 +38,17 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
  public:
   unsigned contacts_per_pair = 2;  ///< at most; FCL has up to 2
   /// Both meshes are the same in the same place: the triangle with the smaller index is tested as
-  /// the first. FCL's verdict on a mere touch, and its contact, may depend on that.
+  /// the first. FCL's contact may depend on that.
   bool is_self = false;
+
+  void initialize(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
+                  const CollisionQuery<S>& query) {
+    fcl::detail::initialize(static_cast<Base&>(*this), *first.model, first.tf, *second.model,
+                            second.tf, query.request, query.result);
+    to_first_ = is_self ? RelativePlacement() : RelativePlacement(first.tf, second.tf);
+    this->R = to_first_.R.template cast<S>();
+    this->T = to_first_.T.template cast<S>();
+  }
 
   void leafTesting(int b1, int b2) const override {
     testTriangles(this->model1->getBV(b1).primitiveId(), this->model2->getBV(b2).primitiveId(),
@@ -52,11 +64,11 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
       return addPair(id1, id2);
     const TrianglePoints<S> first = pointsOf(*this->model1, id1);
     const TrianglePoints<S> second = pointsOf(*this->model2, id2);
-    TrianglePoints<S> in_first;
-    for (int i = 0; i < 3; ++i) in_first[i] = this->R * second[i] + this->T;
-    if (!touching && !touch(first, in_first)) return;
+    const TrianglePoints<double> in_first = {to_first_(second[0]), to_first_(second[1]),
+                                             to_first_(second[2])};
+    if (!touching && !touch(pointsAs<double>(first), in_first)) return;
     if (occupied && this->request.enable_contact)
-      addContacts(id1, id2, contactOf(first, in_first));
+      addContacts(id1, id2, contactOf(first, pointsAs<S>(in_first)));
     else if (occupied)
       addPair(id1, id2);
     if (this->request.enable_cost) addCost(first, second);
@@ -98,6 +110,8 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     this->result->addCostSource(fcl::CostSource<S>(common, this->cost_density),
                                 this->request.num_max_cost_sources);
   }
+
+  RelativePlacement to_first_;
 };
 
 }  // namespace adaptive_bvh

@@ -80,9 +80,7 @@ std::size_t meshMeshCollide(const PlacedMesh<BV>& first, const PlacedMesh<BV>& s
                             const CollisionQuery<typename BV::S>& query) {
   if (query.isSatisfied()) return query.result.numContacts();
   RecordingCollisionNode<MeshCollisionNode<BV>, typename BV::S> node(statisticsOf(first, second));
-  using Base = typename FclMeshCollision<BV>::Node;
-  fcl::detail::initialize(static_cast<Base&>(node), *first.model, first.tf, *second.model,
-                          second.tf, query.request, query.result);
+  node.initialize(first, second, query);
   fcl::detail::collide(&node);
   return query.result.numContacts();
 }

@@ -5,9 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "query/fcl/gjk_solver.h"
 #include "query/fcl/octree_pair.h"
-#include "query/fcl/shape_triangle.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -156,27 +154,24 @@ typename BV::S searchDistance(const PlacedMesh<BV>& mesh,
   using S = typename BV::S;
   using Pair = MeshOctreePair<Nodes>;
   fcl::DistanceResult<S>& result = query.result;
-  return withSolver(query.request, [&](const auto& solver) {
-    Pair pair(mesh, octree, 0);
-    const auto limit = [&] { return result.min_distance; };
-    const auto test = [&](const Cell<S>& cell, int triangle) {
-      const ShapeTriangleDistance<S> found = pair.askSolver(cell, [&](const auto&... box) {
-        return shapeTriangleDistance(solver, box..., *mesh.model, mesh.tf, triangle);
-      });
-      result.update(found.distance, octree.geometry, mesh.model, pair.id(cell), triangle,
-                    found.on_shape, found.on_triangle);
-      return query.isSatisfied();
-    };
-    // When bodies touch, any pair that touches is the answer: it is searched first.
-    const auto once = [&](const Cell<S>& cell, int triangle) {
-      test(cell, triangle);
-      return true;
-    };
-    pair.run(OverlapSearch<Pair, decltype(once)>(pair, once));
-    if (!query.isSatisfied())
-      pair.run(NearestSearch<Pair, decltype(limit), decltype(test)>(pair, limit, test));
-    return result.min_distance;
-  });
+  Pair pair(mesh, octree);
+  const auto limit = [&] { return result.min_distance; };
+  const auto test = [&](const Cell<S>& cell, int triangle) {
+    const auto leaves = pair.leafPair(cell, triangle);
+    const TriangleGap gap = leaves.gap();
+    result.update(distanceAs<S>(gap.distance), octree.geometry, mesh.model, pair.id(cell), triangle,
+                  leaves.inWorld(gap.points.second), leaves.inWorld(gap.points.first));
+    return query.isSatisfied();
+  };
+  // When bodies touch, any pair that touches is the answer: it is searched first.
+  const auto once = [&](const Cell<S>& cell, int triangle) {
+    test(cell, triangle);
+    return true;
+  };
+  pair.run(OverlapSearch<Pair, decltype(once)>(pair, once));
+  if (!query.isSatisfied())
+    pair.run(NearestSearch<Pair, decltype(limit), decltype(test)>(pair, limit, test));
+  return result.min_distance;
 }
 
 template <typename Nodes, typename BV>
@@ -185,27 +180,22 @@ std::size_t searchContacts(const PlacedMesh<BV>& mesh, const PlacedGeometry<type
   using S = typename BV::S;
   using Pair = MeshOctreePair<Nodes>;
   fcl::CollisionResult<S>& result = query.result;
-  return withSolver(query.request, [&](const auto& solver) {
-    Pair pair(mesh, octree, query.request.gjk_tolerance);
-    const auto test = [&](const Cell<S>& cell, int triangle) {
-      const fcl::Triangle& t = mesh.model->tri_indices[triangle];
-      const fcl::Vector3<S>* v = mesh.model->vertices;
-      const auto intersects = [&](fcl::Vector3<S>* point, S* depth, fcl::Vector3<S>* normal) {
-        return pair.askSolver(cell, [&](const auto&... box) {
-          return solver.shapeTriangleIntersect(box..., v[t[0]], v[t[1]], v[t[2]], mesh.tf, point,
-                                               depth, normal);
-        });
-      };
-      fcl::Contact<S> contact(octree.geometry, mesh.model, pair.id(cell), triangle);
-      if (query.request.enable_contact
-              ? intersects(&contact.pos, &contact.penetration_depth, &contact.normal)
-              : intersects(nullptr, nullptr, nullptr))
-        result.addContact(contact);
-      return query.isSatisfied();
-    };
-    pair.run(OverlapSearch<Pair, decltype(test)>(pair, test));
-    return result.numContacts();
-  });
+  Pair pair(mesh, octree);
+  const auto test = [&](const Cell<S>& cell, int triangle) {
+    const auto leaves = pair.leafPair(cell, triangle);
+    if (leaves.gap().distance > 0) return false;
+    fcl::Contact<S> contact(octree.geometry, mesh.model, pair.id(cell), triangle);
+    if (query.request.enable_contact) {
+      const ShapeContact found = leaves.contact();
+      contact.pos = leaves.inWorld(found.position);
+      contact.normal = leaves.turnedToWorld(-found.normal);  // from the octree to the mesh
+      contact.penetration_depth = static_cast<S>(found.depth);
+    }
+    result.addContact(contact);
+    return query.isSatisfied();
+  };
+  pair.run(OverlapSearch<Pair, decltype(test)>(pair, test));
+  return result.numContacts();
 }
 
 }  // namespace

@@ -1,156 +1,146 @@
-#include "query/fcl/mesh_shape.h"
-
 #include <fcl/geometry/shape/utility.h>
-#include <fcl/narrowphase/detail/traversal/collision/mesh_shape_collision_traversal_node.h>
-#include <fcl/narrowphase/detail/traversal/collision/shape_collision_traversal_node.h>
-#include <fcl/narrowphase/detail/traversal/collision_node.h>
 
-#include "query/fcl/gjk_solver.h"
-#include "query/fcl/recording_node.h"
-#include "query/fcl/shape_visitor.h"
-#include "query/placed_triangle.h"
-#include "query/shape_search.h"
+#include "query/fcl/mesh_shape.h"
+#include "query/fcl/mesh_shape_search.h"
+#include "query/fcl/shape_geometry.h"
+#include "query/unset_fields.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversal of a mesh with volumes of some type, and a shape.
-template <typename BV, typename Shape, typename Solver>
-struct FclShapeCollision;
-template <typename S, typename Shape, typename Solver>
-struct FclShapeCollision<fcl::RSS<S>, Shape, Solver> {
-  using Node = fcl::detail::MeshShapeCollisionTraversalNodeRSS<Shape, Solver>;
-};
-template <typename S, typename Shape, typename Solver>
-struct FclShapeCollision<fcl::OBBRSS<S>, Shape, Solver> {
-  using Node = fcl::detail::MeshShapeCollisionTraversalNodeOBBRSS<Shape, Solver>;
-};
-
-template <typename BV, typename Shape, typename Solver>
-class ShapeCollisionNode : public FclShapeCollision<BV, Shape, Solver>::Node {};
-
-/// FCL reports that a sphere touches every triangle without a normal, at the sphere's middle. Here
-/// the distance decides, and the contact is at the nearest point.
-template <typename BV, typename S, typename Solver>
-class ShapeCollisionNode<BV, fcl::Sphere<S>, Solver>
-    : public FclShapeCollision<BV, fcl::Sphere<S>, Solver>::Node {
-  using Base = typename FclShapeCollision<BV, fcl::Sphere<S>, Solver>::Node;
-
- public:
-  using Base::leafTesting;
-  void leafTesting(int b1, int b2) const override {
-    const int triangle = this->model1->getBV(b1).primitiveId();
-    const TrianglePoints<S> points = triangleInWorld(*this->model1, triangle, this->tf1);
-    if (!isThin(points) || !this->model1->isOccupied() || !this->model2->isOccupied())
-      return Base::leafTesting(b1, b2);
-    const fcl::Vector3<S> center = this->tf2.translation(), nearest = nearestPoint(points, center);
-    const S distance = (center - nearest).norm();
-    if (distance > this->model2->radius) return;
-    if (this->result->numContacts() < this->request.num_max_contacts) {
-      const fcl::Vector3<S> normal =
-          distance > 0 ? ((center - nearest) / distance).eval() : contactOf(points, points).normal;
-      this->result->addContact(fcl::Contact<S>(  // the depth has FCL's sign
-          this->model1, this->model2, triangle, fcl::Contact<S>::NONE, nearest, normal,
-          distance - this->model2->radius));
+/// The smallest box along the world's axes around a shape in its place; infinite where it is.
+template <typename S>
+fcl::AABB<S> boxAround(const ShapeCore& core, const fcl::Transform3<S>& tf) {
+  const fcl::Matrix3d R = tf.linear().template cast<double>() * core.axes;
+  fcl::Vector3d low = tf.translation().template cast<double>(), high = low;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      if (R(i, k) == 0) continue;  // 0 times an infinite side
+      low[i] += std::min(R(i, k) * core.low[k], R(i, k) * core.high[k]);
+      high[i] += std::max(R(i, k) * core.low[k], R(i, k) * core.high[k]);
     }
-    if (this->request.enable_cost) addCost(points);
+    low[i] -= core.radius;
+    high[i] += core.radius;
+  }
+  return fcl::AABB<S>(low.template cast<S>(), high.template cast<S>());
+}
+
+/// One query. All that depends on the type of the shape is behind TriangleShape.
+template <typename BV>
+class ShapeCollision {
+ public:
+  using S = typename BV::S;
+
+  ShapeCollision(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& shape,
+                 const TriangleShape& geometry, const ShapeCore& core,
+                 const CollisionQuery<S>& query)
+      : mesh_(mesh),
+        shape_(shape),
+        geometry_(geometry),
+        core_(core),
+        box_(boxAround(core, shape.tf)),
+        search_(mesh, geometry, core, shape.tf),
+        query_(query) {}
+
+  void run() const {
+    const auto &mesh = *mesh_.model, &shape = *shape_.geometry;
+    const bool occupied = mesh.isOccupied() && shape.isOccupied();
+    const bool has_cost = query_.request.enable_cost && !mesh.isFree() && !shape.isFree();
+    const bool has_exact_cost = has_cost && !query_.request.use_approximate_cost;
+    if (occupied || has_exact_cost)
+      search_.touching([&](int triangle) {
+        if (search_.gap(triangle).distance > 0) return false;
+        if (occupied) addContact(triangle);
+        if (has_exact_cost) addCost(boxOf(triangle));
+        return query_.isSatisfied();
+      });
+    if (has_cost && !has_exact_cost) addApproximateCost();
   }
 
  private:
-  void addCost(const TrianglePoints<S>& points) const {
-    fcl::AABB<S> sphere, common;
-    fcl::computeBV(*this->model2, this->tf2, sphere);
-    fcl::AABB<S>(points[0], points[1], points[2]).overlap(sphere, common);
-    this->result->addCostSource(fcl::CostSource<S>(common, this->cost_density),
-                                this->request.num_max_cost_sources);
+  void addContact(int triangle) const {
+    if (query_.result.numContacts() >= query_.request.num_max_contacts) return;
+    fcl::Contact<S> contact(mesh_.model, shape_.geometry, triangle, fcl::Contact<S>::NONE,
+                            unsetPoint<S>(), unsetPoint<S>(), std::numeric_limits<S>::quiet_NaN());
+    if (query_.request.enable_contact) {
+      const ShapeContact found = search_.contact(triangle);
+      contact.pos = search_.inWorld(found.position);
+      contact.normal = search_.turnedToWorld(found.normal);
+      contact.penetration_depth = static_cast<S>(found.depth);
+    }
+    query_.result.addContact(contact);
   }
+
+  fcl::AABB<S> boxOf(int triangle) const {
+    const fcl::Triangle& t = mesh_.model->tri_indices[triangle];
+    const fcl::Vector3<S>* x = mesh_.model->vertices;
+    return fcl::AABB<S>(mesh_.tf * x[t[0]], mesh_.tf * x[t[1]], mesh_.tf * x[t[2]]);
+  }
+  void addCost(const fcl::AABB<S>& of_mesh) const {
+    fcl::AABB<S> common;
+    of_mesh.overlap(box_, common);
+    query_.result.addCostSource(
+        fcl::CostSource<S>(common, mesh_.model->cost_density * shape_.geometry->cost_density),
+        query_.request.num_max_cost_sources);
+  }
+
+  /// FCL's approximate cost: the mesh's root volume as a box against the shape. (FCL centres that
+  /// box on the rectangle's corner; kept, so that the field is FCL's.)
+  void addApproximateCost() const {
+    updateVolumes(mesh_);
+    fcl::Box<S> box;
+    fcl::Transform3<S> box_tf;
+    fcl::constructBox(mesh_.model->getBV(0).bv, mesh_.tf, box, box_tf);
+    const RelativePlacement to_shape(shape_.tf, box_tf);
+    std::array<fcl::Vector3d, 8> corners;
+    for (std::size_t i = 0; i < 8; ++i)
+      corners[i] = to_shape(fcl::Vector3<S>(box.side.cwiseProduct(
+          fcl::Vector3<S>(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1) / 2)));
+    const fcl::Vector3d middle =
+        RelativePlacement(box_tf, shape_.tf)(fcl::Vector3d((core_.low + core_.high) / 2));
+    const bool is_inside =
+        (middle.cwiseAbs().array() <= box.side.template cast<double>().array() / 2).all();
+    if (!is_inside && !touchesSurface(corners)) return;
+    fcl::AABB<S> around;
+    fcl::computeBV(box, box_tf, around);
+    addCost(around);
+  }
+  bool touchesSurface(const std::array<fcl::Vector3d, 8>& x) const {
+    const std::size_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                      {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                      {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    return std::any_of(std::begin(faces), std::end(faces), [&](const auto& f) {
+      return geometry_.gap({x[f[0]], x[f[1]], x[f[2]]}).distance <= 0;
+    });
+  }
+
+  const PlacedMesh<BV>& mesh_;
+  const PlacedGeometry<S>& shape_;
+  const TriangleShape& geometry_;
+  const ShapeCore& core_;
+  const fcl::AABB<S> box_;
+  const MeshShapeSearch<BV> search_;
+  const CollisionQuery<S>& query_;
 };
 
-/// FCL's approximate cost: the mesh's root volume as a box against the shape. (FCL centres that box
-/// on the rectangle's corner; kept, so that the field is FCL's.)
-template <typename BV, typename Shape, typename Solver>
-void addApproximateCost(const PlacedMesh<BV>& placed, const Shape& shape,
-                        const fcl::Transform3<typename BV::S>& shape_tf, const Solver& solver,
-                        const CollisionQuery<typename BV::S>& query) {
-  using S = typename BV::S;
-  const fcl::BVHModel<BV>& mesh = *placed.model;
-  updateVolumes(placed);
-  fcl::Box<S> box;
-  fcl::Transform3<S> box_tf;
-  fcl::constructBox(mesh.getBV(0).bv, placed.tf, box, box_tf);
-  box.cost_density = mesh.cost_density;
-  box.threshold_occupied = mesh.threshold_occupied;
-  box.threshold_free = mesh.threshold_free;
-
-  const fcl::CollisionRequest<S> cost_only(query.result.numContacts(), false,
-                                           query.request.num_max_cost_sources, true, false);
-  if (cost_only.isSatisfied(query.result)) return;
-  solver.enableCachedGuess(true);
-  fcl::detail::ShapeCollisionTraversalNode<fcl::Box<S>, Shape, Solver> node;
-  fcl::detail::initialize(node, box, box_tf, shape, shape_tf, &solver, cost_only, query.result);
-  fcl::detail::collide(&node);
-}
-
-/// False where FCL's traversal is to answer.
-template <typename BV, typename Shape, typename Node>
-bool collideByBoxes(const PlacedMesh<BV>& mesh, const Shape& shape,
-                    const fcl::Transform3<typename BV::S>& shape_tf, Node& node) {
-  if (!mesh.hasBoxes()) return false;
-  ShapeSearch<BV> search(mesh, coreOf(shape), shape_tf);
-  if (!search.isPossible()) return false;
-  // FCL's solvers call what is nearer than their tolerance touching.
-  search.collide(node, static_cast<double>(node.request.gjk_tolerance));
-  node.addBoxTests(search.boxTests());
-  return true;
-}
-
 }  // namespace
-
-template <typename BV, typename Solver>
-std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
-                             const PlacedGeometry<typename BV::S>& shape, const Solver& solver,
-                             const CollisionQuery<typename BV::S>& query) {
-  using S = typename BV::S;
-  if (query.isSatisfied()) return query.result.numContacts();
-  const bool approximate_cost = query.request.enable_cost && query.request.use_approximate_cost;
-  fcl::CollisionRequest<S> mesh_request(query.request);
-  mesh_request.enable_cost = query.request.enable_cost && !approximate_cost;
-
-  return visitShape(*shape.geometry, [&](const auto& typed_shape) -> std::size_t {
-    using Shape = std::decay_t<decltype(typed_shape)>;
-    using Base = typename FclShapeCollision<BV, Shape, Solver>::Node;
-    RecordingCollisionNode<ShapeCollisionNode<BV, Shape, Solver>, S> node(statisticsOf(mesh));
-    fcl::detail::initialize(static_cast<Base&>(node), *mesh.model, mesh.tf, typed_shape, shape.tf,
-                            &solver, mesh_request, query.result);
-    if (!collideByBoxes(mesh, typed_shape, shape.tf, node)) {
-      updateVolumes(mesh);
-      fcl::detail::collide(&node);
-    }
-    if (approximate_cost) addApproximateCost(mesh, typed_shape, shape.tf, solver, query);
-    return query.result.numContacts();
-  });
-}
 
 template <typename BV>
 std::size_t meshShapeCollide(const PlacedMesh<BV>& mesh,
                              const PlacedGeometry<typename BV::S>& shape,
                              const CollisionQuery<typename BV::S>& query) {
-  return withSolver(query.request, [&](const auto& solver) {
-    return meshShapeCollide(mesh, shape, solver, query);
+  if (query.isSatisfied()) return query.result.numContacts();
+  visitShape(*shape.geometry, [&](const TriangleShape& geometry, const ShapeCore& core) {
+    ShapeCollision<BV>(mesh, shape, geometry, core, query).run();
   });
+  return query.result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, Solver)                                          \
-  template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
-                                        const Solver&, const CollisionQuery<BV::S>&);
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                         \
   template std::size_t meshShapeCollide(const PlacedMesh<BV>&, const PlacedGeometry<BV::S>&, \
-                                        const CollisionQuery<BV::S>&);                       \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_libccd<BV::S>)                  \
-  ADAPTIVE_BVH_INSTANTIATE_SOLVER(BV, fcl::detail::GJKSolver_indep<BV::S>)
+                                        const CollisionQuery<BV::S>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
-#undef ADAPTIVE_BVH_INSTANTIATE_SOLVER
 
 }  // namespace adaptive_bvh

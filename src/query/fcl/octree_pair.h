@@ -3,9 +3,10 @@
 #include <fcl/config.h>
 #if FCL_HAVE_OCTOMAP
 #include <fcl/geometry/octree/octree.h>
-#include <fcl/geometry/shape/utility.h>
 
 #include "geometry/mesh_of_model.h"
+#include "geometry/rigid.h"
+#include "geometry/triangle_shape.h"
 #include "query/fcl/cell_separation.h"
 #include "query/placed_mesh.h"
 
@@ -132,12 +133,13 @@ class MeshOctreePair {
   using MeshNode = typename Nodes::Node;
 
   template <typename BV>
-  MeshOctreePair(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree, S tolerance)
+  MeshOctreePair(const PlacedMesh<BV>& mesh, const PlacedGeometry<S>& octree)
       : triangles_(viewOf(*mesh.model)),
         nodes_(mesh),
         octree_(static_cast<const fcl::OcTree<S>&>(*octree.geometry)),
-        octree_tf_(octree.tf),
-        into_octree_(mesh.tf, octree.tf, tolerance),
+        octree_tf_(octree.tf.template cast<double>()),
+        to_octree_(octree.tf, mesh.tf),
+        into_octree_(mesh.tf, octree.tf),
         statistics_(statisticsOf(mesh)) {}
   MeshOctreePair(const MeshOctreePair&) = delete;
   MeshOctreePair& operator=(const MeshOctreePair&) = delete;
@@ -185,14 +187,41 @@ class MeshOctreePair {
 
   void addTest() { Nodes::addTest(work_); }
 
-  /// Hands a cell to ask(cell's box, its pose).
-  template <typename Ask>
-  auto askSolver(const Cell<S>& cell, Ask&& ask) {
+  /// A cell and a triangle, seen from the middle of the cell.
+  class LeafPair {
+   public:
+    TriangleGap gap() const { return box_.gap(corners_); }
+    ShapeContact contact() const { return box_.contact(corners_); }
+    fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
+      return (octree_tf_ * (middle_ + x)).template cast<S>();
+    }
+    fcl::Vector3<S> turnedToWorld(const fcl::Vector3d& direction) const {
+      return (octree_tf_.linear() * direction).template cast<S>();
+    }
+
+   private:
+    friend class MeshOctreePair;
+    LeafPair(const fcl::AABB<S>& cell, TrianglePoints<double> corners,
+             const fcl::Transform3d& octree_tf)
+        : middle_((cell.min_.template cast<double>() + cell.max_.template cast<double>()) / 2),
+          box_((cell.max_.template cast<double>() - cell.min_.template cast<double>()) / 2),
+          corners_(corners),
+          octree_tf_(octree_tf) {
+      for (fcl::Vector3d& x : corners_) x -= middle_;
+    }
+
+    const fcl::Vector3d middle_;
+    const BoxShape box_;
+    TrianglePoints<double> corners_;
+    const fcl::Transform3d& octree_tf_;
+  };
+  LeafPair leafPair(const Cell<S>& cell, int triangle) {
     ++work_.leaf_tests;
-    fcl::Box<S> box;
-    fcl::Transform3<S> box_tf;
-    fcl::constructBox(cell.box, octree_tf_, box, box_tf);
-    return ask(box, box_tf);
+    const VertexIndices v = triangles_.verticesOf(static_cast<unsigned>(triangle));
+    const auto corner = [&](std::size_t k) -> fcl::Vector3d {
+      return to_octree_(triangles_.vertices[v[k]]);
+    };
+    return LeafPair(cell.box, {corner(0), corner(1), corner(2)}, octree_tf_);
   }
 
   std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
@@ -203,7 +232,8 @@ class MeshOctreePair {
   const MeshView<S> triangles_;
   const Nodes nodes_;
   const fcl::OcTree<S>& octree_;
-  const fcl::Transform3<S> octree_tf_;
+  const fcl::Transform3d octree_tf_;
+  const RelativePlacement to_octree_;
   const IntoOctree<S> into_octree_;
   const PairStatistics statistics_;
   QueryWork work_;

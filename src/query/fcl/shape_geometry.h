@@ -1,0 +1,189 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
+#include <fcl/geometry/shape/sphere.h>
+
+#include "geometry/triangle_shape.h"
+#include "query/shape_core.h"
+
+namespace adaptive_bvh {
+
+namespace shape_sets {
+
+using Point = fcl::Vector3d;
+
+/// The point of a circle around the z axis that is farthest along a direction.
+inline Point onCircle(const Point& direction, double radius, double z) {
+  const double length = std::hypot(direction[0], direction[1]);
+  if (!(length > 0)) return {radius, 0, z};
+  return {radius * (direction[0] / length), radius * (direction[1] / length), z};
+}
+
+/// Of (r, z), the nearest point of the segment from a to b.
+inline Eigen::Vector2d onSegment(const Eigen::Vector2d& x, const Eigen::Vector2d& a,
+                                 const Eigen::Vector2d& b) {
+  const double square = (b - a).squaredNorm(),
+               share = square > 0 ? std::clamp((x - a).dot(b - a) / square, 0., 1.) : 0.;
+  return a + share * (b - a);
+}
+
+struct Cylinder final : RoundSet {
+  double radius, half;
+  Cylinder(double r, double h) : radius(r), half(h) {}
+  Point support(const Point& direction) const override {
+    return onCircle(direction, radius, direction[2] < 0 ? -half : half);
+  }
+  Point nearest(const Point& x) const override {
+    const double r = std::hypot(x[0], x[1]), share = r > radius ? radius / r : 1;
+    return {share * x[0], share * x[1], std::clamp(x[2], -half, half)};
+  }
+};
+/// Its apex is at z = half, its base at -half.
+struct Cone final : RoundSet {
+  double radius, half;
+  Cone(double r, double h) : radius(r), half(h) {}
+  Point support(const Point& direction) const override {
+    const Point apex(0, 0, half), on_base = onCircle(direction, radius, -half);
+    return direction.dot(apex) > direction.dot(on_base) ? apex : on_base;
+  }
+  Point nearest(const Point& x) const override {
+    const double r = std::hypot(x[0], x[1]);
+    const Eigen::Vector2d at(r, x[2]), rim(radius, -half);
+    if (x[2] >= -half && r * 2 * half <= radius * (half - x[2])) return x;
+    const Eigen::Vector2d on_side = onSegment(at, rim, {0, half}),
+                          on_base = onSegment(at, {0, -half}, rim);
+    const bool is_side = (at - on_side).squaredNorm() < (at - on_base).squaredNorm();
+    const Eigen::Vector2d& y = is_side ? on_side : on_base;
+    const double share = r > 0 ? y[0] / r : 0;
+    return {share * x[0], share * x[1], y[1]};
+  }
+};
+struct Ellipsoid final : RoundSet {
+  Point radii;
+  explicit Ellipsoid(const Point& r) : radii(r) {}
+  Point support(const Point& direction) const override {
+    const Point scaled = radii.cwiseProduct(direction / direction.lpNorm<Eigen::Infinity>());
+    const double length = scaled.norm();
+    return length > 0 ? Point(radii.cwiseProduct(scaled / length)) : radii;
+  }
+  /// y = a^2 x / (a^2 + t), for the t that puts y on the surface. Newton's method, from a t on that
+  /// is too small: the function is convex, so it stays too small.
+  Point nearest(const Point& x) const override {
+    if (x.cwiseQuotient(radii).squaredNorm() <= 1) return x;
+    const Point squares = radii.cwiseProduct(radii), scaled = radii.cwiseProduct(x);
+    double t = std::max(0., (scaled.cwiseAbs() - squares).maxCoeff());
+    for (int i = 0; i < 100; ++i) {
+      const Point parts = scaled.cwiseQuotient(squares + Point::Constant(t));
+      const double above = parts.squaredNorm() - 1,
+                   slope =
+                       2 *
+                       parts.cwiseProduct(parts).cwiseQuotient(squares + Point::Constant(t)).sum();
+      const double next = t + above / slope;
+      if (!(next > t)) break;
+      t = next;
+    }
+    return squares.cwiseProduct(x).cwiseQuotient(squares + Point::Constant(t));
+  }
+};
+/// The hull of the vertices. Its faces, as users list them, are not needed.
+template <typename S>
+struct Hull final : ConvexSet {
+  const std::vector<fcl::Vector3<S>>& vertices;
+  explicit Hull(const std::vector<fcl::Vector3<S>>& v) : vertices(v) {}
+  Point support(const Point& direction) const override {
+    const fcl::Vector3<S>* best = &vertices[0];
+    double most = direction.dot(best->template cast<double>());
+    for (const fcl::Vector3<S>& x : vertices) {
+      const double along = direction.dot(x.template cast<double>());
+      if (along > most) most = along, best = &x;
+    }
+    return best->template cast<double>();
+  }
+};
+
+/// The smallest box of a set along the axes.
+inline ShapeCore coreOf(const ConvexSet& set) {
+  ShapeCore core;
+  for (int k = 0; k < 3; ++k) {
+    core.low[k] = set.support(-Point::Unit(k))[k];
+    core.high[k] = set.support(Point::Unit(k))[k];
+  }
+  return core;
+}
+inline ShapeCore coreAround(const Point& half, double radius) {
+  ShapeCore core;
+  core.low = -half;
+  core.high = half;
+  core.radius = radius;
+  return core;
+}
+
+}  // namespace shape_sets
+
+/// Calls visit(TriangleShape, ShapeCore) with the geometry of a shape of FCL's. Throws
+/// std::invalid_argument on others.
+template <typename S, typename Visit>
+void visitShape(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
+  using namespace shape_sets;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto visitRound = [&](const RoundSet& set) { visit(RoundShape(set), coreOf(set)); };
+  const auto visitSegment = [&](S radius, S length) {
+    const double half = double(length) / 2;
+    visit(RoundedSegment(double(radius), half), coreAround(Point(0, 0, half), double(radius)));
+  };
+  switch (shape.getNodeType()) {
+    case fcl::GEOM_SPHERE: return visitSegment(static_cast<const fcl::Sphere<S>&>(shape).radius, 0);
+    case fcl::GEOM_CAPSULE: {
+      const auto& capsule = static_cast<const fcl::Capsule<S>&>(shape);
+      return visitSegment(capsule.radius, capsule.lz);
+    }
+    case fcl::GEOM_BOX: {
+      const Point half = static_cast<const fcl::Box<S>&>(shape).side.template cast<double>() / 2;
+      return visit(BoxShape(half), coreAround(half, 0));
+    }
+    case fcl::GEOM_CYLINDER: {
+      const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
+      return visitRound(Cylinder(double(cylinder.radius), double(cylinder.lz) / 2));
+    }
+    case fcl::GEOM_CONE: {
+      const auto& cone = static_cast<const fcl::Cone<S>&>(shape);
+      return visitRound(Cone(double(cone.radius), double(cone.lz) / 2));
+    }
+    case fcl::GEOM_ELLIPSOID:
+      return visitRound(
+          Ellipsoid(static_cast<const fcl::Ellipsoid<S>&>(shape).radii.template cast<double>()));
+    case fcl::GEOM_CONVEX: {
+      const Hull<S> hull(static_cast<const fcl::Convex<S>&>(shape).getVertices());
+      return visit(HullShape(hull), coreOf(hull));
+    }
+    case fcl::GEOM_PLANE: {
+      const auto& plane = static_cast<const fcl::Plane<S>&>(shape);
+      const Point n = plane.n.template cast<double>();
+      const double d = double(plane.d), length = n.norm();
+      return visit(FlatShape(n / length, d / length, false), coreOfSlab(n, d, d));
+    }
+    case fcl::GEOM_HALFSPACE: {
+      const auto& half_space = static_cast<const fcl::Halfspace<S>&>(shape);
+      const Point n = half_space.n.template cast<double>();
+      const double d = double(half_space.d), length = n.norm();
+      return visit(FlatShape(n / length, d / length, true), coreOfSlab(n, -kInfinity, d));
+    }
+    default:
+      throw std::invalid_argument(
+          "adaptive_bvh: there is no query between a mesh and a geometry of this type");
+  }
+}
+
+}  // namespace adaptive_bvh
