@@ -30,7 +30,10 @@ struct Judged {
   }
 
   bool touches(const Judged& other) const {
-    if (isBeyond(other) || isOnOneSideOf(other) || other.isOnOneSideOf(*this)) return false;
+    if (isBeyond(other)) return false;
+    for (const Eigen::Vector3d& corner : x)
+      if (corner == other.x[0] || corner == other.x[1] || corner == other.x[2]) return true;
+    if (isOnOneSideOf(other) || other.isOnOneSideOf(*this)) return false;
     return quad::touch({quad::of(x[0]), quad::of(x[1]), quad::of(x[2])},
                        {quad::of(other.x[0]), quad::of(other.x[1]), quad::of(other.x[2])});
   }
@@ -122,8 +125,9 @@ std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
   const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
                             second = judged(second_, relative_);
   std::set<std::pair<int, int>> found;
+  const bool is_self = first_.model == second_.model && relative_.matrix().isIdentity(0);
   for (std::size_t i = 0; i < first.size(); ++i)
-    for (std::size_t j = 0; j < second.size(); ++j)
+    for (std::size_t j = is_self ? i + 1 : 0; j < second.size(); ++j)
       if (first[i].touches(second[j])) found.emplace(i, j);
   return found;
 }

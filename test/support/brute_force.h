@@ -37,7 +37,7 @@ class BruteForce {
   std::string findError(const fcl::DistanceResult<S>& result, const fcl::Transform3<S>& tf1,
                         S tolerance) const;
 
-  /// The pairs of triangles that intersect.
+  /// The pairs of triangles that intersect; of one model with itself the smaller index first.
   std::set<std::pair<int, int>> contacts() const;
 
  private:

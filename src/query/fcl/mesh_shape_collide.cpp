@@ -9,9 +9,16 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The smallest box along the world's axes around a shape in its place; infinite where it is.
+/// A box along the world's axes around a shape in its place, as FCL has it; infinite where it is.
 template <typename S>
-fcl::AABB<S> boxAround(const ShapeCore& core, const fcl::Transform3<S>& tf) {
+fcl::AABB<S> boxAround(const fcl::CollisionGeometry<S>& shape, const ShapeCore& core,
+                       const fcl::Transform3<S>& tf) {
+  if (shape.getNodeType() == fcl::GEOM_CONVEX) {
+    fcl::AABB<S> box;
+    for (const fcl::Vector3<S>& x : static_cast<const fcl::Convex<S>&>(shape).getVertices())
+      box += tf * x;
+    return box;
+  }
   const fcl::Matrix3d R = tf.linear().template cast<double>() * core.axes;
   fcl::Vector3d low = tf.translation().template cast<double>(), high = low;
   for (int i = 0; i < 3; ++i) {
@@ -39,7 +46,7 @@ class ShapeCollision {
         shape_(shape),
         geometry_(geometry),
         core_(core),
-        box_(boxAround(core, shape.tf)),
+        box_(boxAround(*shape.geometry, core, shape.tf)),
         search_(mesh, geometry, core, shape.tf),
         query_(query) {}
 
