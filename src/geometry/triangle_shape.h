@@ -82,7 +82,8 @@ class RoundShape final : public TriangleShape {
  private:
   /// The nearest point of an edge; false where it is inside.
   bool considerEdge(const fcl::Vector3d& from, const fcl::Vector3d& to, TriangleGap& best) const;
-  /// The part of the set that is nearest to the triangle's plane; false where it meets the triangle.
+  /// The part of the set that is nearest to the triangle's plane; false where it meets the
+  /// triangle.
   bool considerFace(const TrianglePoints<double>& triangle, TriangleGap& best) const;
 
   const RoundSet& set_;

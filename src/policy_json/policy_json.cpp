@@ -43,7 +43,7 @@ Propagation propagationNamed(const std::string& name) {
                "propagation");
 }
 
-nlohmann::json asJson(const RefitPolicy& policy) {
+nlohmann::json membersOf(const RefitPolicy& policy) {
   return {{"propagation", nameOf(policy.propagation)},
           {"criterion", toString(policy.criterion)},
           {"max_inflation", policy.max_inflation},
@@ -90,7 +90,7 @@ RefitPolicy policyFrom(const nlohmann::json& json) {
 
 }  // namespace
 
-std::string toJson(const RefitPolicy& policy) { return asJson(policy).dump(2); }
+std::string toJson(const RefitPolicy& policy) { return membersOf(policy).dump(2); }
 
 RefitPolicy policyFromJson(const std::string& text) {
   try {

@@ -51,7 +51,7 @@ class ShapeCollision {
         query_(query) {}
 
   void run() const {
-    const auto &mesh = *mesh_.model, &shape = *shape_.geometry;
+    const fcl::CollisionGeometry<S>&mesh = *mesh_.model, &shape = *shape_.geometry;
     const bool occupied = mesh.isOccupied() && shape.isOccupied();
     const bool has_cost = query_.request.enable_cost && !mesh.isFree() && !shape.isFree();
     const bool has_exact_cost = has_cost && !query_.request.use_approximate_cost;

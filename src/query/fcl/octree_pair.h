@@ -201,7 +201,7 @@ class MeshOctreePair {
 
    private:
     friend class MeshOctreePair;
-    LeafPair(const fcl::AABB<S>& cell, TrianglePoints<double> corners,
+    LeafPair(const fcl::AABB<S>& cell, const TrianglePoints<double>& corners,
              const fcl::Transform3d& octree_tf)
         : middle_((cell.min_.template cast<double>() + cell.max_.template cast<double>()) / 2),
           box_((cell.max_.template cast<double>() - cell.min_.template cast<double>()) / 2),
