@@ -114,28 +114,44 @@ bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b) {
       corner(second, b, 1), corner(second, b, 2));
 }
 
+namespace {
+
+/// Takes pairs into the list that fits.
+class Judge {
+ public:
+  Judge(const Mesh& first, const Mesh& second) : first_(first), second_(second) {}
+
+  void test(unsigned i, unsigned j) {
+    const Touch touch = touchOf(first_, i, second_, j);
+    if (touch == Touch::Yes) found_.surely.emplace_back(i, j);
+    if (touch != Touch::No) found_.possibly.emplace_back(i, j);
+  }
+  TouchingPairs sortedPairs(bool is_self) {
+    return {sorted(std::move(found_.surely), is_self), sorted(std::move(found_.possibly), is_self)};
+  }
+
+ private:
+  const Mesh &first_, &second_;
+  TouchingPairs found_;
+};
+
+}  // namespace
+
 TouchingPairs touchingPairs(const Mesh& first, const Mesh& second) {
   const SortedBoxes boxes(first), others(second);
-  std::vector<TrianglePair> pairs;
-  const auto test = [&](unsigned i, unsigned j) {
-    if (touchByFcl(first, i, second, j)) pairs.emplace_back(i, j);
-  };
-  boxes.forOverlaps(others, false, test);
-  others.forOverlaps(boxes, true, [&](unsigned j, unsigned i) { test(i, j); });
-  pairs = sorted(std::move(pairs), false);
-  return {pairs, pairs};
+  Judge judge(first, second);
+  boxes.forOverlaps(others, false, [&](unsigned i, unsigned j) { judge.test(i, j); });
+  others.forOverlaps(boxes, true, [&](unsigned j, unsigned i) { judge.test(i, j); });
+  return judge.sortedPairs(false);
 }
 
 TouchingPairs touchingPairs(const Mesh& mesh) {
   const SortedBoxes boxes(mesh);
-  TouchingPairs found;
+  Judge judge(mesh, mesh);
   boxes.forOverlaps(boxes, false, [&](unsigned a, unsigned b) {
-    if (a == b || areNeighbours(mesh.triangles[a], mesh.triangles[b])) return;
-    const bool touch = touchByFcl(mesh, a, mesh, b), turned = touchByFcl(mesh, b, mesh, a);
-    if (touch && turned) found.surely.emplace_back(a, b);
-    if (touch || turned) found.possibly.emplace_back(a, b);
+    if (a != b && !areNeighbours(mesh.triangles[a], mesh.triangles[b])) judge.test(a, b);
   });
-  return {sorted(std::move(found.surely), true), sorted(std::move(found.possibly), true)};
+  return judge.sortedPairs(true);
 }
 
 }  // namespace adaptive_bvh_bench

@@ -18,12 +18,11 @@ inline bool areNeighbours(const fcl::Triangle& a, const fcl::Triangle& b) {
 /// Whether two triangles intersect, as FCL decides.
 bool touchByFcl(const Mesh& first, unsigned a, const Mesh& second, unsigned b);
 
-/// What FCL's test of two triangles calls intersecting, of all pairs whose boxes overlap: no tree
-/// is involved. Sorted. Of triangles that barely touch, the verdict may depend on which one is the
-/// first. For two meshes that is the first mesh's; in a self-collision either may be.
+/// What touches, of all pairs whose boxes overlap, in quadruple precision: no tree is involved.
+/// Sorted.
 struct TouchingPairs {
-  std::vector<TrianglePair> surely;    ///< whichever is the first
-  std::vector<TrianglePair> possibly;  ///< with one of them first, at least
+  std::vector<TrianglePair> surely;    ///< by more than rounding
+  std::vector<TrianglePair> possibly;  ///< also barely
 };
 TouchingPairs touchingPairs(const Mesh& first, const Mesh& second);
 /// Of one mesh, without neighbours.

@@ -113,6 +113,48 @@ double exactDistance(const scenarios::Mesh& first, const scenarios::Mesh& second
   return NearestPair(of_first, of_second).find();
 }
 
+namespace {
+
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+Corners cornersOf(const scenarios::Mesh& mesh, unsigned triangle) {
+  const fcl::Triangle& t = mesh.triangles[triangle];
+  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+}
+
+/// Whether all corners are clearly on one side of a plane: of most pairs, and quickly.
+bool areBeside(const Corners& corners, const Corners& plane) {
+  const Eigen::Vector3d u = plane[1] - plane[0], v = plane[2] - plane[0];
+  double sides[3], unsure = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d w = corners[k] - plane[0];
+    sides[k] = u.cross(v).dot(w);
+    unsure = std::max(unsure, 1e-11 * u.norm() * v.norm() * w.norm());
+  }
+  return std::min({sides[0], sides[1], sides[2]}) > unsure ||
+         std::max({sides[0], sides[1], sides[2]}) < -unsure;
+}
+
+quad::Triangle shrunk(const Corners& corners, double share) {
+  const quad::Point x[3] = {quad::of(corners[0]), quad::of(corners[1]), quad::of(corners[2])};
+  const quad::Point middle = Real(1) / 3 * (x[0] + x[1] + x[2]);
+  quad::Triangle smaller;
+  for (std::size_t k = 0; k < 3; ++k) smaller[k] = x[k] + Real(share) * (middle - x[k]);
+  return smaller;
+}
+
+}  // namespace
+
+Touch touchOf(const scenarios::Mesh& first, unsigned a, const scenarios::Mesh& second, unsigned b) {
+  constexpr double kBarely = 1e-12;
+  const Corners p = cornersOf(first, a), q = cornersOf(second, b);
+  if (areBeside(p, q) || areBeside(q, p)) return Touch::No;
+  const double size = (p[1] - p[0]).norm() + (p[2] - p[0]).norm() + (q[1] - q[0]).norm() +
+                      (q[2] - q[0]).norm() + (q[0] - p[0]).norm();
+  if (quad::distance(shrunk(p, 0), shrunk(q, 0)) > Real(kBarely * size)) return Touch::No;
+  return quad::distance(shrunk(p, kBarely), shrunk(q, kBarely)) > 0 ? Touch::Barely : Touch::Yes;
+}
+
 double exactDistance(const scenarios::Mesh& first, unsigned a, const scenarios::Mesh& second,
                      unsigned b) {
   return static_cast<double>(quad::distance(triangleOf(first, a), triangleOf(second, b)));

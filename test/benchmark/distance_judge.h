@@ -12,4 +12,8 @@ double exactDistance(const scenarios::Mesh& first, const scenarios::Mesh& second
 double exactDistance(const scenarios::Mesh& first, unsigned a, const scenarios::Mesh& second,
                      unsigned b);
 
+/// Whether two triangles touch; barely: by less than 1e-12 of their size, or not by as little.
+enum class Touch { No, Barely, Yes };
+Touch touchOf(const scenarios::Mesh& first, unsigned a, const scenarios::Mesh& second, unsigned b);
+
 }  // namespace adaptive_bvh_bench
