@@ -20,6 +20,13 @@ quad::Triangle triangleOf(const scenarios::Mesh& mesh, std::size_t triangle) {
           quad::of(mesh.vertices[t[2]])};
 }
 
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+Corners cornersOf(const scenarios::Mesh& mesh, std::size_t triangle) {
+  const fcl::Triangle& t = mesh.triangles[triangle];
+  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+}
+
 /// Boxes around the triangles of a mesh, halved along their longest side.
 class BoxTree {
  public:
@@ -41,6 +48,7 @@ class BoxTree {
   const Node& node(std::size_t i) const { return nodes_[i]; }
   const Eigen::AlignedBox3d& box(std::size_t place) const { return boxes_[order_[place]]; }
   quad::Triangle triangle(std::size_t place) const { return triangleOf(mesh_, order_[place]); }
+  Corners corners(std::size_t place) const { return cornersOf(mesh_, order_[place]); }
 
  private:
   void build(std::size_t first, std::size_t count) {
@@ -94,12 +102,36 @@ class NearestPair {
   void test(const BoxTree::Node& a, const BoxTree::Node& b) {
     for (std::size_t i = a.first; i < a.first + a.count; ++i)
       for (std::size_t j = b.first; j < b.first + b.count; ++j)
-        if (!isFarther(first_.box(i), second_.box(j)))
+        if (!isFarther(first_.box(i), second_.box(j)) &&
+            gapOf(first_.corners(i), second_.corners(j)) < enough())
           least_ = std::min(least_, quad::distance(first_.triangle(i), second_.triangle(j)));
   }
-  /// Rounding included.
+  /// What is hardly nearer is of no interest: on parallel surfaces all pairs are as near.
+  double enough() const { return static_cast<double>(least_) * (1 - 1e-12); }
   bool isFarther(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) const {
-    return a.exteriorDistance(b) > static_cast<double>(least_) * (1 + 1e-12);
+    return least_ > 0 ? a.exteriorDistance(b) > enough() : true;
+  }
+  /// A lower bound of the distance: along either's normal and the line between the middles.
+  static double gapOf(const Corners& p, const Corners& q) {
+    const Eigen::Vector3d axes[3] = {(p[1] - p[0]).cross(p[2] - p[0]),
+                                     (q[1] - q[0]).cross(q[2] - q[0]),
+                                     q[0] + q[1] + q[2] - p[0] - p[1] - p[2]};
+    double gap = 0;
+    for (const Eigen::Vector3d& axis : axes) {
+      const double length = axis.norm();
+      if (!(length > 0)) continue;
+      double p_ends[2] = {1e300, -1e300}, q_ends[2] = {1e300, -1e300}, size = 0;
+      for (const auto& [corners, ends] : {std::pair(&p, p_ends), std::pair(&q, q_ends)})
+        for (const Eigen::Vector3d& x : *corners) {
+          const double along = axis.dot(x - p[0]) / length;
+          ends[0] = std::min(ends[0], along);
+          ends[1] = std::max(ends[1], along);
+          size = std::max(size, (x - p[0]).norm());
+        }
+      gap = std::max(
+          {gap, q_ends[0] - p_ends[1] - 1e-14 * size, p_ends[0] - q_ends[1] - 1e-14 * size});
+    }
+    return gap;
   }
 
   const BoxTree &first_, &second_;
@@ -114,13 +146,6 @@ double exactDistance(const scenarios::Mesh& first, const scenarios::Mesh& second
 }
 
 namespace {
-
-using Corners = std::array<Eigen::Vector3d, 3>;
-
-Corners cornersOf(const scenarios::Mesh& mesh, unsigned triangle) {
-  const fcl::Triangle& t = mesh.triangles[triangle];
-  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-}
 
 /// Whether all corners are clearly on one side of a plane: of most pairs, and quickly.
 bool areBeside(const Corners& corners, const Corners& plane) {
