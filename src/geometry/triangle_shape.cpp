@@ -90,11 +90,15 @@ TriangleGap RoundedSegment::gap(const Triangle& triangle) const {
   return gap;
 }
 
-ShapeContact RoundedSegment::contact(const Triangle& triangle) const {
+bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) const {
   const TriangleGap gap = coreGap(triangle);
   const Vector& on_triangle = gap.points.first;
-  if (gap.distance > 0)
-    return {on_triangle, (gap.points.second - on_triangle) / gap.distance, radius_ - gap.distance};
+  if (gap.distance > radius_) return false;
+  if (gap.distance > 0) {
+    contact = {on_triangle, (gap.points.second - on_triangle) / gap.distance,
+               radius_ - gap.distance};
+    return true;
+  }
   const Vector end(0, 0, half_);
   const std::array<Vector, 2> ends = {end, -end};
   ShortestWay<2> way(triangle, ends);
@@ -104,7 +108,8 @@ ShapeContact RoundedSegment::contact(const Triangle& triangle) const {
     way.tryAxis(Vector::UnitX());
     way.tryAxis(Vector::UnitY());
   }
-  return {on_triangle, way.normal(), radius_ + way.depth()};
+  contact = {on_triangle, way.normal(), radius_ + way.depth()};
+  return true;
 }
 
 /// A triangle that is apart from a box is nearest to a face whose plane it is beyond, at least with
@@ -130,12 +135,15 @@ TriangleGap BoxShape::gap(const Triangle& triangle) const {
       for (const double w : {-1., 1.}) {
         const TriangleGap gap = gapOf(triangle, {corner(-1, -1), corner(1, 1), corner(w, -w)});
         if (gap.distance < nearest.distance) nearest = gap;
+        if (nearest.distance <= 0) return nearest;
       }
     }
   return nearest;
 }
 
-ShapeContact BoxShape::contact(const Triangle& triangle) const {
+bool BoxShape::touches(const Triangle& triangle, ShapeContact& contact) const {
+  const TriangleGap common = gap(triangle);
+  if (common.distance > 0) return false;
   std::array<Vector, 8> corners;
   for (std::size_t i = 0; i < 8; ++i)
     corners[i] = half_.cwiseProduct(Vector(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
@@ -144,7 +152,8 @@ ShapeContact BoxShape::contact(const Triangle& triangle) const {
   way.tryAxis(faceNormal(triangle));
   for (const Vector& edge : edgesOf(triangle))
     for (int k = 0; k < 3; ++k) way.tryAxis(acrossEdges(edge, Vector::Unit(k)));
-  return {gap(triangle).points.first, way.normal(), way.depth()};
+  contact = {common.points.first, way.normal(), way.depth()};
+  return true;
 }
 
 TriangleGap FlatShape::gap(const Triangle& triangle) const {
@@ -163,16 +172,18 @@ TriangleGap FlatShape::gap(const Triangle& triangle) const {
   return {{common, common}, 0};
 }
 
-ShapeContact FlatShape::contact(const Triangle& triangle) const {
+bool FlatShape::touches(const Triangle& triangle, ShapeContact& contact) const {
+  const TriangleGap common = gap(triangle);
+  if (common.distance > 0) return false;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Vector& x : triangle) {
     low = std::min(low, n_.dot(x) - d_);
     high = std::max(high, n_.dot(x) - d_);
   }
   // The shape goes down below the triangle, or a plane up above it.
-  const Vector position = gap(triangle).points.first;
-  if (is_solid_ || -low <= high) return {position, -n_, std::max(-low, 0.)};
-  return {position, n_, std::max(high, 0.)};
+  const bool is_down = is_solid_ || -low <= high;
+  contact = {common.points.first, is_down ? Vector(-n_) : n_, std::max(is_down ? -low : high, 0.)};
+  return true;
 }
 
 /// Along an edge e, the derivative of the distance is e (x - y) / |x - y|, with the nearest point y
@@ -237,9 +248,12 @@ TriangleGap RoundShape::gap(const Triangle& triangle) const {
   return best;
 }
 
-ShapeContact RoundShape::contact(const Triangle& triangle) const {
+bool RoundShape::touches(const Triangle& triangle, ShapeContact& contact) const {
+  const TriangleGap common = gap(triangle);
+  if (common.distance > 0) return false;
   const Penetration way = penetrationOf(triangle, set_);
-  return {gap(triangle).points.first, way.normal, way.depth};
+  contact = {common.points.first, way.normal, way.depth};
+  return true;
 }
 
 TriangleGap HullShape::gap(const Triangle& triangle) const {
@@ -247,9 +261,12 @@ TriangleGap HullShape::gap(const Triangle& triangle) const {
   return {gap.points, gap.distance};
 }
 
-ShapeContact HullShape::contact(const Triangle& triangle) const {
+bool HullShape::touches(const Triangle& triangle, ShapeContact& contact) const {
+  const ConvexGap common = convexGap(triangle, set_);
+  if (common.distance > 0) return false;
   const Penetration way = penetrationOf(triangle, set_);
-  return {convexGap(triangle, set_).points.first, way.normal, way.depth};
+  contact = {common.points.first, way.normal, way.depth};
+  return true;
 }
 
 }  // namespace adaptive_bvh

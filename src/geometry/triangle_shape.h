@@ -20,8 +20,9 @@ class TriangleShape {
   /// The nearest points, of the triangle and of the shape. 0 where they touch, also where the
   /// triangle is inside.
   virtual TriangleGap gap(const TrianglePoints<double>& triangle) const = 0;
-  /// Of a triangle that touches the shape. The depth is the least of all motions that separate.
-  virtual ShapeContact contact(const TrianglePoints<double>& triangle) const = 0;
+  /// Whether the triangle touches the shape, and where. The depth is the least of all motions that
+  /// separate.
+  virtual bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const = 0;
 };
 
 /// All that is at most `radius` from a segment on the z axis, from -half to half: a capsule, or a
@@ -30,7 +31,7 @@ class RoundedSegment final : public TriangleShape {
  public:
   RoundedSegment(double radius, double half) : radius_(radius), half_(half) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  ShapeContact contact(const TrianglePoints<double>& triangle) const override;
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   TriangleGap coreGap(const TrianglePoints<double>& triangle) const;
@@ -43,7 +44,7 @@ class BoxShape final : public TriangleShape {
  public:
   explicit BoxShape(const fcl::Vector3d& half) : half_(half) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  ShapeContact contact(const TrianglePoints<double>& triangle) const override;
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   const fcl::Vector3d half_;
@@ -54,7 +55,7 @@ class FlatShape final : public TriangleShape {
  public:
   FlatShape(const fcl::Vector3d& n, double d, bool is_solid) : n_(n), d_(d), is_solid_(is_solid) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  ShapeContact contact(const TrianglePoints<double>& triangle) const override;
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   const fcl::Vector3d n_;
@@ -77,7 +78,7 @@ class RoundShape final : public TriangleShape {
   /// Refers to the set.
   explicit RoundShape(const RoundSet& set) : set_(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  ShapeContact contact(const TrianglePoints<double>& triangle) const override;
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   /// The nearest point of an edge; false where it is inside.
@@ -95,7 +96,7 @@ class HullShape final : public TriangleShape {
   /// Refers to the set.
   explicit HullShape(const ConvexSet& set) : set_(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  ShapeContact contact(const TrianglePoints<double>& triangle) const override;
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   const ConvexSet& set_;

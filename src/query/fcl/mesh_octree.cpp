@@ -183,10 +183,12 @@ std::size_t searchContacts(const PlacedMesh<BV>& mesh, const PlacedGeometry<type
   Pair pair(mesh, octree);
   const auto test = [&](const Cell<S>& cell, int triangle) {
     const auto leaves = pair.leafPair(cell, triangle);
-    if (leaves.gap().distance > 0) return false;
+    ShapeContact found;
+    const bool touches =
+        query.request.enable_contact ? leaves.touches(found) : leaves.gap().distance <= 0;
+    if (!touches) return false;
     fcl::Contact<S> contact(octree.geometry, mesh.model, pair.id(cell), triangle);
     if (query.request.enable_contact) {
-      const ShapeContact found = leaves.contact();
       contact.pos = leaves.inWorld(found.position);
       contact.normal = leaves.turnedToWorld(-found.normal);  // from the octree to the mesh
       contact.penetration_depth = static_cast<S>(found.depth);

@@ -57,8 +57,11 @@ class ShapeCollision {
     const bool has_exact_cost = has_cost && !query_.request.use_approximate_cost;
     if (occupied || has_exact_cost)
       search_.touching([&](int triangle) {
-        if (search_.gap(triangle).distance > 0) return false;
-        if (occupied) addContact(triangle);
+        ShapeContact contact;
+        const bool touches = query_.request.enable_contact ? search_.touches(triangle, contact)
+                                                           : search_.gap(triangle).distance <= 0;
+        if (!touches) return false;
+        if (occupied) addContact(triangle, contact);
         if (has_exact_cost) addCost(boxOf(triangle));
         return query_.isSatisfied();
       });
@@ -66,12 +69,11 @@ class ShapeCollision {
   }
 
  private:
-  void addContact(int triangle) const {
+  void addContact(int triangle, const ShapeContact& found) const {
     if (query_.result.numContacts() >= query_.request.num_max_contacts) return;
     fcl::Contact<S> contact(mesh_.model, shape_.geometry, triangle, fcl::Contact<S>::NONE,
                             unsetPoint<S>(), unsetPoint<S>(), std::numeric_limits<S>::quiet_NaN());
     if (query_.request.enable_contact) {
-      const ShapeContact found = search_.contact(triangle);
       contact.pos = search_.inWorld(found.position);
       contact.normal = search_.turnedToWorld(found.normal);
       contact.penetration_depth = static_cast<S>(found.depth);

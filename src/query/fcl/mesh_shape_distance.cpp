@@ -43,9 +43,8 @@ class ShapeDistance {
     fcl::DistanceResult<S>& result = query_.result;
     double deepest = -1;
     search_.touching([&](int triangle) {
-      if (search_.gap(triangle).distance > 0) return false;
-      const ShapeContact contact = search_.contact(triangle);
-      if (!(contact.depth > deepest)) return false;
+      ShapeContact contact;
+      if (!search_.touches(triangle, contact) || !(contact.depth > deepest)) return false;
       deepest = contact.depth;
       result.b1 = triangle;
       result.nearest_points[0] = result.nearest_points[1] = search_.inWorld(contact.position);

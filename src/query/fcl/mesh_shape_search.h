@@ -93,7 +93,9 @@ class MeshShapeSearch {
     return {to_shape_(vertices[t[0]]), to_shape_(vertices[t[1]]), to_shape_(vertices[t[2]])};
   }
   TriangleGap gap(int triangle) const { return shape_.gap(corners(triangle)); }
-  ShapeContact contact(int triangle) const { return shape_.contact(corners(triangle)); }
+  bool touches(int triangle, ShapeContact& contact) const {
+    return shape_.touches(corners(triangle), contact);
+  }
   fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
     return (shape_tf_.template cast<double>() * x).template cast<S>();
   }

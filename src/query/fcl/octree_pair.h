@@ -191,7 +191,7 @@ class MeshOctreePair {
   class LeafPair {
    public:
     TriangleGap gap() const { return box_.gap(corners_); }
-    ShapeContact contact() const { return box_.contact(corners_); }
+    bool touches(ShapeContact& contact) const { return box_.touches(corners_, contact); }
     fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
       return (octree_tf_ * (middle_ + x)).template cast<S>();
     }
