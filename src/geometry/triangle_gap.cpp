@@ -179,7 +179,7 @@ TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>&
 }
 
 bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  return !areSurelyFarther(a, b, 0) && TriangleIntersection(a, b).exists();
+  return TriangleIntersection(a, b).exists();
 }
 
 }  // namespace adaptive_bvh
