@@ -12,6 +12,6 @@ ball = ab.Sphere(1)
 for step in range(1, 11):
     z = 2 - 0.11 * step * np.exp(-(x**2 + y**2))  # its middle sinks
     sheet.update(np.stack([x, y, z], axis=-1).reshape(-1, 3))
-    # -1 where they touch
+    # 0 where they touch
     distance, contacts = ab.distance(sheet, ball).distance, ab.collide(sheet, ball)
     print(f"step {step}: distance {max(distance, 0):.4f}, {len(contacts)} contacts")
