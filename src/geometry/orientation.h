@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -89,6 +90,13 @@ inline int planarOrientation(double px, double py, double qx, double qy, double 
   sum.add(py, rx, 1);
   sum.add(ry, qx, 1);
   return sum.sign();
+}
+
+/// Whether three points are all on one side of a plane, and none in it, by their heights or
+/// orientations.
+inline bool areOnOneSide(const std::array<double, 3>& sides) {
+  return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0) ||
+         (sides[0] < 0 && sides[1] < 0 && sides[2] < 0);
 }
 
 }  // namespace adaptive_bvh

@@ -1,5 +1,6 @@
 #include "geometry/triangle_gap.h"
 
+#include "geometry/orientation.h"
 #include "geometry/triangle_intersection.h"
 
 namespace adaptive_bvh {
@@ -49,11 +50,6 @@ class NearestOfFeatures {
   PointPair<double> pair_;
   double least_ = std::numeric_limits<double>::infinity();
 };
-
-bool areOnOneSide(const double (&heights)[3]) {
-  return (heights[0] > 0 && heights[1] > 0 && heights[2] > 0) ||
-         (heights[0] < 0 && heights[1] < 0 && heights[2] < 0);
-}
 
 /// Points whose distance is surely that of the triangles: the slab between the planes across the
 /// line from one to the other has each triangle on its side, up to a tolerance. So however the
@@ -119,7 +115,7 @@ class SeparatedPoints {
     const double square = normal.squaredNorm();
     if (!(square > kUnderflow)) return false;
     std::size_t nearest = 0;
-    double heights[3];
+    std::array<double, 3> heights;
     for (std::size_t k = 0; k < 3; ++k) {
       heights[k] = normal.dot(corners[k] - face[0]);
       if (std::fabs(heights[k]) < std::fabs(heights[nearest])) nearest = k;

@@ -16,10 +16,6 @@ std::array<double, 3> sidesOf(const Triangle& face, const Triangle& points) {
   return sides;
 }
 
-bool areOnOneSide(const std::array<double, 3>& sides) {
-  return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0) ||
-         (sides[0] < 0 && sides[1] < 0 && sides[2] < 0);
-}
 bool areInPlane(const std::array<double, 3>& sides) {
   return sides[0] == 0 && sides[1] == 0 && sides[2] == 0;
 }

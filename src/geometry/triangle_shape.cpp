@@ -156,33 +156,43 @@ bool BoxShape::touches(const Triangle& triangle, ShapeContact& contact) const {
   return true;
 }
 
+FlatShape::Extremes FlatShape::extremes(const Triangle& triangle) const {
+  Extremes of = {0, 0, std::numeric_limits<double>::infinity(), 0};
+  of.high = -of.low;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double height = n_.dot(triangle[k]) - d_;
+    if (height < of.low) of.low = height, of.lowest = k;
+    if (height > of.high) of.high = height, of.highest = k;
+  }
+  return of;
+}
+
 TriangleGap FlatShape::gap(const Triangle& triangle) const {
-  double heights[3];
-  for (std::size_t k = 0; k < 3; ++k) heights[k] = n_.dot(triangle[k]) - d_;
-  const auto lowest = std::size_t(std::min_element(heights, heights + 3) - heights),
-             highest = std::size_t(std::max_element(heights, heights + 3) - heights);
-  if (heights[lowest] > 0)
-    return {{triangle[lowest], triangle[lowest] - heights[lowest] * n_}, heights[lowest]};
-  if (!is_solid_ && heights[highest] < 0)
-    return {{triangle[highest], triangle[highest] - heights[highest] * n_}, -heights[highest]};
-  Vector common = triangle[lowest];
-  if (!is_solid_ && heights[highest] > heights[lowest])
-    common +=
-        (triangle[highest] - common) * (heights[lowest] / (heights[lowest] - heights[highest]));
+  const Extremes of = extremes(triangle);
+  const Vector &lowest = triangle[of.lowest], &highest = triangle[of.highest];
+  if (of.low > 0) return {{lowest, lowest - of.low * n_}, of.low};
+  if (!is_solid_ && of.high < 0) return {{highest, highest - of.high * n_}, -of.high};
+  Vector common = lowest;
+  if (!is_solid_ && of.high > of.low) common += (highest - common) * (of.low / (of.low - of.high));
   return {{common, common}, 0};
 }
 
 bool FlatShape::touches(const Triangle& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vector& x : triangle) {
-    low = std::min(low, n_.dot(x) - d_);
-    high = std::max(high, n_.dot(x) - d_);
-  }
+  const Extremes of = extremes(triangle);
   // The shape goes down below the triangle, or a plane up above it.
-  const bool is_down = is_solid_ || -low <= high;
-  contact = {common.points.first, is_down ? Vector(-n_) : n_, std::max(is_down ? -low : high, 0.)};
+  const bool is_down = is_solid_ || -of.low <= of.high;
+  contact = {common.points.first, is_down ? Vector(-n_) : n_,
+             std::max(is_down ? -of.low : of.high, 0.)};
+  return true;
+}
+
+bool ConvexShape::touches(const Triangle& triangle, ShapeContact& contact) const {
+  const TriangleGap common = gap(triangle);
+  if (common.distance > 0) return false;
+  const Penetration way = penetrationOf(triangle, set_);
+  contact = {common.points.first, way.normal, way.depth};
   return true;
 }
 
@@ -193,7 +203,7 @@ bool RoundShape::considerEdge(const Vector& from, const Vector& to, TriangleGap&
   const Vector edge = to - from;
   bool is_inside = false;
   const auto slopeAt = [&](double s) {
-    const Vector x = s == 1 ? to : Vector(from + s * edge), y = set_.nearest(x), away = x - y;
+    const Vector x = s == 1 ? to : Vector(from + s * edge), y = round_set_.nearest(x), away = x - y;
     const double distance = away.norm();
     if (distance < best.distance) best = {{x, y}, distance};
     is_inside = is_inside || distance == 0;
@@ -219,7 +229,7 @@ bool RoundShape::considerEdge(const Vector& from, const Vector& to, TriangleGap&
 bool RoundShape::considerFace(const Triangle& triangle, TriangleGap& best) const {
   const Vector normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
   if (!(normal.norm() > 0)) return true;
-  const Vector ends[2] = {set_.support(-normal), set_.support(normal)};
+  const Vector ends[2] = {round_set_.support(-normal), round_set_.support(normal)};
   const double heights[2] = {normal.dot(ends[0] - triangle[0]), normal.dot(ends[1] - triangle[0])};
   if (heights[0] > 0 || heights[1] < 0) {
     const Vector& y = heights[0] > 0 ? ends[0] : ends[1];
@@ -248,25 +258,9 @@ TriangleGap RoundShape::gap(const Triangle& triangle) const {
   return best;
 }
 
-bool RoundShape::touches(const Triangle& triangle, ShapeContact& contact) const {
-  const TriangleGap common = gap(triangle);
-  if (common.distance > 0) return false;
-  const Penetration way = penetrationOf(triangle, set_);
-  contact = {common.points.first, way.normal, way.depth};
-  return true;
-}
-
 TriangleGap HullShape::gap(const Triangle& triangle) const {
-  const ConvexGap gap = convexGap(triangle, set_);
+  const ConvexGap gap = convexGap(triangle, set());
   return {gap.points, gap.distance};
-}
-
-bool HullShape::touches(const Triangle& triangle, ShapeContact& contact) const {
-  const ConvexGap common = convexGap(triangle, set_);
-  if (common.distance > 0) return false;
-  const Penetration way = penetrationOf(triangle, set_);
-  contact = {common.points.first, way.normal, way.depth};
-  return true;
 }
 
 }  // namespace adaptive_bvh

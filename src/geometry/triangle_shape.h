@@ -58,9 +58,29 @@ class FlatShape final : public TriangleShape {
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
+  /// Which corners are the lowest and the highest above the plane n x = d, and how high.
+  struct Extremes {
+    std::size_t lowest, highest;
+    double low, high;
+  };
+  Extremes extremes(const TrianglePoints<double>& triangle) const;
+
   const fcl::Vector3d n_;
   const double d_;
   const bool is_solid_;
+};
+
+/// A convex set with a volume, to which it refers. Depths are those of penetrationOf.
+class ConvexShape : public TriangleShape {
+ public:
+  explicit ConvexShape(const ConvexSet& set) : set_(set) {}
+  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const final;
+
+ protected:
+  const ConvexSet& set() const { return set_; }
+
+ private:
+  const ConvexSet& set_;
 };
 
 /// A convex set with a volume whose nearest point to any point is known.
@@ -73,12 +93,10 @@ class RoundSet : public ConvexSet {
   ~RoundSet() = default;
 };
 
-class RoundShape final : public TriangleShape {
+class RoundShape final : public ConvexShape {
  public:
-  /// Refers to the set.
-  explicit RoundShape(const RoundSet& set) : set_(set) {}
+  explicit RoundShape(const RoundSet& set) : ConvexShape(set), round_set_(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
 
  private:
   /// The nearest point of an edge; false where it is inside.
@@ -87,19 +105,14 @@ class RoundShape final : public TriangleShape {
   /// triangle.
   bool considerFace(const TrianglePoints<double>& triangle, TriangleGap& best) const;
 
-  const RoundSet& set_;
+  const RoundSet& round_set_;
 };
 
 /// The hull of points, by its farthest points: up to the errors of convex_distance.h.
-class HullShape final : public TriangleShape {
+class HullShape final : public ConvexShape {
  public:
-  /// Refers to the set.
-  explicit HullShape(const ConvexSet& set) : set_(set) {}
+  explicit HullShape(const ConvexSet& set) : ConvexShape(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
-
- private:
-  const ConvexSet& set_;
 };
 
 }  // namespace adaptive_bvh
