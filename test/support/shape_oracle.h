@@ -20,7 +20,9 @@
 namespace adaptive_bvh_test {
 
 /// The judge of shapes, in long double: how far a point is, by the shape's formula, and how far the
-/// shape reaches along a direction. It shares no code and no method with the library.
+/// shape reaches along a direction. It shares no code with the
+/// library. The method for a triangle is another one; that for a point and an ellipsoid, Newton's
+/// on the textbook's equation, is the same.
 ///
 /// The distance of a point to a convex set is a convex function of the point. So the distance of a
 /// triangle is found by shrinking intervals, along a side and from there parallel to another one.
