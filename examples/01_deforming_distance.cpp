@@ -1,5 +1,5 @@
 // A helmet deforms above a plate: its exact distance in every step, by adaptive_bvh and by FCL.
-// FCL refits every volume (top-down: its bottom-up refit is wrong for RSS), ours only what it must.
+// FCL refits every volume (top-down: its bottom-up refit is wrong for RSS), ours a tree of boxes.
 // examples/tools/compare_with_fcl does the same for your meshes.
 #include <algorithm>
 #include <chrono>
@@ -8,8 +8,8 @@
 
 #include <fcl/narrowphase/distance.h>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh_io.h"
 #include "page.h"
 
@@ -37,15 +37,13 @@ int main(int argc, char** argv) {
   const auto helmet = adaptive_bvh::loadMesh<double>(data + "/helmet.obj");
   const auto plate = adaptive_bvh::loadMesh<double>(data + "/plate.ply");
 
-  adaptive_bvh::AdaptiveBVHModeld our_helmet, our_plate;
+  adaptive_bvh::DeformableMeshd our_helmet(helmet), our_plate(plate);
   fcl::BVHModel<fcl::RSSd> fcl_helmet, fcl_plate;
-  fillModel(helmet, our_helmet);
   fillModel(helmet, fcl_helmet);
-  fillModel(plate, our_plate);
   fillModel(plate, fcl_plate);
   adaptive_bvh::CoherentDistanced pair(our_helmet, our_plate);  // follows the two over steps
 
-  const auto origin = fcl::Transform3d::Identity();
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
   Page page(argc, argv, "A helmet above a plate");
   page.add(our_helmet, origin, "helmet");
   page.add(our_plate, origin, "plate");

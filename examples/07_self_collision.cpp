@@ -6,7 +6,6 @@
 #include "adaptive_bvh/self_collision.h"
 #include "page.h"
 
-using Model = adaptive_bvh::AdaptiveBVHModeld;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 40;
@@ -35,20 +34,17 @@ int main(int argc, char** argv) {
       triangles.emplace_back(v, v + 1, v + kCells + 2);
       triangles.emplace_back(v, v + kCells + 2, v + kCells + 1);
     }
-  Model model;
-  model.beginModel();
-  model.addSubModel(sheet(0), triangles);
-  model.endModel();
+  adaptive_bvh::DeformableMeshd mesh(sheet(0), triangles);
 
   Page page(argc, argv, "A sheet that is folded through itself");
-  page.add(model, fcl::Transform3d::Identity(), "sheet");
+  page.add(mesh, fcl::Transform3d::Identity(), "sheet");
   const fcl::CollisionRequestd all(1000000, true);
   for (int degrees = 0; degrees <= 195; degrees += 15) {
-    model.update(sheet(degrees * M_PI / 180));
+    const double moved = mesh.update(sheet(degrees * M_PI / 180)).largest_displacement;
     fcl::CollisionResultd result;
-    selfCollide(model, all, result);
-    std::printf("folded by %3d degrees: %4zu pairs of triangles meet, %3d volumes refitted\n",
-                degrees, result.numContacts(), model.lastUpdate().refitted());
+    selfCollide(mesh, all, result);
+    std::printf("folded by %3d degrees: %4zu pairs of triangles meet, moved by %.3f\n", degrees,
+                result.numContacts(), moved);
     for (std::size_t i = 0; i < std::min<std::size_t>(kShown, result.numContacts()); ++i)
       std::printf("  triangle %ld meets triangle %ld\n", long(result.getContact(i).b1),
                   long(result.getContact(i).b2));

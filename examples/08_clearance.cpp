@@ -9,7 +9,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "page.h"
 
-using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Mesh = adaptive_bvh::DeformableMeshd;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kAround = 24, kAlong = 120;
@@ -27,7 +27,7 @@ std::vector<Point> pipe(double radius, double swing) {
   return points;
 }
 
-void build(Model& model, const std::vector<Point>& points) {
+Mesh meshOf(const std::vector<Point>& points) {
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j < kAlong; ++j)
     for (std::size_t i = 0; i < kAround; ++i) {
@@ -35,30 +35,26 @@ void build(Model& model, const std::vector<Point>& points) {
       triangles.emplace_back(a, b, b + kAround);
       triangles.emplace_back(a, b + kAround, a + kAround);
     }
-  model.beginModel();
-  model.addSubModel(points, triangles);
-  model.endModel();
+  return Mesh(points, triangles);
 }
 
-void write(const char* path, const Model& model, const std::vector<double>& clearance) {
+void write(const char* path, const Mesh& mesh, const std::vector<double>& clearance) {
   std::ofstream out(path);
-  out << "ply\nformat ascii 1.0\nelement vertex " << model.num_vertices
+  out << "ply\nformat ascii 1.0\nelement vertex " << mesh.vertices().size()
       << "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
          "property uchar green\nproperty uchar blue\nelement face "
-      << model.num_tris << "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (int v = 0; v < model.num_vertices; ++v) {
-    const int green = int(255 * clearance[std::size_t(v)] / kLimit);
-    out << model.vertices[v].transpose() << ' ' << 255 - green << ' ' << green << " 60\n";
+      << mesh.triangles().size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t v = 0; v < clearance.size(); ++v) {
+    const int green = int(255 * clearance[v] / kLimit);
+    out << mesh.vertices()[v].transpose() << ' ' << 255 - green << ' ' << green << " 60\n";
   }
-  for (int t = 0; t < model.num_tris; ++t)
-    out << "3 " << model.tri_indices[t][0] << ' ' << model.tri_indices[t][1] << ' '
-        << model.tri_indices[t][2] << '\n';
+  for (const fcl::Triangle& t : mesh.triangles())
+    out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
 }
 
 int main(int argc, char** argv) {
-  Model hose, duct;
-  build(hose, pipe(0.1, 0));
-  build(duct, pipe(0.25, 0));
+  Mesh hose = meshOf(pipe(0.1, 0));
+  const Mesh duct = meshOf(pipe(0.25, 0));
   const fcl::Transform3d origin = fcl::Transform3d::Identity();
   Page page(argc, argv, "The clearance of a hose in a duct");
   page.add(hose, origin, "hose");

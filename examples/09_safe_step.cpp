@@ -6,8 +6,8 @@
 #include "adaptive_bvh/continuous_collision.h"
 #include "page.h"
 
-using Model = adaptive_bvh::AdaptiveBVHModeld;
-using Motion = adaptive_bvh::Motion<fcl::RSSd>;
+using Mesh = adaptive_bvh::DeformableMeshd;
+using Motion = adaptive_bvh::Motion<double>;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 30;
@@ -15,7 +15,7 @@ constexpr double kThickness = 0.01;  // the distance to keep
 
 // A grid of cells over the unit square, mapped by `place`.
 template <typename Place>
-void build(Model& model, Place&& place) {
+Mesh grid(Place&& place) {
   std::vector<Point> points;
   std::vector<fcl::Triangle> triangles;
   for (std::size_t j = 0; j <= kCells; ++j)
@@ -27,22 +27,17 @@ void build(Model& model, Place&& place) {
       triangles.emplace_back(v, v + 1, v + kCells + 2);
       triangles.emplace_back(v, v + kCells + 2, v + kCells + 1);
     }
-  model.beginModel();
-  model.addSubModel(points, triangles);
-  model.endModel();
+  return Mesh(points, triangles);
 }
 
 int main(int argc, char** argv) {
-  Model cloth, ball;
-  build(cloth, [](double x, double y) { return Point(x, y, 0.5 + 0.01 * std::sin(7 * x)); });
-  build(ball, [](double u, double v) {
+  Mesh cloth = grid([](double x, double y) { return Point(x, y, 0.5 + 0.01 * std::sin(7 * x)); });
+  const Mesh ball = grid([](double u, double v) {
     const double a = 2 * M_PI * u, b = M_PI * (0.02 + 0.96 * v);
     return Point(0.5 + 0.3 * std::sin(b) * std::cos(a), 0.5 + 0.3 * std::sin(b) * std::sin(a),
                  0.3 * std::cos(b));
   });
-  const std::vector<Point> still(ball.vertices, ball.vertices + ball.num_vertices);
-
-  std::vector<Point> now(cloth.vertices, cloth.vertices + cloth.num_vertices), wanted;
+  std::vector<Point> now = cloth.vertices(), wanted;
   std::vector<double> of_cloth, of_ball;
   Page page(argc, argv, "A cloth that falls onto a ball");
   page.add(cloth, fcl::Transform3d::Identity(), "cloth");
@@ -50,7 +45,7 @@ int main(int argc, char** argv) {
   for (int step = 1; step <= 6; ++step) {
     wanted = now;
     for (Point& p : wanted) p[2] -= 0.06;
-    const Motion fall(cloth, now, wanted), rest(ball, still, still);
+    const Motion fall(cloth, now, wanted), rest(ball, ball.vertices(), ball.vertices());
     const adaptive_bvh::Impact impact = earliestImpact(fall, rest, kThickness);
     const double safe = largestSafeStep(fall, rest, kThickness);
     // Once it lies on the ball, every vertex goes on as far as it alone may.

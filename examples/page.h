@@ -30,9 +30,9 @@ class Page {
   bool wanted() const { return !path_.empty(); }
 
 #ifdef ADAPTIVE_BVH_HAS_RECORDING
-  template <typename Model, typename Pose>
-  int add(const Model& model, const Pose& tf, const char* name) {
-    return wanted() ? recording_.add(model, tf, name) : 0;
+  template <typename Body>
+  int add(const Body& body, const fcl::Transform3d& tf, const char* name) {
+    return wanted() ? recording_.add(body, tf, name) : 0;
   }
   /// A shape of FCL's, as `fineness` triangles show it.
   template <typename Shape, typename... Fineness>

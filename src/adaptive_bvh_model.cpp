@@ -7,7 +7,6 @@
 #include "hierarchy/splitter.h"
 #include "model_state.h"
 #include "position_errors.h"
-#include "query/placed_mesh.h"
 #include "tree/check.h"
 #include "update/local_bounds.h"
 #include "volume/each_volume.h"
@@ -39,12 +38,6 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
   return usablePositions<typename BV::S>(model.vertices, count);
 }
 
-void requireThreads(const char* call, int threads) {
-  if (threads < 1)
-    throw std::invalid_argument(std::string("AdaptiveBVHModel::") + call + ": " +
-                                std::to_string(threads) + " threads; at least 1 is needed");
-}
-
 }  // namespace
 
 // ---- construction -------------------------------------------------------------------------------
@@ -63,7 +56,7 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(HierarchyStrategy strategy)
 
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(const AdaptiveBVHModel& other)
-    : Base((other.resynchronise(), other)), state_(std::make_unique<State>(*other.state_)) {}
+    : Base((other.repair(), other)), state_(std::make_unique<State>(*other.state_)) {}
 
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy,
@@ -156,6 +149,7 @@ void AdaptiveBVHModel<BV>::takeOverBuild() {
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
   state.report.resynchronised = true;
+  if (state.mesh) renewMesh();
 }
 
 // ---- new positions by FCL's calls ---------------------------------------------------------------
@@ -177,6 +171,7 @@ int AdaptiveBVHModel<BV>::endPositions(bool two_frames, bool refit) {
   if (refit) {
     takeStep<BV>({*this, state.tree}, state.update, state.policy,
                  {kind, positions.data(), positions.size()}, state.report);
+    stepMesh(kind, nullptr, 0);
     return code;
   }
   if (two_frames) {
@@ -255,6 +250,7 @@ const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size
                     {StepKind::Replace, positions, count, indices}, report))
     refuseCoordinate<S>(positions, indices);
   state.report = report;
+  stepMesh(StepKind::Replace, indices, count);
   return state.report;
 }
 
@@ -316,6 +312,74 @@ void AdaptiveBVHModel<BV>::requireBuilt() {
     throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
 }
 
+// ---- the mesh of our queries --------------------------------------------------------------------
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::mesh() -> const DeformableMesh<S>& {
+  if (!isBuilt(*this) || this->num_tris == 0)
+    throw std::logic_error("AdaptiveBVHModel::mesh: the model is not built of triangles");
+  repair();
+  if (!meshIsCurrent()) renewMesh();
+  return *state_->mesh;
+}
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::mesh() const -> const DeformableMesh<S>& {
+  repair();
+  if (!meshIsCurrent())
+    throw std::logic_error(
+        "AdaptiveBVHModel::mesh: the mesh of a const model was not made, or the model was changed "
+        "through a fcl::BVHModel since; call mesh() once on the model itself");
+  return *state_->mesh;
+}
+
+template <typename BV>
+bool AdaptiveBVHModel<BV>::hasMesh() const {
+  return state_->mesh.has_value();
+}
+
+template <typename BV>
+bool AdaptiveBVHModel<BV>::meshIsCurrent() const {
+  return state_->mesh && state_->mesh_adoption == state_->tree.adoptions;
+}
+
+/// Builds the mesh, in the object that there is if there is one.
+template <typename BV>
+void AdaptiveBVHModel<BV>::renewMesh() {
+  State& state = *state_;
+  if (this->num_tris == 0) {
+    state.mesh.reset();
+    return;
+  }
+  const Base& model = *this;
+  if (state.mesh)
+    *state.mesh = DeformableMesh<S>(model);
+  else
+    state.mesh.emplace(model);
+  state.mesh->setUpdateThreads(state.update.threads);
+  state.mesh_adoption = state.tree.adoptions;
+}
+
+/// Lets the mesh, if there is one, follow a step that the model has taken; `indices` as in `take`.
+template <typename BV>
+void AdaptiveBVHModel<BV>::stepMesh(StepKind kind, const unsigned* indices, std::size_t count) {
+  State& state = *state_;
+  if (!state.mesh) return;
+  const auto all = static_cast<std::size_t>(this->num_vertices);
+  if (!meshIsCurrent()) {
+    renewMesh();
+  } else if (kind == StepKind::TwoFrames) {
+    state.mesh->updateTwoFrames(this->vertices, all);
+  } else if (!indices) {
+    state.mesh->update(this->vertices, all);
+  } else {
+    // The positions that were given may have lain in the model's own arrays.
+    state.moved.resize(count);
+    for (std::size_t i = 0; i < count; ++i) state.moved[i] = this->vertices[indices[i]];
+    state.mesh->update(indices, state.moved.data(), count);
+  }
+}
+
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
 /// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. The
@@ -327,45 +391,9 @@ void AdaptiveBVHModel<BV>::repair() const {
 }
 
 template <typename BV>
-void AdaptiveBVHModel<BV>::updateVolumes() const {
-  state_->tree.demand.askForVolumes();
-  if (!state_->tree.volumesAreCurrent()) resynchronise();
-}
-
-/// Volumes that wait are brought up to date by the first call that reads them, too.
-template <typename BV>
-void AdaptiveBVHModel<BV>::resynchronise() const {
-  repair();
-  state_->tree.demand.askForVolumes();
-  refitWaiting();
-}
-
-template <typename BV>
-void AdaptiveBVHModel<BV>::refitWaiting() const {
-  adaptive_bvh::updateVolumes<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree},
-                                  state_->update, state_->policy);
-}
-
-template <typename BV>
-void updateBoxes(const PlacedMesh<BV>& mesh) {
-  // Only adaptive models have such a tree.
-  detail::ModelAccess<BV>::updateBoxes(static_cast<const AdaptiveBVHModel<BV>&>(*mesh.model));
-}
-
-template <typename BV>
-void updateVolumes(const PlacedMesh<BV>& mesh) {
-  if (mesh.tree) static_cast<const AdaptiveBVHModel<BV>&>(*mesh.model).updateVolumes();
-}
-
-template <typename BV>
-fcl::NODE_TYPE AdaptiveBVHModel<BV>::typeOfModel() const {
-  return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
-}
-
-template <typename BV>
 fcl::NODE_TYPE AdaptiveBVHModel<BV>::getNodeType() const {
-  resynchronise();
-  return typeOfModel();
+  repair();
+  return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
 }
 
 template <typename BV>
@@ -389,29 +417,25 @@ const RefitPolicy& AdaptiveBVHModel<BV>::refitPolicy() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
-  if (!policy.volumes_on_demand && !state_->tree.volumesAreCurrent()) resynchronise();
   state_->policy = policy;
   if (state_->update.propagation() == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
   state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
-  resynchronise();
+  repair();
 }
 
 template <typename BV>
 void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
-  requireThreads("setUpdateThreads", threads);
+  if (threads < 1)
+    throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
+                                " threads; at least 1 is needed");
   state_->update.threads = threads;
-}
-
-template <typename BV>
-void AdaptiveBVHModel<BV>::setQueryThreads(int threads) {
-  requireThreads("setQueryThreads", threads);
-  state_->tree.query_threads = threads;
+  if (state_->mesh) state_->mesh->setUpdateThreads(threads);
 }
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::originalRadius(int node) const -> S {
-  resynchronise();
+  repair();
   const UpdateTarget<BV> target{const_cast<AdaptiveBVHModel&>(*this), state_->tree};
   return std::visit([&](const auto& method) { return method.originalRadius(target, node); },
                     state_->update.method);
@@ -419,14 +443,14 @@ auto AdaptiveBVHModel<BV>::originalRadius(int node) const -> S {
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const -> S {
-  resynchronise();
+  repair();
   const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
   return method ? method->latestDisplacement(triangle) : 0;
 }
 
 template <typename BV>
 auto AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const -> S {
-  resynchronise();
+  repair();
   const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
   return method ? method->overallDisplacement(triangle) : 0;
 }
@@ -438,33 +462,33 @@ QueryWork AdaptiveBVHModel<BV>::recordedWork() const {
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::traversed(int node) const {
-  resynchronise();
+  repair();
   return state_->tree.statistics.visited(node);
 }
 
 template <typename BV>
 std::vector<int> AdaptiveBVHModel<BV>::refittedNodes() const {
-  resynchronise();
+  repair();
   return state_->tree.refits.marked();
 }
 
 template <typename BV>
 std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
-  return sizeof(State) + state_->tree.bytes() + state_->update.bytes() + state_->buffer.bytes();
+  const State& state = *state_;
+  return sizeof(State) + state.tree.bytes() + state.update.bytes() + state.buffer.bytes() +
+         state.moved.capacity() * sizeof(Point) +
+         (state.mesh ? state.mesh->bytes() - sizeof(*state.mesh) : 0);
 }
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
-  if (state_->policy.volumes_on_demand) refitWaiting();
   // Another thread's query may repair the tree meanwhile.
   const std::lock_guard<std::mutex> lock(state_->tree.repairing);
-  return checkTree<BV>(*this, reason);
+  if (!checkTree<BV>(*this, reason)) return false;
+  return !meshIsCurrent() || state_->mesh->validate(reason);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                \
-  template class AdaptiveBVHModel<BV>;              \
-  template void updateBoxes(const PlacedMesh<BV>&); \
-  template void updateVolumes(const PlacedMesh<BV>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class AdaptiveBVHModel<BV>;
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "tree/adaptive_tree.h"
 #include "update/step.h"
@@ -15,6 +18,9 @@ struct AdaptiveBVHModel<BV>::State {
   UpdateState<BV> update;
   StepBuffer<S> buffer;
   UpdateReport report;
+  std::optional<DeformableMesh<S>> mesh;  ///< made by the first call of `mesh`
+  int mesh_adoption = 0;     ///< AdaptiveTree::adoptions when it was built: else it is out of date
+  std::vector<Point> moved;  ///< of the last step of some vertices, for the mesh
 };
 
 namespace detail {
@@ -25,17 +31,9 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
-  static void updateBoxes(const AdaptiveBVHModel<BV>& model) {
-    auto& state = *model.state_;
-    state.tree.demand.askForBoxTree();
-    adaptive_bvh::updateBoxes<BV>({const_cast<AdaptiveBVHModel<BV>&>(model), state.tree},
-                                  state.update, state.policy);
-  }
-  /// getNodeType for a query by boxes: volumes that wait are left alone.
+  /// The model's type, after a repair of a tree that was changed without our update.
   static fcl::NODE_TYPE repairedType(const AdaptiveBVHModel<BV>& model) {
-    model.repair();
-    model.state_->tree.demand.askForPositions();
-    return model.typeOfModel();
+    return model.getNodeType();
   }
 };
 

@@ -47,6 +47,7 @@ void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); 
 namespace adaptive_bvh_test {
 namespace {
 
+using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
@@ -98,15 +99,15 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
   EXPECT_EQ(GetParam() != FitnessCriterion::RefitNone, refitted > 0);
 }
 
-/// The same by boxes, coherent and not, and with updates of a few vertices. A front takes the room
-/// of the largest that there was: so the motion is gone through three times, and the last one
+/// The same of a model with a mesh, and with updates of a few vertices. Scratch takes the room of
+/// the largest search that there was: so the motion is gone through three times, and the last one
 /// counts.
-TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
+TEST(AllocationOfAModelWithAMesh, NoneInASteadyStateFrame) {
   const TriangleMesh<double> mesh = plate<double>(10, 10);
   AdaptiveModel model, other;
   fillModel(mesh, model);
   fillModel(tube<double>(6, 8), other);
-  adaptive_bvh::CoherentDistance pair(model, other);
+  adaptive_bvh::CoherentDistance pair(model.mesh(), other.mesh());
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
   std::vector<std::vector<Vector3<double>>> frames;
@@ -132,11 +133,14 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
     if (frame >= 80) in_updates += allocations - before;
     above.translation()[2] = 0.5 - 0.001 * (frame % 5);
     before = allocations;
-    fcl::DistanceResultd recorded, coherent;
+    fcl::DistanceResultd recorded, of_meshes, coherent;
     adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
+    adaptive_bvh::distance<double>(&model.mesh(), tf, &other.mesh(), above, fcl::DistanceRequestd(),
+                                   of_meshes);
     pair.distance(tf, above, fcl::DistanceRequestd(), coherent);
     if (frame >= 80) in_queries += allocations - before;
     EXPECT_NEAR(recorded.min_distance, coherent.min_distance, 1e-12);
+    EXPECT_NEAR(recorded.min_distance, of_meshes.min_distance, 1e-12);
   }
   EXPECT_EQ(0, in_updates);
   EXPECT_EQ(0, in_queries);
@@ -146,9 +150,7 @@ TEST(AllocationByBoxes, NoneInASteadyStateFrame) {
 /// Queries of what is near write into results that are used again.
 TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   const TriangleMesh<double> mesh = plate<double>(10, 10);
-  AdaptiveModel model, other;
-  fillModel(mesh, model);
-  fillModel(tube<double>(6, 8), other);
+  DeformableMeshd model(mesh), other(tube<double>(6, 8));
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.3);
   Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
@@ -185,12 +187,9 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
 
 /// Continuous collision keeps its memory in the thread and in the results.
 TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
-  using BV = TestVolume<double>;
-  using Motion = adaptive_bvh::Motion<BV>;
+  using Motion = adaptive_bvh::Motion<double>;
   const TriangleMesh<double> mesh = plate<double>(20, 20), hose = tube<double>(6, 8);
-  AdaptiveModel model, other;
-  fillModel(mesh, model);
-  fillModel(hose, other);
+  const DeformableMeshd model(mesh), other(hose);
   Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
   std::vector<std::vector<Vector3<double>>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());

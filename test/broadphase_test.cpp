@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 #include <set>
+#include <tuple>
 
 #include <fcl/broadphase/broadphase_SSaP.h>
 #include <fcl/broadphase/broadphase_bruteforce.h>
@@ -73,20 +75,38 @@ std::unique_ptr<Manager> make(const std::string& name) {
   return std::make_unique<fcl::DynamicAABBTreeCollisionManager_Arrayd>();
 }
 
-class Broadphase : public testing::TestWithParam<const char*> {};
+/// A body that deforms, of either type.
+struct Body {
+  std::shared_ptr<fcl::CollisionGeometryd> geometry;
+  std::function<void(const std::vector<fcl::Vector3d>&)> update;
+};
+Body makeDeforming(const TriangleMesh<double>& mesh, bool is_mesh) {
+  if (is_mesh) {
+    const auto body = std::make_shared<adaptive_bvh::DeformableMeshd>(mesh);
+    return {body, [body](const auto& positions) { body->update(positions); }};
+  }
+  const auto body = std::make_shared<AdaptiveModel>();
+  fillModel(mesh, *body);
+  body->mesh();  // for pairs with the other type
+  return {body, [body](const auto& positions) { body->update(positions); }};
+}
+
+/// Which manager, and of which types bodies are.
+using Case = std::tuple<const char*, const char*>;
+class Broadphase : public testing::TestWithParam<Case> {};
 
 TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
   std::mt19937 random(testSeed(5));
-  std::vector<std::shared_ptr<AdaptiveModel>> models;
+  std::vector<Body> models;
   std::vector<Deformation<double>> deformations;
   std::vector<Object> storage;
   const std::vector<TriangleMesh<double>> meshes = {dome<double>(9, 4), tube<double>(5, 7),
                                                     plate<double>(6, 6)};
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    models.push_back(std::make_shared<AdaptiveModel>());
-    fillModel(meshes[i], *models.back());
+    const std::string types = std::get<1>(GetParam());
+    models.push_back(makeDeforming(meshes[i], types == "Meshes" || (types == "Mixed" && i != 1)));
     deformations.emplace_back(meshes[i], Deformation<double>::Kind::Smooth, unsigned(i) + 1);
-    storage.emplace_back(models.back(), randomPose<double>(random, 0.6));
+    storage.emplace_back(models.back().geometry, randomPose<double>(random, 0.6));
   }
   for (int i = 0; i < 5; ++i) {
     storage.emplace_back(std::make_shared<fcl::Boxd>(0.2, 0.3, 0.1),
@@ -98,13 +118,13 @@ TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
   for (Object& object : storage) objects.push_back(&object);
   const std::vector<Object*> deforming(objects.begin(), objects.begin() + 3);
 
-  const std::unique_ptr<Manager> manager = make(GetParam());
+  const std::unique_ptr<Manager> manager = make(std::get<0>(GetParam()));
   manager->registerObjects(objects);
   manager->setup();
   std::size_t touching = 0, apart = 0;
   Pairs seen;
   for (int frame = 0; frame < 40; ++frame) {
-    for (std::size_t i = 0; i < models.size(); ++i) models[i]->update(deformations[i].next());
+    for (std::size_t i = 0; i < models.size(); ++i) models[i].update(deformations[i].next());
     if (frame % 4 == 3)  // one at a time does as well
       for (Object* object : deforming) refresh(*object, *manager);
     else
@@ -137,9 +157,13 @@ TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Broadphase,
-                         testing::Values("Naive", "SaP", "SSaP", "IntervalTree", "SpatialHashing",
-                                         "DynamicAABBTree", "DynamicAABBTreeArray"),
-                         [](const auto& info) { return std::string(info.param); });
+                         testing::Combine(testing::Values("Naive", "SaP", "SSaP", "IntervalTree",
+                                                          "SpatialHashing", "DynamicAABBTree",
+                                                          "DynamicAABBTreeArray"),
+                                          testing::Values("Models", "Meshes", "Mixed")),
+                         [](const auto& info) {
+                           return std::string(std::get<0>(info.param)) + std::get<1>(info.param);
+                         });
 
 }  // namespace broadphase_test
 }  // namespace adaptive_bvh_test

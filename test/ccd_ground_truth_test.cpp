@@ -149,9 +149,8 @@ TEST_P(GroundTruth, EveryCollidingPairIsReported) {
     auto start = mesh_.vertices, end = end_;
     for (auto* positions : {&start, &end})
       for (P& x : *positions) x = x * place.scale + P::Constant(place.move);
-    adaptive_bvh::AdaptiveBVHModeld model;
-    ASSERT_EQ(fcl::BVH_OK, fillModel(TriangleMesh<double>{start, mesh_.triangles}, model));
-    const adaptive_bvh::Motion<fcl::RSSd> motion(model, start, end);
+    const adaptive_bvh::DeformableMeshd model(start, mesh_.triangles);
+    const adaptive_bvh::Motion<double> motion(model, start, end);
     adaptive_bvh::FeaturePairs found, listed;
     const double first = earliestImpact(motion, 0, found).time;
     std::sort(found.vertex_face.begin(), found.vertex_face.end());

@@ -16,11 +16,13 @@
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/shapes.h"
+#include "support/test_volume.h"
 
 namespace adaptive_bvh_test {
 namespace contact_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::pointsAs;
 using adaptive_bvh::TrianglePoints;
 using Pairs = std::set<std::pair<int, int>>;
@@ -65,8 +67,7 @@ TriangleMesh<S> strewn(int triangles, unsigned flat, std::mt19937& random) {
 }
 
 template <typename S>
-TrianglePoints<S> placed(const fcl::BVHModel<fcl::RSS<S>>& mesh, int t,
-                         const fcl::Transform3<S>& tf) {
+TrianglePoints<S> placed(const BodyView<S>& mesh, int t, const fcl::Transform3<S>& tf) {
   const fcl::Triangle& corners = mesh.tri_indices[t];
   return {tf * mesh.vertices[corners[0]], tf * mesh.vertices[corners[1]],
           tf * mesh.vertices[corners[2]]};
@@ -119,11 +120,14 @@ Pairs pairsOf(const fcl::CollisionResult<S>& result) {
 template <typename S>
 class Contacts : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
   std::mt19937 random_{testSeed(29)};
 };
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(Contacts, Scalars);
+TYPED_TEST_SUITE(Contacts, MeshScalars);
+
+/// Of either type of body.
+template <typename Body>
+class ContactsOfBodies : public Contacts<ScalarOf<Body>> {};
+TYPED_TEST_SUITE(ContactsOfBodies, TestBodies);
 
 TYPED_TEST(Contacts, TheNearestPointOfATriangleIsTheNearest) {
   using S = TypeParam;
@@ -162,25 +166,22 @@ TYPED_TEST(Contacts, NearestPointsOfTwoTrianglesAreTheNearest) {
   EXPECT_GT(touching, 40);
 }
 
-/// FCL without contacts is the judge: there it reads nothing that it did not set. (Its models are
-/// tight, so their volumes prune the thin triangles that its test would take for touching.)
-TYPED_TEST(Contacts, ThePairsAreFclsWhateverIsAskedFor) {
-  using S = TypeParam;
+TYPED_TEST(ContactsOfBodies, ThePairsAreThoseThatTouchWhateverIsAskedFor) {
+  using S = ScalarOf<TypeParam>;
   std::size_t pairs = 0;
   for (int round = 0; round < 60; ++round) {
-    typename TestFixture::Model first, second;
-    fillModel(strewn<S>(60, 3, this->random_), first);
-    fillModel(strewn<S>(60, 3, this->random_), second);
+    const auto first = makeBody<TypeParam>(strewn<S>(60, 3, this->random_));
+    const auto second = makeBody<TypeParam>(strewn<S>(60, 3, this->random_));
     fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
     if (round % 3) tf1 = randomPose<S>(this->random_, S(0.3));
     if (round % 3 == 1) tf2 = randomPose<S>(this->random_, S(0.3));
-    fcl::CollisionResult<S> without, with, by_fcl;
+    fcl::CollisionResult<S> without, with;
     const fcl::CollisionGeometry<S>*o1 = &first, *o2 = &second;
     adaptive_bvh::collide(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(kAll, false), without);
     adaptive_bvh::collide(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(kAll, true), with);
-    fcl::collide(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(kAll, false), by_fcl);
-    EXPECT_EQ(pairsOf(by_fcl), pairsOf(without));
-    EXPECT_EQ(pairsOf(by_fcl), pairsOf(with));
+    const Pairs touching = BruteForce<S>(first, tf1, second, tf2).contacts();
+    EXPECT_EQ(touching, pairsOf(without));
+    EXPECT_EQ(touching, pairsOf(with));
     pairs += pairsOf(with).size();
     for (std::size_t i = 0; i < without.numContacts(); ++i)
       EXPECT_TRUE(isUnset(without.getContact(i)));
@@ -188,13 +189,12 @@ TYPED_TEST(Contacts, ThePairsAreFclsWhateverIsAskedFor) {
   EXPECT_GT(pairs, 500u);
 }
 
-TYPED_TEST(Contacts, EveryFieldIsFclsOrBetweenTheTriangles) {
-  using S = TypeParam;
+TYPED_TEST(ContactsOfBodies, EveryFieldIsFclsOrBetweenTheTriangles) {
+  using S = ScalarOf<TypeParam>;
   int ours = 0, fcls = 0;
   for (int round = 0; round < 40; ++round) {
-    typename TestFixture::Model first, second;
-    fillModel(strewn<S>(60, 3, this->random_), first);
-    fillModel(strewn<S>(60, 3, this->random_), second);
+    const auto first = makeBody<TypeParam>(strewn<S>(60, 3, this->random_));
+    const auto second = makeBody<TypeParam>(strewn<S>(60, 3, this->random_));
     const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.3));
     const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.3));
     fcl::CollisionResult<S> result;
@@ -263,7 +263,8 @@ TYPED_TEST(Contacts, InflatedVolumesDoNotMakeContacts) {
   using S = TypeParam;
   adaptive_bvh::RefitPolicy never;
   never.criterion = adaptive_bvh::FitnessCriterion::RefitNone;
-  typename TestFixture::Model first(never), second(never);
+  using Model = AdaptiveBVHModel<fcl::RSS<S>>;
+  Model first(never), second(never);
   fillModel(strewn<S>(60, 5, this->random_), first);
   const TriangleMesh<S> mesh = strewn<S>(60, 5, this->random_);
   fillModel(mesh, second);
@@ -273,14 +274,10 @@ TYPED_TEST(Contacts, InflatedVolumesDoNotMakeContacts) {
   second.update(jump);
   second.update(mesh.vertices);  // back again: the same triangles in larger volumes
   for (bool with : {false, true}) {
-    fcl::CollisionResult<S> result, by_fcl;
+    fcl::CollisionResult<S> result;
     const fcl::CollisionGeometry<S>*o1 = &first, *o2 = &second;
     adaptive_bvh::collide(o1, tf, o2, tf, fcl::CollisionRequest<S>(kAll, with), result);
-    typename TestFixture::Model tight;
-    fillModel(mesh, tight);
-    const fcl::CollisionGeometry<S>* o3 = &tight;
-    fcl::collide(o1, tf, o3, tf, fcl::CollisionRequest<S>(kAll, false), by_fcl);
-    EXPECT_EQ(pairsOf(by_fcl), pairsOf(result));
+    EXPECT_EQ(BruteForce<S>(first, tf, second, tf).contacts(), pairsOf(result));
   }
 }
 
@@ -289,8 +286,7 @@ TYPED_TEST(Contacts, ASelfCollisionListsEachPairOnce) {
   std::size_t pairs = 0;
   for (unsigned flat : {0u, 3u})
     for (int round = 0; round < 10; ++round) {
-      typename TestFixture::Model model;
-      fillModel(strewn<S>(100, flat, this->random_), model);
+      const DeformableMesh<S> model(strewn<S>(100, flat, this->random_));
       const fcl::Transform3<S> tf = randomPose<S>(this->random_, 1);
       fcl::CollisionResult<S> with, without, some;
       selfCollide(model, tf, fcl::CollisionRequest<S>(kAll, true), with);
@@ -315,10 +311,9 @@ TYPED_TEST(Contacts, ASelfCollisionListsEachPairOnce) {
   EXPECT_GT(pairs, 400u);
 }
 
-TYPED_TEST(Contacts, NoPairLeavesFieldsUnset) {
-  using S = TypeParam;
-  typename TestFixture::Model model;
-  fillModel(dome<S>(9, 4), model);
+TYPED_TEST(ContactsOfBodies, NoPairLeavesFieldsUnset) {
+  using S = ScalarOf<TypeParam>;
+  const auto model = makeBody<TypeParam>(dome<S>(9, 4));
   fcl::BVHModel<fcl::OBBRSS<S>> other;
   fillModel(dome<S>(9, 4), other);
   std::vector<std::shared_ptr<fcl::CollisionGeometry<S>>> others = boundedShapes<S>();
@@ -347,15 +342,15 @@ TYPED_TEST(Contacts, NoPairLeavesFieldsUnset) {
 }
 
 /// To FCL every sphere touches every segment whose volume it meets.
-TYPED_TEST(Contacts, ASphereTouchesAThinTriangleOnlyWhenItIsNear) {
-  using S = TypeParam;
+TYPED_TEST(ContactsOfBodies, ASphereTouchesAThinTriangleOnlyWhenItIsNear) {
+  using S = ScalarOf<TypeParam>;
   const fcl::Sphere<S> sphere(S(0.3));
   int touching = 0, apart = 0;
   for (int i = 0; i < 400; ++i) {
     TrianglePoints<S> t = randomTriangle<S>(this->random_, 1);
     flatten(t, 1 + unsigned(i % 4));
-    typename TestFixture::Model model;
-    fillModel(TriangleMesh<S>{{t[0], t[1], t[2]}, {fcl::Triangle(0, 1, 2)}}, model);
+    const auto model =
+        makeBody<TypeParam>(TriangleMesh<S>{{t[0], t[1], t[2]}, {fcl::Triangle(0, 1, 2)}});
     fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.5));
     const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, 1);
     const Vector3<S> center = tf2.translation();

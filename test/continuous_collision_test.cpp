@@ -13,7 +13,7 @@
 namespace adaptive_bvh_test {
 namespace continuous_collision_test {
 
-using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::FeaturePair;
 using adaptive_bvh::FeaturePairs;
@@ -118,8 +118,7 @@ void expectPairs(const AllPairs::Gaps& all, const std::vector<FeaturePair>& foun
 template <typename S>
 class ContinuousCollision : public testing::Test {
  protected:
-  using BV = fcl::RSS<S>;
-  using Model = AdaptiveBVHModel<BV>;
+  using Model = DeformableMesh<S>;
   using Points = std::vector<Vector3<S>>;
 
   /// A crumpled sheet or a tube, or triangles that share nothing, and where it goes.
@@ -152,9 +151,8 @@ class ContinuousCollision : public testing::Test {
 
   /// A model with the motion of one body, and what it is in the world.
   struct Body {
-    Body(ContinuousCollision& test, int kind, S motion, S reach) {
-      mesh = test.mesh(kind);
-      EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+    Body(ContinuousCollision& test, int kind, S motion, S reach)
+        : mesh(test.mesh(kind)), model(mesh) {
       end = test.moved(mesh.vertices, motion);
       if (reach > 0) {
         start_tf = test.random_.pose(reach);
@@ -162,7 +160,7 @@ class ContinuousCollision : public testing::Test {
       }
       world = {inWorld(mesh.vertices, start_tf), inWorld(end, end_tf), mesh.triangles};
     }
-    Motion<BV> motion() const { return Motion<BV>(model, mesh.vertices, end, start_tf, end_tf); }
+    Motion<S> motion() const { return Motion<S>(model, mesh.vertices, end, start_tf, end_tf); }
 
     TriangleMesh<S> mesh;
     Model model;
@@ -199,9 +197,9 @@ class ContinuousCollision : public testing::Test {
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(ContinuousCollision, Scalars);
 
-/// Candidates of two models are the pairs whose swept boxes are near, and the earliest impact is
+/// Candidates of two meshes are the pairs whose swept boxes are near, and the earliest impact is
 /// the earliest of theirs.
-TYPED_TEST(ContinuousCollision, TwoModelsAgainstAllPairs) {
+TYPED_TEST(ContinuousCollision, TwoMeshesAgainstAllPairs) {
   using S = TypeParam;
   int impacts = 0, none = 0;
   for (int round = 0; round < 24; ++round) {
@@ -235,8 +233,8 @@ TYPED_TEST(ContinuousCollision, TwoModelsAgainstAllPairs) {
   EXPECT_GT(impacts, 3);
 }
 
-/// Of one model with itself, too; features that share a vertex are left out.
-TYPED_TEST(ContinuousCollision, OneModelAgainstAllPairs) {
+/// Of one mesh with itself, too; features that share a vertex are left out.
+TYPED_TEST(ContinuousCollision, OneMeshAgainstAllPairs) {
   using S = TypeParam;
   int impacts = 0;
   for (int round = 0; round < 24; ++round) {
@@ -266,39 +264,24 @@ TYPED_TEST(ContinuousCollision, OneModelAgainstAllPairs) {
   EXPECT_GT(impacts, 3);
 }
 
-/// A two-frame update says what moves, and how; FCL's own queries go on beside it.
+/// A two-frame update says what moves, and how.
 TYPED_TEST(ContinuousCollision, TwoFrameUpdate) {
   using S = TypeParam;
   for (int round = 0; round < 4; ++round) {
     typename TestFixture::Body a(*this, 0, S(0.1), 0);
     const double expected = earliestImpact(a.motion(), 0.).time;
-    EXPECT_THROW(Motion<typename TestFixture::BV>{a.model}, std::invalid_argument);
-    a.model.beginUpdateModel();
-    a.model.updateSubModel(a.end);
-    ASSERT_EQ(fcl::BVH_OK, a.model.endUpdateModel());
-    EXPECT_EQ(expected, earliestImpact(Motion<typename TestFixture::BV>(a.model), 0.).time);
+    EXPECT_THROW(Motion<S>{a.model}, std::invalid_argument);
+    a.model.updateTwoFrames(a.end);
+    EXPECT_EQ(expected, earliestImpact(Motion<S>(a.model), 0.).time);
     EXPECT_TRUE(a.model.validate());
+    a.model.update(a.end);
+    EXPECT_THROW(Motion<S>{a.model}, std::invalid_argument) << "one frame again";
   }
-}
-
-/// Models without boxes, and those moved by a transform alone, have the same answers.
-TYPED_TEST(ContinuousCollision, AnyPropagation) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
-  const typename TestFixture::Body a(*this, 0, S(0.2), 0);
-  Model other(adaptive_bvh::RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::A));
-  ASSERT_EQ(fcl::BVH_OK, fillModel(a.mesh, other));
-  FeaturePairs with, without;
-  candidates(a.motion(), 0.01, with);
-  candidates(Motion<typename TestFixture::BV>(other, a.mesh.vertices, a.end), 0.01, without);
-  EXPECT_EQ(setOf(with.vertex_face), setOf(without.vertex_face));
-  EXPECT_EQ(setOf(with.edge_edge), setOf(without.edge_edge));
 }
 
 /// Whatever vertices do within their safe displacements, nothing comes together.
 TYPED_TEST(ContinuousCollision, SafeDisplacements) {
   using S = TypeParam;
-  using BV = typename TestFixture::BV;
   int bounded = 0, whole = 0;
   for (int round = 0; round < 24; ++round) {
     const typename TestFixture::Body a(*this, round % 3, S(this->random_.size(-2, 0)), 0),
@@ -327,21 +310,21 @@ TYPED_TEST(ContinuousCollision, SafeDisplacements) {
       return to;
     };
     const bool apart_alone =
-        earliestImpact(Motion<BV>(a.model, a.mesh.vertices, a.mesh.vertices), separation).time > 0;
-    const Motion<BV> b_rest(b.model, b.mesh.vertices, b.mesh.vertices, b.start_tf, b.start_tf);
+        earliestImpact(Motion<S>(a.model, a.mesh.vertices, a.mesh.vertices), separation).time > 0;
+    const Motion<S> b_rest(b.model, b.mesh.vertices, b.mesh.vertices, b.start_tf, b.start_tf);
     const bool apart =
-        earliestImpact(Motion<BV>(a.model, a.mesh.vertices, a.mesh.vertices), b_rest, separation)
+        earliestImpact(Motion<S>(a.model, a.mesh.vertices, a.mesh.vertices), b_rest, separation)
             .time > 0;
     for (int trial = 0; trial < 4; ++trial) {
       const auto to_self = within(a, self), to_a = within(a, of_a), to_b = within(b, of_b);
       if (apart_alone) {
         EXPECT_FALSE(
-            earliestImpact(Motion<BV>(a.model, a.mesh.vertices, to_self), separation).happens());
+            earliestImpact(Motion<S>(a.model, a.mesh.vertices, to_self), separation).happens());
       }
       if (apart) {
         EXPECT_FALSE(
-            earliestImpact(Motion<BV>(a.model, a.mesh.vertices, to_a),
-                           Motion<BV>(b.model, b.mesh.vertices, to_b, b.start_tf, b.start_tf),
+            earliestImpact(Motion<S>(a.model, a.mesh.vertices, to_a),
+                           Motion<S>(b.model, b.mesh.vertices, to_b, b.start_tf, b.start_tf),
                            separation)
                 .happens());
       }
@@ -354,13 +337,11 @@ TYPED_TEST(ContinuousCollision, SafeDisplacements) {
 /// On two threads there are the same pairs in the same order, and the same earliest impact.
 TYPED_TEST(ContinuousCollision, OnThreads) {
   using S = TypeParam;
-  using BV = typename TestFixture::BV;
   TriangleMesh<S> mesh = plate<S>(60, 60);
   for (auto& x : mesh.vertices) x += this->random_.point() * S(0.02);
-  typename TestFixture::Model model;
-  ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+  typename TestFixture::Model model(mesh);
   const auto end = this->moved(mesh.vertices, S(0.03));
-  const Motion<BV> motion(model, mesh.vertices, end);
+  const Motion<S> motion(model, mesh.vertices, end);
   FeaturePairs one, two;
   ImpactTimes times_one, times_two;
   candidates(motion, 1e-3, one);
@@ -385,9 +366,8 @@ TYPED_TEST(ContinuousCollision, OnThreads) {
 /// Wrong calls are refused.
 TYPED_TEST(ContinuousCollision, Refuses) {
   using S = TypeParam;
-  using BV = typename TestFixture::BV;
   const typename TestFixture::Body a(*this, 0, S(0.2), 0);
-  const Motion<BV> motion = a.motion();
+  const Motion<S> motion = a.motion();
   FeaturePairs pairs;
   ImpactTimes times;
   std::vector<double> safe;
@@ -402,18 +382,18 @@ TYPED_TEST(ContinuousCollision, Refuses) {
   }
   auto short_end = a.end;
   short_end.pop_back();
-  EXPECT_THROW(Motion<BV>(a.model, a.mesh.vertices, short_end), std::invalid_argument);
-  EXPECT_THROW(Motion<BV>(a.model, short_end, short_end), std::invalid_argument);
-  EXPECT_THROW(Motion<BV>(a.model, nullptr, nullptr, a.end.size()), std::invalid_argument);
+  EXPECT_THROW(Motion<S>(a.model, a.mesh.vertices, short_end), std::invalid_argument);
+  EXPECT_THROW(Motion<S>(a.model, short_end, short_end), std::invalid_argument);
+  EXPECT_THROW(Motion<S>(a.model, nullptr, nullptr, a.end.size()), std::invalid_argument);
   for (const S bad : {S(nan), std::numeric_limits<S>::infinity()}) {
     auto end = a.end;
     end.back()[1] = bad;
-    const Motion<BV> broken(a.model, a.mesh.vertices, end);
+    const Motion<S> broken(a.model, a.mesh.vertices, end);
     EXPECT_THROW(earliestImpact(broken), std::invalid_argument);
     EXPECT_THROW(timeOfImpact(broken, FeatureKind::EdgeEdge, {0, 1}), std::invalid_argument);
     auto tf = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
     tf.translation()[0] = bad;
-    EXPECT_THROW(earliestImpact(Motion<BV>(a.model, a.end, a.end, tf, tf)), std::invalid_argument);
+    EXPECT_THROW(earliestImpact(Motion<S>(a.model, a.end, a.end, tf, tf)), std::invalid_argument);
   }
   const unsigned vertices = unsigned(a.end.size()), faces = unsigned(a.mesh.triangles.size());
   for (const FeaturePair& pair : {FeaturePair{vertices, 0}, FeaturePair{0, faces}})
@@ -424,22 +404,18 @@ TYPED_TEST(ContinuousCollision, Refuses) {
   EXPECT_THROW(timeOfImpact(motion, FeatureKind::EdgeEdge, {3 * faces, 0}), std::invalid_argument);
   pairs.edge_edge.push_back({0, 3 * faces});
   EXPECT_THROW(timesOfImpact(motion, pairs, 0, times), std::invalid_argument);
-  const typename TestFixture::Model empty;
-  const typename TestFixture::Points none;
-  EXPECT_THROW(earliestImpact(Motion<BV>(empty, none, none)), std::invalid_argument);
 }
 
 /// A motion in which nothing moves, and a mesh that is a point.
 TYPED_TEST(ContinuousCollision, AtRestAndCollapsed) {
   using S = TypeParam;
-  using BV = typename TestFixture::BV;
   const typename TestFixture::Body a(*this, 2, S(0), 0);
-  const Motion<BV> at_rest(a.model, a.mesh.vertices, a.mesh.vertices);
+  const Motion<S> at_rest(a.model, a.mesh.vertices, a.mesh.vertices);
   const Impact none = earliestImpact(at_rest);
   EXPECT_TRUE(!none.happens() || none.time == 0);
   const typename TestFixture::Points point(a.mesh.vertices.size(), Vector3<S>(1, 2, 3));
-  EXPECT_EQ(0, earliestImpact(Motion<BV>(a.model, point, point)).time);
-  const double shrinking = earliestImpact(Motion<BV>(a.model, a.mesh.vertices, point)).time;
+  EXPECT_EQ(0, earliestImpact(Motion<S>(a.model, point, point)).time);
+  const double shrinking = earliestImpact(Motion<S>(a.model, a.mesh.vertices, point)).time;
   EXPECT_LE(shrinking, 1);
 }
 

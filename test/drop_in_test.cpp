@@ -12,7 +12,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
 #include "support/test_volume.h"
@@ -534,22 +534,9 @@ TEST_F(DropIn, MovesTakeEverythingAlong) {
   fillModel(mesh_, model_);
   expectSound(model_);
 
-  // Assignment frees what was there, and a coherent pair notices the other tree.
-  AdaptiveModel tool;
-  fillModel(tube<double>(5, 6), tool);
-  adaptive_bvh::CoherentDistance pair(model_, tool);
-  fcl::Transform3d above = fcl::Transform3d::Identity();
-  above.translation().z() = 1;
-  const auto ask = [&] {
-    fcl::DistanceResultd result;
-    EXPECT_NEAR(BruteForce<double>(model_, fcl::Transform3d::Identity(), tool, above).distance(),
-                pair.distance(fcl::Transform3d::Identity(), above, fcl::DistanceRequestd(), result),
-                1e-12);
-  };
-  ask();
+  // Assignment frees what was there.
   model_ = std::move(to);
   EXPECT_EQ(vertices, model_.vertices);
-  ask();
   expectSound(model_);
   std::vector<AdaptiveModel> models;
   for (int i = 0; i < 5; ++i) {
@@ -573,6 +560,103 @@ TEST_F(DropIn, ACopyOfAPlainModelIsRepairedOnTheWay) {
   expectSound(model);
   const Plain sliced(model);  // and back
   EXPECT_EQ(model.getNumBVs(), sliced.getNumBVs());
+}
+
+// ---- the mesh for the library's own queries
+// ------------------------------------------------------
+
+/// Expects a mesh with the model's positions, triangles and frames, that answers as brute force.
+void expectMesh(AdaptiveModel& model) {
+  const adaptive_bvh::DeformableMeshd& mesh = std::as_const(model).mesh();
+  const auto count = std::size_t(model.num_vertices);
+  EXPECT_EQ(Positions(model.vertices, model.vertices + count), mesh.vertices());
+  ASSERT_EQ(std::size_t(model.num_tris), mesh.triangles().size());
+  for (int t = 0; t < model.num_tris; ++t)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(model.tri_indices[t][k], mesh.triangles()[std::size_t(t)][k]);
+  if (model.prev_vertices)
+    EXPECT_EQ(Positions(model.prev_vertices, model.prev_vertices + count), mesh.previousVertices());
+  else
+    EXPECT_TRUE(mesh.previousVertices().empty());
+  std::string reason;
+  EXPECT_TRUE(mesh.validate(&reason)) << reason;
+  const adaptive_bvh::DeformableMeshd tool(tube<double>(5, 5));
+  fcl::Transform3d above = kIdentity;
+  above.translation() = Point(0, 0.3, 0.7);
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance<double>(&mesh, kIdentity, &tool, above, fcl::DistanceRequestd(), result);
+  EXPECT_NEAR(BruteForce<double>(model, kIdentity, tool, above).distance(), result.min_distance,
+              1e-12);
+}
+
+TEST_F(DropIn, TheMeshIsMadeOnceAndFollowsEveryUpdate) {
+  EXPECT_FALSE(model_.hasMesh());
+  EXPECT_THROW(std::as_const(model_).mesh(), std::logic_error);
+  const adaptive_bvh::DeformableMeshd* const mesh = &model_.mesh();
+  EXPECT_TRUE(model_.hasMesh());
+  expectMesh(model_);
+  model_.update(moved(mesh_.vertices));
+  expectMesh(model_);
+  model_.update(std::vector<unsigned>{3, 8}, {Point(0.1, 0.2, 0.5), Point(0.7, 0.1, -0.2)});
+  expectMesh(model_);
+  model_.beginReplaceModel();
+  model_.replaceSubModel(moved(mesh_.vertices, 0.2));
+  EXPECT_EQ(fcl::BVH_OK, model_.endReplaceModel());
+  expectMesh(model_);
+  for (int frame = 0; frame < 3; ++frame) {
+    model_.beginUpdateModel();
+    model_.updateSubModel(moved(mesh_.vertices, 0.1 * frame));
+    EXPECT_EQ(fcl::BVH_OK, model_.endUpdateModel());
+    expectMesh(model_);
+  }
+  model_.update(mesh_.vertices);
+  expectMesh(model_);
+  Positions broken = moved(mesh_.vertices);
+  broken[7][2] = kNan;
+  EXPECT_THROW(model_.update(broken), std::invalid_argument);
+  expectMesh(model_);
+  EXPECT_EQ(mesh, &model_.mesh()) << "its address stays";
+  expectSound(model_);
+}
+
+TEST_F(DropIn, AModelThatIsNotBuiltHasNoMesh) {
+  AdaptiveModel empty, cloud;
+  EXPECT_THROW(empty.mesh(), std::logic_error);
+  cloud.beginModel();
+  cloud.addSubModel(mesh_.vertices);
+  cloud.endModel();
+  EXPECT_THROW(cloud.mesh(), std::logic_error);
+  EXPECT_FALSE(empty.hasMesh() || cloud.hasMesh());
+}
+
+/// Changes that go past our update: the mesh has the triangles and positions of after, once it is
+/// asked for by the call that is no const one.
+TEST_F(DropIn, TheMeshFollowsRebuildsAndChangesThroughTheBase) {
+  model_.mesh();
+  model_.beginReplaceModel();
+  model_.replaceSubModel(moved(mesh_.vertices));
+  EXPECT_EQ(fcl::BVH_OK, model_.endReplaceModel(false));
+  model_.mesh();
+  expectMesh(model_);
+  Plain& base = model_;
+  base.beginReplaceModel();
+  base.replaceSubModel(moved(mesh_.vertices, 0.3));
+  base.endReplaceModel();
+  model_.update(moved(mesh_.vertices, 0.2));
+  model_.mesh();
+  expectMesh(model_);
+  const TriangleMesh<double> other = dome<double>(7, 3);
+  fillModel(other, model_);
+  model_.mesh();
+  expectMesh(model_);
+  AdaptiveModel moved_to(std::move(model_));
+  moved_to.mesh();
+  expectMesh(moved_to);
+  AdaptiveModel copy(moved_to);
+  copy.mesh();
+  copy.update(moved(other.vertices));
+  expectMesh(copy);
+  expectMesh(moved_to);
 }
 
 // ---- changes through a reference to the base ----------------------------------------------------

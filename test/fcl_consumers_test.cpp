@@ -212,7 +212,7 @@ TEST_F(FclConsumers, OctreesWithBothSolvers) {
     }
   // TraversalStatistics is left, and it is used.
   EXPECT_GT(model_.recordedWork().queries, 0);
-  EXPECT_GT(model_.recordedWork().box_tests, 0);
+  EXPECT_GT(model_.recordedWork().bv_tests, 0);
 }
 
 TEST_F(FclConsumers, AnEmptyOctreeIsFarAway) {

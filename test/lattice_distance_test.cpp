@@ -12,19 +12,19 @@
 #include "support/degenerate_triangles.h"
 #include "support/long_mode.h"
 #include "support/quad_geometry.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace lattice_distance_test {
 
-using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::CoherentDistance;
+using adaptive_bvh::DeformableMesh;
 using Triangle = DegenerateTriangles::Triangle;
 
 template <typename S>
 class LatticeDistance : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Model = DeformableMesh<S>;
 
   static void add(const Triangle& t, TriangleMesh<S>& mesh) {
     const std::size_t first = mesh.vertices.size();
@@ -32,22 +32,22 @@ class LatticeDistance : public testing::Test {
     mesh.triangles.emplace_back(first, first + 1, first + 2);
   }
   static quad::Triangle triangle(const Model& model, int t) {
-    const fcl::Triangle& v = model.tri_indices[t];
-    return {quad::of(model.vertices[v[0]]), quad::of(model.vertices[v[1]]),
-            quad::of(model.vertices[v[2]])};
+    const fcl::Triangle& v = model.triangles()[t];
+    return {quad::of(model.vertices()[v[0]]), quad::of(model.vertices()[v[1]]),
+            quad::of(model.vertices()[v[2]])};
   }
   static double extentOf(const Model& a, const Model& b) {
     S extent = 0;
     for (const Model* model : {&a, &b})
-      for (int i = 0; i < model->num_vertices; ++i)
-        extent = std::max(extent, model->vertices[i].template lpNorm<Eigen::Infinity>());
+      for (int i = 0; i < numVertices(*model); ++i)
+        extent = std::max(extent, model->vertices()[i].template lpNorm<Eigen::Infinity>());
     return double(extent);
   }
 
   void check(const Model& a, const Model& b) {
     quad::Real least = 1e30;
-    for (int i = 0; i < a.num_tris; ++i)
-      for (int j = 0; j < b.num_tris; ++j)
+    for (int i = 0; i < numTriangles(a); ++i)
+      for (int j = 0; j < numTriangles(b); ++j)
         least = std::min(least, quad::distance(triangle(a, i), triangle(b, j)));
     const auto expected = static_cast<double>(least);
     const double tolerance = 64 * double(std::numeric_limits<S>::epsilon()) * extentOf(a, b);
@@ -56,7 +56,7 @@ class LatticeDistance : public testing::Test {
     ASSERT_NEAR(expected, double(recorded.min_distance), tolerance);
     ASSERT_NEAR(expected, double((recorded.nearest_points[0] - recorded.nearest_points[1]).norm()),
                 tolerance);
-    CoherentDistance<TestVolume<S>> pair(a, b);
+    CoherentDistance<S> pair(a, b);
     pair.distance(still_, still_, fcl::DistanceRequest<S>(), coherent);
     ASSERT_NEAR(expected, double(coherent.min_distance), tolerance);
     ASSERT_TRUE(isNearer(a, still_, b, still_, S(expected + 2 * tolerance)));
@@ -102,7 +102,7 @@ class LatticeDistance : public testing::Test {
   int touching_ = 0;
 };
 
-TYPED_TEST_SUITE(LatticeDistance, TestScalars);
+TYPED_TEST_SUITE(LatticeDistance, MeshScalars);
 
 TYPED_TEST(LatticeDistance, AllQueriesAgreeWithQuadruplePrecision) {
   const int rounds = manySteps(2000);
@@ -113,9 +113,7 @@ TYPED_TEST(LatticeDistance, AllQueriesAgreeWithQuadruplePrecision) {
       this->add(pair.first, first);
       this->add(pair.second, second);
     }
-    typename TestFixture::Model a, b;
-    fillModel(first, a);
-    fillModel(second, b);
+    const typename TestFixture::Model a(first), b(second);
     this->check(a, b);
   }
   EXPECT_GT(this->touching_, rounds / 50);
@@ -134,9 +132,7 @@ TYPED_TEST(LatticeDistance, OfTwoRectangles) {
                      {S(0.2), S(0.1), S(-0.2)},
                      {S(0.2), S(1.8), S(-0.2)}};
   first.triangles = second.triangles = {{0, 1, 2}, {0, 2, 3}};
-  typename TestFixture::Model a, b;
-  fillModel(first, a);
-  fillModel(second, b);
+  const typename TestFixture::Model a(first), b(second);
   this->check(a, b);
   fcl::DistanceResult<S> result;
   adaptive_bvh::distance(&a, this->still_, &b, this->still_, fcl::DistanceRequest<S>(), result);
@@ -145,7 +141,7 @@ TYPED_TEST(LatticeDistance, OfTwoRectangles) {
 
 /// Narrow triangles: a point that lies in one, and two that cross.
 TEST(Needles, TouchWhereTheyTouch) {
-  using Model = AdaptiveBVHModel<TestVolume<double>>;
+  using Model = DeformableMesh<double>;
   const double e = 0x1p-26;
   TriangleMesh<double> needle, point, p, q;
   needle.vertices = {{0, 0, 0}, {6, 5, 4}, {6, 5 + e, 4 - e}};
@@ -156,9 +152,7 @@ TEST(Needles, TouchWhereTheyTouch) {
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   for (const auto& [first, second, error] :
        {std::tuple{&needle, &point, 3e-14}, std::tuple{&p, &q, 0.}}) {
-    Model a, b;
-    fillModel(*first, a);
-    fillModel(*second, b);
+    const Model a(*first), b(*second);
     fcl::DistanceResultd distance;
     EXPECT_NEAR(
         0, adaptive_bvh::distance<double>(&a, still, &b, still, fcl::DistanceRequestd(), distance),
@@ -169,9 +163,7 @@ TEST(Needles, TouchWhereTheyTouch) {
     adaptive_bvh::TrianglePairs<double> pairs;
     EXPECT_EQ(1u, pairsWithin(a, still, b, still, request, pairs));
   }
-  Model model, at_point;
-  fillModel(needle, model);
-  fillModel(point, at_point);
+  const Model model(needle), at_point(point);
   EXPECT_NEAR(0, adaptive_bvh::closestPoint(model, point.vertices[0]).distance, 3e-14);
   std::vector<double> clearances;
   adaptive_bvh::clearance(at_point, still, model, still, 1., clearances);

@@ -9,7 +9,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace lattice_ray_test {
@@ -84,7 +84,7 @@ struct LatticeMesh {
 template <typename S>
 class LatticeRays : public testing::Test {
  protected:
-  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
+  using Model = adaptive_bvh::DeformableMesh<S>;
 
   Integer below(int count) { return random_.below(count); }
   IntegerPoint point(int low, int high) {
@@ -181,7 +181,7 @@ class LatticeRays : public testing::Test {
     std::vector<RayHit<S>> hits;
     rayHits(model, origin, direction, hits);
     std::vector<int> expected, found;
-    for (int t = 0; t < model.num_tris; ++t) {
+    for (int t = 0; t < numTriangles(model); ++t) {
       Integer numerator, denominator;
       if (!ray.meets(mesh.corners(t), numerator, denominator)) continue;
       const auto exact = static_cast<long double>(numerator) /
@@ -217,14 +217,13 @@ class LatticeRays : public testing::Test {
   long hits_ = 0, rays_ = 0;
 };
 
-TYPED_TEST_SUITE(LatticeRays, TestScalars);
+TYPED_TEST_SUITE(LatticeRays, MeshScalars);
 
 TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
   using S = TypeParam;
   for (int round = 0; round < manySteps(1000) && !testing::Test::HasFailure(); ++round) {
     const LatticeMesh<S> mesh = this->anyMesh();
-    typename TestFixture::Model model;
-    fillModel(mesh.mesh(1), model);
+    const typename TestFixture::Model model(mesh.mesh(1));
     for (int i = 0; i < 50 && !testing::Test::HasFailure(); ++i)
       this->check(mesh, model, this->anyRay(), 1);
   }

@@ -57,6 +57,9 @@ TEST(LoadMesh, ObjWithQuadsTwoMaterialsLinesAndPoints) {
   ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, swept));
   ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, both)) << "models of either volume take it";
   EXPECT_TRUE(swept.validate() && both.validate());
+  const adaptive_bvh::DeformableMeshd deformable(mesh);
+  EXPECT_TRUE(deformable.validate());
+  EXPECT_EQ(mesh.vertices, deformable.vertices());
   EXPECT_EQ(4, both.num_tris);
 
   MeshLoadOptions options;

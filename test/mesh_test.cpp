@@ -58,11 +58,10 @@ TYPED_TEST(MeshTest, WeldingKeepsTheFirstOfEqualPositions) {
 // What welding is for: a surface does not meet itself where its triangles are neighbours.
 TYPED_TEST(MeshTest, NeighboursAreKnownOnlyInAWeldedMesh) {
   const auto pairs = [](const TriangleMesh<TypeParam>& mesh) {
-    adaptive_bvh::AdaptiveBVHModel<fcl::RSS<TypeParam>> model;
-    EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
-    EXPECT_TRUE(model.validate());
+    const adaptive_bvh::DeformableMesh<TypeParam> body(mesh);
+    EXPECT_TRUE(body.validate());
     fcl::CollisionResult<TypeParam> result;
-    return selfCollide(model, fcl::CollisionRequest<TypeParam>(1000), result);
+    return selfCollide(body, fcl::CollisionRequest<TypeParam>(1000), result);
   };
   auto mesh = unwelded(plate<TypeParam>(3, 3));
   EXPECT_GT(pairs(mesh), 0u);

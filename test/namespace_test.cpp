@@ -3,8 +3,14 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/broadphase.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/hierarchy.h"
+#include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/mesh_io.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/self_collision.h"
@@ -157,7 +163,7 @@ TEST(Namespace, OursIsFoundByItsName) {
             adaptive_bvh::collide(a.get(), origin, b.get(), above, CollisionRequestd(), contacts));
   EXPECT_EQ(0u, adaptive_bvh::collide<double>(&one, &other, CollisionRequestd(), contacts));
   EXPECT_EQ(5, a->recordedWork().queries);
-  EXPECT_EQ(0u, selfCollide(*a, CollisionRequestd(100000), contacts));  // FCL has none
+  EXPECT_EQ(0u, selfCollide(a->mesh(), CollisionRequestd(100000), contacts));  // FCL has none
 }
 
 }  // namespace namespace_test

@@ -9,8 +9,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "model_state.h"
-#include "query/fcl/octree_pair.h"
+#include "fcl/octree_pair.h"
 #include "support/exact_geometry.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
@@ -102,7 +101,7 @@ using Pairs = std::set<std::pair<long, long>>;
 template <typename S>
 class BruteForceOctree {
  public:
-  BruteForceOctree(const Model<S>& mesh, const fcl::Transform3<S>& mesh_tf,
+  BruteForceOctree(const BodyView<S>& mesh, const fcl::Transform3<S>& mesh_tf,
                    const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf) {
     std::vector<CellBox<S>> cells;
     addCells(octree, octree.getRoot(), octree.getRootBV(), cells);
@@ -160,19 +159,11 @@ std::vector<std::pair<long, long>> contactsIn(const fcl::CollisionResult<S>& res
   return contacts;
 }
 
-template <typename S>
+template <typename Body>
 class OctreeTest : public testing::Test {
  protected:
+  using S = ScalarOf<Body>;
   using Transform = fcl::Transform3<S>;
-
-  OctreeTest() { fillModel(mixture<S>(), model_); }
-
-  /// Whether the model has boxes beside FCL's nodes, so that queries read those.
-  void setByBoxes(bool by_boxes) {
-    adaptive_bvh::RefitPolicy policy;
-    if (!by_boxes) policy.propagation = adaptive_bvh::Propagation::Displacements;
-    model_.setRefitPolicy(policy);
-  }
 
   fcl::CollisionResult<S> ask(bool octree_first, const fcl::OcTree<S>& octree,
                               const fcl::CollisionRequest<S>& request) {
@@ -195,23 +186,20 @@ class OctreeTest : public testing::Test {
                : adaptive_bvh::distance<S>(&model_, mesh_tf_, &octree, octree_tf_, request, result);
   }
 
-  Model<S> model_;
+  Body model_ = makeBody<Body>(mixture<S>());
   Transform mesh_tf_ = Transform::Identity(), octree_tf_ = Transform::Identity();
   std::mt19937 random_{testSeed(5)};
 };
 
-using Scalars = TestScalars;
-TYPED_TEST_SUITE(OctreeTest, Scalars);
+TYPED_TEST_SUITE(OctreeTest, TestBodies);
 
 TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
-  using S = TypeParam;
+  using S = ScalarOf<TypeParam>;
   int apart = 0, touching = 0;
   for (double cell : {0.02, 0.1, 0.5, 2.}) {
     const Octree<S> octree = sheet<S>(cell, cell < 1 ? 12 : 4);
     const S reach = S(std::max(0.6, 4 * cell));
     for (int i = 0; i < 24; ++i) {
-      const bool by_boxes = i % 2 == 0;
-      this->setByBoxes(by_boxes);
       this->mesh_tf_ = randomPose<S>(this->random_, reach);
       this->octree_tf_ = randomPose<S>(this->random_, S(0.3));
       const BruteForceOctree<S> expected(this->model_, this->mesh_tf_, *octree, this->octree_tf_);
@@ -234,27 +222,24 @@ TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
 
 /// With the fields that a request for all gives.
 TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
-  using S = TypeParam;
+  using S = ScalarOf<TypeParam>;
   const Octree<S> octree = sheet<S>(0.05, 16);
   std::size_t found = 0;
-  for (const bool by_boxes : {true, false}) {
-    this->setByBoxes(by_boxes);
-    for (int i = 0; i < 20; ++i) {
-      this->mesh_tf_ = randomPose<S>(this->random_, S(0.3));
-      const auto all = this->ask(false, *octree, fcl::CollisionRequest<S>(100000, true));
-      const auto names = contactsIn(all);
-      for (std::size_t most : {1, 4}) {
-        const auto result = this->ask(false, *octree, fcl::CollisionRequest<S>(most, true));
-        ASSERT_EQ(std::min(most, names.size()), result.numContacts());
-        for (std::size_t k = 0; k < result.numContacts(); ++k) {
-          const auto named = std::find(names.begin(), names.end(), contactsIn(result)[k]);
-          ASSERT_NE(names.end(), named);
-          const auto& expected = all.getContact(std::size_t(named - names.begin()));
-          EXPECT_EQ(expected.pos, result.getContact(k).pos);
-          EXPECT_EQ(expected.penetration_depth, result.getContact(k).penetration_depth);
-        }
-        found += result.numContacts();
+  for (int i = 0; i < 20; ++i) {
+    this->mesh_tf_ = randomPose<S>(this->random_, S(0.3));
+    const auto all = this->ask(false, *octree, fcl::CollisionRequest<S>(100000, true));
+    const auto names = contactsIn(all);
+    for (std::size_t most : {1, 4}) {
+      const auto result = this->ask(false, *octree, fcl::CollisionRequest<S>(most, true));
+      ASSERT_EQ(std::min(most, names.size()), result.numContacts());
+      for (std::size_t k = 0; k < result.numContacts(); ++k) {
+        const auto named = std::find(names.begin(), names.end(), contactsIn(result)[k]);
+        ASSERT_NE(names.end(), named);
+        const auto& expected = all.getContact(std::size_t(named - names.begin()));
+        EXPECT_EQ(expected.pos, result.getContact(k).pos);
+        EXPECT_EQ(expected.penetration_depth, result.getContact(k).penetration_depth);
       }
+      found += result.numContacts();
     }
   }
   EXPECT_GT(found, 40u);
@@ -363,7 +348,7 @@ class CellSeparation : public testing::Test {
   int touching_ = 0, apart_ = 0, tight_ = 0;
 };
 
-TYPED_TEST_SUITE(CellSeparation, Scalars);
+TYPED_TEST_SUITE(CellSeparation, TestScalars);
 
 TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
   using S = TypeParam;
@@ -393,15 +378,14 @@ TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
 TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
   using S = TypeParam;
   using Wide = typename Placement<S>::Wide;
-  using Nodes = adaptive_bvh::WideNodes<TestVolume<S>>;
+  using Nodes = adaptive_bvh::WideNodes<S>;
   for (int round = 0; round < 100; ++round) {
     const Placement<S> placement(this->random_, round % 2 ? S(1000) : S(1));
     TriangleMesh<S> mesh = dome<S>(6, 3);
     for (Vector3<S>& p : mesh.vertices) p += S(0.1) * this->point();
-    Model<S> model;
-    fillModel(mesh, model);
-    const Nodes nodes({&model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
-                       placement.mesh_tf});
+    const adaptive_bvh::DeformableMesh<S> body(mesh);
+    const BodyView<S> model(body);
+    const Nodes nodes(adaptive_bvh::PlacedMesh<S>(body, placement.mesh_tf));
     const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
     // Returns the triangles below; each judges the box of the node.
     const std::function<std::vector<int>(typename Nodes::Node)> judge =

@@ -1,4 +1,5 @@
-// recording.h: what a page holds is what the models held, within the precision that it states.
+// recording.h: what a page holds is what the meshes and models held, within the precision that it
+// states.
 #include "adaptive_bvh/recording.h"
 
 #include <gtest/gtest.h>
@@ -23,6 +24,8 @@ namespace page_recording_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FrameResults;
 using adaptive_bvh::Recording;
 using adaptive_bvh::RecordingOptions;
@@ -115,18 +118,26 @@ struct Page {
   }
 };
 
-template <typename Model>
-void expectPositions(const Page& page, std::size_t frame, std::size_t body, const Model& model) {
+template <typename S>
+void expectPositions(const Page& page, std::size_t frame, std::size_t body,
+                     const std::vector<fcl::Vector3<S>>& positions) {
   const json block = page.bodyIn(frame, body, "positions");
   const std::vector<fcl::Vector3d> points = page.points(block);
-  ASSERT_EQ(points.size(), static_cast<std::size_t>(model.num_vertices));
+  ASSERT_EQ(points.size(), positions.size());
   for (std::size_t v = 0; v < points.size(); ++v)
     for (int k = 0; k < 3; ++k) {
       const double size = block["size"][static_cast<std::size_t>(k)].get<double>();
       const double rounding = 1e-14 * std::abs(points[v][k]);
-      ASSERT_NEAR(points[v][k], double(model.vertices[v][k]), size * 0.5 / 65535 + rounding)
+      ASSERT_NEAR(points[v][k], double(positions[v][k]), size * 0.5 / 65535 + rounding)
           << "frame " << frame << ", vertex " << v;
     }
+}
+template <typename BV>
+void expectPositions(const Page& page, std::size_t frame, std::size_t body,
+                     const AdaptiveBVHModel<BV>& model) {
+  using Positions = std::vector<fcl::Vector3<typename BV::S>>;
+  expectPositions(page, frame, body,
+                  Positions(model.vertices, model.vertices + model.num_vertices));
 }
 
 /// A recorded volume against the node's, as far as single precision goes.
@@ -222,6 +233,47 @@ TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
     expectPositions(page, frame, 0, copies[frame]);
     expectVolumes(page, frame, 0, copies[frame], kDepth);
   }
+}
+
+template <typename S>
+class PageOfMesh : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(PageOfMesh, Scalars);
+
+/// Of a DeformableMesh: positions and triangles, how far it moved, and no volumes.
+TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
+  using S = TypeParam;
+  constexpr int kFrames = 4;
+  const TriangleMesh<S> rest = sheet<S>(9, 0);
+  DeformableMesh<S> mesh(rest);
+  Recording recording;
+  recording.add(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), "sheet");
+  std::vector<double> displacements;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    if (frame > 0) mesh.update(sheet<S>(9, 0.3 * frame).vertices);
+    displacements.push_back(mesh.lastUpdate().largest_displacement);
+    recording.frame();
+  }
+  recording.frame();  // not updated
+  const Page page(recording);
+  const json body = page.run["bodies"][0];
+  EXPECT_EQ(body["volumes"], "none");
+  ASSERT_EQ(body["indexBits"], 16);
+  const auto corners = page.numbers<std::uint16_t>(body["indices"], 3 * rest.triangles.size());
+  for (std::size_t t = 0; t < rest.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      ASSERT_EQ(corners[3 * t + k], rest.triangles[t][static_cast<int>(k)]);
+  for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    expectPositions(page, frame, 0, sheet<S>(9, 0.3 * double(frame)).vertices);
+    const json now = page.run["frames"][frame]["bodies"][0];
+    EXPECT_EQ(now["volumes"][1], 0);
+    ASSERT_EQ(now.contains("update"), frame > 0);
+    if (frame == 0) continue;
+    EXPECT_EQ(now["update"]["displacement"], displacements[frame]);
+    EXPECT_EQ(now["update"]["nodes"], 0);
+  }
+  EXPECT_FALSE(page.run["frames"][kFrames]["bodies"][0].contains("update"));
+  EXPECT_FALSE(page.run["frames"][kFrames]["bodies"][0].contains("positions")) << "as before";
 }
 
 TEST(PageRecording, TrianglesAreThoseOfTheModel) {
@@ -371,21 +423,17 @@ TEST(PageRecording, ChangesNothingInTheModel) {
   }
 }
 
-/// With volumes on demand FCL's nodes are brought up to date for a recording, unless it has none.
-TEST(PageRecording, VolumesOnDemand) {
-  adaptive_bvh::RefitPolicy policy;
-  policy.volumes_on_demand = true;
+/// Below depth 0 there are no volumes, and the positions are recorded all the same.
+TEST(PageRecording, WithoutVolumes) {
   for (const int depth : {3, -1}) {
-    AdaptiveBVHModeld model(policy);
+    AdaptiveBVHModeld model;
     fillModel(sheet<double>(12, 0), model);
     RecordingOptions options;
     options.volume_depth = depth;
     Recording recording(options);
     recording.add(model, fcl::Transform3d::Identity(), "sheet");
-    const double before = model.getBV(0).bv.To.norm();
     model.update(sheet<double>(12, 0, 500).vertices);
     recording.frame();
-    EXPECT_EQ(model.getBV(0).bv.To.norm() != before, depth >= 0);
     const Page page(recording);
     expectPositions(page, 0, 0, model);
     if (depth >= 0)

@@ -1,26 +1,26 @@
-// Points and rays against deforming models, judged by every triangle in long double.
+// Points and rays against deforming meshes, judged by every triangle in long double.
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/point_query.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace point_query_test {
 
-using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::ClosestPoint;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::RayHit;
 using exact::Real;
 
 template <typename S>
 class PointQuery : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Model = DeformableMesh<S>;
 
   /// Of any size and place, and deformed.
-  void makeModel(Model& model, S size, const Vector3<S>& place) {
+  Model makeModel(S size, const Vector3<S>& place) {
     const int side = 2 + random_.below(7);
     TriangleMesh<S> mesh;
     switch (random_.below(4)) {
@@ -30,32 +30,32 @@ class PointQuery : public testing::Test {
       default: mesh = soup<S>(2 + 6 * side, random_.engine());
     }
     for (Vector3<S>& p : mesh.vertices) p = size * p + place;
-    fillModel(mesh, model);
+    Model model(mesh);
     for (Vector3<S>& p : mesh.vertices) p += size * S(0.1) * random_.point();
     model.update(mesh.vertices);
+    return model;
   }
   static exact::Triangle triangle(const Model& model, int t) {
-    const fcl::Triangle& v = model.tri_indices[t];
-    return {exact::of(model.vertices[v[0]]), exact::of(model.vertices[v[1]]),
-            exact::of(model.vertices[v[2]])};
+    const fcl::Triangle& v = model.triangles()[t];
+    return {exact::of(model.vertices()[v[0]]), exact::of(model.vertices()[v[1]]),
+            exact::of(model.vertices()[v[2]])};
   }
 
   RandomGeometry<S> random_{314};
 };
 
-TYPED_TEST_SUITE(PointQuery, TestScalars);
+TYPED_TEST_SUITE(PointQuery, MeshScalars);
 
 TYPED_TEST(PointQuery, TheClosestPointIsThatOfAllTriangles) {
   using S = TypeParam;
   for (int body = 0; body < 120; ++body) {
     const S size = this->random_.size(-2, 2);
     const Vector3<S> place = this->random_.point() * this->random_.size(-2, 3);
-    typename TestFixture::Model model;
-    this->makeModel(model, size, place);
+    const typename TestFixture::Model model = this->makeModel(size, place);
     std::vector<Vector3<S>> points;
     for (int i = 0; i < 20; ++i)
       points.push_back(place + this->random_.point() * size * this->random_.size(-2, 2));
-    points.push_back(model.vertices[0]);
+    points.push_back(model.vertices()[0]);
     points.push_back(place + Vector3<S>::Constant(S(1e9) * size));
     std::vector<ClosestPoint<S>> results;
     closestPoints(model, points, results);
@@ -63,7 +63,7 @@ TYPED_TEST(PointQuery, TheClosestPointIsThatOfAllTriangles) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const exact::Point x = exact::of(points[i]);
       Real least = std::numeric_limits<Real>::max(), farthest = 0;
-      for (int t = 0; t < model.num_tris; ++t) {
+      for (int t = 0; t < numTriangles(model); ++t) {
         least = std::min(least, exact::distance(this->triangle(model, t), x));
         farthest = std::max(farthest, (this->triangle(model, t)[0] - x).norm());
       }
@@ -101,8 +101,7 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
   for (int body = 0; body < 150; ++body) {
     const S size = this->random_.size(-2, 2);
     const Vector3<S> place = this->random_.point() * size;
-    typename TestFixture::Model model;
-    this->makeModel(model, size, place);
+    const typename TestFixture::Model model = this->makeModel(size, place);
     std::vector<Vector3<S>> origins, directions;
     for (int i = 0; i < 30; ++i) {
       origins.push_back(place + this->random_.direction() * size * this->random_.size(-1, 2));
@@ -118,7 +117,7 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
       const exact::Point origin = exact::of(origins[i]), along = exact::of(directions[i]);
       rayHits(model, origins[i], directions[i], all);
       hits += long(all.size());
-      std::vector<int> found(std::size_t(model.num_tris), 0);
+      std::vector<int> found(std::size_t(numTriangles(model)), 0);
       for (std::size_t k = 0; k < all.size(); ++k) {
         EXPECT_EQ(1, ++found[std::size_t(all[k].triangle)]);
         EXPECT_GE(all[k].t, 0);
@@ -127,7 +126,7 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
         }
       }
       EXPECT_EQ(all.empty() ? -1 : all[0].triangle, first[i].triangle);
-      for (int t = 0; t < model.num_tris; ++t) {
+      for (int t = 0; t < numTriangles(model); ++t) {
         const exact::Triangle corners = this->triangle(model, t);
         const ExactHit hit = meet(corners, origin, along);
         constexpr Real kClose = 1e-6L;
@@ -164,8 +163,7 @@ TYPED_TEST(PointQuery, NoRayLeavesAClosedSurfaceUnseen) {
                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& f : faces)
     box.triangles.emplace_back(std::size_t(f[0]), std::size_t(f[1]), std::size_t(f[2]));
-  typename TestFixture::Model model;
-  fillModel(box, model);
+  const typename TestFixture::Model model(box);
   std::vector<RayHit<S>> all;
   for (int i = 0; i < 20000; ++i) {
     const Vector3<S> origin = this->random_.point() * S(0.05);

@@ -10,16 +10,16 @@
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "model_state.h"
+#include "mesh/mesh_state.h"
 #include "query/contact_tasks.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace query_threads_test {
 
-using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::NeighbourFilter;
 
 template <typename S>
@@ -38,14 +38,12 @@ bool same(const fcl::Contact<S>& a, const fcl::Contact<S>& b) {
 template <typename S>
 class QueryThreads : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Model = DeformableMesh<S>;
   using Request = fcl::CollisionRequest<S>;
   using Result = fcl::CollisionResult<S>;
 
   /// Crumpled sheets, of 9,800 and of 5,000 triangles, through each other.
   QueryThreads() {
-    fillModel(crumpled(70, 70), first_);
-    fillModel(crumpled(50, 50), second_);
     tf1_ = random_.pose(1);
     tf2_ = tf1_;
     tf2_.rotate(Eigen::AngleAxis<S>(S(0.02), Vector3<S>::UnitX()));
@@ -64,52 +62,32 @@ class QueryThreads : public testing::Test {
     adaptive_bvh::collide<S>(&first_, tf1_, &second_, tf2_, request, result);
   }
 
-  /// What `ask` finds, and records, on one, two, three and eight threads.
+  /// What `ask` finds on one, two, three and eight threads.
   template <typename Ask>
-  void expectSame(const Ask& ask, bool whole, std::size_t least = 1) {
+  void expectSame(const Ask& ask, std::size_t least = 1) {
     Result expected;
-    std::vector<bool> visited;
-    const auto run = [&](int threads, Result& result) {
-      first_.setQueryThreads(threads);
-      update();
-      ask(result);
-      std::vector<bool> now;
-      for (const Model* model : {&first_, &second_})
-        for (int i = 0; i < model->getNumBVs(); ++i) now.push_back(model->traversed(i));
-      return std::make_pair(now, first_.recordedWork());
-    };
-    const auto [nodes, work] = run(1, expected);
+    first_.setQueryThreads(1);
+    ask(expected);
     EXPECT_GE(expected.numContacts(), least);
     for (int threads : {2, 3, 8}) {
       Result result;
-      const auto [nodes_now, work_now] = run(threads, result);
+      first_.setQueryThreads(threads);
+      ask(result);
       ASSERT_EQ(expected.numContacts(), result.numContacts());
       int different = 0;
       for (std::size_t i = 0; i < result.numContacts(); ++i)
         different += !same(expected.getContact(i), result.getContact(i));
       EXPECT_EQ(0, different) << threads << " threads";
-      EXPECT_EQ(work.queries, work_now.queries);
-      if (!whole) continue;
-      EXPECT_EQ(nodes, nodes_now);
-      EXPECT_EQ(work.box_tests, work_now.box_tests);
-      EXPECT_EQ(work.candidates, work_now.candidates);
-      EXPECT_EQ(work.leaf_tests, work_now.leaf_tests);
     }
-  }
-  /// So that what was recorded is forgotten.
-  void update() {
-    for (Model* model : {&first_, &second_})
-      model->update(
-          std::vector<Vector3<S>>(model->vertices, model->vertices + model->num_vertices));
   }
 
   const Request all_{1000000}, with_fields_{1000000, true};
   RandomGeometry<S> random_{5};
-  Model first_, second_;
+  Model first_{crumpled(70, 70)}, second_{crumpled(50, 50)};
   fcl::Transform3<S> tf1_, tf2_;
 };
 
-TYPED_TEST_SUITE(QueryThreads, TestScalars);
+TYPED_TEST_SUITE(QueryThreads, MeshScalars);
 
 TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
   using S = TypeParam;
@@ -188,9 +166,9 @@ TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
   for (NeighbourFilter filter :
        {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge, NeighbourFilter::None})
     for (const auto* request : {&this->all_, &this->with_fields_})
-      this->expectSame([&](Result& result) { this->self(*request, filter, result); }, true, 2000);
+      this->expectSame([&](Result& result) { this->self(*request, filter, result); }, 2000);
   for (const auto* request : {&this->all_, &this->with_fields_})
-    this->expectSame([&](Result& result) { this->both(*request, result); }, true, 2000);
+    this->expectSame([&](Result& result) { this->both(*request, result); }, 2000);
 }
 
 /// The first of them, where fewer are wanted; also after those of an older query.
@@ -203,14 +181,14 @@ TYPED_TEST(QueryThreads, StopWhereOneDoes) {
       this->self(request, NeighbourFilter::SharedVertex, result);
     };
     const auto both = [&](Result& result) { this->both(request, result); };
-    this->expectSame(self, false, most);
-    this->expectSame(both, false, most);
+    this->expectSame(self, most);
+    this->expectSame(both, most);
     this->expectSame(
         [&](Result& result) {
           self(result);
           this->both(more, result);
         },
-        false, most + 5);
+        most + 5);
   }
 }
 
@@ -219,43 +197,39 @@ TYPED_TEST(QueryThreads, TakeEveryRequest) {
   using Request = typename TestFixture::Request;
   using Result = typename TestFixture::Result;
   std::vector<std::size_t> costs;
-  this->expectSame(
-      [&](Result& result) {
-        this->both(Request(20, false, 10, true), result);
-        std::vector<fcl::CostSource<TypeParam>> sources;
-        result.getCostSources(sources);
-        costs.push_back(sources.size());
-      },
-      true);
+  this->expectSame([&](Result& result) {
+    this->both(Request(20, false, 10, true), result);
+    std::vector<fcl::CostSource<TypeParam>> sources;
+    result.getCostSources(sources);
+    costs.push_back(sources.size());
+  });
   EXPECT_EQ(std::vector<std::size_t>(4, 10), costs);
   this->tf2_.translation() += fcl::Vector3<TypeParam>(1, 1, 1) * TypeParam(0.9);
-  this->expectSame([&](Result& result) { this->both(this->all_, result); }, true, 0);
+  this->expectSame([&](Result& result) { this->both(this->all_, result); }, 0);
 }
 
-/// The number belongs to the model, goes along with it, and is checked.
-TYPED_TEST(QueryThreads, AreASettingOfTheModel) {
+/// The number belongs to the mesh, goes along with it, and is checked.
+TYPED_TEST(QueryThreads, AreASettingOfTheMesh) {
   using Result = typename TestFixture::Result;
   using Model = typename TestFixture::Model;
   EXPECT_THROW(this->first_.setQueryThreads(0), std::invalid_argument);
   EXPECT_THROW(this->first_.setQueryThreads(-3), std::invalid_argument);
   this->first_.setQueryThreads(2);
   const Model copy(this->first_);
-  EXPECT_EQ(2,
-            (adaptive_bvh::detail::ModelAccess<TestVolume<TypeParam>>::tree(copy).query_threads));
+  EXPECT_EQ(2, adaptive_bvh::detail::MeshAccess<TypeParam>::state(copy).query_threads);
   Result expected, result;
   this->self(this->all_, NeighbourFilter::SharedVertex, expected);
   selfCollide(copy, this->tf1_, this->all_, result);
   EXPECT_EQ(expected.numContacts(), result.numContacts());
 }
 
-/// Users' threads query shared models at once, each of them on several.
+/// Users' threads query shared meshes at once, each of them on several.
 TYPED_TEST(QueryThreads, ServeManyUsers) {
   using Result = typename TestFixture::Result;
   Result self, both;
   this->self(this->with_fields_, NeighbourFilter::SharedVertex, self);
   this->both(this->with_fields_, both);
   this->first_.setQueryThreads(3);
-  this->update();  // one of them brings the four-wide trees up to date
   std::atomic<int> different{0};
   const auto compare = [&](const Result& expected, const Result& result) {
     different += expected.numContacts() != result.numContacts();

@@ -9,7 +9,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace rigid_transform_test {
@@ -17,14 +17,9 @@ namespace rigid_transform_test {
 template <typename S>
 class RigidTransform : public testing::Test {
  protected:
-  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
+  using Model = adaptive_bvh::DeformableMesh<S>;
   using Transform = fcl::Transform3<S>;
   using Query = std::function<void(const Transform&, const Transform&)>;
-
-  RigidTransform() {
-    fillModel(plate<S>(3, 3), first_);
-    fillModel(dome<S>(5, 4), second_);
-  }
 
   static std::vector<Transform> badTransforms() {
     const S nan = std::numeric_limits<S>::quiet_NaN();
@@ -52,10 +47,10 @@ class RigidTransform : public testing::Test {
     EXPECT_NO_THROW(query(still, turned));
   }
 
-  Model first_, second_;
+  Model first_{plate<S>(3, 3)}, second_{dome<S>(5, 4)};
 };
 
-TYPED_TEST_SUITE(RigidTransform, TestScalars);
+TYPED_TEST_SUITE(RigidTransform, MeshScalars);
 
 TYPED_TEST(RigidTransform, OrNoDistance) {
   using S = TypeParam;
@@ -65,7 +60,7 @@ TYPED_TEST(RigidTransform, OrNoDistance) {
     fcl::DistanceResult<S> result;
     adaptive_bvh::distance<S>(&this->first_, tf1, &this->second_, tf2, request, result);
   });
-  adaptive_bvh::CoherentDistance<TestVolume<S>> pair(this->first_, this->second_);
+  adaptive_bvh::CoherentDistance<S> pair(this->first_, this->second_);
   this->expectRefusal([&](const Transform& tf1, const Transform& tf2) {
     fcl::DistanceResult<S> result;
     pair.distance(tf1, tf2, request, result);
@@ -98,7 +93,7 @@ TYPED_TEST(RigidTransform, OrNothingNear) {
   this->expectRefusal([&](const Transform& tf1, const Transform& tf2) {
     isNearer(this->first_, tf1, this->second_, tf2, S(0.1));
   });
-  adaptive_bvh::CoherentProximity<TestVolume<S>> pair(this->first_, this->second_);
+  adaptive_bvh::CoherentProximity<S> pair(this->first_, this->second_);
   this->expectRefusal(
       [&](const Transform& tf1, const Transform& tf2) { pair.isNearer(tf1, tf2, S(0.1)); });
   adaptive_bvh::ProximityRequest<S> request;
@@ -125,9 +120,8 @@ TYPED_TEST(RigidTransform, OrNothingNear) {
 TYPED_TEST(RigidTransform, OrNoImpact) {
   using S = TypeParam;
   using Transform = typename TestFixture::Transform;
-  using Motion = adaptive_bvh::Motion<TestVolume<S>>;
-  const std::vector<Vector3<S>> positions(this->first_.vertices,
-                                          this->first_.vertices + this->first_.num_vertices);
+  using Motion = adaptive_bvh::Motion<S>;
+  const std::vector<Vector3<S>>& positions = this->first_.vertices();
   this->expectRefusal([&](const Transform& tf1, const Transform& tf2) {
     const Motion motion(this->first_, positions, positions, tf1, tf2);
     adaptive_bvh::FeaturePairs pairs;

@@ -88,9 +88,7 @@ TEST(Scenarios, StayAsTheyAreAfterTheirLastFrame) {
 
 /// Distances in all frames.
 std::vector<double> distances(const Scenario& scenario) {
-  adaptive_bvh::AdaptiveBVHModeld a, b;
-  fillModel(scenario.first.mesh(), a);
-  fillModel(scenario.second.mesh(), b);
+  adaptive_bvh::DeformableMeshd a(scenario.first.mesh()), b(scenario.second.mesh());
   const auto origin = fcl::Transform3d::Identity();
   std::vector<double> found;
   for (int frame = 1; frame <= scenario.frames(); ++frame) {
@@ -211,11 +209,10 @@ TEST(Scenarios, PressRodsTogether) {
 
 /// Pairs of triangles that intersect.
 std::size_t selfContacts(const Body& body, int frame) {
-  adaptive_bvh::AdaptiveBVHModeld model;
-  fillModel(body.mesh(), model);
-  model.update(body.positions(frame));
+  adaptive_bvh::DeformableMeshd mesh(body.mesh());
+  mesh.update(body.positions(frame));
   fcl::CollisionResultd result;
-  return selfCollide(model, fcl::CollisionRequestd(1000000), result);
+  return selfCollide(mesh, fcl::CollisionRequestd(1000000), result);
 }
 
 TEST(Scenarios, TouchThemselves) {

@@ -5,14 +5,13 @@
 
 #include "support/brute_force.h"
 #include "support/long_mode.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace self_collision_test {
 
-using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::NeighbourFilter;
-using adaptive_bvh::RefitPolicy;
 using Pairs = std::set<std::pair<int, int>>;
 
 constexpr NeighbourFilter kFilters[] = {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge,
@@ -91,17 +90,16 @@ Pairs pairsOf(const fcl::CollisionResult<S>& contacts) {
   return pairs;
 }
 
-/// Expects that `found` has all pairs that intersect by FCL's verdict with the smaller index first,
-/// and none else.
+/// Expects that `found` has all pairs that intersect, and none else.
 template <typename S>
-void expectAll(const fcl::BVHModel<TestVolume<S>>& model, NeighbourFilter filter,
-               const Pairs& found, int& contacts) {
+void expectAll(const DeformableMesh<S>& model, NeighbourFilter filter, const Pairs& found,
+               int& contacts) {
   const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
   const Pairs touching = BruteForce<S>(model, still, model, still).contacts();
   int missed = 0, extra = 0;
-  for (int i = 0; i < model.num_tris; ++i)
-    for (int j = i + 1; j < model.num_tris; ++j) {
-      const bool left_out = neighbours<S>(model.tri_indices[i], model.tri_indices[j], filter);
+  for (int i = 0; i < numTriangles(model); ++i)
+    for (int j = i + 1; j < numTriangles(model); ++j) {
+      const bool left_out = neighbours<S>(model.triangles()[i], model.triangles()[j], filter);
       const bool touches = !left_out && touching.count({i, j}) > 0;
       const bool reported = found.count({i, j}) > 0;
       missed += touches && !reported;
@@ -115,24 +113,23 @@ void expectAll(const fcl::BVHModel<TestVolume<S>>& model, NeighbourFilter filter
 template <typename S>
 class SelfCollision : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Model = DeformableMesh<S>;
   const fcl::CollisionRequest<S> all_{1000000};
 };
 
-using Scalars = TestScalars;
+using Scalars = MeshScalars;
 TYPED_TEST_SUITE(SelfCollision, Scalars);
 
 TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {
   using S = TypeParam;
   std::mt19937 random(testSeed(7));
-  for (Motion<S> motion : {&fold<S>, &coil<S>, &crumple<S>})
-    for (const RefitPolicy& policy :
-         {RefitPolicy(), RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::ABOrBC)}) {
-      typename TestFixture::Model model(policy);
-      fillModel(sheet<S>(), model);
+  for (const bool two_frames : {false, true})
+    for (Motion<S> motion : {&fold<S>, &coil<S>, &crumple<S>}) {
+      typename TestFixture::Model model(sheet<S>());
       int contacts = 0;
       for (int frame = 0; frame <= 12; frame += isLongMode() ? 1 : 2) {
-        model.update(motion(S(frame) / 12, random));
+        const auto points = motion(S(frame) / 12, random);
+        two_frames ? model.updateTwoFrames(points) : model.update(points);
         ASSERT_TRUE(model.validate());
         for (NeighbourFilter filter : kFilters) {
           if (filter != NeighbourFilter::SharedVertex && frame % 4) continue;
@@ -165,8 +162,7 @@ TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
           TriangleMesh<S> mesh;
           mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
           mesh.triangles = {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}};
-          typename TestFixture::Model model;
-          fillModel(mesh, model);
+          const typename TestFixture::Model model(mesh);
           for (const NeighbourFilter filter : kFilters) {
             fcl::CollisionResult<S> result;
             EXPECT_EQ(faces.contacts[int(filter)], selfCollide(model, this->all_, result, filter));
@@ -180,8 +176,7 @@ TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
 TYPED_TEST(SelfCollision, PlacesContactsInTheWorld) {
   using S = TypeParam;
   std::mt19937 random(testSeed(11));
-  typename TestFixture::Model model;
-  fillModel(sheet<S>(), model);
+  typename TestFixture::Model model(sheet<S>());
   model.update(crumple<S>(1, random));
   const fcl::Transform3<S> tf = randomPose<S>(random, 3);
   fcl::CollisionRequest<S> with_points(1000000, true);
@@ -203,51 +198,13 @@ TYPED_TEST(SelfCollision, PlacesContactsInTheWorld) {
 TYPED_TEST(SelfCollision, StopsAtTheNumberOfContacts) {
   using S = TypeParam;
   std::mt19937 random(testSeed(13));
-  typename TestFixture::Model model;
-  fillModel(sheet<S>(), model);
+  typename TestFixture::Model model(sheet<S>());
   fcl::CollisionResult<S> none, one, three;
   EXPECT_EQ(0u, selfCollide(model, this->all_, none)) << "a plate at rest only has neighbours";
   model.update(crumple<S>(1, random));
   EXPECT_EQ(1u, selfCollide(model, fcl::CollisionRequest<S>(), one));
   EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequest<S>(3), three));
   EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequest<S>(3), three)) << "already has them";
-}
-
-TYPED_TEST(SelfCollision, RecordsStatistics) {
-  using S = TypeParam;
-  using adaptive_bvh::FitnessCriterion;
-  std::mt19937 random(testSeed(17));
-  for (const RefitPolicy& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::AB)}) {
-    typename TestFixture::Model model(policy);
-    fillModel(sheet<S>(), model);
-    model.update(crumple<S>(1, random));
-    fcl::CollisionResult<S> result;
-    selfCollide(model, this->all_, result);
-    EXPECT_EQ(1, model.recordedWork().queries);
-    const bool by_volumes = policy.propagation == adaptive_bvh::Propagation::Displacements;
-    const adaptive_bvh::QueryWork work = model.recordedWork();
-    EXPECT_GT(by_volumes ? work.bv_tests : work.box_tests, work.leaf_tests);
-    EXPECT_EQ(0, by_volumes ? work.box_tests : work.bv_tests);
-    std::set<int> met;
-    for (const auto& [i, j] : pairsOf(result)) met.insert({i, j});
-    for (int i = 0; i < model.getNumBVs(); ++i) {
-      const auto& node = model.getBV(i);
-      EXPECT_TRUE(!node.isLeaf() || !met.count(node.primitiveId()) || model.traversed(i));
-    }
-    const auto& root = model.getBV(0);
-    EXPECT_TRUE(model.traversed(root.leftChild()));
-    model.update(crumple<S>(1, random));
-    // By boxes no volume was tested, so none was in the way: at most those whose turn it is.
-    EXPECT_EQ(by_volumes, model.lastUpdate().refitted() > model.getNumBVs() / 64 + 1);
-    EXPECT_FALSE(model.traversed(root.leftChild()));
-  }
-}
-
-TYPED_TEST(SelfCollision, RefusesAModelWithoutTriangles) {
-  using S = TypeParam;
-  typename TestFixture::Model model;
-  fcl::CollisionResult<S> result;
-  EXPECT_THROW(selfCollide(model, this->all_, result), std::invalid_argument);
 }
 
 }  // namespace self_collision_test

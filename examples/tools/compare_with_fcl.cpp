@@ -1,7 +1,8 @@
-// Two deforming meshes and their exact distance in every frame, four ways side by side:
+// Two deforming meshes and their exact distance in every frame, five ways side by side:
 //   fcl       fcl::BVHModel, refitted whole and soundly (top-down), fcl::distance
 //   drop-in   the same calls on adaptive_bvh::AdaptiveBVHModel, fcl::distance
 //   recorded  the same with adaptive_bvh::distance, which reports to the update where the query was
+//   mesh      adaptive_bvh::DeformableMesh, adaptive_bvh::distance
 //   coherent  the same with adaptive_bvh::CoherentDistance, which follows the pair over frames
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "clock.h"
@@ -45,14 +47,27 @@ struct Cost {
   }
 };
 
+/// A frame of any pair of bodies: `move` takes them to their positions, `query` fills in a result.
+template <typename Move, typename Query>
+Cost costOf(Move&& move, Query&& query) {
+  fcl::DistanceResultd result;
+  Cost cost;
+  Clock clock;
+  move();
+  cost.update = clock.milliseconds();
+  query(fcl::DistanceRequestd(), result);
+  cost.query = clock.milliseconds();
+  cost.distance = result.min_distance;
+  return cost;
+}
+
 /// A pair of models of one kind, taken through a frame by FCL's own calls.
 template <typename Model, typename BV>
-struct Pair {
+struct ModelPair {
   Model a, b;
-  adaptive_bvh::CoherentDistance<BV>* followed = nullptr;  // where a pair is followed over frames
   bool recorded = false;
 
-  Pair(const Mesh& mesh_a, const Mesh& mesh_b) {
+  ModelPair(const Mesh& mesh_a, const Mesh& mesh_b) {
     fillModel(mesh_a, a);
     fillModel(mesh_b, b);
   }
@@ -64,23 +79,19 @@ struct Pair {
   }
 
   Cost frame(const Positions& pa, const Positions& pb) {
-    const auto identity = fcl::Transform3d::Identity();
-    const fcl::CollisionGeometryd *ga = &a, *gb = &b;
-    fcl::DistanceRequestd request;
-    fcl::DistanceResultd result;
-    Cost cost;
-    Clock clock;
-    move(a, pa);
-    move(b, pb);
-    cost.update = clock.milliseconds();
-    if (followed)
-      followed->distance(identity, identity, request, result);
-    else if (recorded)
-      adaptive_bvh::distance(ga, identity, gb, identity, request, result);
-    else
-      fcl::distance(ga, identity, gb, identity, request, result);
-    cost.query = clock.milliseconds();
-    cost.distance = result.min_distance;
+    Cost cost = costOf(
+        [&] {
+          move(a, pa);
+          move(b, pb);
+        },
+        [&](const fcl::DistanceRequestd& request, fcl::DistanceResultd& result) {
+          const auto identity = fcl::Transform3d::Identity();
+          const fcl::CollisionGeometryd *ga = &a, *gb = &b;
+          if (recorded)
+            adaptive_bvh::distance(ga, identity, gb, identity, request, result);
+          else
+            fcl::distance(ga, identity, gb, identity, request, result);
+        });
     cost.refitted = refitted(a) + refitted(b);
     return cost;
   }
@@ -91,10 +102,35 @@ struct Pair {
   }
 };
 
+/// A pair of DeformableMeshes.
+struct MeshPair {
+  adaptive_bvh::DeformableMeshd a, b;
+  adaptive_bvh::CoherentDistanced followed{a, b};
+
+  MeshPair(const Mesh& mesh_a, const Mesh& mesh_b) : a(mesh_a), b(mesh_b) {}
+
+  Cost frame(const Positions& pa, const Positions& pb, bool follow) {
+    return costOf(
+        [&] {
+          a.update(pa);
+          b.update(pb);
+        },
+        [&](const fcl::DistanceRequestd& request, fcl::DistanceResultd& result) {
+          const auto identity = fcl::Transform3d::Identity();
+          if (follow)
+            followed.distance(identity, identity, request, result);
+          else
+            adaptive_bvh::distance<double>(&a, identity, &b, identity, request, result);
+        });
+  }
+};
+
+/// Of meshes without the nodes, which they do not have.
 void printRow(const char* name, const Cost& sum, const Cost& fcl, int frames) {
-  std::printf("  %-9s %9.3f %9.3f %9.3f   %6.2fx   %10.1f\n", name, sum.update / frames,
-              sum.query / frames, sum.total() / frames, fcl.total() / sum.total(),
-              double(sum.refitted) / frames);
+  std::printf("  %-9s %9.3f %9.3f %9.3f   %6.2fx", name, sum.update / frames, sum.query / frames,
+              sum.total() / frames, fcl.total() / sum.total());
+  if (sum.refitted > 0) std::printf("   %10.1f", double(sum.refitted) / frames);
+  std::printf("\n");
 }
 
 /// Throws unless the triangles are those of the mesh, so that vertices pair by number.
@@ -127,6 +163,10 @@ struct Input {
   }
 };
 
+/// This library's.
+constexpr std::array<const char*, 4> kWays = {"drop-in", "recorded", "mesh", "coherent"};
+using Costs = std::array<Cost, kWays.size()>;
+
 /// A row per frame; nothing without a path.
 class Csv {
  public:
@@ -135,12 +175,14 @@ class Csv {
     out_.open(path);
     if (!out_) throw std::runtime_error("cannot write '" + path + "'");
     out_ << "frame,distance,disagreement,fcl_update_ms,fcl_query_ms";
-    for (const char* way : {"drop_in", "recorded", "coherent"})
+    for (std::string way : kWays) {
+      std::replace(way.begin(), way.end(), '-', '_');
       out_ << ',' << way << "_update_ms," << way << "_query_ms," << way << "_refitted";
+    }
     out_ << '\n';
   }
 
-  void add(int frame, double disagreement, const Cost& fcl, const std::array<Cost, 3>& ours) {
+  void add(int frame, double disagreement, const Cost& fcl, const Costs& ours) {
     if (!out_.is_open()) return;
     out_ << frame << ',' << fcl.distance << ',' << disagreement << ',' << fcl.update << ','
          << fcl.query;
@@ -163,8 +205,8 @@ void printProgress(int frame, int frames, double distance, double speed_up) {
 
 template <typename BV>
 void run(const Options& options) {
-  using Plain = Pair<fcl::BVHModel<BV>, BV>;
-  using Adaptive = Pair<adaptive_bvh::AdaptiveBVHModel<BV>, BV>;
+  using Plain = ModelPair<fcl::BVHModel<BV>, BV>;
+  using Adaptive = ModelPair<adaptive_bvh::AdaptiveBVHModel<BV>, BV>;
   const Input input(options);
   const auto& [a, b, target] = input;
   Motion motion_a(a.vertices, target.empty() ? Motion::Squeeze : Motion::Interpolate, target);
@@ -174,21 +216,20 @@ void run(const Options& options) {
               options.frames);
 
   Plain plain(a, b);
-  Adaptive drop_in(a, b), recorded(a, b), coherent(a, b);
+  Adaptive drop_in(a, b), recorded(a, b);
   recorded.recorded = true;
-  adaptive_bvh::CoherentDistance followed(coherent.a, coherent.b);
-  coherent.followed = &followed;
+  MeshPair meshes(a, b), coherent(a, b);
   Csv csv(options.csv);
 
   Cost sum_fcl;
-  std::array<Cost, 3> sums;
+  Costs sums;
   double worst = 0, nearest = std::numeric_limits<double>::max();
   for (int frame = 1; frame <= options.frames; ++frame) {
     const double t = double(frame) / options.frames;
     const Positions &pa = motion_a.at(t), &pb = motion_b.at(t);
     const Cost fcl = plain.frame(pa, pb);
-    const std::array<Cost, 3> ours = {drop_in.frame(pa, pb), recorded.frame(pa, pb),
-                                      coherent.frame(pa, pb)};
+    const Costs ours = {drop_in.frame(pa, pb), recorded.frame(pa, pb), meshes.frame(pa, pb, false),
+                        coherent.frame(pa, pb, true)};
     sum_fcl += fcl;
     double disagreement = 0;
     for (std::size_t way = 0; way < ours.size(); ++way) {
@@ -198,16 +239,16 @@ void run(const Options& options) {
     worst = std::max(worst, disagreement);
     nearest = std::min(nearest, fcl.distance);
     csv.add(frame, disagreement, fcl, ours);
-    printProgress(frame, options.frames, ours[2].distance, sum_fcl.total() / sums[2].total());
+    printProgress(frame, options.frames, ours.back().distance,
+                  sum_fcl.total() / sums.back().total());
   }
 
   std::printf("smallest distance %.6f   largest disagreement with FCL %.3g\n", nearest, worst);
   std::printf("  per frame  update ms  query ms  total ms  speed-up  nodes refitted (of %d)\n",
               plain.a.getNumBVs() + plain.b.getNumBVs());
   printRow("fcl", sum_fcl, sum_fcl, options.frames);
-  printRow("drop-in", sums[0], sum_fcl, options.frames);
-  printRow("recorded", sums[1], sum_fcl, options.frames);
-  printRow("coherent", sums[2], sum_fcl, options.frames);
+  for (std::size_t way = 0; way < kWays.size(); ++way)
+    printRow(kWays[way], sums[way], sum_fcl, options.frames);
   if (!options.page.empty())
     tools::writePage<BV>({a, b, motion_a, motion_b, options.frames}, options.page);
 }
@@ -221,7 +262,7 @@ int main(int argc, char** argv) {
   app.add_option("MESH_B", options.mesh_b, "Mesh file (default: a plate below MESH_A)");
   app.add_option("--to", options.to, "A second pose of MESH_A: go there and back");
   app.add_option("--frames", options.frames, "Number of frames")->check(CLI::Range(1, 1000000));
-  app.add_option("--volume", options.volume, "Bounding volumes of all models: rss or obbrss")
+  app.add_option("--volume", options.volume, "Bounding volumes of the models: rss or obbrss")
       ->check(CLI::IsMember({"rss", "obbrss"}));
   app.add_option("--csv", options.csv, "Write a row per frame to this file");
   app.add_option("--page", options.page, "Then record the run as a page that plays it")

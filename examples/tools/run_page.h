@@ -14,10 +14,10 @@ struct MovingPair {
   int frames;
 };
 
-/// Takes the pair through its frames once more, with CoherentDistance on models of BV, records that
-/// as a page, and prints where it is and what recording has cost. Prints that there is no page
-/// where the library was built without the component recording. Throws std::runtime_error when the
-/// file cannot be written.
+/// Takes the pair through its frames once more, with adaptive_bvh::distance on AdaptiveBVHModels of
+/// BV, records that as a page, and prints where it is and what recording has cost. Prints that
+/// there is no page where the library was built without the component recording. Throws
+/// std::runtime_error when the file cannot be written.
 template <typename BV>
 void writePage(const MovingPair& pair, const std::string& path);
 

@@ -10,11 +10,14 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
 
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
 
 namespace adaptive_bvh {
+
+enum class StepKind;
 
 namespace detail {
 template <typename BV>
@@ -39,9 +42,13 @@ struct Supported {
 ///
 /// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
 /// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
-/// step, whatever the policy. While nobody asks for the volumes they are kept large enough, not
-/// tight: RefitPolicy::volumes_rest. (FCL's own default refit, bottom-up, does not keep it for RSS
-/// and OBBRSS: distances come out too large, and collisions of RSS are missed.)
+/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS and
+/// OBBRSS: distances come out too large, and collisions of RSS are missed.)
+///
+/// **Queries.** fcl::distance, fcl::collide, FCL's managers, and adaptive_bvh::distance and collide
+/// (query.h), which also record what the fitness tests need. All other queries of this library take
+/// a DeformableMesh: `mesh` is that of this model. Where FCL's queries are not needed, use a
+/// DeformableMesh alone: its update costs a fraction.
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
@@ -51,8 +58,8 @@ struct Supported {
 /// throws. A refused call or step leaves the model as it was, queryable.
 ///
 /// **Threads.** Any number of threads may query a model at once, by FCL or by query.h. Updates,
-/// policy changes and builds need the model for themselves: hold a std::shared_mutex shared for
-/// queries and unique for updates.
+/// policy changes, builds and the non-const `mesh` need the model for themselves: hold a
+/// std::shared_mutex shared for queries and unique for updates.
 ///
 /// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
 /// through the calls below. Its address stays the same over replace* and `update`. Positions given
@@ -81,7 +88,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   explicit AdaptiveBVHModel(HierarchyStrategy strategy);
 
   /// Deep: the copy is updated and queried apart from the original. Copies every array, nodes
-  /// included: about 430 bytes a triangle in double precision.
+  /// included: about 430 bytes a triangle in double precision; and the mesh, if there is one.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
 
   /// Takes over everything, in constant time. `other` is then as after the default constructor: it
@@ -203,10 +210,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// A step in which only some vertices move: positions[i] is vertex indices[i]'s, in any
   /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the
   /// nodes above those vertices, where the update of all costs in proportion to the tree. The first
-  /// such call for a tree allocates 16 bytes a triangle and 4 a vertex. (With
-  /// Propagation::Displacements, or after endUpdateModel, it is an update of all vertices.)
-  /// Throws as `update`, and std::invalid_argument when an index is past the vertices or the two
-  /// vectors differ in length; the model then keeps its positions.
+  /// such call for a tree allocates 16 bytes a triangle and 4 a vertex. Where a vertex moves away
+  /// from a side of the local AABB, all vertices are read; afterwards `aabb_radius` is that of the
+  /// ball around the AABB. (With Propagation::Displacements, or after endUpdateModel, it is an
+  /// update of all vertices.) Throws as `update`, and std::invalid_argument when an index is past
+  /// the vertices or the two vectors differ in length; the model then keeps its positions.
   const UpdateReport& update(const unsigned* indices, const Point* positions, std::size_t count);
   /// From vectors.
   const UpdateReport& update(const std::vector<unsigned>& indices,
@@ -233,10 +241,19 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
-  /// Brings FCL's nodes up to date where RefitPolicy::volumes_rest or volumes_on_demand has left
-  /// them behind, by refitting every volume; else nothing. Every query of FCL's does that first. To
-  /// be called by code that reads them itself. Threads that query may call it at once.
-  void updateVolumes() const;
+  /// The model's triangles as a DeformableMesh, for the queries that take one. The first call makes
+  /// it; from then on every update of the model keeps it current, which takes as long as
+  /// DeformableMesh::update, and it takes the memory of one. Its address stays the same until the
+  /// model is moved from, built anew or destroyed. A build renews it. So does the next update, or
+  /// call of `mesh`, when the model had been changed through a fcl::BVHModel reference. To be
+  /// called as updates are, while no query runs. Throws std::logic_error when the model is not
+  /// built or has no triangles.
+  const DeformableMesh<S>& mesh();
+  /// As above, where it was made before; else throws std::logic_error. So it does where the model
+  /// was changed through a fcl::BVHModel& and the mesh has not followed yet.
+  const DeformableMesh<S>& mesh() const;
+  /// Whether it was made.
+  bool hasMesh() const;
 
   /// Lets updates of all vertices use so many threads of the caller's oneTBB task arena, where the
   /// model has 50,000 triangles or more. 1 by default. The result has the same bits whatever the
@@ -244,23 +261,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// built without oneTBB. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
-  /// Lets a query use so many threads of the caller's oneTBB task arena where there is much to
-  /// search: `selfCollide` and `adaptive_bvh::collide` where the boxes are searched (query.h),
-  /// pairs within a distance (proximity.h), continuous collision and many points at once
-  /// (point_query.h). Of two models the larger number counts. 1 by default. Results and their order
-  /// are the same whatever the number. (What is recorded for test B is, too, unless the search
-  /// stops at `num_max_contacts`: then on more threads it may hold more.) Other queries, and
-  /// requests with `enable_cost`, take one thread. On more than one thread a query allocates, and
-  /// the thread that asks keeps memory for all of them until it ends. Without effect where the
-  /// library was built without oneTBB. Throws std::invalid_argument below 1. To be called as
-  /// updates are, while no query runs.
-  void setQueryThreads(int threads);
-
   /// Checks the invariant: every volume contains every triangle below it (after a two-frame
   /// update of both frames), up to the rounding error of the check itself, which is at most 6
-  /// epsilon times the extent of the volume. Also the links of the tree. Takes O(n depth). On
-  /// false, `reason` says what is wrong where. With RefitPolicy::volumes_on_demand it first brings
-  /// the volumes up to date.
+  /// epsilon times the extent of the volume. Also the links of the tree, and the mesh, if there is
+  /// one. Takes O(n depth). On false, `reason` says what is wrong where.
   bool validate(std::string* reason = nullptr) const;
 
   /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
@@ -272,13 +276,13 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Of its corners, the largest, since its leaf was last refitted; with Propagation::Displacements
   /// only, else 0.
   S overallDisplacement(int triangle) const;
-  /// Test B: did a recording query go below since the update? Not recorded while volumes rest.
+  /// Test B: did a recording query go below since the update?
   bool traversed(int node) const;
-  /// The nodes whose volumes the last update recomputed from their triangles, or `updateVolumes`
-  /// after it; in ascending order. None after a build.
+  /// The nodes whose volumes the last update recomputed from their triangles, in ascending order.
+  /// None after a build.
   std::vector<int> refittedNodes() const;
   QueryWork recordedWork() const;
-  /// Memory beside FCL's own, in bytes.
+  /// Memory beside FCL's own, in bytes: also that of the mesh.
   std::size_t trackingBytes() const;
   /// \}
 
@@ -298,7 +302,6 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   using Columns = Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>;
 
   void repair() const;
-  fcl::NODE_TYPE typeOfModel() const;
   void takeOverBuild();
   int addPositions(bool two_frames, const Point* positions, std::size_t count);
   int endPositions(bool two_frames, bool refit);
@@ -306,8 +309,9 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   const UpdateReport& updateColumns(const Columns& positions);
   [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
-  void resynchronise() const;
-  void refitWaiting() const;
+  bool meshIsCurrent() const;
+  void renewMesh();
+  void stepMesh(StepKind kind, const unsigned* indices, std::size_t count);
 
   std::unique_ptr<State> state_;
 };

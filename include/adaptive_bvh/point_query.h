@@ -3,20 +3,20 @@
 #include <cstddef>
 #include <vector>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 
 namespace adaptive_bvh {
 
 /// \file
-/// Points and rays against a deforming model in its present state: nothing is rebuilt. Everything
-/// is in the model's own frame and unit, and computed in double precision for models of either
+/// Points and rays against a deforming mesh in its present state: nothing is rebuilt. Everything
+/// is in the mesh's own frame and unit, and computed in double precision for meshes of either
 /// precision.
 ///
 /// **Errors.** std::invalid_argument when a number is not finite, a direction is zero, a distance
-/// is negative or NaN, and when the model has no triangles or is not built.
+/// is negative or NaN.
 ///
-/// **Threads.** Thread-safe on shared models, as query.h. A query of many takes several threads
-/// itself where AdaptiveBVHModel::setQueryThreads says so. Not recorded for the refit policy.
+/// **Threads.** Thread-safe on shared meshes, as query.h. A query of many takes several threads
+/// itself where DeformableMesh::setQueryThreads says so.
 
 /// The point of a surface that is nearest to a point.
 template <typename S>
@@ -26,23 +26,21 @@ struct ClosestPoint {
   int triangle;           ///< that has it; one of them, where several do
 };
 
-/// The nearest point of the model's triangles. The distance is exact up to rounding: 2^-48 (4e-15)
+/// The nearest point of the mesh's triangles. The distance is exact up to rounding: 2^-48 (4e-15)
 /// of the largest distance of `point` to a corner of the triangle.
-template <typename BV>
-ClosestPoint<typename BV::S> closestPoint(const AdaptiveBVHModel<BV>& model,
-                                          const fcl::Vector3<typename BV::S>& point);
+template <typename S>
+ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point);
 
 /// Of many points, in their order. `result` is overwritten; one that is used again allocates
 /// nothing. Points that follow each other are best near each other.
-template <typename BV>
-void closestPoints(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* points,
-                   std::size_t count, std::vector<ClosestPoint<typename BV::S>>& result);
+template <typename S>
+void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                   std::vector<ClosestPoint<S>>& result);
 /// From a vector.
-template <typename BV>
-void closestPoints(const AdaptiveBVHModel<BV>& model,
-                   const std::vector<fcl::Vector3<typename BV::S>>& points,
-                   std::vector<ClosestPoint<typename BV::S>>& result) {
-  closestPoints(model, points.data(), points.size(), result);
+template <typename S>
+void closestPoints(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+                   std::vector<ClosestPoint<S>>& result) {
+  closestPoints(mesh, points.data(), points.size(), result);
 }
 
 /// Where a ray meets a triangle: at origin + t * direction.
@@ -61,21 +59,19 @@ struct RayHit {
 /// exactly in the triangle's plane; an origin that is computed may lie on either side of it. A
 /// triangle in whose plane the ray lies is not met, nor is one at a t that S cannot hold. `result`
 /// is overwritten. Returns the number of hits.
-template <typename BV>
-std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>& origin,
-                    const fcl::Vector3<typename BV::S>& direction,
-                    std::vector<RayHit<typename BV::S>>& result);
+template <typename S>
+std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+                    const fcl::Vector3<S>& direction, std::vector<RayHit<S>>& result);
 
 /// The first hit of rayHits.
-template <typename BV>
-RayHit<typename BV::S> firstHit(const AdaptiveBVHModel<BV>& model,
-                                const fcl::Vector3<typename BV::S>& origin,
-                                const fcl::Vector3<typename BV::S>& direction);
+template <typename S>
+RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+                   const fcl::Vector3<S>& direction);
 
 /// The first hit of each of many rays, in their order. `result` is overwritten.
-template <typename BV>
-void firstHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* origins,
-               const fcl::Vector3<typename BV::S>* directions, std::size_t count,
-               std::vector<RayHit<typename BV::S>>& result);
+template <typename S>
+void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
+               const fcl::Vector3<S>* directions, std::size_t count,
+               std::vector<RayHit<S>>& result);
 
 }  // namespace adaptive_bvh

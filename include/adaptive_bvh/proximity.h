@@ -5,61 +5,55 @@
 #include <memory>
 #include <vector>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/self_collision.h"
 
 namespace adaptive_bvh {
 
 /// \file
-/// What is near: two models, or one and itself, within a distance d (see point_query.h for points
+/// What is near: two meshes, or one and itself, within a distance d (see point_query.h for points
 /// and rays). Every answer is that of a test of all pairs of triangles on the present positions, in
-/// double precision, for models of either precision.
+/// double precision, for meshes of either precision.
 ///
 /// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
-/// models, seen from the first. A pair whose distance is so near to d may be in or out. The
+/// meshes, seen from the first. A pair whose distance is so near to d may be in or out. The
 /// distance is 0 of triangles that have a common point, and only of those: that is decided without
 /// any error for the second's corners as they are placed in the frame of the first.
 ///
-/// **Frames and units.** `tf1` and `tf2` place the models in the world; lengths are in the models'
-/// unit. A deforming model is asked in its present state, nothing is rebuilt.
+/// **Frames and units.** `tf1` and `tf2` place the meshes in the world; lengths are in the meshes'
+/// unit. A deforming mesh is asked in its present state, nothing is rebuilt.
 ///
 /// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), when a
-/// transform is not a rigid motion, and when a model has no triangles or is not built. A result is
-/// then as it was.
+/// transform is not a rigid motion. A result is then as it was.
 ///
-/// **Threads.** Thread-safe on shared models, as query.h; a query of pairs takes several threads
-/// itself where AdaptiveBVHModel::setQueryThreads says so, and its result is the same whatever
-/// their number. Queries of two models or of pairs are recorded for test B of the refit policy.
+/// **Threads.** Thread-safe on shared meshes, as query.h; a query of pairs takes several threads
+/// itself where DeformableMesh::setQueryThreads says so, and its result is the same whatever
+/// their number.
 
-/// Whether the distance of two models is at most `distance`. Much cheaper than the distance: stops
+/// Whether the distance of two meshes is at most `distance`. Much cheaper than the distance: stops
 /// at the first pair of triangles that is near enough, and looks at nothing that is farther away.
-template <typename BV>
-bool isNearer(const AdaptiveBVHModel<BV>& first, const fcl::Transform3<typename BV::S>& tf1,
-              const AdaptiveBVHModel<BV>& second, const fcl::Transform3<typename BV::S>& tf2,
-              typename BV::S distance);
+template <typename S>
+bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance);
 
-/// Whether a shape of FCL's is at most `distance` away from a model, or touches it: a sphere,
+/// Whether a shape of FCL's is at most `distance` away from a mesh, or touches it: a sphere,
 /// capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space. std::invalid_argument on
 /// other geometry.
-template <typename BV>
-bool isNearer(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf1,
-              const fcl::CollisionGeometry<typename BV::S>& shape,
-              const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance);
+template <typename S>
+bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance);
 
-/// `isNearer` for one pair of models, asked step after step. Keeps a lower bound of their distance:
+/// `isNearer` for one pair of meshes, asked step after step. Keeps a lower bound of their distance:
 /// while deformation and changed transforms cannot have used up what it exceeds d by, there is no
 /// search at all. While bodies stay as near, the triangles around the last near pair are mostly
-/// enough. Any number of updates may come between two calls. One object serves one thread at
-/// a time; several may share a model. On models with another propagation than the default
-/// (TranslationCompensated) every call searches.
-template <typename BV>
+/// enough. Any number of updates may come between two calls. One object serves one thread at a
+/// time; several may share a mesh.
+template <typename S>
 class CoherentProximity {
  public:
-  using S = typename BV::S;  ///< float or double
-
-  /// Keeps references: the models must outlive this object.
-  CoherentProximity(const AdaptiveBVHModel<BV>& first, const AdaptiveBVHModel<BV>& second);
+  /// Keeps references: the meshes must outlive this object.
+  CoherentProximity(const DeformableMesh<S>& first, const DeformableMesh<S>& second);
   ~CoherentProximity();
   /// The moved-from object can only be destroyed.
   CoherentProximity(CoherentProximity&&) noexcept;
@@ -89,7 +83,7 @@ struct ProximityRequest {
 /// it has grown large enough.
 template <typename S>
 struct TrianglePairs {
-  /// Triangle of the first model, and of the second; within one model the smaller index first.
+  /// Triangle of the first mesh, and of the second; within one mesh the smaller index first.
   std::vector<FeaturePair> triangles;
   /// Of each pair; empty unless asked for. 0 where they touch.
   std::vector<S> distances;
@@ -107,72 +101,61 @@ struct TrianglePairs {
   }
 };
 
-/// All pairs of a triangle of the first model and one of the second whose distance is at most
+/// All pairs of a triangle of the first mesh and one of the second whose distance is at most
 /// `request.distance`. `result` is overwritten. The order is that of the trees: two pairs keep
-/// their order from step to step, until a model is built anew. Returns the number of pairs.
-template <typename BV>
-std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
-                        const fcl::Transform3<typename BV::S>& tf1,
-                        const AdaptiveBVHModel<BV>& second,
-                        const fcl::Transform3<typename BV::S>& tf2,
-                        const ProximityRequest<typename BV::S>& request,
-                        TrianglePairs<typename BV::S>& result);
+/// their order from step to step. Returns the number of pairs.
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                        const ProximityRequest<S>& request, TrianglePairs<S>& result);
 
-/// As above, of one model with itself, in its own frame: each pair once, without the neighbours
+/// As above, of one mesh with itself, in its own frame: each pair once, without the neighbours
 /// that `filter` leaves out.
-template <typename BV>
-std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
-                        const ProximityRequest<typename BV::S>& request,
-                        TrianglePairs<typename BV::S>& result,
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
+                        TrianglePairs<S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
 
 /// What contact solvers work on: all pairs of a vertex and a face, and of two edges, whose distance
 /// is at most `distance`, each once (feature_pairs.h says how edges are numbered). `result` is
 /// overwritten. Returns the number of pairs.
-template <typename BV>
-std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
-                               const fcl::Transform3<typename BV::S>& tf1,
-                               const AdaptiveBVHModel<BV>& second,
-                               const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance,
-                               FeaturePairs& result);
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               S distance, FeaturePairs& result);
 
-/// As above, of one model with itself, without features that have a vertex in common.
-template <typename BV>
-std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& model, typename BV::S distance,
-                               FeaturePairs& result);
+/// As above, of one mesh with itself, without features that have a vertex in common.
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result);
 
-/// For every vertex of `model` its distance to the surface of `other`: result[v] is exact where it
+/// For every vertex of `mesh` its distance to the surface of `other`: result[v] is exact where it
 /// is less than `limit`, and `limit` elsewhere. What one paints on a mesh. `result` is overwritten
-/// with model.num_vertices numbers.
-template <typename BV>
-void clearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
-               const AdaptiveBVHModel<BV>& other, const fcl::Transform3<typename BV::S>& other_tf,
-               typename BV::S limit, std::vector<typename BV::S>& result);
+/// with mesh.vertices().size() numbers.
+template <typename S>
+void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
+               std::vector<S>& result);
 
 /// As above, with a negative sign for a vertex inside of `other`: where its surface winds around
 /// the vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside.
 /// Throws std::invalid_argument also when `other` is not closed: every edge must be run through as
 /// often in one direction as in the other by the triangles that share it. Vertices are compared by
 /// index.
-template <typename BV>
-void signedClearance(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
-                     const AdaptiveBVHModel<BV>& other,
-                     const fcl::Transform3<typename BV::S>& other_tf, typename BV::S limit,
-                     std::vector<typename BV::S>& result);
+template <typename S>
+void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
+                     std::vector<S>& result);
 
 /// In single precision.
-using CoherentProximityf = CoherentProximity<fcl::RSS<float>>;
+using CoherentProximityf = CoherentProximity<float>;
 /// In double precision.
-using CoherentProximityd = CoherentProximity<fcl::RSS<double>>;
+using CoherentProximityd = CoherentProximity<double>;
 
-/// The models say which volume.
-template <typename BV>
-CoherentProximity(const AdaptiveBVHModel<BV>&, const AdaptiveBVHModel<BV>&)
-    -> CoherentProximity<BV>;
+/// The meshes say which numbers.
+template <typename S>
+CoherentProximity(const DeformableMesh<S>&, const DeformableMesh<S>&) -> CoherentProximity<S>;
 
-extern template class CoherentProximity<fcl::RSS<float>>;
-extern template class CoherentProximity<fcl::RSS<double>>;
-extern template class CoherentProximity<fcl::OBBRSS<float>>;
-extern template class CoherentProximity<fcl::OBBRSS<double>>;
+extern template class CoherentProximity<float>;
+extern template class CoherentProximity<double>;
 
 }  // namespace adaptive_bvh

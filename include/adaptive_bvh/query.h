@@ -9,19 +9,17 @@ namespace adaptive_bvh {
 
 namespace detail {
 
-/// Runs the recorded query, if there is one for the pair; returns whether there is. Compiled into
-/// the library for float and double.
+/// Answers a query where it is one of ours; returns whether it is. Compiled into the library for
+/// float and double.
 template <typename S>
-bool recordedDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-                      const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                      const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result,
-                      S& distance);
+bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
+                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
+                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
 
 template <typename S>
-bool recordedCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                     const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                     std::size_t& contacts);
+bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
+                   const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result);
 
 /// Replaces what FCL left uninitialised.
 template <typename S>
@@ -39,19 +37,19 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
 /// `using namespace adaptive_bvh` as well, write the namespace.)
 namespace queries {
 
-/// FCL's distance and collide, with FCL's signatures, but faster and exact. They record traversal
-/// statistics in the adaptive models: which volumes were in the way of an answer (thesis 4.4.2,
-/// 4.4.3). The next update refits by these. Without them it treats every node as visited.
+/// FCL's distance and collide, with FCL's signatures, but exact, and for DeformableMesh faster.
 ///
-/// **Pairs.** Answered here: a mesh of RSS or OBBRSS, an AdaptiveBVHModel or FCL's own, with
-/// - another mesh with the same volumes,
-/// - a sphere, capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space,
-/// - an octree, but for signed distances and costs,
+/// **Pairs.** Answered here, in either order:
+/// - a DeformableMesh with another one, or with an AdaptiveBVHModel whose mesh() was made, by their
+///   trees of boxes;
+/// - two models with the same volumes, RSS or OBBRSS, AdaptiveBVHModel or FCL's own, by FCL's
+///   traversal of these volumes, with our own test of two triangles. In adaptive models it records
+///   which volumes were in the way of an answer (thesis 4.4.2, 4.4.3): the next update refits by
+///   these. Without such a query it treats every node as visited;
+/// - any of these with a sphere, capsule, box, cylinder, cone, ellipsoid, convex, plane or
+///   half-space, and with an octree, but for signed distances and costs.
 ///
-/// in either order. Any other pair is handed to FCL. Models with
-/// Propagation::TranslationCompensated are searched by their boxes (docs/bounds.md), distances
-/// starting from the triangles that were nearest in the last query of the pair; others by FCL's
-/// traversal of their volumes.
+/// Any other pair without a DeformableMesh is handed to FCL.
 ///
 /// **One convention**, for every pair that is answered here:
 ///
@@ -108,7 +106,8 @@ namespace queries {
 /// points that were not asked for. std::invalid_argument is thrown for a pair that neither this nor
 /// FCL can compute: meshes of different volumes (RSS and OBBRSS, say), the distance of a plane and
 /// a mesh with volumes of another kind, a type that FCL does not know. FCL prints a warning and
-/// answers "very far" or "no contact" there, or crashes. It is also thrown for a mesh of RSS or
+/// answers "very far" or "no contact" there, or crashes. It is also thrown for a DeformableMesh
+/// with a plain fcl::BVHModel, or with a model whose mesh was not made, for a model of RSS or
 /// OBBRSS without triangles, and for a transform that is not a rigid motion: not finite, scaled,
 /// sheared, or mirrored.
 ///
@@ -119,9 +118,8 @@ S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
            const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
            const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
   const S before = result.min_distance;
-  S found;
-  if (detail::recordedDistance(o1, tf1, o2, tf2, request, result, found)) return found;
-  found = fcl::distance(o1, tf1, o2, tf2, request, result);
+  if (detail::answerDistance(o1, tf1, o2, tf2, request, result)) return result.min_distance;
+  const S found = fcl::distance(o1, tf1, o2, tf2, request, result);
   detail::finishDistance(request, before, result);
   return found;
 }
@@ -134,16 +132,17 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                            o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
 
-/// Returns the number of contacts. Records for tests B and D only, of two models by their boxes for
-/// B only: an overlap test computes no distances.
+/// Returns the number of contacts. Records for tests B and D only: an overlap test computes no
+/// distances.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
                     const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
   const std::size_t before = result.numContacts();
-  std::size_t contacts;
-  if (!detail::recordedCollide(o1, tf1, o2, tf2, request, result, contacts))
-    contacts = fcl::collide(o1, tf1, o2, tf2, request, result);
+  if (request.num_max_contacts == 0) return 0;  // as FCL, without its message
+  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result);
+  const std::size_t contacts =
+      is_answered ? result.numContacts() : fcl::collide(o1, tf1, o2, tf2, request, result);
   detail::finishCollide(request, before, result);
   return contacts;
 }

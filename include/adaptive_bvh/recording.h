@@ -12,16 +12,17 @@
 #include <fcl/narrowphase/distance_result.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh.h"
 
 namespace adaptive_bvh {
 
 /// \file
-/// Component `recording`: a run of deforming models as one HTML page that plays it. The page holds
+/// Component `recording`: a run of deforming bodies as one HTML page that plays it. The page holds
 /// all it needs (three.js, MIT licence, is in it): it opens in any browser, without a network.
 ///
 ///     adaptive_bvh::Recording recording;
-///     recording.add(hose, hose_pose, "hose");
+///     recording.add(hose, hose_pose, "hose");  // DeformableMeshes, or AdaptiveBVHModels
 ///     recording.add(engine, engine_pose, "engine");
 ///     for (...) {
 ///       hose.update(positions);
@@ -36,7 +37,7 @@ struct VertexValues {
   std::vector<double> values;  ///< one a vertex, finite; as `clearance` (proximity.h) computes
 };
 
-/// What a run has computed in one frame. Every member may be left out; lengths are in the models'
+/// What a run has computed in one frame. Every member may be left out; lengths are in the bodies'
 /// unit, points in the world. Numbers that are not finite count as left out.
 struct FrameResults {
   std::optional<double> distance;   ///< the smallest of this frame
@@ -97,8 +98,8 @@ struct FrameResults {
 struct RecordingOptions {
   std::string title = "A run";  ///< of the page
   std::string unit;             ///< of lengths, shown after them; e.g. "mm"
-  /// Bounding volumes are recorded down to this depth of the tree, 0 is its root: at most
-  /// 2^(depth + 1) volumes of 64 bytes a body and frame. None below 0.
+  /// Of an AdaptiveBVHModel: volumes are recorded down to this depth of the tree, 0 is its root: at
+  /// most 2^(depth + 1) volumes of 64 bytes a body and frame. None below 0.
   int volume_depth = 6;
   /// Of the volumes below that depth those that the last update refitted are recorded: all, or so
   /// many of a body and frame, from all over it.
@@ -111,18 +112,16 @@ struct RecordingOptions {
 ///
 /// **What is kept.** Of each body and frame the positions of its vertices, each coordinate in 16
 /// bits of the box around the vertices: it is off by at most half of box / 65535, which the page
-/// says. A body that did not change since the frame before is not stored again. Beside them the
-/// volumes down to RecordingOptions::volume_depth in single precision, how much each is inflated,
-/// and whether the last update refitted it. About 6 bytes a vertex and frame; `bytes()` says how
-/// many.
+/// says. A body that did not change since the frame before is not stored again. Of an
+/// AdaptiveBVHModel also the volumes down to RecordingOptions::volume_depth in single precision,
+/// how much each is inflated, and whether the last update refitted it. About 6 bytes a vertex and
+/// frame; `bytes()` says how many.
 ///
-/// **Models.** `frame` reads them as a query does, and changes nothing in them; it records no
-/// traversal statistics. One exception: who records volumes asks for them, as queries of FCL's do.
-/// Where they rest (RefitPolicy::volumes_rest, volumes_on_demand) they are refitted first. Set
-/// `volume_depth = -1` to leave them.
+/// `frame` reads the bodies as a query does, and changes nothing in them; it records no traversal
+/// statistics.
 ///
-/// **Lifetime.** Keeps references: a model must live until the last call of `frame`. `write` reads
-/// no model. The object serves one thread at a time.
+/// **Lifetime.** Keeps references: a mesh or model must live until the last call of `frame`.
+/// `write` reads none. The object serves one thread at a time.
 class Recording {
  public:
   /// Throws std::invalid_argument when `up` is zero or not finite, `frames_per_second` is not
@@ -136,8 +135,12 @@ class Recording {
   Recording& operator=(const Recording&) = delete;
 
   /// A body of the run, placed by `tf`. Its triangles are those of now. Returns its number: 0, 1,
-  /// ... Throws std::invalid_argument when the model has no triangles, is not built, or its
-  /// transform is not finite, and std::logic_error when frames have been recorded.
+  /// ... Throws std::invalid_argument when its transform is not finite, and std::logic_error when
+  /// frames have been recorded.
+  template <typename S>
+  int add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf, const std::string& name);
+  /// As above, with its volumes. Throws std::invalid_argument also when the model has no triangles
+  /// or is not built.
   template <typename BV>
   int add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
           const std::string& name);
@@ -150,7 +153,7 @@ class Recording {
   void place(int body, const fcl::Transform3d& tf);
 
   /// Records the bodies as they are now, with what was computed. Takes about 12 ns a vertex that
-  /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a model
+  /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a body
   /// has another number of vertices or triangles than when it was added, or a clearance names a
   /// missing body or has another number of values than the body has vertices. Then nothing is
   /// recorded.

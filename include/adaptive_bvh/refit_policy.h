@@ -7,21 +7,17 @@ namespace adaptive_bvh {
 /// this library's own. A name without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
 ///
 /// - Test A, inflation factor (4.4.1): the volume grew by more than `max_inflation`.
-/// - Test B, recent traversal (4.4.2): a recording query (query.h, coherent_distance.h,
-///   self_collision.h) since the last update went below the node, or tested its triangle.
+/// - Test B, recent traversal (4.4.2): a recording query (query.h) since the last update went below
+///   the node, or tested its triangle.
 /// - Test C, child node distances (4.4.3): in such a visit the volume was tested, and both children
 ///   were so far from the other side that the original volume would have been a better bound than
 ///   the inflated one. C implies B. Overlap tests compute no distances, so collisions record
 ///   nothing for C.
 /// - Test D, obstruction: in such a visit the volume was tested, and would have ended the descent
-/// if
-///   it had not been inflated. FCL's own traversals do not show that; there every visit counts. D
-///   implies B.
+///   if it had not been inflated. FCL's traversals of two meshes do not show that; there every
+///   visit counts. D implies B.
 ///
-/// Queries by the boxes beside FCL's volumes (`distance` and `collide` of two models,
-/// CoherentDistance, selfCollide) test a volume only where the boxes nearly end the descent, and
-/// those for contacts test none. For them B holds for every node that they went below, C and D for
-/// few.
+/// Queries of a DeformableMesh, also those of AdaptiveBVHModel::mesh, record nothing.
 ///
 /// When no query recorded since the last update, B and D count as true for every node, C as false.
 enum class FitnessCriterion {
@@ -40,11 +36,10 @@ enum class FitnessCriterion {
 /// How an update keeps a volume that it does not refit around its moving triangles.
 enum class Propagation {
   /// Every volume is moved by the middle of its vertices' displacements and grows by what remains:
-  /// a part that moves as a whole does not grow. Beside FCL's volumes stands a tight box for each
-  /// node, which lets the queries of query.h and coherent_distance.h skip most of FCL's tests.
+  /// a part that moves as a whole does not grow.
   TranslationCompensated,
   /// Thesis 4.3: every volume stays where it is and grows by the largest displacement. Keeps the
-  /// displacements of 4.2, and no boxes.
+  /// displacements of 4.2.
   Displacements,
 };
 
@@ -89,21 +84,6 @@ struct RefitPolicy {
   /// Where the volume's surface then exceeds the one it had when its axes were chosen by more than
   /// this share, a ratio >= 0, the axes are chosen anew as well.
   double axes_tolerance = 0.25;
-
-  /// Propagation::TranslationCompensated only. Volumes that no query reads rest: after a step in
-  /// which only queries by boxes came (CoherentDistance, `selfCollide`, `distance` and `collide` of
-  /// two adaptive models, and so on), updates renew the boxes alone, and while all queries are for
-  /// contacts not even these. FCL's nodes are then no longer moved and refitted, but all grow now
-  /// and then, so that they still contain their triangles: code that reads them by `getBV` stays
-  /// right, if not fast. The next query of FCL's has them refitted first, on whatever thread it
-  /// runs, and so has AdaptiveBVHModel::updateVolumes; each time twice as many steps must pass
-  /// until they rest again. No criterion is asked meanwhile.
-  bool volumes_rest = true;
-
-  /// Propagation::TranslationCompensated only. FCL's nodes rest from the first update on and are
-  /// left as they are, too small: code that reads them by `getBV` has to call
-  /// AdaptiveBVHModel::updateVolumes first. Queries of FCL's need not.
-  bool volumes_on_demand = false;
 
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The
   /// thesis (4.3, step 3) only ever raises it; the bound holds as well when a vertex has swung

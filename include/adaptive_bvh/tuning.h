@@ -15,8 +15,6 @@ namespace adaptive_bvh {
 
 /// What a run of a simulation cost: counted, and in seconds.
 struct SimulationWork {
-  long box_tests = 0;            ///< QueryWork::box_tests, summed
-  long separation_tests = 0;     ///< QueryWork::separation_tests, summed
   long bv_tests = 0;             ///< QueryWork::bv_tests, summed
   long leaf_tests = 0;           ///< QueryWork::leaf_tests, summed
   long propagated = 0;           ///< UpdateReport::propagated, summed
@@ -34,16 +32,13 @@ struct SimulationWork {
 };
 
 /// Runs all steps with a policy: set it on your models, update, query (by query.h, which records
-/// traversal statistics), and add up. Of volumes that rest there is nothing to learn: let your
-/// models have the policy with volumes_rest = false. Called some thousand times; must not depend on
-/// the run before. May throw; `tune` passes that on.
+/// traversal statistics), and add up. Called some thousand times; must not depend on the run
+/// before. May throw; `tune` passes that on.
 using Simulation = std::function<SimulationWork(const RefitPolicy&)>;
 
 /// Nanoseconds for each kind of work. The defaults were measured on a 2 GHz x86-64 server; only
 /// their ratios matter to the search.
 struct WorkCosts {
-  double box_test = 29;            ///< with all that the search does around it
-  double separation_test = 20;     ///< of two volumes along a few directions, with all around it
   double bv_test = 110;            ///< with all that FCL's traversal does around it
   double leaf_test = 88;           ///< of two triangles
   double propagated = 10;          ///< for each volume that the propagation changes

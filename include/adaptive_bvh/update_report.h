@@ -36,16 +36,10 @@ struct UpdateReport {
 /// What recording queries (query.h) did on a model since its last update. A query between two
 /// adaptive models counts on both.
 struct QueryWork {
-  int queries = 0;  ///< queries that recorded
-  /// Pairs of the boxes beside FCL's volumes, or of one and a shape or cell.
-  long box_tests = 0;
-  /// Pairs of FCL's volumes whose separation along a few directions was computed.
-  long separation_tests = 0;
+  int queries = 0;      ///< queries that recorded
+  long box_tests = 0;   ///< pairs of a box and a shape or cell
   long bv_tests = 0;    ///< pairs of FCL's volumes, or of one and a shape or cell, by FCL's test
   long leaf_tests = 0;  ///< pairs of triangles, or of a triangle and a shape or cell
-  /// Pairs of triangles whose boxes overlap, in queries for contacts by boxes. Only the few that
-  /// are not surely apart, nor neighbours, come to `leaf_tests`.
-  long candidates = 0;
 };
 
 }  // namespace adaptive_bvh

@@ -10,16 +10,9 @@ __version__: str
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Ints: TypeAlias = npt.NDArray[np.int32]
 _Pose: TypeAlias = Union[None, npt.ArrayLike, Tuple[npt.ArrayLike, npt.ArrayLike]]
-_Object: TypeAlias = Union[Model, Shape]
-_Volume: TypeAlias = Literal["rss", "obbrss"]
-_Hierarchy: TypeAlias = Literal["bottom-up", "top-down"]
+_Object: TypeAlias = Union[DeformableMesh, Shape]
 _Filter: TypeAlias = Literal["shared vertex", "shared edge", "none"]
 _Kind: TypeAlias = Literal["vertex-face", "face-vertex", "edge-edge"]
-_Criterion: TypeAlias = Literal[
-    "A", "B", "AB", "BC", "ABC", "AOrBC", "ABOrBC", "RefitAll", "RefitNone", "AD"
-]
-_Reference: TypeAlias = Literal["node size", "original radius"]
-_Propagation: TypeAlias = Literal["translation-compensated", "displacements"]
 
 class _HasMesh(Protocol):
     @property
@@ -40,122 +33,48 @@ def load_mesh(
 ) -> Mesh: ...
 def weld_vertices(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
 
-class RefitPolicy:
-    def __init__(
-        self,
-        criterion: _Criterion = "AD",
-        max_inflation: float = 0.14,
-        child_distance_ratio: float = 0.84,
-        min_inflation: float = 0.58,
-        reference: _Reference = "node size",
-        axes_tolerance: float = 0.25,
-        volumes_rest: bool = True,
-        volumes_on_demand: bool = False,
-        leaf_radius_may_shrink: bool = True,
-        propagation: _Propagation = "translation-compensated",
-    ) -> None: ...
-    @staticmethod
-    def thesis(criterion: _Criterion) -> RefitPolicy: ...
-    @staticmethod
-    def from_json(text: str) -> RefitPolicy: ...
-    def to_json(self) -> str: ...
+class MeshUpdate:
     @property
-    def criterion(self) -> _Criterion: ...
-    @property
-    def max_inflation(self) -> float: ...
-    @property
-    def child_distance_ratio(self) -> float: ...
-    @property
-    def min_inflation(self) -> float: ...
-    @property
-    def reference(self) -> _Reference: ...
-    @property
-    def axes_tolerance(self) -> float: ...
-    @property
-    def volumes_rest(self) -> bool: ...
-    @property
-    def volumes_on_demand(self) -> bool: ...
-    @property
-    def leaf_radius_may_shrink(self) -> bool: ...
-    @property
-    def propagation(self) -> _Propagation: ...
-    def __eq__(self, other: object) -> bool: ...
-    def __hash__(self) -> int: ...
-
-class UpdateReport:
-    @property
-    def nodes(self) -> int: ...
-    @property
-    def moved(self) -> int: ...
-    @property
-    def inflated(self) -> int: ...
-    @property
-    def refitted_leaves(self) -> int: ...
-    @property
-    def refitted_inner(self) -> int: ...
-    @property
-    def refitted_primitives(self) -> int: ...
+    def vertices(self) -> int: ...
     @property
     def largest_displacement(self) -> float: ...
     @property
-    def resynchronised(self) -> bool: ...
-    @property
-    def displacement_seconds(self) -> float: ...
-    @property
-    def propagation_seconds(self) -> float: ...
-    @property
-    def refit_seconds(self) -> float: ...
-    @property
-    def propagated(self) -> int: ...
-    @property
-    def refitted(self) -> int: ...
+    def turned(self) -> bool: ...
     @property
     def seconds(self) -> float: ...
 
-class Model:
+class DeformableMesh:
     @overload
     def __init__(
-        self,
-        vertices: npt.ArrayLike,
-        faces: npt.ArrayLike,
-        volume: _Volume = "rss",
-        dtype: npt.DTypeLike = "float64",
-        policy: Union[RefitPolicy, None] = None,
-        hierarchy: _Hierarchy = "bottom-up",
+        self, vertices: npt.ArrayLike, faces: npt.ArrayLike, dtype: npt.DTypeLike = "float64"
     ) -> None: ...
     @overload
     def __init__(
-        self,
-        vertices: _HasMesh,
-        faces: None = None,
-        volume: _Volume = "rss",
-        dtype: npt.DTypeLike = "float64",
-        policy: Union[RefitPolicy, None] = None,
-        hierarchy: _Hierarchy = "bottom-up",
+        self, vertices: _HasMesh, faces: None = None, dtype: npt.DTypeLike = "float64"
     ) -> None: ...
     @overload
-    def update(self, vertices: npt.ArrayLike) -> UpdateReport: ...
+    def update(self, vertices: npt.ArrayLike) -> MeshUpdate: ...
     @overload
-    def update(self, indices: npt.ArrayLike, vertices: npt.ArrayLike) -> UpdateReport: ...
+    def update(self, indices: npt.ArrayLike, vertices: npt.ArrayLike) -> MeshUpdate: ...
+    def update_two_frames(self, vertices: npt.ArrayLike) -> MeshUpdate: ...
+    def copy(self) -> DeformableMesh: ...
+    def __copy__(self) -> DeformableMesh: ...
+    def __deepcopy__(self, memo: Dict[Any, Any]) -> DeformableMesh: ...
     def validate(self) -> bool: ...
     def set_update_threads(self, threads: int) -> None: ...
     def set_query_threads(self, threads: int) -> None: ...
     @property
-    def last_update(self) -> UpdateReport: ...
-    @property
-    def policy(self) -> RefitPolicy: ...
-    @policy.setter
-    def policy(self, policy: RefitPolicy) -> None: ...
+    def last_update(self) -> MeshUpdate: ...
     @property
     def vertices(self) -> npt.NDArray[Any]: ...
+    @property
+    def previous_vertices(self) -> npt.NDArray[Any]: ...
     @property
     def faces(self) -> npt.NDArray[np.int64]: ...
     @property
     def num_vertices(self) -> int: ...
     @property
     def num_faces(self) -> int: ...
-    @property
-    def volume(self) -> _Volume: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...
 
@@ -205,6 +124,20 @@ class Cone(Shape):
     @property
     def lz(self) -> float: ...
 
+class Plane(Shape):
+    def __init__(self, normal: npt.ArrayLike, offset: float = 0.0) -> None: ...
+    @property
+    def normal(self) -> _Floats: ...
+    @property
+    def offset(self) -> float: ...
+
+class Halfspace(Shape):
+    def __init__(self, normal: npt.ArrayLike, offset: float = 0.0) -> None: ...
+    @property
+    def normal(self) -> _Floats: ...
+    @property
+    def offset(self) -> float: ...
+
 class DistanceResult:
     @property
     def distance(self) -> float: ...
@@ -242,7 +175,7 @@ def collide(
     enable_contact: bool = True,
 ) -> Contacts: ...
 def self_collide(
-    model: Model,
+    mesh: DeformableMesh,
     tf: _Pose = None,
     *,
     max_contacts: Union[int, None] = None,
@@ -251,15 +184,13 @@ def self_collide(
 ) -> Contacts: ...
 
 class CoherentDistance:
-    def __init__(self, first: Model, second: Model) -> None: ...
+    def __init__(self, first: DeformableMesh, second: DeformableMesh) -> None: ...
     def distance(
         self, tf1: _Pose = None, tf2: _Pose = None, *, nearest_points: bool = True
     ) -> DistanceResult: ...
-    @property
-    def front_size(self) -> int: ...
 
 class CoherentProximity:
-    def __init__(self, first: Model, second: Model) -> None: ...
+    def __init__(self, first: DeformableMesh, second: DeformableMesh) -> None: ...
     def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None) -> bool: ...
     @property
     def searches(self) -> int: ...
@@ -289,12 +220,16 @@ class FeaturePairs:
     def __len__(self) -> int: ...
 
 def is_nearer(
-    first: Model, second: Model, distance: float, tf1: _Pose = None, tf2: _Pose = None
+    first: DeformableMesh,
+    second: DeformableMesh,
+    distance: float,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> bool: ...
 @overload
 def pairs_within(
-    first: Model,
-    second: Model,
+    first: DeformableMesh,
+    second: DeformableMesh,
     distance: float,
     tf1: _Pose = None,
     tf2: _Pose = None,
@@ -304,7 +239,7 @@ def pairs_within(
 ) -> TrianglePairs: ...
 @overload
 def pairs_within(
-    model: Model,
+    mesh: DeformableMesh,
     distance: float,
     *,
     enable_distances: bool = False,
@@ -313,20 +248,24 @@ def pairs_within(
 ) -> TrianglePairs: ...
 @overload
 def feature_pairs_within(
-    first: Model, second: Model, distance: float, tf1: _Pose = None, tf2: _Pose = None
+    first: DeformableMesh,
+    second: DeformableMesh,
+    distance: float,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> FeaturePairs: ...
 @overload
-def feature_pairs_within(model: Model, distance: float) -> FeaturePairs: ...
+def feature_pairs_within(mesh: DeformableMesh, distance: float) -> FeaturePairs: ...
 def clearance(
-    model: Model,
-    other: Model,
+    mesh: DeformableMesh,
+    other: DeformableMesh,
     limit: float = ...,
     tf: _Pose = None,
     other_tf: _Pose = None,
 ) -> _Floats: ...
 def signed_clearance(
-    model: Model,
-    other: Model,
+    mesh: DeformableMesh,
+    other: DeformableMesh,
     limit: float = ...,
     tf: _Pose = None,
     other_tf: _Pose = None,
@@ -372,17 +311,21 @@ class RayHits:
     def v(self) -> _Floats: ...
     def __len__(self) -> int: ...
 
-def closest_point(model: Model, point: npt.ArrayLike) -> ClosestPoint: ...
-def closest_points(model: Model, points: npt.ArrayLike) -> ClosestPoints: ...
-def first_hit(model: Model, origin: npt.ArrayLike, direction: npt.ArrayLike) -> RayHit: ...
-def first_hits(model: Model, origins: npt.ArrayLike, directions: npt.ArrayLike) -> RayHits: ...
-def ray_hits(model: Model, origins: npt.ArrayLike, directions: npt.ArrayLike) -> RayHits: ...
+def closest_point(mesh: DeformableMesh, point: npt.ArrayLike) -> ClosestPoint: ...
+def closest_points(mesh: DeformableMesh, points: npt.ArrayLike) -> ClosestPoints: ...
+def first_hit(mesh: DeformableMesh, origin: npt.ArrayLike, direction: npt.ArrayLike) -> RayHit: ...
+def first_hits(
+    mesh: DeformableMesh, origins: npt.ArrayLike, directions: npt.ArrayLike
+) -> RayHits: ...
+def ray_hits(
+    mesh: DeformableMesh, origins: npt.ArrayLike, directions: npt.ArrayLike
+) -> RayHits: ...
 
 class Motion:
     def __init__(
         self,
-        model: Model,
-        start: npt.ArrayLike,
+        mesh: DeformableMesh,
+        start: Union[npt.ArrayLike, None] = None,
         end: Union[npt.ArrayLike, None] = None,
         start_tf: _Pose = None,
         end_tf: _Pose = None,
@@ -447,11 +390,12 @@ class Recording:
         *,
         title: str = "A run",
         unit: str = "",
-        volume_depth: int = 6,
         frames_per_second: float = 25.0,
         up: npt.ArrayLike = (0, 0, 1),
     ) -> None: ...
-    def add(self, body: Union[Model, _HasMesh], tf: _Pose = None, *, name: str = "") -> int: ...
+    def add(
+        self, body: Union[DeformableMesh, _HasMesh], tf: _Pose = None, *, name: str = ""
+    ) -> int: ...
     def place(self, body: int, tf: _Pose) -> None: ...
     def frame(
         self,
@@ -483,23 +427,24 @@ __all__ = [
     "Cone",
     "Contacts",
     "Cylinder",
+    "DeformableMesh",
     "DistanceResult",
     "Ellipsoid",
     "FeaturePairs",
+    "Halfspace",
     "Impact",
     "ImpactTimes",
     "Mesh",
     "MeshLoadError",
-    "Model",
+    "MeshUpdate",
     "Motion",
+    "Plane",
     "RayHit",
     "RayHits",
     "Recording",
-    "RefitPolicy",
     "Shape",
     "Sphere",
     "TrianglePairs",
-    "UpdateReport",
     "candidates",
     "clearance",
     "closest_point",

@@ -10,16 +10,26 @@ namespace {
                         " is needed");
 }
 
-/// Converts what NumPy can convert.
+/// Converts what NumPy can convert; `order` is 0 for any, or py::array::c_style.
 template <typename S>
-Rows<S> converted(const py::array& array) {
+PyObject* convertedTo(int order, const py::array& array) {
   PyObject* rows = py::detail::npy_api::get().PyArray_FromAny_(
       array.ptr(), py::dtype::of<S>().release().ptr(), 0, 0,
-      py::detail::npy_api::NPY_ARRAY_ENSUREARRAY_ | int(py::array::c_style) |
-          int(py::array::forcecast) | int(py::detail::npy_api::NPY_ARRAY_ALIGNED_),
+      py::detail::npy_api::NPY_ARRAY_ENSUREARRAY_ | order | int(py::array::forcecast) |
+          int(py::detail::npy_api::NPY_ARRAY_ALIGNED_),
       nullptr);
   if (!rows) throw py::error_already_set();
-  return py::reinterpret_steal<Rows<S>>(rows);
+  return rows;
+}
+template <typename S>
+Rows<S> converted(const py::array& array) {
+  return py::reinterpret_steal<Rows<S>>(convertedTo<S>(int(py::array::c_style), array));
+}
+
+py::array rowsOfThree(const py::object& object, const char* name) {
+  py::array array = numbersFrom(object, name);
+  if (array.ndim() != 2 || array.shape(1) != 3) refuseShape(array, name, "(N, 3)");
+  return array;
 }
 
 /// An empty list is an array of floats for NumPy.
@@ -46,9 +56,21 @@ py::array numbersFrom(const py::object& object, const char* name) {
 
 template <typename S>
 Rows<S> rowsFrom(const py::object& object, const char* name) {
-  const py::array array = numbersFrom(object, name);
-  if (array.ndim() != 2 || array.shape(1) != 3) refuseShape(array, name, "(N, 3)");
-  return converted<S>(array);
+  return converted<S>(rowsOfThree(object, name));
+}
+
+template <typename S>
+StridedRows<S>::StridedRows(const py::object& object, const char* name)
+    : array_(py::reinterpret_steal<py::array>(convertedTo<S>(0, rowsOfThree(object, name)))) {
+  constexpr auto kNumber = static_cast<py::ssize_t>(sizeof(S));
+  // What Eigen can map. The stride of a single row may be anything.
+  const auto fits = [&](int inner, int outer) {
+    const py::ssize_t stride = array_.strides(outer);
+    return array_.strides(inner) == kNumber && stride > 0 && stride % kNumber == 0;
+  };
+  is_row_major_ = !fits(0, 1) || fits(1, 0);
+  if (is_row_major_ && !fits(1, 0)) array_ = converted<S>(array_);
+  outer_ = array_.strides(is_row_major_ ? 0 : 1) / kNumber;
 }
 
 template <typename S>
@@ -107,6 +129,8 @@ std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t v
   return triangles;
 }
 
+template class StridedRows<float>;
+template class StridedRows<double>;
 template Rows<float> rowsFrom<float>(const py::object&, const char*);
 template Rows<double> rowsFrom<double>(const py::object&, const char*);
 template Eigen::Matrix<float, 3, 1> pointFrom<float>(const py::object&, const char*);

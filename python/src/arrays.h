@@ -43,11 +43,41 @@ py::array numbersFrom(const py::object& object, const char* name);
 template <typename S>
 Rows<S> rowsFrom(const py::object& object, const char* name);
 
+/// N x 3 numbers of type S as matrices of Eigen's, read in place where the numbers of a row or of a
+/// column lie side by side: float arrays in C or in Fortran order, and slices of these; else
+/// converted once. Throws as above.
+template <typename S>
+class StridedRows {
+ public:
+  template <int kOrder>
+  using Matrix = Eigen::Map<const Eigen::Matrix<S, Eigen::Dynamic, 3, kOrder>, Eigen::Unaligned,
+                            Eigen::OuterStride<>>;
+
+  StridedRows(const py::object& object, const char* name);
+
+  const py::array& array() const { return array_; }
+  /// Which of the two matrices may be asked for.
+  bool isRowMajor() const { return is_row_major_; }
+  Matrix<Eigen::RowMajor> rowMajor() const { return matrix<Eigen::RowMajor>(); }
+  Matrix<Eigen::ColMajor> columnMajor() const { return matrix<Eigen::ColMajor>(); }
+
+ private:
+  template <int kOrder>
+  Matrix<kOrder> matrix() const {
+    return Matrix<kOrder>(static_cast<const S*>(array_.data()), array_.shape(0), 3,
+                          Eigen::OuterStride<>(outer_));
+  }
+
+  py::array array_;
+  bool is_row_major_;
+  Eigen::Index outer_;  ///< numbers from one row to the next, or from one column
+};
+
 /// The three numbers of one point. Throws as rowsFrom.
 template <typename S>
 Eigen::Matrix<S, 3, 1> pointFrom(const py::object& object, const char* name);
 
-/// Throws py::value_error when there are not `count` rows, one for each vertex of a model.
+/// Throws py::value_error when there are not `count` rows, one for each vertex of a mesh.
 void requireRows(const py::array& rows, std::size_t count, const char* name);
 
 /// Integers in one row, each at least 0 and less than `limit`, which counts `things`. Throws

@@ -4,22 +4,20 @@
 
 #include <pybind11/pybind11.h>
 
-#include "adaptive_bvh/refit_policy.h"
-#include "adaptive_bvh/update_report.h"
+#include "adaptive_bvh/deformable_mesh.h"
 
 namespace adaptive_bvh::python {
 
 namespace py = pybind11;
 
 /// Base of the classes that Python sees. Python can make an object without calling __init__
-/// (Model.__new__(Model)); pybind11 would hand out memory that holds no object. For these classes
-/// that is a TypeError. Include this wherever such an object comes from Python.
+/// (DeformableMesh.__new__(DeformableMesh)); pybind11 would hand out memory that holds no object.
+/// For these classes that is a TypeError. Include this wherever such an object comes from Python.
 struct Bound {};
 
 /// Also classes of the library.
 template <typename T>
-constexpr bool kIsBound = std::is_base_of_v<Bound, T> || std::is_same_v<T, RefitPolicy> ||
-                          std::is_same_v<T, UpdateReport>;
+constexpr bool kIsBound = std::is_base_of_v<Bound, T> || std::is_same_v<T, MeshUpdate>;
 
 /// Refuses what was not constructed.
 template <typename T>

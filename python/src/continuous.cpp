@@ -10,23 +10,38 @@
 
 namespace adaptive_bvh::python {
 
-MeshMotion::MeshMotion(const Model& model, const py::object& start, const py::object& end,
+MeshMotion::MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
                        const py::object& start_tf, const py::object& end_tf)
-    : model_(model.shared_from_this()),
+    : mesh_(mesh.shared_from_this()),
       start_tf_(poseFrom(start_tf, "start_tf")),
       end_tf_(poseFrom(end_tf, "end_tf")) {
-  const auto take = [&](auto scalar) {
-    using S = decltype(scalar);
-    const auto copy = [&](const py::object& rows, const char* name) {
-      const Rows<S> positions = rowsFrom<S>(rows, name);
-      requireRows(positions, model_->numVertices(), name);
-      return std::vector<Eigen::Matrix<S, 3, 1>>(pointsOf<S>(positions),
-                                                 pointsOf<S>(positions) + model_->numVertices());
-    };
-    positions_ = Positions<S>{copy(start, "start"),
-                              copy(end.is_none() ? py::object(model_->vertices()) : end, "end")};
+  if (mesh_->isDouble())
+    positions_ = positionsFrom<double>(start, end);
+  else
+    positions_ = positionsFrom<float>(start, end);
+}
+
+template <typename S>
+MeshMotion::Positions<S> MeshMotion::positionsFrom(const py::object& start,
+                                                   const py::object& end) const {
+  Positions<S> positions;
+  mesh_->queryAs<S>([&](const auto& mesh) {  // both of one frame
+    if (start.is_none()) positions.start = mesh.previousVertices();
+    if (end.is_none()) positions.end = mesh.vertices();
+  });
+  if (start.is_none() && positions.start.empty())
+    throw py::value_error(
+        "start is missing: the last update was not update_two_frames, so the mesh has no "
+        "positions before");
+  const auto copy = [&](const py::object& rows, const char* name, auto& copied) {
+    if (rows.is_none()) return;
+    const Rows<S> numbers = rowsFrom<S>(rows, name);
+    requireRows(numbers, mesh_->numVertices(), name);
+    copied.assign(pointsOf<S>(numbers), pointsOf<S>(numbers) + mesh_->numVertices());
   };
-  model_->isDouble() ? take(double()) : take(float());
+  copy(start, "start", positions.start);
+  copy(end, "end", positions.end);
+  return positions;
 }
 
 namespace {
@@ -43,7 +58,7 @@ FeatureKind kindFrom(const std::string& name) {
 
 /// How many features of each kind the two meshes have, for indices.
 struct Limits {
-  Limits(const Model& first, const Model& second)
+  Limits(const LockedMesh& first, const LockedMesh& second)
       : vertices1(first.numVertices()),
         faces1(first.numFaces()),
         vertices2(second.numVertices()),
@@ -102,9 +117,9 @@ py::array_t<double> lengthsOf(std::vector<double>&& lengths) {
 
 void bindMotion(py::module_& module) {
   py::class_<MeshMotion>(module, "Motion", docs::kMotion)
-      .def(py::init<const Model&, const py::object&, const py::object&, const py::object&,
+      .def(py::init<const LockedMesh&, const py::object&, const py::object&, const py::object&,
                     const py::object&>(),
-           py::arg("model"), py::arg("start"), py::arg("end") = py::none(),
+           py::arg("mesh"), py::arg("start") = py::none(), py::arg("end") = py::none(),
            py::arg("start_tf") = py::none(), py::arg("end_tf") = py::none(), docs::kMotionInit);
   py::class_<FirstImpact>(module, "Impact", "Two features that come together first.")
       .def_property_readonly(
@@ -157,7 +172,7 @@ void bindTimeOfImpact(py::module_& module) {
       [](const MeshMotion& first, const MeshMotion& second, const std::string& kind,
          const py::object& pair, double separation) {
         const FeatureKind what = kindFrom(kind);
-        const FeaturePair two = Limits(first.model(), second.model()).one(what, pair);
+        const FeaturePair two = Limits(first.mesh(), second.mesh()).one(what, pair);
         return queryMotions(first, second, [&](const auto& a, const auto& b) {
           return timeOfImpact(a, b, what, two, separation);
         });
@@ -169,7 +184,7 @@ void bindTimeOfImpact(py::module_& module) {
       [](const MeshMotion& motion, const std::string& kind, const py::object& pair,
          double separation) {
         const FeatureKind what = kindFrom(kind);
-        const FeaturePair two = Limits(motion.model(), motion.model()).one(what, pair);
+        const FeaturePair two = Limits(motion.mesh(), motion.mesh()).one(what, pair);
         return queryMotion(motion,
                            [&](const auto& m) { return timeOfImpact(m, what, two, separation); });
       },
@@ -182,7 +197,7 @@ void bindTimesOfImpact(py::module_& module) {
       "times_of_impact",
       [](const MeshMotion& first, const MeshMotion& second, const FeatureArrays& pairs,
          double separation) {
-        const FeaturePairs all = Limits(first.model(), second.model()).all(pairs);
+        const FeaturePairs all = Limits(first.mesh(), second.mesh()).all(pairs);
         ImpactTimes times;
         queryMotions(first, second, [&](const auto& a, const auto& b) {
           timesOfImpact(a, b, all, separation, times);
@@ -194,7 +209,7 @@ void bindTimesOfImpact(py::module_& module) {
   module.def(
       "times_of_impact",
       [](const MeshMotion& motion, const FeatureArrays& pairs, double separation) {
-        const FeaturePairs all = Limits(motion.model(), motion.model()).all(pairs);
+        const FeaturePairs all = Limits(motion.mesh(), motion.mesh()).all(pairs);
         ImpactTimes times;
         queryMotion(motion, [&](const auto& m) { timesOfImpact(m, all, separation, times); });
         return timesOf(std::move(times));

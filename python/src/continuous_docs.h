@@ -5,13 +5,14 @@
 namespace adaptive_bvh::python::docs {
 
 inline constexpr const char* kMotion =
-    R"(How a model moves between two frames: every vertex on a straight line in the world, from its
-position at the start (t = 0) to that at the end (t = 1). Keeps copies of both, and the model alive.)";
+    R"(How a mesh moves between two frames: every vertex on a straight line in the world, from its
+position at the start (t = 0) to that at the end (t = 1). Keeps copies of both, and the mesh alive.)";
 
 inline constexpr const char* kMotionInit =
-    R"(model: its triangles say what moves.
-start, end: (num_vertices, 3), in the model's frame. Without `end`, the model's present positions.
-start_tf, end_tf: poses that place the model in the world at both times.)";
+    R"(mesh: its triangles say what moves.
+start, end: (num_vertices, 3), in the mesh's frame. Without `start`, the positions before the last
+    update, which must be update_two_frames; without `end`, the present positions.
+start_tf, end_tf: poses that place the mesh in the world at both times.)";
 
 inline constexpr const char* kCandidates =
     R"(All pairs of features that may come as near as `separation`, a length: others cannot.

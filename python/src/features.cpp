@@ -15,7 +15,7 @@ py::array_t<std::int32_t> arrayOf(std::vector<FeaturePair>&& pairs) {
   return adopt<std::int32_t>(std::move(pairs), {count, 2});
 }
 
-constexpr std::size_t kAny = std::size_t(1) << 31;  // models are checked where they are known
+constexpr std::size_t kAny = std::size_t(1) << 31;  // meshes are checked where they are known
 
 py::array_t<std::int32_t> checked(const py::object& pairs, const char* name) {
   if (pairs.is_none()) return arrayOf({});

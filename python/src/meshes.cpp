@@ -20,8 +20,8 @@ Returns a Mesh. Raises MeshLoadError, a ValueError, when the file cannot be used
 constexpr const char* kWeldVertices =
     R"(Makes vertices of exactly equal position one, and renumbers the faces.
 
-vertices: (N, 3). faces: (M, 3) integers. Returns a Mesh. Neighbours that share vertices help a
-Model, and self_collide leaves them out.)";
+vertices: (N, 3). faces: (M, 3) integers. Returns a Mesh. Neighbours that share vertices make a
+mesh cheaper to query, and self_collide leaves them out.)";
 
 /// Python's Mesh.
 struct MeshArrays : Bound {
@@ -98,7 +98,7 @@ void bindMeshes(py::module_& module) {
   module.attr("MeshLoadError").attr("__doc__") =
       "A file could not be used. Names the path and the reason.";
   py::class_<MeshArrays>(module, "Mesh",
-                         "Positions, and triangles that index them. Pass it to Model.")
+                         "Positions, and triangles that index them. Pass it to DeformableMesh.")
       .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64.")
       .def_readonly("faces", &MeshArrays::faces,
                     "(M, 3) int64, counter-clockwise seen from outside.");

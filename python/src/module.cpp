@@ -3,11 +3,10 @@
 #include "continuous.h"
 #include "docs.h"
 #include "features.h"
+#include "locked_mesh.h"
 #include "meshes.h"
-#include "model.h"
 #include "pairs.h"
 #include "points.h"
-#include "policy.h"
 #include "proximity.h"
 #include "query.h"
 #include "recording.h"
@@ -21,9 +20,8 @@ PYBIND11_MODULE(_core, module) {
   // Types say where they can be imported from, in docstrings and errors.
   const py::object name = module.attr("__name__");
   module.attr("__name__") = "adaptive_bvh";
-  bindPolicy(module);  // first: signatures and defaults of what follows name these types
-  bindShapes(module);
-  bindModel(module);
+  bindShapes(module);  // first: signatures of what follows name these types
+  bindLockedMesh(module);
   bindQuery(module);
   bindPairs(module);
   bindFeatures(module);

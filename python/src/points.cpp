@@ -4,26 +4,26 @@
 
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
-#include "model.h"
+#include "locked_mesh.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kClosestPoints =
-    R"(Of each of many points the nearest point of the model's surface. Points that follow each other
+    R"(Of each of many points the nearest point of the mesh's surface. Points that follow each other
 are best near each other.
 
-points: (N, 3), in the model's own frame. Returns ClosestPoints.)";
+points: (N, 3), in the mesh's own frame. Returns ClosestPoints.)";
 
 constexpr const char* kFirstHits =
     R"(Of each of many rays the first triangle that it meets.
 
-origins, directions: (N, 3), in the model's own frame; directions of any length but 0.
+origins, directions: (N, 3), in the mesh's own frame; directions of any length but 0.
 Returns RayHits with N entries: t is infinite and the triangle -1 where a ray meets nothing.)";
 
 constexpr const char* kRayHits =
     R"(All triangles that rays meet: of each ray by increasing t.
 
-origins, directions: (N, 3), or (3,) for one ray, in the model's own frame; directions of any length
+origins, directions: (N, 3), or (3,) for one ray, in the mesh's own frame; directions of any length
     but 0. Sides and corners belong to each triangle that has them: no ray slips between two.
 Returns RayHits; `rays` says which ray.)";
 }  // namespace docs
@@ -78,29 +78,12 @@ struct HitLists {
   }
 };
 
-/// Runs `f(S())` for the model's numbers S, with the GIL: to read arguments.
-template <typename F>
-void withScalar(const Model& model, const F& f) {
-  if (model.isDouble())
-    f(double());
-  else
-    f(float());
-}
-
-/// Runs `f(model)` on the C++ model of numbers S, without the GIL.
-template <typename S, typename F>
-void queryAs(const Model& model, const F& f) {
-  model.query([&](const auto& m) {
-    if constexpr (std::is_same_v<ScalarOf<decltype(m)>, S>) f(m);
-  });
-}
-
-OnePoint closestPointOf(const Model& model, const py::object& point) {
+OnePoint closestPointOf(const LockedMesh& mesh, const py::object& point) {
   OnePoint answer{};
-  withScalar(model, [&](auto scalar) {
+  mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const auto asked = pointFrom<S>(point, "point");
-    queryAs<S>(model, [&](const auto& m) {
+    mesh.queryAs<S>([&](const auto& m) {
       const ClosestPoint<S> closest = closestPoint(m, asked);
       for (int k = 0; k < 3; ++k) answer.point[std::size_t(k)] = double(closest.point[k]);
       answer.distance = double(closest.distance);
@@ -110,15 +93,15 @@ OnePoint closestPointOf(const Model& model, const py::object& point) {
   return answer;
 }
 
-ManyPoints closestPointsOf(const Model& model, const py::object& points) {
+ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
   std::vector<double> nearest, distances;
   std::vector<int> triangles;
-  withScalar(model, [&](auto scalar) {
+  mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const Rows<S> rows = rowsFrom<S>(points, "points");
     const auto count = static_cast<std::size_t>(rows.shape(0));
     const auto* asked = pointsOf<S>(rows);
-    queryAs<S>(model, [&](const auto& m) {
+    mesh.queryAs<S>([&](const auto& m) {
       std::vector<ClosestPoint<S>> result;
       closestPoints(m, asked, count, result);
       nearest.reserve(3 * count);
@@ -139,12 +122,12 @@ ManyPoints closestPointsOf(const Model& model, const py::object& points) {
   return arrays;
 }
 
-OneHit firstHitOf(const Model& model, const py::object& origin, const py::object& direction) {
+OneHit firstHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction) {
   OneHit answer{};
-  withScalar(model, [&](auto scalar) {
+  mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
-    queryAs<S>(model, [&](const auto& m) {
+    mesh.queryAs<S>([&](const auto& m) {
       const RayHit<S> hit = firstHit(m, from, along);
       answer.t = double(hit.t);
       answer.triangle = hit.triangle;
@@ -169,14 +152,15 @@ struct Rays {
   Rows<S> origins, directions;
 };
 
-ManyHits firstHitsOf(const Model& model, const py::object& origins, const py::object& directions) {
+ManyHits firstHitsOf(const LockedMesh& mesh, const py::object& origins,
+                     const py::object& directions) {
   HitLists lists;
-  withScalar(model, [&](auto scalar) {
+  mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const Rays<S> rays(origins, directions);
     const std::size_t count = rays.size();
     const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    queryAs<S>(model, [&](const auto& m) {
+    mesh.queryAs<S>([&](const auto& m) {
       std::vector<RayHit<S>> result;
       firstHits(m, from, along, count, result);
       for (std::size_t i = 0; i < result.size(); ++i) lists.add(int(i), result[i]);
@@ -192,16 +176,17 @@ py::object listed(const py::object& rows, const char* name) {
                            : py::object(array);
 }
 
-ManyHits rayHitsOf(const Model& model, const py::object& origins, const py::object& directions) {
+ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins,
+                   const py::object& directions) {
   const py::object from_rows = listed(origins, "origins"),
                    along_rows = listed(directions, "directions");
   HitLists lists;
-  withScalar(model, [&](auto scalar) {
+  mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const Rays<S> rays(from_rows, along_rows);
     const std::size_t count = rays.size();
     const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    queryAs<S>(model, [&](const auto& m) {
+    mesh.queryAs<S>([&](const auto& m) {
       std::vector<RayHit<S>> result;
       for (std::size_t i = 0; i < count; ++i) {
         rayHits(m, from[i], along[i], result);
@@ -250,17 +235,16 @@ void bindHitResults(py::module_& module) {
 void bindPoints(py::module_& module) {
   bindPointResults(module);
   bindHitResults(module);
-  module.def(
-      "closest_point", &closestPointOf, py::arg("model"), py::arg("point"),
-      "The nearest point of the model's surface to `point`, (3,), in the model's own frame.");
-  module.def("closest_points", &closestPointsOf, py::arg("model"), py::arg("points"),
+  module.def("closest_point", &closestPointOf, py::arg("mesh"), py::arg("point"),
+             "The nearest point of the mesh's surface to `point`, (3,), in the mesh's own frame.");
+  module.def("closest_points", &closestPointsOf, py::arg("mesh"), py::arg("points"),
              docs::kClosestPoints);
-  module.def("first_hit", &firstHitOf, py::arg("model"), py::arg("origin"), py::arg("direction"),
-             "The first triangle that a ray meets. origin, direction: (3,), in the model's own "
+  module.def("first_hit", &firstHitOf, py::arg("mesh"), py::arg("origin"), py::arg("direction"),
+             "The first triangle that a ray meets. origin, direction: (3,), in the mesh's own "
              "frame; the direction has any length but 0.");
-  module.def("first_hits", &firstHitsOf, py::arg("model"), py::arg("origins"),
-             py::arg("directions"), docs::kFirstHits);
-  module.def("ray_hits", &rayHitsOf, py::arg("model"), py::arg("origins"), py::arg("directions"),
+  module.def("first_hits", &firstHitsOf, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
+             docs::kFirstHits);
+  module.def("ray_hits", &rayHitsOf, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
              docs::kRayHits);
 }
 

@@ -106,7 +106,7 @@ fcl::Transform3d poseFrom(const py::object& object, const char* name) {
 
 void requireNear(const fcl::Transform3d& pose, bool is_double) {
   if (pose.translation().cwiseAbs().maxCoeff() > std::ldexp(1, is_double ? 252 : 28))
-    throw std::invalid_argument("a pose moves a model too far away");
+    throw std::invalid_argument("a pose moves a mesh too far away");
 }
 
 }  // namespace adaptive_bvh::python

@@ -13,7 +13,7 @@ namespace adaptive_bvh::python {
 /// nearest one. `name` stands in the sentence. Needs the GIL.
 fcl::Transform3d poseFrom(const pybind11::object& object, const char* name);
 
-/// Throws std::invalid_argument when the translation is beyond what models of such numbers may
+/// Throws std::invalid_argument when the translation is beyond what meshes of such numbers may
 /// have.
 void requireNear(const fcl::Transform3d& pose, bool is_double);
 

@@ -10,35 +10,35 @@
 namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kIsNearer =
-    R"(Whether two models are at most `distance`, a length, apart. Much cheaper than their distance.
+    R"(Whether two meshes are at most `distance`, a length, apart. Much cheaper than their distance.
 
 tf1, tf2: poses that place them in the world.)";
 
 constexpr const char* kPairsWithin =
-    R"(All pairs of a triangle of the first model and one of the second at most `distance` apart.
+    R"(All pairs of a triangle of the first mesh and one of the second at most `distance` apart.
 
 tf1, tf2: poses that place them in the world.
 enable_distances, enable_nearest_points: also compute these.
 Returns TrianglePairs. Pairs keep their order from step to step.)";
 
 constexpr const char* kPairsWithinSelf =
-    R"(As above, of one model with itself, in its own frame: each pair once, the smaller index first.
+    R"(As above, of one mesh with itself, in its own frame: each pair once, the smaller index first.
 
 filter: which neighbours are left out, as of self_collide.)";
 
 constexpr const char* kFeaturePairsWithin =
     R"(All pairs of a vertex and a face, and of two edges, at most `distance`, a length, apart.
 
-tf1, tf2: poses that place the models in the world. Returns FeaturePairs.)";
+tf1, tf2: poses that place the meshes in the world. Returns FeaturePairs.)";
 
 constexpr const char* kFeaturePairsWithinSelf =
-    "As above, of one model with itself, without features that have a vertex in common.";
+    "As above, of one mesh with itself, without features that have a vertex in common.";
 
 constexpr const char* kClearance =
-    R"(For every vertex of `model` its distance to the surface of `other`: (num_vertices,) float64.
+    R"(For every vertex of `mesh` its distance to the surface of `other`: (num_vertices,) float64.
 
 Exact where it is less than `limit`, a length, and `limit` elsewhere. A small limit is fast.
-tf, other_tf: poses that place the models in the world.)";
+tf, other_tf: poses that place the meshes in the world.)";
 
 constexpr const char* kSignedClearance =
     R"(As clearance, with a negative sign for a vertex inside of `other`, which must be closed.
@@ -55,10 +55,10 @@ struct Poses {
   fcl::Transform3d tf1, tf2;
 };
 
-bool isNearerOf(const Model& first, const Model& second, double distance, const py::object& tf1,
-                const py::object& tf2) {
+bool isNearerOf(const LockedMesh& first, const LockedMesh& second, double distance,
+                const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  return Model::queryPair(first, second, [&](const auto& a, const auto& b) {
+  return LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     return isNearer(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance));
   });
@@ -82,7 +82,7 @@ NearPairs nearPairs(TrianglePairs<S>&& pairs) {
   return arrays;
 }
 
-/// What Python asks for, of models of either precision.
+/// What Python asks for, of meshes of either precision.
 struct PairsRequest {
   double distance;
   bool enable_distances, enable_nearest_points;
@@ -93,7 +93,7 @@ struct PairsRequest {
   }
 };
 
-/// The result for models of either precision: one stays empty.
+/// The result for meshes of either precision: one stays empty.
 struct EitherPairs {
   TrianglePairs<double> of_double;
   TrianglePairs<float> of_float;
@@ -110,35 +110,35 @@ struct EitherPairs {
   }
 };
 
-NearPairs pairsWithinOf(const Model& first, const Model& second, double distance,
+NearPairs pairsWithinOf(const LockedMesh& first, const LockedMesh& second, double distance,
                         const py::object& tf1, const py::object& tf2, bool distances, bool points) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   const PairsRequest request{distance, distances, points};
   EitherPairs result;
-  Model::queryPair(first, second, [&](const auto& a, const auto& b) {
+  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     pairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), request.as<S>(), result.as<S>());
   });
   return std::move(result).arrays(first.isDouble());
 }
 
-NearPairs pairsWithinSelf(const Model& model, double distance, bool distances, bool points,
+NearPairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances, bool points,
                           const std::string& filter) {
   const NeighbourFilter neighbours = neighbourFilter(filter);
   const PairsRequest request{distance, distances, points};
   EitherPairs result;
-  model.query([&](const auto& m) {
+  mesh.query([&](const auto& m) {
     using S = ScalarOf<decltype(m)>;
     pairsWithin(m, request.as<S>(), result.as<S>(), neighbours);
   });
-  return std::move(result).arrays(model.isDouble());
+  return std::move(result).arrays(mesh.isDouble());
 }
 
-FeatureArrays featurePairsOf(const Model& first, const Model& second, double distance,
+FeatureArrays featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
                              const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   FeaturePairs pairs;
-  Model::queryPair(first, second, [&](const auto& a, const auto& b) {
+  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     featurePairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance),
                        pairs);
@@ -146,20 +146,20 @@ FeatureArrays featurePairsOf(const Model& first, const Model& second, double dis
   return FeatureArrays(std::move(pairs));
 }
 
-FeatureArrays featurePairsSelf(const Model& model, double distance) {
+FeatureArrays featurePairsSelf(const LockedMesh& mesh, double distance) {
   FeaturePairs pairs;
-  model.query([&](const auto& m) {
+  mesh.query([&](const auto& m) {
     featurePairsWithin(m, static_cast<ScalarOf<decltype(m)>>(distance), pairs);
   });
   return FeatureArrays(std::move(pairs));
 }
 
-py::array_t<double> clearanceOf(const Model& model, const Model& other, double limit,
+py::array_t<double> clearanceOf(const LockedMesh& mesh, const LockedMesh& other, double limit,
                                 const py::object& tf, const py::object& other_tf, bool is_signed) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
   std::vector<double> of_double;
   std::vector<float> of_float;
-  Model::queryPair(model, other, [&](const auto& a, const auto& b) {
+  LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     const auto tf1 = poseAs<S>(poses.tf1), tf2 = poseAs<S>(poses.tf2);
     const auto run = [&](std::vector<S>& result) {
@@ -173,9 +173,9 @@ py::array_t<double> clearanceOf(const Model& model, const Model& other, double l
     else
       run(of_float);
   });
-  const auto count = static_cast<py::ssize_t>(model.numVertices());
-  return model.isDouble() ? adoptDoubles<double>(std::move(of_double), {count})
-                          : adoptDoubles<float>(std::move(of_float), {count});
+  const auto count = static_cast<py::ssize_t>(mesh.numVertices());
+  return mesh.isDouble() ? adoptDoubles<double>(std::move(of_double), {count})
+                         : adoptDoubles<float>(std::move(of_float), {count});
 }
 
 void bindClearance(py::module_& module) {
@@ -183,11 +183,11 @@ void bindClearance(py::module_& module) {
   const auto define = [&](const char* name, bool is_signed, const char* doc) {
     module.def(
         name,
-        [is_signed](const Model& model, const Model& other, double limit, const py::object& tf,
-                    const py::object& other_tf) {
-          return clearanceOf(model, other, limit, tf, other_tf, is_signed);
+        [is_signed](const LockedMesh& mesh, const LockedMesh& other, double limit,
+                    const py::object& tf, const py::object& other_tf) {
+          return clearanceOf(mesh, other, limit, tf, other_tf, is_signed);
         },
-        py::arg("model"), py::arg("other"), py::arg("limit") = infinity, py::arg("tf") = py::none(),
+        py::arg("mesh"), py::arg("other"), py::arg("limit") = infinity, py::arg("tf") = py::none(),
         py::arg("other_tf") = py::none(), doc);
   };
   define("clearance", false, docs::kClearance);
@@ -216,13 +216,13 @@ void bindProximity(py::module_& module) {
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              py::kw_only(), py::arg("enable_distances") = false,
              py::arg("enable_nearest_points") = false, docs::kPairsWithin);
-  module.def("pairs_within", &pairsWithinSelf, py::arg("model"), py::arg("distance"), py::kw_only(),
+  module.def("pairs_within", &pairsWithinSelf, py::arg("mesh"), py::arg("distance"), py::kw_only(),
              py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
              py::arg("filter") = "shared vertex", docs::kPairsWithinSelf);
   module.def("feature_pairs_within", &featurePairsOf, py::arg("first"), py::arg("second"),
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              docs::kFeaturePairsWithin);
-  module.def("feature_pairs_within", &featurePairsSelf, py::arg("model"), py::arg("distance"),
+  module.def("feature_pairs_within", &featurePairsSelf, py::arg("mesh"), py::arg("distance"),
              docs::kFeaturePairsWithinSelf);
   bindClearance(module);
 }

@@ -19,8 +19,8 @@ namespace adaptive_bvh::python {
 namespace {
 
 // adaptive_bvh::distance would compile all of FCL's distances in single precision, for pairs that
-// Python does not offer: every pair here is recorded.
-[[noreturn]] void refusePair() { throw std::logic_error("adaptive_bvh: a pair is not recorded"); }
+// Python does not offer: every pair here is one of ours.
+[[noreturn]] void refusePair() { throw std::logic_error("adaptive_bvh: a pair is not answered"); }
 
 template <typename S>
 Nearest nearestOf(const fcl::DistanceResult<S>& result, bool is_swapped) {
@@ -43,9 +43,8 @@ Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object&
   queryObjects(objects, [&](auto geometry1, const auto& pose1, auto geometry2, const auto& pose2) {
     using S = typename std::decay_t<decltype(pose1)>::Scalar;
     fcl::DistanceResult<S> result;
-    S found;
-    if (!detail::recordedDistance<S>(geometry1, pose1, geometry2, pose2,
-                                     fcl::DistanceRequest<S>(nearest_points), result, found))
+    if (!detail::answerDistance<S>(geometry1, pose1, geometry2, pose2,
+                                   fcl::DistanceRequest<S>(nearest_points), result))
       refusePair();
     nearest = nearestOf(result, objects.is_swapped);
   });
@@ -108,23 +107,22 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
   queryObjects(objects, [&](auto geometry1, const auto& pose1, auto geometry2, const auto& pose2) {
     using S = typename std::decay_t<decltype(pose1)>::Scalar;
     fcl::CollisionResult<S> result;
-    std::size_t count;
-    if (!detail::recordedCollide<S>(geometry1, pose1, geometry2, pose2,
-                                    requestOf<S>(max_contacts, enable_contact), result, count))
+    if (!detail::answerCollide<S>(geometry1, pose1, geometry2, pose2,
+                                  requestOf<S>(max_contacts, enable_contact), result))
       refusePair();
     lists.add(result, objects.is_swapped);
   });
   return std::move(lists).arrays();
 }
 
-Contacts selfCollideOf(const Model& model, const py::object& tf,
+Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
                        const std::optional<long long>& max_contacts, bool enable_contact,
                        const std::string& filter) {
   requireCount(max_contacts);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const NeighbourFilter neighbours = neighbourFilter(filter);
   ContactLists lists;
-  model.query([&](const auto& m) {
+  mesh.query([&](const auto& m) {
     using S = ScalarOf<decltype(m)>;
     fcl::CollisionResult<S> result;
     selfCollide(m, poseAs<S>(pose), requestOf<S>(max_contacts, enable_contact), result, neighbours);
@@ -153,11 +151,12 @@ void bindResults(py::module_& module) {
   py::class_<Contacts>(module, "Contacts", docs::kContacts)
       .def_readonly("pairs", &Contacts::pairs, docs::kContactPairs)
       .def_readonly("points", &Contacts::points, "(K, 3) float64, in the world.")
-      .def_readonly("normals", &Contacts::normals,
-                    "(K, 3) float64, unit vectors from the first object to the second.")
       .def_readonly(
-          "depths", &Contacts::depths,
-          "(K,) float64, lengths: FCL's penetration depths. Of a sphere they are negative.")
+          "normals", &Contacts::normals,
+          "(K, 3) float64, unit vectors: of a mesh and a shape from the first object to the "
+          "second, of two meshes normals of a triangle.")
+      .def_readonly("depths", &Contacts::depths,
+                    "(K,) float64, lengths: penetration depths, 0 or more.")
       .def("__len__", [](const Contacts& self) { return self.depths.shape(0); })
       .def("__repr__", [](const Contacts& self) {
         return "<adaptive_bvh.Contacts: " + std::to_string(self.depths.shape(0)) + ">";
@@ -185,7 +184,7 @@ void bindQuery(py::module_& module) {
   module.def("collide", &collideOf, py::arg("o1"), py::arg("o2"), py::arg("tf1") = py::none(),
              py::arg("tf2") = py::none(), py::kw_only(), py::arg("max_contacts") = py::none(),
              py::arg("enable_contact") = true, docs::kCollide);
-  module.def("self_collide", &selfCollideOf, py::arg("model"), py::arg("tf") = py::none(),
+  module.def("self_collide", &selfCollideOf, py::arg("mesh"), py::arg("tf") = py::none(),
              py::kw_only(), py::arg("max_contacts") = py::none(), py::arg("enable_contact") = true,
              py::arg("filter") = "shared vertex", docs::kSelfCollide);
 }

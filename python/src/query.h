@@ -19,7 +19,7 @@ struct Nearest : Bound {
   std::array<double, 6> points = {};  ///< two points
   std::array<std::int32_t, 2> triangles = {};
 };
-/// Of two models.
+/// Of two meshes.
 Nearest nearestFrom(const fcl::DistanceResult<double>& result);
 Nearest nearestFrom(const fcl::DistanceResult<float>& result);
 

@@ -4,22 +4,22 @@
 namespace adaptive_bvh::python::docs {
 
 inline constexpr const char* kDistance =
-    R"(The exact distance of two models, or of a model and a shape in either order.
+    R"(The exact distance of two meshes, or of a mesh and a shape in either order.
 
 tf1, tf2: poses that place them in the world.
 nearest_points: False leaves out the points, which are then NaN.
 Returns a DistanceResult.)";
 
 inline constexpr const char* kDistanceValue =
-    "A length. 0 where two models touch; -1 where a shape touches a model, or has a part of its "
-    "surface inside.";
+    "A length. 0 where the two touch: also where one is a shape that has its surface inside.";
 
 inline constexpr const char* kDistancePoints =
-    "The nearest points, (2, 3) float64, in the world: of the first object and of the second. Of "
-    "models that touch both are a common point; of a shape that touches a model, NaN.";
+    "The nearest points, (2, 3) float64, in the world: of the first object and of the second. "
+    "Where "
+    "they touch both are a common point.";
 
 inline constexpr const char* kCollide =
-    R"(Where two models, or a model and a shape, touch: FCL's contacts.
+    R"(Where two meshes, or a mesh and a shape, touch.
 
 tf1, tf2: poses that place them in the world.
 max_contacts: stops when it has so many; None finds all.
@@ -27,9 +27,9 @@ enable_contact: False leaves out points, normals and depths, which are then NaN.
 Returns Contacts.)";
 
 inline constexpr const char* kSelfCollide =
-    R"(Where a model touches itself: one contact for each pair of triangles, the smaller index first.
+    R"(Where a mesh touches itself: one contact for each pair of triangles, the smaller index first.
 
-tf: a pose that places the model in the world.
+tf: a pose that places the mesh in the world.
 max_contacts, enable_contact: as of collide.
 filter: which neighbours are left out: those with a 'shared vertex', those with a 'shared edge' (two
     vertices in common), or 'none'. Vertices are compared by index: see weld_vertices.)";
@@ -38,7 +38,7 @@ inline constexpr const char* kContacts =
     "Contacts in arrays side by side: contact i is row i of each. len() counts them.";
 
 inline constexpr const char* kContactPairs =
-    "(K, 2) int32: the triangle of the first object and of the second, -1 for a shape. Two models "
-    "can have two contacts for one pair, as in FCL.";
+    "(K, 2) int32: the triangle of the first object and of the second, -1 for a shape. Two meshes "
+    "can have two contacts for one pair.";
 
 }  // namespace adaptive_bvh::python::docs

@@ -24,7 +24,6 @@ namespace {
 /// The arguments of Python's constructor.
 struct RecordingArguments {
   std::string title, unit;
-  int volume_depth;
   double frames_per_second;
   py::object up;
 };
@@ -75,21 +74,21 @@ FrameResults resultsFrom(const FrameArguments& a) {
   return results;
 }
 
-/// The library's, with the models that it reads.
-class RecordingOfModels : public Bound {
+/// The library's, with the meshes that it reads.
+class RecordingOfMeshes : public Bound {
  public:
-  explicit RecordingOfModels(const RecordingArguments& a) : recording_(optionsFrom(a)) {}
+  explicit RecordingOfMeshes(const RecordingArguments& a) : recording_(optionsFrom(a)) {}
 
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (!py::isinstance<Model>(body)) return recording_.add(meshOf(body), pose, name);
-    auto model = body.cast<std::shared_ptr<Model>>();
-    const int number = model->query([&](const auto& m) {
+    if (!py::isinstance<LockedMesh>(body)) return recording_.add(arraysOf(body), pose, name);
+    auto mesh = body.cast<std::shared_ptr<LockedMesh>>();
+    const int number = mesh->query([&](const auto& m) {
       return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
     });
-    // In one order for all threads: see Model::PairLock.
-    const auto at = std::lower_bound(models_.begin(), models_.end(), model);
-    if (at == models_.end() || *at != model) models_.insert(at, model);
+    // In one order for all threads: see LockedMesh::PairLock.
+    const auto at = std::lower_bound(meshes_.begin(), meshes_.end(), mesh);
+    if (at == meshes_.end() || *at != mesh) meshes_.insert(at, mesh);
     return number;
   }
   void place(int body, const py::object& tf) { recording_.place(body, poseFrom(tf, "tf")); }
@@ -97,7 +96,7 @@ class RecordingOfModels : public Bound {
     const FrameResults results = resultsFrom(arguments);
     const py::gil_scoped_release nogil;
     std::vector<std::shared_lock<std::shared_mutex>> locks;
-    for (const auto& model : models_) locks.push_back(model->share());
+    for (const auto& mesh : meshes_) locks.push_back(mesh->share());
     recording_.frame(results);
   }
   void write(const py::object& path) const {
@@ -114,27 +113,27 @@ class RecordingOfModels : public Bound {
     RecordingOptions options;
     options.title = a.title;
     options.unit = a.unit;
-    options.volume_depth = a.volume_depth;
+    options.volume_depth = -1;  // a DeformableMesh has none
     options.frames_per_second = a.frames_per_second;
     options.up = pointFrom<double>(a.up, "up");
     return options;
   }
-  static TriangleMesh<double> meshOf(const py::object& body) {
+  static TriangleMesh<double> arraysOf(const py::object& body) {
     if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
       throw py::type_error("body is a " +
                            std::string(py::str(py::type::of(body).attr("__name__"))) +
-                           "; a Model, or an object with vertices and faces is needed");
+                           "; a DeformableMesh, or an object with vertices and faces is needed");
     return meshFrom(body.attr("vertices"), body.attr("faces"));
   }
 
   Recording recording_;
-  std::vector<std::shared_ptr<Model>> models_;  ///< by address, each once
+  std::vector<std::shared_ptr<LockedMesh>> meshes_;  ///< by address, each once
 };
 #else
 /// Cannot be made.
-class RecordingOfModels : public Bound {
+class RecordingOfMeshes : public Bound {
  public:
-  explicit RecordingOfModels(const RecordingArguments&) {
+  explicit RecordingOfMeshes(const RecordingArguments&) {
     throw std::runtime_error(
         "adaptive_bvh was built without the component recording (libjs-three)");
   }
@@ -151,16 +150,15 @@ class RecordingOfModels : public Bound {
 }  // namespace
 
 void bindRecording(py::module_& module) {
-  using R = RecordingOfModels;
+  using R = RecordingOfMeshes;
   py::class_<R>(module, "Recording", docs::kRecording)
-      .def(py::init([](const std::string& title, const std::string& unit, int volume_depth,
-                       double frames_per_second, const py::object& up) {
-             return std::make_unique<R>(
-                 RecordingArguments{title, unit, volume_depth, frames_per_second, up});
+      .def(py::init([](const std::string& title, const std::string& unit, double frames_per_second,
+                       const py::object& up) {
+             return std::make_unique<R>(RecordingArguments{title, unit, frames_per_second, up});
            }),
            py::kw_only(), py::arg("title") = "A run", py::arg("unit") = "",
-           py::arg("volume_depth") = 6, py::arg("frames_per_second") = 25.0,
-           py::arg("up") = py::make_tuple(0, 0, 1), docs::kRecordingInit)
+           py::arg("frames_per_second") = 25.0, py::arg("up") = py::make_tuple(0, 0, 1),
+           docs::kRecordingInit)
       .def("add", &R::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
            py::arg("name") = "", docs::kRecordingAdd)
       .def("place", &R::place, py::arg("body"), py::arg("tf"),

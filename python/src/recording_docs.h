@@ -6,18 +6,18 @@ inline constexpr const char* kRecording =
     R"(Records a run and writes it as one HTML page that plays it, in any browser, without a network.
 
 Add the bodies, call frame() after every step, then write(). A body's positions are kept in 16 bits
-of the box around it, about 6 bytes a vertex and frame. It keeps the models alive. For one thread at
+of the box around it, about 6 bytes a vertex and frame. It keeps the meshes alive. For one thread at
 a time.)";
 
 inline constexpr const char* kRecordingInit =
     R"(title: of the page. unit: of lengths, shown after them, such as 'mm'.
-volume_depth: bounding volumes are recorded down to this depth of the tree, at most 20; -1: none.
 frames_per_second: at which the page plays. up: (3,), which way is up in the world.)";
 
 inline constexpr const char* kRecordingAdd =
     R"(Adds a body, placed by a pose, before the first frame. Returns its number: 0, 1, ...
 
-body: a Model, or an object with `vertices` and `faces` that does not deform, such as a Mesh.)";
+body: a DeformableMesh, or an object with `vertices` and `faces` that does not deform, such as a
+    Mesh.)";
 
 inline constexpr const char* kRecordingFrame =
     R"(Records the bodies as they are now, with what was computed.

@@ -1,5 +1,6 @@
 #include "shapes.h"
 
+#include <cmath>
 #include <utility>
 
 #include <fcl/geometry/shape/box.h>
@@ -7,7 +8,11 @@
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
+
+#include "arrays.h"
 
 namespace adaptive_bvh::python {
 namespace {
@@ -34,6 +39,16 @@ struct Cone : Shape {
 };
 struct Ellipsoid : Shape {
   Ellipsoid(double a, double b, double c) : Shape(make<fcl::Ellipsoid>("Ellipsoid", a, b, c)) {}
+};
+
+struct Plane : Shape {
+  Plane(const py::object& normal, double offset)
+      : Shape(makeUnbounded<fcl::Plane>("Plane", pointFrom<double>(normal, "normal"), offset)) {}
+};
+struct Halfspace : Shape {
+  Halfspace(const py::object& normal, double offset)
+      : Shape(makeUnbounded<fcl::Halfspace>("Halfspace", pointFrom<double>(normal, "normal"),
+                                            offset)) {}
 };
 
 /// A property for each size.
@@ -65,7 +80,44 @@ void bindAxial(py::module_& module, const char* name, const char* what, const ch
   addSizes(shape, {{"radius", "A length."}, {"lz", length}});
 }
 
+/// Plane and Halfspace.
+template <typename T>
+void bindUnbounded(py::module_& module, const char* name, const char* what) {
+  py::class_<T, Shape>(module, name, what)
+      .def(py::init<const py::object&, double>(), py::arg("normal"), py::arg("offset") = 0.0,
+           "normal: (3,), of length 1 to 1e-6. offset: a length, how far from the origin the plane "
+           "is along the normal.")
+      .def_property_readonly(
+          "normal",
+          [](const Shape& self) {
+            const double numbers[] = {self.size(0), self.size(1), self.size(2)};
+            return py::array_t<double>(3, numbers);
+          },
+          "(3,) float64, of length 1.")
+      .def_property_readonly(
+          "offset", [](const Shape& self) { return self.size(3); }, "A length.")
+      .def("__repr__", [type = std::string(name)](const Shape& self) {
+        const auto number = [&](std::size_t i) {
+          return std::string(py::repr(py::float_(self.size(i))));
+        };
+        return type + "((" + number(0) + ", " + number(1) + ", " + number(2) + "), " + number(3) +
+               ")";
+      });
+}
+
 }  // namespace
+
+Eigen::Vector3d Shape::unitNormal(const std::string& name, const Eigen::Vector3d& normal,
+                                  double offset) {
+  const double length = normal.norm();
+  if (!(std::abs(length - 1) <= 1e-6))
+    throw py::value_error(name + ": the normal has the length " +
+                          std::string(py::str(py::float_(length))) + "; 1 is needed");
+  if (!(std::abs(offset) <= kLargest))
+    throw py::value_error(name + ": the offset is " + std::string(py::str(py::float_(offset))) +
+                          "; -1e8 to 1e8 is possible");
+  return normal / length;
+}
 
 Shape::Shape(const char* name, std::vector<double> sizes) : name_(name), sizes_(std::move(sizes)) {
   for (const double size : sizes_)
@@ -83,8 +135,9 @@ std::string Shape::text() const {
 
 void bindShapes(py::module_& module) {
   py::class_<Shape>(module, "Shape",
-                    "A solid of FCL's: Box, Sphere, Capsule, Cylinder, Cone or Ellipsoid. Its "
-                    "centre is the origin, its axis z; a pose places it.")
+                    "A solid of FCL's: Box, Sphere, Capsule, Cylinder, Cone or Ellipsoid, whose "
+                    "centre is the origin and whose axis is z; or a Plane or Halfspace. A pose "
+                    "places it.")
       .def("__repr__", &Shape::text);
   py::class_<Box, Shape> box(module, "Box", "A box around the origin.");
   box.def(py::init<double, double, double>(), py::arg("x"), py::arg("y"), py::arg("z"),
@@ -98,6 +151,10 @@ void bindShapes(py::module_& module) {
   bindAxial<Cylinder>(module, "Cylinder", "A cylinder.", "Its whole length along z.");
   bindAxial<Cone>(module, "Cone", "A cone. Its tip is at +lz / 2, its base at -lz / 2.",
                   "Its whole length along z.");
+  bindUnbounded<Plane>(module, "Plane",
+                       "The points x with normal . x = offset: both sides are out.");
+  bindUnbounded<Halfspace>(module, "Halfspace",
+                           "The points x with normal . x <= offset: the normal points out.");
 }
 
 }  // namespace adaptive_bvh::python

@@ -7,12 +7,14 @@
 #include <pybind11/pybind11.h>
 
 #include <fcl/geometry/shape/shape_base.h>
+#include <Eigen/Core>
 
 #include "bound.h"
 
 namespace adaptive_bvh::python {
 
-/// A primitive of FCL in both precisions. Does not change, so threads may share it.
+/// A primitive of FCL, a plane or a half-space in both precisions. Does not change, so threads may
+/// share it.
 class Shape : public Bound {
  public:
   /// `sizes` are the arguments of FCL's constructor. Throws py::value_error when one is not between
@@ -22,6 +24,18 @@ class Shape : public Bound {
     Shape shape(name, {sizes...});
     shape.double_ = std::make_shared<Primitive<double>>(sizes...);
     shape.float_ = std::make_shared<Primitive<float>>(static_cast<float>(sizes)...);
+    return shape;
+  }
+
+  /// A fcl::Plane or fcl::Halfspace. Throws py::value_error when the normal's length is not 1 to
+  /// 1e-6 or the offset is beyond 1e8.
+  template <template <typename> class Unbounded>
+  static Shape makeUnbounded(const char* name, const Eigen::Vector3d& normal, double offset) {
+    const Eigen::Vector3d unit = unitNormal(name, normal, offset);
+    Shape shape(name, {});
+    shape.sizes_ = {unit[0], unit[1], unit[2], offset};
+    shape.double_ = std::make_shared<Unbounded<double>>(unit, offset);
+    shape.float_ = std::make_shared<Unbounded<float>>(unit.cast<float>(), float(offset));
     return shape;
   }
 
@@ -42,8 +56,11 @@ class Shape : public Bound {
   Shape(const char* name, std::vector<double> sizes);
 
  private:
+  static Eigen::Vector3d unitNormal(const std::string& name, const Eigen::Vector3d& normal,
+                                    double offset);
+
   std::string name_;
-  std::vector<double> sizes_;
+  std::vector<double> sizes_;  ///< or a normal and an offset
   std::shared_ptr<const fcl::ShapeBase<double>> double_;
   std::shared_ptr<const fcl::ShapeBase<float>> float_;
 };

@@ -7,13 +7,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 from long_mode import SEED  # noqa: E402
 
-TYPES = [(v, d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
 
-
-@pytest.fixture(params=TYPES, ids=["-".join(t) for t in TYPES])
+@pytest.fixture(params=["float64", "float32"])
 def kind(request):
-    """Volume and dtype as arguments of Model."""
-    return dict(zip(("volume", "dtype"), request.param))
+    """The dtype as an argument of DeformableMesh."""
+    return {"dtype": request.param}
 
 
 @pytest.fixture

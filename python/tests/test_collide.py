@@ -14,7 +14,7 @@ def crossing(distances):
 def test_equals_brute_force_in_every_step(kind):
     rng = np.random.default_rng(4)
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(5)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     found = 0
     for step in range(10):
         moved1, moved2 = meshes.wave(v1, 0.3 * step), meshes.wave(v2, -0.2 * step)
@@ -33,7 +33,7 @@ def test_equals_brute_force_in_every_step(kind):
 
 
 def test_contacts_are_arrays_side_by_side():
-    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
     contacts = ab.collide(a, b, None, (np.eye(3), [0.01, 0.02, 0.03]))
     k = len(contacts)
     assert k > 0
@@ -46,7 +46,7 @@ def test_contacts_are_arrays_side_by_side():
 
 
 def test_max_contacts_and_enable_contact():
-    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
     tf = (np.eye(3), [0.01, 0.02, 0.03])
     everything = ab.collide(a, b, None, tf)
     assert len(ab.collide(a, b, None, tf, max_contacts=3)) == 3
@@ -64,30 +64,30 @@ def test_max_contacts_and_enable_contact():
 
 def test_self_collide_equals_brute_force(kind):
     vertices, faces = meshes.sheet(8)
-    model = ab.Model(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
     rolled = vertices.copy()  # a spiral that goes through itself
     angle, radius = 3.9 * vertices[:, 0], 0.5 + 0.02 * np.sin(9 * vertices[:, 0])
     rolled[:, 0], rolled[:, 2] = radius * np.cos(angle), radius * np.sin(angle)
     rolled[:, 1] += 0.013 * vertices[:, 0]
-    model.update(rolled)
+    mesh.update(rolled)
     distances = triangle_distances(rolled, faces, rolled, faces)
     apart = no_shared_vertices(faces) & np.triu(np.ones(distances.shape, bool), 1)
     expected = crossing(np.where(apart, distances, 1))
     assert len(expected) > 10
-    assert pair_set(ab.self_collide(model).pairs) == expected
-    assert pair_set(ab.self_collide(model, enable_contact=False).pairs) == expected
-    everything = ab.self_collide(model, filter="none", enable_contact=False)
-    assert len(everything) > len(ab.self_collide(model, filter="shared edge")) > len(expected)
+    assert pair_set(ab.self_collide(mesh).pairs) == expected
+    assert pair_set(ab.self_collide(mesh, enable_contact=False).pairs) == expected
+    everything = ab.self_collide(mesh, filter="none", enable_contact=False)
+    assert len(everything) > len(ab.self_collide(mesh, filter="shared edge")) > len(expected)
     with pytest.raises(ValueError, match="filter"):
-        ab.self_collide(model, filter="all")
+        ab.self_collide(mesh, filter="all")
 
 
 def test_self_collide_is_in_the_world():
     (va, fa), (vb, fb) = meshes.sheet(1), meshes.sheet(1)
     vertices = np.concatenate([va, vb[:, [2, 0, 1]] + 0.1])
-    model = ab.Model(vertices, np.concatenate([fa, fb + len(va)]))
+    mesh = ab.DeformableMesh(vertices, np.concatenate([fa, fb + len(va)]))
     tf = meshes.pose(np.random.default_rng(5), 2)
-    here, there = ab.self_collide(model), ab.self_collide(model, tf)
+    here, there = ab.self_collide(mesh), ab.self_collide(mesh, tf)
     assert len(here) == len(there) > 0
     np.testing.assert_allclose(meshes.placed(here.points, tf), there.points, atol=1e-12)
     np.testing.assert_allclose(here.normals @ tf[:3, :3].T, there.normals, atol=1e-12)

@@ -7,9 +7,9 @@ import adaptive_bvh as ab
 
 
 def test_a_falling_vertex_hits_a_face_in_time(kind, tolerance):
-    sheet = ab.Model([[-2, -2, 0], [2, -2, 0], [0, 2, 0]], [[0, 1, 2]], **kind)
+    sheet = ab.DeformableMesh([[-2, -2, 0], [2, -2, 0], [0, 2, 0]], [[0, 1, 2]], **kind)
     tip = np.array([[0, 0, 1], [-1, 0, 2], [1, 0.5, 2.0]])
-    arrow = ab.Model(tip, [[0, 1, 2]], **kind)
+    arrow = ab.DeformableMesh(tip, [[0, 1, 2]], **kind)
     fall = ab.Motion(arrow, tip, tip - [0, 0, 4])
     still = ab.Motion(sheet, sheet.vertices)
     impact = ab.earliest_impact(fall, still)
@@ -46,7 +46,7 @@ def feature_distances(pairs, w1, f1, w2, f2):
 
 def test_times_of_impact_are_those_of_the_features(kind):
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(4)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     start1, end1 = meshes.wave(v1, 0), meshes.wave(v1, 1)
     start2, end2 = meshes.wave(v2, 0), meshes.wave(v2, 1)
     from_tf, to_tf = (np.eye(3), [0, 0, 3]), (np.eye(3), [0.2, 0, 0.6])
@@ -82,12 +82,12 @@ def test_times_of_impact_are_those_of_the_features(kind):
 
 def test_one_mesh_with_itself(kind):
     vertices, faces = meshes.sheet(4)
-    model = ab.Model(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
     x, y = vertices[:, 0], vertices[:, 1]
     start = np.stack([x, y, np.abs(x)], axis=1)  # a V, whose left side goes through the right
     right = np.stack([np.abs(x) * 0.9, y + 0.03, np.abs(x) * 0.3], axis=1)
     end = np.where((x < 0)[:, None], right, start)
-    motion = ab.Motion(model, start, end)
+    motion = ab.Motion(mesh, start, end)
     pairs = ab.candidates(motion)
     assert len(pairs.vertex_face) and len(pairs.edge_edge) and len(pairs.face_vertex) == 0
     times = ab.times_of_impact(motion, pairs)
@@ -102,23 +102,42 @@ def test_one_mesh_with_itself(kind):
 
 def test_a_motion_keeps_copies():
     vertices, faces = meshes.sheet(2)
-    model = ab.Model(vertices, faces)
+    mesh = ab.DeformableMesh(vertices, faces)
     start = vertices + [0, 0, 1]
-    motion = ab.Motion(model, start)  # to where the model is now
-    ball = ab.Model(*meshes.ball(0, 0.25))
+    motion = ab.Motion(mesh, start)  # to where the mesh is now
+    ball = ab.DeformableMesh(*meshes.ball(0, 0.25))
     still = ab.Motion(ball, ball.vertices)
     before = ab.largest_safe_step(motion, still)
     assert before == pytest.approx(0.75)
     start[:] = np.nan
-    model.update(vertices + 7)
+    mesh.update(vertices + 7)
     assert ab.largest_safe_step(motion, still) == before
 
 
+def test_a_motion_of_two_frames(kind):
+    vertices, faces = meshes.sheet(2)
+    mesh = ab.DeformableMesh(vertices + [0, 0, 1], faces, **kind)
+    for start in ({}, {"end": vertices}):
+        with pytest.raises(ValueError, match="not update_two_frames"):
+            ab.Motion(mesh, **start)
+    ball = ab.DeformableMesh(*meshes.ball(0, 0.25), **kind)
+    still = ab.Motion(ball, ball.vertices)
+    mesh.update_two_frames(vertices)
+    expected = ab.largest_safe_step(ab.Motion(mesh, vertices + [0, 0, 1], vertices), still)
+    assert expected == pytest.approx(0.75)
+    assert ab.largest_safe_step(ab.Motion(mesh), still) == expected
+    assert ab.largest_safe_step(ab.Motion(mesh, end=vertices), still) == expected
+    assert ab.largest_safe_step(ab.Motion(mesh, end=vertices + [0, 0, 1]), still) == 1
+    mesh.update(vertices)
+    with pytest.raises(ValueError, match="start is missing"):
+        ab.Motion(mesh)
+
+
 def test_wrong_arguments_are_refused():
-    model = ab.Model(*meshes.ball(0))
-    motion = ab.Motion(model, model.vertices)
+    mesh = ab.DeformableMesh(*meshes.ball(0))
+    motion = ab.Motion(mesh, mesh.vertices)
     with pytest.raises(ValueError, match="a row for each vertex"):
-        ab.Motion(model, np.zeros((5, 3)))
+        ab.Motion(mesh, np.zeros((5, 3)))
     with pytest.raises(TypeError):
         ab.Motion(None, np.zeros((5, 3)))
     with pytest.raises(ValueError, match="kind is 'edge'"):
@@ -132,4 +151,4 @@ def test_wrong_arguments_are_refused():
     with pytest.raises(ValueError):
         ab.candidates(motion, motion, -1.0)
     with pytest.raises(ValueError):
-        ab.candidates(ab.Motion(model, np.full((6, 3), np.inf)))
+        ab.candidates(ab.Motion(mesh, np.full((6, 3), np.inf)))

@@ -7,7 +7,7 @@ import adaptive_bvh as ab
 
 
 def brute(a, tf1, b, tf2):
-    """Of two models as they stand."""
+    """Of two meshes as they stand."""
     return triangle_distances(
         meshes.placed(a.vertices.astype(float), tf1),
         a.faces,
@@ -19,7 +19,7 @@ def brute(a, tf1, b, tf2):
 def test_equals_brute_force_in_every_step(kind, tolerance):
     rng = np.random.default_rng(1)
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(4)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     pair = ab.CoherentDistance(a, b)
     for step in range(12):
         a.update(meshes.wave(v1, 0.3 * step))
@@ -35,7 +35,7 @@ def test_equals_brute_force_in_every_step(kind, tolerance):
 
 def test_points_are_on_the_named_triangles(kind, tolerance):
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(3)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     tf = meshes.pose(np.random.default_rng(2), 3)
     result = ab.distance(a, b, None, tf)
     assert result.points.shape == (2, 3) and result.points.dtype == np.float64
@@ -49,22 +49,22 @@ def test_points_are_on_the_named_triangles(kind, tolerance):
         np.testing.assert_allclose(weights @ corners, result.points[side], atol=10 * tolerance)
 
 
-def test_models_that_touch_have_distance_zero_and_a_common_point(kind, tolerance):
-    a, b = ab.Model(*meshes.ball(1), **kind), ab.Model(*meshes.sheet(3), **kind)
+def test_meshes_that_touch_have_distance_zero_and_a_common_point(kind, tolerance):
+    a, b = ab.DeformableMesh(*meshes.ball(1), **kind), ab.DeformableMesh(*meshes.sheet(3), **kind)
     result = ab.distance(a, b)
     assert result.distance == 0
     np.testing.assert_allclose(result.points[0], result.points[1], atol=10 * tolerance)
 
 
 def test_without_nearest_points_they_are_nan():
-    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
     tf = (np.eye(3), [0, 0, 3])
     assert np.isnan(ab.distance(a, b, None, tf, nearest_points=False).points).all()
     assert np.isnan(ab.CoherentDistance(a, b).distance(None, tf, nearest_points=False).points).all()
 
 
 def test_all_forms_of_a_pose_mean_the_same():
-    a, b = ab.Model(*meshes.ball(1)), ab.Model(*meshes.sheet(3))
+    a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
     matrix = meshes.pose(np.random.default_rng(3), 3)
     rotation, translation = matrix[:3, :3], matrix[:3, 3]
     expected = ab.distance(a, b, None, matrix).distance
@@ -100,23 +100,22 @@ def test_all_forms_of_a_pose_mean_the_same():
     ],
 )
 def test_what_is_no_pose_is_refused(tf, sentence):
-    a = ab.Model(*meshes.ball(0))
+    a = ab.DeformableMesh(*meshes.ball(0))
     with pytest.raises((ValueError, TypeError), match=sentence):
         ab.distance(a, a, None, tf)
 
 
-def test_models_of_different_types_are_refused():
-    mesh = meshes.ball(0)
-    a = ab.Model(*mesh)
-    for other in (ab.Model(*mesh, volume="obbrss"), ab.Model(*mesh, dtype="float32")):
-        for query in (ab.distance, ab.collide, ab.CoherentDistance, ab.clearance):
-            with pytest.raises(TypeError, match="same volume and dtype"):
-                query(a, other)
+def test_meshes_of_different_types_are_refused():
+    ball = meshes.ball(0)
+    a, other = ab.DeformableMesh(*ball), ab.DeformableMesh(*ball, dtype="float32")
+    for query in (ab.distance, ab.collide, ab.CoherentDistance, ab.clearance):
+        with pytest.raises(TypeError, match="float64 and float32; give both the same dtype"):
+            query(a, other)
 
 
 def test_other_objects_are_refused():
-    a = ab.Model(*meshes.ball(0))
+    a = ab.DeformableMesh(*meshes.ball(0))
     for pair in ((a, 1), (None, a), (ab.Sphere(1), ab.Sphere(1)), ("a", "b")):
         for query in (ab.distance, ab.collide):
-            with pytest.raises(TypeError, match="a Model and another, or a Model and a Shape"):
+            with pytest.raises(TypeError, match="a DeformableMesh and another, or"):
                 query(*pair)

@@ -1,4 +1,4 @@
-"""Calls with arguments of all kinds: an answer or one of our errors, never a crash, and the model
+"""Calls with arguments of all kinds: an answer or one of our errors, never a crash, and the mesh
 stays on its last frame."""
 
 import meshes
@@ -70,9 +70,7 @@ some_indices = hnp.arrays(
     st.integers(0, 7),
     elements=st.integers(0, 8),
 ).flatmap(layouts)
-kinds = st.sampled_from(
-    [dict(volume=v, dtype=d) for v in ("rss", "obbrss") for d in ("float64", "float32")]
-)
+kinds = st.sampled_from([dict(dtype=d) for d in ("float64", "float32")])
 
 
 def calls(count):
@@ -96,36 +94,42 @@ def is_usable(vertices):
     return np.abs(vertices).max() < 1e6
 
 
-def check(model):
-    """The model is sound and answers as brute force does."""
-    assert model.validate()
-    vertices = model.vertices.astype(float)
-    if model.num_faces and is_usable(vertices):
-        other = ab.Model(*SHEET, volume=model.volume, dtype=model.dtype)
-        expected = triangle_distances(vertices, model.faces, *SHEET).min()
-        tolerance = 1e-6 if model.dtype == np.float64 else 1e-2
+def check(mesh):
+    """The mesh is sound and answers as brute force does."""
+    assert mesh.validate()
+    vertices = mesh.vertices.astype(float)
+    if is_usable(vertices):
+        other = ab.DeformableMesh(*SHEET, dtype=mesh.dtype)
+        expected = triangle_distances(vertices, mesh.faces, *SHEET).min()
+        tolerance = 1e-6 if mesh.dtype == np.float64 else 1e-2
         scale = 1 + np.abs(vertices).max()
-        distance = ab.distance(model, other).distance
+        distance = ab.distance(mesh, other).distance
         assert distance == pytest.approx(expected, abs=tolerance * scale)
 
 
+some_updates = st.one_of(some_vertices, st.tuples(some_indices, some_vertices))
+
+
 @calls(50)
-@given(kinds, st.lists(st.one_of(some_vertices, st.tuples(some_indices, some_vertices)), max_size=4))
+@given(kinds, st.lists(st.tuples(st.booleans(), some_updates), max_size=4))
 def test_updates(kind, updates):
-    model = ab.Model(*BALL, **kind)
-    for update in updates:
-        before = model.vertices
+    mesh = ab.DeformableMesh(*BALL, **kind)
+    for two_frames, update in updates:
+        before = mesh.vertices
         arguments = update if isinstance(update, tuple) else (update,)
+        two_frames = two_frames and len(arguments) == 1
         try:
-            model.update(*arguments)
+            (mesh.update_two_frames if two_frames else mesh.update)(*arguments)
         except REFUSALS:
-            np.testing.assert_array_equal(model.vertices, before)
+            np.testing.assert_array_equal(mesh.vertices, before)
         else:
-            given_now = np.asarray(arguments[-1], model.dtype)
+            given_now = np.asarray(arguments[-1], mesh.dtype)
             if len(arguments) == 1:
-                np.testing.assert_array_equal(model.vertices, given_now)
-            assert np.isfinite(model.vertices).all()
-    check(model)
+                np.testing.assert_array_equal(mesh.vertices, given_now)
+            assert np.isfinite(mesh.vertices).all()
+            expected = before if two_frames else before[:0]
+            np.testing.assert_array_equal(mesh.previous_vertices, expected)
+    check(mesh)
 
 
 @calls(50)
@@ -144,20 +148,20 @@ def test_updates(kind, updates):
 )
 def test_builds(kind, vertices, faces):
     try:
-        model = ab.Model(vertices, faces, **kind)
+        mesh = ab.DeformableMesh(vertices, faces, **kind)
     except REFUSALS:
         return
-    np.testing.assert_array_equal(model.faces, np.asarray(faces).reshape(-1, 3))
-    check(model)
+    np.testing.assert_array_equal(mesh.faces, np.asarray(faces).reshape(-1, 3))
+    check(mesh)
 
 
 @calls(50)
 @given(st.one_of(arrays((4, 4)), st.tuples(arrays((3, 3)), arrays((3,))), some_vertices, st.text()))
 def test_poses(tf):
-    model = ab.Model(*BALL)
+    mesh = ab.DeformableMesh(*BALL)
     for query in (ab.distance, ab.collide, ab.clearance):
         try:
-            query(model, model, tf2=tf) if query is not ab.clearance else query(model, model, tf=tf)
+            query(mesh, mesh, tf2=tf) if query is not ab.clearance else query(mesh, mesh, tf=tf)
         except REFUSALS:
             pass
 
@@ -175,18 +179,22 @@ class Evil:
 
 def pool():
     """What any argument may be."""
-    models = [ab.Model(*BALL), ab.Model(*SHEET), ab.Model(*BALL, dtype="float32")]
-    models += [ab.Model(*SHEET, volume="obbrss"), ab.Model(BALL[0], np.zeros((0, 3), int))]
-    motions = [ab.Motion(m, m.vertices + 0.3) for m in models]
+    bodies = [ab.DeformableMesh(*m, dtype=d) for m in (BALL, SHEET) for d in ("float64", "float32")]
+    bodies += [bodies[0].copy()]
+    bodies[2].update_two_frames(SHEET[0] + 0.1)
+    motions = [ab.Motion(m, m.vertices + 0.3) for m in bodies]
     shapes = [ab.Box(1, 1, 1), ab.Sphere(1e-8), ab.Sphere(1e8), ab.Capsule(1, 1), ab.Cone(1, 1e8)]
     shapes += [ab.Cylinder(1e-8, 1), ab.Ellipsoid(1, 1e-8, 1e8)]
-    raw = [c.__new__(c) for c in (ab.Model, ab.Motion, ab.Box, ab.FeaturePairs, ab.RefitPolicy)]
-    raw += [c.__new__(c) for c in (ab.CoherentDistance, ab.DistanceResult, ab.Contacts, ab.Mesh)]
-    plain = [None, True, 0, 1, -1, 2**70, 0.1, -0.5, np.nan, np.inf, "", "rss", "edge-edge", b"x"]
-    plain += [Evil(), object(), ab.Model, [], (), {}, [[0, 1]], (0, 0), np.eye(4), np.eye(3)]
+    shapes += [ab.Plane([0, 0, 1]), ab.Halfspace([1, 0, 0], 1e8), ab.Halfspace([0, -1, 0], -0.5)]
+    raw = [c.__new__(c) for c in (ab.DeformableMesh, ab.Motion, ab.Box, ab.FeaturePairs, ab.Plane)]
+    raw += [c.__new__(c) for c in (ab.CoherentDistance, ab.DistanceResult, ab.Contacts)]
+    raw += [c.__new__(c) for c in (ab.Mesh, ab.MeshUpdate)]
+    plain = [None, True, 0, 1, -1, 2**70, 0.1, -0.5, np.nan, np.inf, "", "edge-edge", b"x"]
+    plain += [Evil(), object(), ab.DeformableMesh, [], (), {}, "float32", [[0, 1]], (0, 0)]
+    plain += [np.eye(4), np.eye(3)]
     plain += [(np.eye(3), [0, 0, 1e70]), (np.eye(3), [5, 5, 5]), BALL[0], BALL[1], np.zeros((0, 3))]
     pairs = [ab.FeaturePairs(), ab.FeaturePairs(edge_edge=[[0, 23], [3, 5]])]
-    return models * 4 + motions * 2 + shapes + raw + plain + pairs * 2
+    return bodies * 4 + motions * 2 + shapes + raw + plain + pairs * 2
 
 
 POOL = pool()
@@ -199,7 +207,7 @@ def test_every_function(data):
     function = getattr(ab, data.draw(st.sampled_from(FUNCTIONS)))
     numbers = data.draw(st.lists(st.integers(0, len(POOL) - 1), max_size=5))
     arguments = [POOL[i] for i in numbers]
-    attributes = st.sampled_from([n for n in dir(ab.Model) if not n.startswith("__")])
+    attributes = st.sampled_from([n for n in dir(ab.DeformableMesh) if not n.startswith("__")])
     if data.draw(st.integers(0, 5)) == 0 and arguments:
         try:
             function = getattr(arguments[0], data.draw(attributes))
@@ -216,6 +224,6 @@ def test_every_function(data):
         pass
 
 
-def test_models_of_the_pool_are_sound():
-    for model in POOL[:5]:
-        assert model.validate()
+def test_meshes_of_the_pool_are_sound():
+    for mesh in POOL[:5]:
+        assert mesh.validate()

@@ -77,7 +77,7 @@ def test_stub_has_the_parameters_and_defaults_of_the_module():
             for key, value in theirs.items():
                 if value == "inf":  # of clearance: a number that has no literal
                     theirs[key] = "..."
-        # The second way to call Model is the first with one argument less.
+        # The second way to call DeformableMesh is the first with one argument less.
         same = [f for f in found if (f[0], f[1]) == (positional, keywords)]
         assert same, (path, positional, keywords, found)
         for key, value in defaults.items():

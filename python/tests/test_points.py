@@ -9,26 +9,26 @@ import adaptive_bvh as ab
 @pytest.fixture
 def moved(kind):
     vertices, faces = meshes.ball(2)
-    model = ab.Model(vertices, faces, **kind)
-    model.update(meshes.wave(vertices, 2))
-    return model, model.vertices.astype(float), faces
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh.update(meshes.wave(vertices, 2))
+    return mesh, mesh.vertices.astype(float), faces
 
 
 def test_closest_points_equal_brute_force(moved, tolerance):
-    model, vertices, faces = moved
+    mesh, vertices, faces = moved
     points = np.random.default_rng(7).normal(size=(200, 3))
     distances = surface_distances(points, vertices, faces)
-    closest = ab.closest_points(model, points)
+    closest = ab.closest_points(mesh, points)
     assert len(closest) == 200 and closest.triangles.dtype == np.int32
     np.testing.assert_allclose(closest.distances, distances.min(axis=1), atol=tolerance)
     named = distances[np.arange(200), closest.triangles]
     np.testing.assert_allclose(named, closest.distances, atol=tolerance)
     gaps = np.linalg.norm(closest.points - points, axis=1)
     np.testing.assert_allclose(gaps, closest.distances, atol=tolerance)
-    one = ab.closest_point(model, points[3])
+    one = ab.closest_point(mesh, points[3])
     assert one.distance == closest.distances[3] and one.triangle == closest.triangles[3]
     np.testing.assert_array_equal(one.point, closest.points[3])
-    assert len(ab.closest_points(model, np.zeros((0, 3)))) == 0
+    assert len(ab.closest_points(mesh, np.zeros((0, 3)))) == 0
 
 
 def brute_hits(origin, direction, vertices, faces):
@@ -40,16 +40,16 @@ def brute_hits(origin, direction, vertices, faces):
 
 
 def test_rays_equal_brute_force(moved, tolerance):
-    model, vertices, faces = moved
+    mesh, vertices, faces = moved
     rng = np.random.default_rng(8)
     origins, directions = rng.normal(size=(2, 100, 3))
     t = np.array([brute_hits(o, d, vertices, faces) for o, d in zip(origins, directions)])
-    first = ab.first_hits(model, origins, directions)
+    first = ab.first_hits(mesh, origins, directions)
     assert len(first) == 100
     np.testing.assert_allclose(first.t, t.min(axis=1), rtol=1e3 * tolerance)
     missed = np.isinf(first.t)
     assert 0 < missed.sum() < 100 and (first.triangles[missed] == -1).all()
-    hits = ab.ray_hits(model, origins, directions)
+    hits = ab.ray_hits(mesh, origins, directions)
     assert len(hits) == np.isfinite(t).sum()
     np.testing.assert_allclose(hits.t, t[hits.rays, hits.triangles], rtol=1e3 * tolerance)
     corners = vertices[faces[hits.triangles]]
@@ -57,23 +57,23 @@ def test_rays_equal_brute_force(moved, tolerance):
     points = origins[hits.rays] + hits.t[:, None] * directions[hits.rays]
     np.testing.assert_allclose((weights * corners).sum(axis=1), points, atol=1e3 * tolerance)
     ray = np.flatnonzero(~missed)[0]
-    one = ab.first_hit(model, origins[ray], directions[ray])
+    one = ab.first_hit(mesh, origins[ray], directions[ray])
     assert (one.t, one.triangle) == (first.t[ray], first.triangles[ray])
-    alone = ab.ray_hits(model, origins[ray], directions[ray])
+    alone = ab.ray_hits(mesh, origins[ray], directions[ray])
     np.testing.assert_array_equal(alone.triangles, hits.triangles[hits.rays == ray])
     assert (np.diff(alone.t) >= 0).all() and (alone.rays == 0).all()
 
 
 def test_what_is_no_point_or_ray_is_refused(moved):
-    model, _, _ = moved
+    mesh, _, _ = moved
     for query, sentence in (
-        (lambda: ab.closest_point(model, [0, 0]), "has the shape"),
-        (lambda: ab.closest_point(model, [0, 0, np.nan]), "not finite"),
-        (lambda: ab.closest_points(model, [0, 0, 0]), "has the shape"),
-        (lambda: ab.first_hit(model, [0, 0, 0], [0, 0, 0]), "direction is zero"),
-        (lambda: ab.first_hits(model, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
-        (lambda: ab.ray_hits(model, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
-        (lambda: ab.ray_hits(model, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
+        (lambda: ab.closest_point(mesh, [0, 0]), "has the shape"),
+        (lambda: ab.closest_point(mesh, [0, 0, np.nan]), "not finite"),
+        (lambda: ab.closest_points(mesh, [0, 0, 0]), "has the shape"),
+        (lambda: ab.first_hit(mesh, [0, 0, 0], [0, 0, 0]), "direction is zero"),
+        (lambda: ab.first_hits(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
+        (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
+        (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
     ):
         with pytest.raises(ValueError, match=sentence):
             query()

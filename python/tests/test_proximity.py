@@ -15,9 +15,9 @@ import adaptive_bvh as ab
 NEAR = 0.35
 
 
-def moved_models(kind, step):
+def moved_meshes(kind, step):
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(4)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     moved1, moved2 = meshes.wave(v1, 0.3 * step), meshes.wave(v2, -0.2 * step)
     a.update(moved1)
     b.update(moved2)
@@ -29,7 +29,7 @@ def moved_models(kind, step):
 
 @pytest.mark.parametrize("step", range(4))
 def test_pairs_within_equals_brute_force(kind, tolerance, step):
-    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, step)
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_meshes(kind, step)
     distances = triangle_distances(w1, f1, w2, f2)
     nearest = distances.min()
     assert (nearest == 0) == (step < 1)
@@ -58,12 +58,12 @@ def test_pairs_within_equals_brute_force(kind, tolerance, step):
 
 def test_pairs_within_one_model(kind, tolerance):
     vertices, faces = meshes.sheet(5)
-    model = ab.Model(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
     moved = meshes.wave(vertices, 1)
-    model.update(moved)
+    mesh.update(moved)
     distances = triangle_distances(moved, faces, moved, faces)
     apart = np.triu(no_shared_vertices(faces), 1)
-    pairs = ab.pairs_within(model, 0.41, enable_distances=True)
+    pairs = ab.pairs_within(mesh, 0.41, enable_distances=True)
     assert pair_set(pairs.triangles) == pair_set(np.argwhere((distances <= 0.41) & apart))
     i, j = pairs.triangles.T
     np.testing.assert_allclose(pairs.distances, distances[i, j], atol=tolerance)
@@ -80,7 +80,7 @@ def edges_of(faces):
 
 
 def test_feature_pairs_within_equals_brute_force(kind):
-    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, 1)
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_meshes(kind, 1)
     pairs = ab.feature_pairs_within(a, b, NEAR, tf1, tf2)
     to_second = surface_distances(w1, w2, f2)
     to_first = surface_distances(w2, w1, f1)
@@ -95,7 +95,7 @@ def test_feature_pairs_within_equals_brute_force(kind):
 
 
 def test_clearance_equals_brute_force(kind, tolerance):
-    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_models(kind, 2)
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_meshes(kind, 2)
     expected = surface_distances(w1, w2, f2).min(axis=1)
     result = ab.clearance(a, b, np.inf, tf1, tf2)
     assert result.shape == (len(w1),) and result.dtype == np.float64
@@ -105,7 +105,8 @@ def test_clearance_equals_brute_force(kind, tolerance):
 
 
 def test_signed_clearance_is_negative_inside(kind, tolerance):
-    sheet, ball = ab.Model(*meshes.sheet(4), **kind), ab.Model(*meshes.ball(2), **kind)
+    sheet = ab.DeformableMesh(*meshes.sheet(4), **kind)
+    ball = ab.DeformableMesh(*meshes.ball(2), **kind)
     signed, plain = ab.signed_clearance(sheet, ball), ab.clearance(sheet, ball)
     np.testing.assert_allclose(np.abs(signed), plain, atol=tolerance)
     radii = np.linalg.norm(sheet.vertices, axis=1)
@@ -115,7 +116,7 @@ def test_signed_clearance_is_negative_inside(kind, tolerance):
 
 
 def test_a_distance_must_be_a_distance():
-    a = ab.Model(*meshes.ball(0))
+    a = ab.DeformableMesh(*meshes.ball(0))
     for distance in (-1.0, np.nan):
         for query in (
             lambda d: ab.is_nearer(a, a, d),

@@ -11,28 +11,28 @@ from meshes import ball, sheet
 
 @pytest.fixture
 def run(kind):
-    """A recording of a sheet above a ball, and the sheet's model and vertices."""
+    """A recording of a sheet above a ball, and the sheet's mesh and vertices."""
     try:
-        recording = ab.Recording(title="sheet & ball", unit="mm", volume_depth=3)
+        recording = ab.Recording(title="sheet & ball", unit="mm")
     except RuntimeError as missing:
         pytest.skip(str(missing))
     vertices, faces = sheet()
-    model = ab.Model(vertices, faces, **kind)
-    assert recording.add(model, None, name="sheet") == 0
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    assert recording.add(mesh, None, name="sheet") == 0
     assert recording.add(ab.weld_vertices(*ball()), ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [0, 0, -2]),
                          name="ball") == 1
-    return recording, model, vertices
+    return recording, mesh, vertices
 
 
 def test_a_run_is_written_whole(run, kind, tmp_path):
-    recording, model, vertices = run
-    obstacle = ab.Model(*ball(), **kind)
+    recording, mesh, vertices = run
+    obstacle = ab.DeformableMesh(*ball(), **kind)
     below = np.eye(4)
     below[2, 3] = -2
     for step in range(4):
-        model.update(vertices - [0, 0, 0.3 * step])
-        distance = ab.distance(model, obstacle, None, below)
-        contacts = ab.collide(model, obstacle, None, below)
+        mesh.update(vertices - [0, 0, 0.3 * step])
+        distance = ab.distance(mesh, obstacle, None, below)
+        contacts = ab.collide(mesh, obstacle, None, below)
         recording.frame(distance, contacts, update_ms=0.5, query_ms=0.25,
                         clearance={0: np.linspace(0, 1, len(vertices))}, note=f"step {step}")
     assert (recording.num_bodies, recording.num_frames) == (2, 4)
@@ -45,16 +45,16 @@ def test_a_run_is_written_whole(run, kind, tmp_path):
     assert 'src="http' not in text and page.stat().st_size > recording.num_bytes
 
 
-def test_it_keeps_its_models(run, tmp_path):
-    recording, model, vertices = run
-    del model
+def test_it_keeps_its_meshes(run, tmp_path):
+    recording, mesh, vertices = run
+    del mesh
     gc.collect()
     recording.frame()
     recording.write(str(tmp_path / "run.html"))
 
 
 def test_errors(run, tmp_path):
-    recording, model, vertices = run
+    recording, mesh, vertices = run
     with pytest.raises(RuntimeError):
         recording.write(tmp_path / "none.html")  # no frame yet
     with pytest.raises(ValueError):
@@ -72,10 +72,10 @@ def test_errors(run, tmp_path):
     assert recording.num_frames == 0
     recording.frame()
     with pytest.raises(RuntimeError):
-        recording.add(model)  # too late
+        recording.add(mesh)  # too late
     with pytest.raises(RuntimeError):
         recording.write(tmp_path / "no" / "folder.html")
-    for wrong in ({"volume_depth": 99}, {"frames_per_second": 0}, {"up": (0, 0, 0)}):
+    for wrong in ({"frames_per_second": 0}, {"up": (0, 0, 0)}):
         with pytest.raises(ValueError):
             ab.Recording(**wrong)
     with pytest.raises(TypeError):

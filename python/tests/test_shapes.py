@@ -67,41 +67,89 @@ def test_distance_equals_brute_force(name, kind):
     shape, brute = CASES[name]
     rng = np.random.default_rng(6)
     vertices, faces = meshes.sheet(2)
-    model = ab.Model(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
     for step in range(2):
         moved = meshes.wave(vertices, step)
-        model.update(moved)
+        mesh.update(moved)
         tf = meshes.pose(rng, 2.5)
         expected = brute(moved, faces, tf)
-        result = ab.distance(model, shape, None, tf)
+        result = ab.distance(mesh, shape, None, tf)
         assert result.distance == pytest.approx(expected, abs=2e-3)
-        swapped = ab.distance(shape, model, tf, None)
+        swapped = ab.distance(shape, mesh, tf, None)
         assert swapped.distance == result.distance
         np.testing.assert_array_equal(swapped.points, result.points[::-1])
         assert tuple(swapped.triangles) == tuple(result.triangles[::-1])
         assert result.triangles[1] == -1 and result.triangles[0] >= 0
         gap = np.linalg.norm(result.points[0] - result.points[1])
         assert gap == pytest.approx(result.distance, abs=1e-3)
-        assert len(ab.collide(model, shape, None, tf)) == 0
+        assert len(ab.collide(mesh, shape, None, tf)) == 0
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_shapes_that_touch(name, kind):
     shape, _ = CASES[name]
     vertices, faces = meshes.sheet(4)
-    model = ab.Model(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
     tf = (np.eye(3), [0.1, 0.2, 0.05])
-    contacts, swapped = ab.collide(model, shape, None, tf), ab.collide(shape, model, tf, None)
+    contacts, swapped = ab.collide(mesh, shape, None, tf), ab.collide(shape, mesh, tf, None)
     assert len(contacts) == len(swapped) > 0
     assert (contacts.pairs[:, 1] == -1).all() and (swapped.pairs[:, 0] == -1).all()
     np.testing.assert_array_equal(contacts.pairs, swapped.pairs[:, ::-1])
     np.testing.assert_array_equal(contacts.normals, -swapped.normals)
-    assert ab.distance(model, shape, None, tf).distance == 0
+    assert ab.distance(mesh, shape, None, tf).distance == 0
+
+
+def half_space_distance(v, normal, offset, tf, is_plane):
+    along = v @ (tf[:3, :3] @ normal) - offset - normal @ tf[:3, :3].T @ tf[:3, 3]
+    if is_plane:
+        return max(along.min(), -along.max(), 0)
+    return max(along.min(), 0)
+
+
+@pytest.mark.parametrize("shape_type", [ab.Plane, ab.Halfspace])
+def test_planes_and_half_spaces_equal_brute_force(shape_type, kind, tolerance):
+    rng = np.random.default_rng(11)
+    vertices, faces = meshes.sheet(3)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    touching = 0
+    for step in range(8):
+        moved = meshes.wave(vertices, step)
+        mesh.update(moved)
+        normal, offset, tf = meshes.rotation(rng)[0], rng.normal(), meshes.pose(rng, 1.5)
+        shape = shape_type(normal, offset)
+        expected = half_space_distance(moved, normal, offset, tf, shape_type is ab.Plane)
+        result = ab.distance(mesh, shape, None, tf)
+        assert result.distance == pytest.approx(expected, abs=10 * tolerance)
+        assert ab.distance(shape, mesh, tf, None).distance == result.distance
+        assert result.triangles[1] == -1 and result.triangles[0] >= 0
+        gap = np.linalg.norm(result.points[0] - result.points[1])
+        assert gap == pytest.approx(expected, abs=10 * tolerance)
+        contacts = ab.collide(mesh, shape, None, tf)
+        assert (len(contacts) > 0) == (expected == 0) and (contacts.depths >= 0).all()
+        touching += expected == 0
+    assert 0 < touching < 8
+
+
+def test_planes_can_be_read_and_need_a_unit_normal():
+    plane, half = ab.Plane([0, 0.6, 0.8], 2), ab.Halfspace((0, 0, -1))
+    np.testing.assert_allclose(plane.normal, [0, 0.6, 0.8], atol=1e-15)
+    assert (plane.offset, half.offset) == (2, 0)
+    assert repr(half) == "Halfspace((0.0, 0.0, -1.0), 0.0)"
+    for normal in ([0, 0, 0], [0, 0, 2], [0, 0, np.nan], [0, np.inf, 1]):
+        with pytest.raises(ValueError, match="the normal has the length"):
+            ab.Plane(normal)
+    for offset in (1e9, np.inf, np.nan):
+        with pytest.raises(ValueError, match="-1e8 to 1e8"):
+            ab.Halfspace([1, 0, 0], offset)
+    with pytest.raises(ValueError, match="has the shape"):
+        ab.Plane([1, 0])
+    with pytest.raises(TypeError):
+        ab.Plane("z")
 
 
 def test_sphere_contact_has_normal_from_the_first_to_the_second():
-    model = ab.Model(*meshes.sheet(1))
-    above = ab.collide(model, ab.Sphere(1), None, (np.eye(3), [0, 0, 0.9]))
+    mesh = ab.DeformableMesh(*meshes.sheet(1))
+    above = ab.collide(mesh, ab.Sphere(1), None, (np.eye(3), [0, 0, 0.9]))
     np.testing.assert_allclose(above.normals, [[0, 0, 1]] * len(above), atol=1e-9)
     np.testing.assert_allclose(above.depths, 0.1, atol=1e-9)
 

@@ -31,7 +31,7 @@ def run_together(jobs, seconds=1.0):
 
 def test_queries_beside_updates_see_one_frame_or_the_other(kind):
     (v1, f1), (v2, f2) = meshes.ball(2), meshes.sheet(8)
-    a, b = ab.Model(v1, f1, **kind), ab.Model(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
     frames1, frames2 = [v1, meshes.wave(v1, 1)], [v2, meshes.wave(v2, 2)]
     tf = (np.eye(3), [0, 0, 3])
     distances, counts = set(), set()
@@ -63,18 +63,37 @@ def test_queries_beside_updates_see_one_frame_or_the_other(kind):
     assert a.validate() and b.validate()
 
 
+def test_a_snapshot_is_queried_beside_updates_of_the_original(kind):
+    (v1, f1), (v2, f2) = meshes.ball(2), meshes.sheet(8)
+    mesh, other = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    snapshot, tf = mesh.copy(), (np.eye(3), [0, 0, 3])
+    expected, before = ab.distance(snapshot, other, None, tf).distance, snapshot.vertices
+    frames = [meshes.wave(v1, t) for t in range(4)]
+    rng = np.random.default_rng(12)
+
+    def query():
+        assert ab.distance(snapshot, other, None, tf).distance == expected
+
+    def renewed():
+        assert ab.distance(mesh.copy(), other, None, tf).distance > 0
+
+    run_together([query, query, renewed, lambda: mesh.update(frames[rng.integers(4)])], 0.6)
+    np.testing.assert_array_equal(snapshot.vertices, before)
+    assert mesh.validate() and snapshot.validate()
+
+
 @pytest.mark.parametrize("what", ["update", "query"])
 def test_others_run_meanwhile(what):
     vertices, faces = meshes.sheet(300)
-    model = ab.Model(vertices, faces)
+    mesh = ab.DeformableMesh(vertices, faces)
     frames = [meshes.wave(vertices, t) for t in (0, 1)]
     points = np.random.default_rng(10).normal(size=(20000, 3)) * 3
 
     def call(i):
         if what == "query":
-            ab.closest_points(model, points)
+            ab.closest_points(mesh, points)
         else:
-            model.update(frames[i % 2])
+            mesh.update(frames[i % 2])
 
     def timed(i):
         start = time.perf_counter()

@@ -2,7 +2,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "geometry/mesh_view.h"
+#include "mesh/mesh_view.h"
 
 namespace adaptive_bvh {
 

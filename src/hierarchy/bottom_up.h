@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "geometry/mesh_view.h"
 #include "geometry/scratch.h"
+#include "mesh/mesh_view.h"
 
 namespace adaptive_bvh {
 

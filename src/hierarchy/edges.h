@@ -1,7 +1,7 @@
 #pragma once
 
-#include "geometry/mesh_view.h"
 #include "hierarchy/group_graph.h"
+#include "mesh/mesh_view.h"
 
 namespace adaptive_bvh {
 

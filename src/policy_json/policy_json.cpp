@@ -51,8 +51,6 @@ nlohmann::json membersOf(const RefitPolicy& policy) {
           {"min_inflation", policy.min_inflation},
           {"reference", nameOf(policy.reference)},
           {"axes_tolerance", policy.axes_tolerance},
-          {"volumes_rest", policy.volumes_rest},
-          {"volumes_on_demand", policy.volumes_on_demand},
           {"leaf_radius_may_shrink", policy.leaf_radius_may_shrink}};
 }
 
@@ -75,10 +73,6 @@ RefitPolicy policyFrom(const nlohmann::json& json) {
       policy.reference = referenceNamed(value.get<std::string>());
     else if (key == "axes_tolerance")
       policy.axes_tolerance = value;
-    else if (key == "volumes_rest")
-      policy.volumes_rest = value;
-    else if (key == "volumes_on_demand")
-      policy.volumes_on_demand = value;
     else if (key == "leaf_radius_may_shrink")
       policy.leaf_radius_may_shrink = value;
     else

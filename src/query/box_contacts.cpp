@@ -1,31 +1,25 @@
 #include "query/box_contacts.h"
 
 #include <algorithm>
-#include <optional>
-
-#include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include "query/contact_tasks.h"
-#include "query/relative_frame.h"
-#include "query/wide_trees.h"
-#include "volume/each_volume.h"
+#include "query/pair_of_meshes.h"
 
 namespace adaptive_bvh {
 namespace {
 
 /// Costs are kept in an order of their own: one thread finds them.
-template <typename BV>
-int threadsFor(const CandidateInput<BV>& input, const ContactNode<BV>& node) {
+template <typename S>
+int threadsFor(const CandidateInput<S>& input, const ContactNode<S>& node) {
   if (node.request.enable_cost) return 1;
-  return std::max(input.first.tree->query_threads, input.second.tree->query_threads);
+  return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
 }
 
 /// Adds the contacts of all tasks to the query's result, in their order.
-template <bool kIsSelf, typename BV, typename Frame>
-void runTasks(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
-              const WalkTasks& walks, const TaskPool& pool,
-              ContactSearch<kIsSelf, BV, Frame>& search) {
-  using Worker = ContactWorker<kIsSelf, BV, Frame>;
+template <bool kIsSelf, typename S, typename Frame>
+void runTasks(const CandidateInput<S>& input, const Frame& frame, const ContactNode<S>& node,
+              const WalkTasks& walks, const TaskPool& pool) {
+  using Worker = ContactWorker<kIsSelf, S, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
   ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
   auto& memory = workersMemory<typename Worker::Memory>(pool);
@@ -36,63 +30,60 @@ void runTasks(const CandidateInput<BV>& input, const Frame& frame, const Contact
   for (const auto& found : tasks.found())
     for (std::size_t i = found.from; i < found.to && !node.isDone(); ++i)
       node.result->addContact(found.worker->contact(i));
-  tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
 
 /// `kIsSelf`: both are the same, each pair of triangles is to be tested once.
-template <bool kIsSelf, typename BV, typename Frame>
-void search(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node) {
-  using Search = ContactSearch<kIsSelf, BV, Frame>;
-  static thread_local typename Search::Memory memory;
-  Search search(input, frame, node, memory);
+template <bool kIsSelf, typename S, typename Frame>
+void search(const CandidateInput<S>& input, const Frame& frame, const ContactNode<S>& node) {
+  ContactSearch<kIsSelf, S, Frame> search(input, frame, node);
   const TaskPool pool(threadsFor(input, node));
-  runFromRoots(search, pool, [&](const WalkTasks& walks) {
-    runTasks<kIsSelf>(input, frame, node, walks, pool, search);
-  });
-  search.record(pool);
+  runFromRoots(search, pool,
+               [&](const WalkTasks& walks) { runTasks<kIsSelf>(input, frame, node, walks, pool); });
+}
+
+/// Every pair, where single precision cannot express how the meshes lie.
+template <typename S>
+void testAllPairs(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                  const ContactNode<S>& node) {
+  if (areBallsFarther(first, second, node.toFirst(), 0)) return;
+  for (int i = 0; i < first.mesh.numTriangles(); ++i)
+    for (int j = 0; j < second.mesh.numTriangles() && !node.isDone(); ++j) node.test(i, j);
 }
 
 }  // namespace
 
-template <typename BV>
-bool collideByBoxes(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                    const CollisionQuery<typename BV::S>& query) {
-  ContactNode<BV> node;
-  node.initialize(first, second, query);
-  const WideTrees<typename BV::S> trees = wideTreesOf(first, second);
-  const RelativeFrame<typename BV::S> frame(trees.first, trees.second, node.R, node.T);
-  if (!frame.isPrecise()) return false;
-  const CandidateInput<BV> input{first,  second, trees.first,           trees.second,
-                                 node.R, node.T, NeighbourFilter::None, nullptr};
-  if (frame.isSame())
-    search<false>(input, frame.same(), node);
+template <typename S>
+void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                   const CollisionQuery<S>& query) {
+  const ContactNode<S> node(first, second, query, false);
+  TreePair<S> trees(first, second);
+  if (!trees.frame().isPrecise()) return testAllPairs(first, second, node);
+  if (haveNearBoxes(trees, 0)) trees.align();
+  const CandidateInput<S> input{
+      first, second, trees.first(), trees.second(), node.toFirst(), NeighbourFilter::None, nullptr};
+  if (trees.frame().isSame())
+    search<false>(input, trees.frame().same(), node);
   else
-    search<false>(input, frame, node);
-  return true;
+    search<false>(input, trees.frame(), node);
 }
 
-template <typename BV>
-void selfCollideByBoxes(const PlacedMesh<BV>& mesh, const CollisionQuery<typename BV::S>& query,
-                        NeighbourFilter filter) {
-  using S = typename BV::S;
-  ContactNode<BV> node;
-  node.contacts_per_pair = 1;
-  node.is_self = true;
-  node.initialize(mesh, mesh, query);
-  const auto& tree = wideTreeOf(mesh);
-  std::optional<FlatPatches<S>> flat;
-  if (FlatPatches<S>::kIsPossible && filter == NeighbourFilter::SharedVertex)
-    flat.emplace(tree, mesh.tree->contours.current(tree, *mesh.tree), mesh.tree->topology.slots);
-  search<true, BV>({mesh, mesh, tree, tree, node.R, node.T, filter, flat ? &*flat : nullptr},
-                   SameFrame<S>(), node);
+template <typename S>
+void selfCollideMesh(const PlacedMesh<S>& mesh, const CollisionQuery<S>& query,
+                     NeighbourFilter filter) {
+  const ContactNode<S> node(mesh, mesh, query, true);
+  const FlatPatches flat(mesh.tree(), mesh.mesh.topology->contours);
+  const bool may_skip = filter == NeighbourFilter::SharedVertex;
+  search<true, S>(
+      {mesh, mesh, mesh.tree(), mesh.tree(), node.toFirst(), filter, may_skip ? &flat : nullptr},
+      SameFrame(), node);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
-  template bool collideByBoxes(const PlacedMesh<BV>&, const PlacedMesh<BV>&,            \
-                               const CollisionQuery<BV::S>&);                           \
-  template void selfCollideByBoxes(const PlacedMesh<BV>&, const CollisionQuery<BV::S>&, \
-                                   NeighbourFilter);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                       \
+  template void collideMeshes(const PlacedMesh<S>&, const PlacedMesh<S>&, \
+                              const CollisionQuery<S>&);                  \
+  template void selfCollideMesh(const PlacedMesh<S>&, const CollisionQuery<S>&, NeighbourFilter);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

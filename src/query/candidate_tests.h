@@ -6,20 +6,18 @@
 #include "geometry/triangle_differences.h"
 #include "query/flat_patches.h"
 #include "query/pair_corners.h"
+#include "query/tree_pair.h"
 
 namespace adaptive_bvh {
 
-/// What CandidateTests is given of a query. Models, trees and placement are those of FCL's
-/// traversal node: R and T place the second model in the first's coordinates.
-template <typename BV>
+/// What CandidateTests is given of a query.
+template <typename S>
 struct CandidateInput {
-  using S = typename BV::S;
-  const PlacedMesh<BV>&first, &second;
-  const WideTree<S>&tree1, &tree2;
-  const fcl::Matrix3<S>& R;
-  const fcl::Vector3<S>& T;
+  const PlacedMesh<S>&first, &second;
+  const WideTree &tree1, &tree2;
+  const RelativePlacement& to_first;  ///< takes the second mesh to the first's frame
   NeighbourFilter filter;
-  const FlatPatches<S>* flat;  ///< of a query of one tree with itself; or none
+  const FlatPatches* flat;  ///< of a query of one tree with itself; or none
 };
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
@@ -30,26 +28,25 @@ struct CandidateInput {
 /// FCL's test decides about the few of which that is uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
-///   node.test(i, j)          FCL's test of two triangles, by their indices; adds their contacts
-///   node.add(i, j)           adds the contacts of two that it would find touching
+///   node.test(i, j)          the exact test of two triangles, by their indices; adds their
+///                            contacts
+///   node.add(i, j)           adds the contacts of two that touch
 ///   node.isDone()            whether there are contacts enough
-template <typename BV, typename Frame, typename Node>
+template <typename S, typename Frame, typename Node>
 class CandidateTests {
  public:
-  using S = typename BV::S;
-  using Input = CandidateInput<BV>;
+  using Input = CandidateInput<S>;
   using BoxFrame = Frame;
 
   static const Frame& boxFrame(const Input&, const Frame& frame) { return frame; }
 
-  CandidateTests(const CandidateInput<BV>& input, const Frame& frame, Node& node)
+  CandidateTests(const CandidateInput<S>& input, const Frame& frame, Node& node)
       : in_(input),
         frame_(frame),
         node_(node),
-        errors_(pairErrors<S>(frame, input.tree1.scale(), 0)) {}
+        errors_(pairErrors(frame, input.tree1.scale(), 0)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    candidates_ += packs::countOf16(pairs);
     if (size_ > kSize - 16) testAll();
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     for (; pairs; pairs &= pairs - 1) {
@@ -68,9 +65,6 @@ class CandidateTests {
   void begin() { is_done_ = node_.isDone(); }
   /// What was found and not yet tested.
   void finish() { testAll(); }
-
-  long candidates() const { return candidates_; }
-  long leafTests() const { return fcl_tests_; }
 
  private:
   static constexpr int kSize = 256;
@@ -117,12 +111,10 @@ class CandidateTests {
   void settle(const LeafPair& pair, bool apart, bool touching) {
     if (apart) return;
     const int i = in_.tree1.triangle(pair.first), j = in_.tree2.triangle(pair.second);
-    if (touching) {
+    if (touching)
       node_.add(i, j);
-    } else {
-      ++fcl_tests_;
+    else
       node_.test(i, j);
-    }
     is_done_ = node_.isDone();
   }
 
@@ -148,29 +140,24 @@ class CandidateTests {
     return TrianglePairs4(p, q);
   }
 
-  /// From the model's own positions.
+  /// From the mesh's own positions.
   TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
-    TriangleDifferences<S> differences(in_.tree1.scale());
+    TriangleDifferences<double> differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
-      TrianglePoints<S> q = points(in_.second.model->vertices, in_.tree2, group[k].second);
-      frame_.place(in_.R, in_.T, q);
-      differences.set(k, points(in_.first.model->vertices, in_.tree1, group[k].first), q);
+      TrianglePoints<double> q = in_.second.pointsAt(group[k].second);
+      for (fcl::Vector3d& x : q) x = in_.to_first(x);
+      differences.set(k, in_.first.pointsAt(group[k].first), q);
     }
     return differences.pairs();
   }
-  ADAPTIVE_BVH_INLINE static TrianglePoints<S> points(const fcl::Vector3<S>* vertices,
-                                                      const WideTree<S>& tree, unsigned triangle) {
-    const Int4 v = tree.vertices(triangle);
-    return {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
-  }
-  const CandidateInput<BV> in_;
+
+  const CandidateInput<S> in_;
   const Frame& frame_;
   Node& node_;
   const PairErrors errors_;
   LeafPair pairs_[kSize + 3];
   int size_ = 0;
   bool is_done_ = false;
-  long candidates_ = 0, fcl_tests_ = 0;
 };
 
 }  // namespace adaptive_bvh

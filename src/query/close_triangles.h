@@ -11,21 +11,21 @@ namespace adaptive_bvh {
 
 /// Two triangles that are close to each other, by and large: level by level of the four-wide trees,
 /// the few pairs of nodes are kept whose middles are nearest. Their distance is an upper bound of
-/// the models'.
-template <typename BV>
-TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
-  using S = typename BV::S;
+/// the meshes'.
+template <typename S>
+TrianglePair closeTriangles(const PairOfMeshes<S>& meshes) {
+  const TreePair<S> trees(meshes.first, meshes.second);
   constexpr std::size_t kFew = 8;
+  constexpr float kFar = 1e30f;
   struct Pair {
     int first, second;
     float apart;  ///< squared, twice as far
     bool operator<(const Pair& other) const { return apart < other.apart; }
   };
-  const WideTrees<S> trees = wideTreesOf(meshes.first, meshes.second);
-  const RelativeFrame<S> frame = meshes.frame();
+  const RelativeFrame& frame = trees.frame();
   Scratch<Pair> pairs{{0, 0, 0}}, below;
   const auto addBoxes = [&](const Pair& pair, const auto& firstOf, const auto& secondOf) {
-    const WideNode &a = trees.first.nodes()[pair.first], &b = trees.second.nodes()[pair.second];
+    const WideNode &a = trees.first().nodes()[pair.first], &b = trees.second().nodes()[pair.second];
     const Boxes4 of_second = frame(b.boxes);
     for (int i = 0; i < int(a.count); ++i)
       for (int j = 0; j < int(b.count); ++j) {
@@ -35,6 +35,7 @@ TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
               a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
           apart += way * way;
         }
+        if (!(apart < kFar)) apart = kFar;  // also where it is out of range
         below.push_back({firstOf(a, i), secondOf(b, j), apart});
       }
   };
@@ -46,7 +47,8 @@ TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
     below.clear();
   };
   const auto areLeaves = [&](const Pair& pair) {
-    return trees.first.nodes()[pair.first].isLeaf() && trees.second.nodes()[pair.second].isLeaf();
+    return trees.first().nodes()[pair.first].isLeaf() &&
+           trees.second().nodes()[pair.second].isLeaf();
   };
   while (!std::all_of(pairs.begin(), pairs.end(), areLeaves)) {
     for (const Pair& pair : pairs) {
@@ -62,8 +64,9 @@ TrianglePair closeTriangles(const PairOfMeshes<BV>& meshes) {
   }
   for (const Pair& pair : pairs)
     addBoxes(
-        pair, [&](const WideNode& a, int i) { return trees.first.triangle(unsigned(a.first + i)); },
-        [&](const WideNode& b, int j) { return trees.second.triangle(unsigned(b.first + j)); });
+        pair,
+        [&](const WideNode& a, int i) { return trees.first().triangle(unsigned(a.first + i)); },
+        [&](const WideNode& b, int j) { return trees.second().triangle(unsigned(b.first + j)); });
   keepFew();
   TrianglePair nearest{0, 0};
   double least = std::numeric_limits<double>::infinity();

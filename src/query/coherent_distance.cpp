@@ -1,68 +1,73 @@
 #include "adaptive_bvh/coherent_distance.h"
 
-#include "adaptive_bvh/query.h"
+#include <cstdint>
+
 #include "geometry/rigid.h"
-#include "model_state.h"
-#include "query/pair_cache.h"
-#include "volume/each_volume.h"
+#include "query/nearest_search.h"
+#include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 
-template <typename BV>
-struct CoherentDistance<BV>::State {
-  const AdaptiveBVHModel<BV>&first, &second;
-  PairCache<BV> cache;
+template <typename S>
+struct CoherentDistance<S>::State {
+  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
+
+  const DeformableMesh<S>&first, &second;
+  /// The triangles that were nearest last.
+  int witness1 = 0, witness2 = 0;
+  /// Of the last answer: what it was given, and the answer.
+  std::uint64_t positions[2] = {0, 0};
+  fcl::Transform3<S> tf1, tf2;
+  fcl::DistanceRequest<S> request;
+  fcl::DistanceResult<S> result;
+
+  bool isAnswered(const fcl::Transform3<S>& to1, const fcl::Transform3<S>& to2,
+                  const fcl::DistanceRequest<S>& asked) const {
+    const auto now = [](const DeformableMesh<S>& mesh) { return stateOf(mesh).positions; };
+    return positions[0] == now(first) && positions[1] == now(second) &&
+           tf1.matrix() == to1.matrix() && tf2.matrix() == to2.matrix() &&
+           request.enable_nearest_points == asked.enable_nearest_points &&
+           request.abs_err == asked.abs_err && request.rel_err == asked.rel_err;
+  }
 };
 
-template <typename BV>
-CoherentDistance<BV>::CoherentDistance(const AdaptiveBVHModel<BV>& first,
-                                       const AdaptiveBVHModel<BV>& second)
-    : state_(std::make_unique<State>(State{first, second, {}})) {
-  state_->cache.front.emplace();
-}
+template <typename S>
+CoherentDistance<S>::CoherentDistance(const DeformableMesh<S>& first,
+                                      const DeformableMesh<S>& second)
+    : state_(std::make_unique<State>(first, second)) {}
+template <typename S>
+CoherentDistance<S>::~CoherentDistance() = default;
+template <typename S>
+CoherentDistance<S>::CoherentDistance(CoherentDistance&&) noexcept = default;
 
-template <typename BV>
-CoherentDistance<BV>::~CoherentDistance() = default;
-template <typename BV>
-CoherentDistance<BV>::CoherentDistance(CoherentDistance&&) noexcept = default;
-
-template <typename BV>
-typename BV::S CoherentDistance<BV>::distance(const fcl::Transform3<S>& tf1,
-                                              const fcl::Transform3<S>& tf2,
-                                              const fcl::DistanceRequest<S>& request,
-                                              fcl::DistanceResult<S>& result) {
-  using Access = detail::ModelAccess<BV>;
+template <typename S>
+S CoherentDistance<S>::distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+                                const fcl::DistanceRequest<S>& request,
+                                fcl::DistanceResult<S>& result) {
   requireRigid(tf1);
   requireRigid(tf2);
-  const AdaptiveBVHModel<BV>&first = state_->first, &second = state_->second;
-  // Before anything reads the trees: this repairs one that was changed without our update.
-  const bool has_triangles = Access::repairedType(first) != fcl::BV_UNKNOWN &&
-                             Access::repairedType(second) != fcl::BV_UNKNOWN;
-  const PlacedMesh<BV> a{&first, &Access::tree(first), tf1}, b{&second, &Access::tree(second), tf2};
-  if (has_triangles && a.hasBoxes() && b.hasBoxes() &&
-      distanceByBoxes<BV>(a, b, {request, result}, state_->cache))
-    return result.min_distance;
-  state_->cache.front->clear();
-  // What adaptive_bvh::distance does: two adaptive models are always a recorded pair. Not called
-  // itself, for it names fcl::distance, which libfcl does not hold for float: two minutes to
-  // compile.
-  S found = result.min_distance;
-  detail::recordedDistance<S>(&first, tf1, &second, tf2, request, result, found);
-  return found;
+  State& state = *state_;
+  if (request.isSatisfied(result)) return result.min_distance;
+  if (!state.isAnswered(tf1, tf2, request)) {
+    const PlacedMesh<S> first(state.first, tf1), second(state.second, tf2);
+    state.result = fcl::DistanceResult<S>();
+    NearestPair<S> nearest(first, second, {request, state.result});
+    nearest.addWitness(state.witness1, state.witness2);
+    NearestSearch<S>(first, second, nearest).run();
+    state.witness1 = static_cast<int>(state.result.b1);
+    state.witness2 = static_cast<int>(state.result.b2);
+    state.positions[0] = first.mesh.positions;
+    state.positions[1] = second.mesh.positions;
+    state.tf1 = tf1;
+    state.tf2 = tf2;
+    state.request = request;
+  }
+  if (!result.o1) unsetPoints(result);
+  if (state.result.min_distance < result.min_distance) result = state.result;
+  return result.min_distance;
 }
 
-template <typename BV>
-std::size_t CoherentDistance<BV>::frontSize() const {
-  return state_->cache.front->size();
-}
-
-template <typename BV>
-std::size_t CoherentDistance<BV>::bytes() const {
-  return sizeof(State) + state_->cache.front->bytes();
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(BV) template class CoherentDistance<BV>;
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
-#undef ADAPTIVE_BVH_INSTANTIATE
+template class CoherentDistance<float>;
+template class CoherentDistance<double>;
 
 }  // namespace adaptive_bvh

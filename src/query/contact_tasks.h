@@ -49,25 +49,17 @@ class ContactLimit {
 
 /// One thread's worker of a query for contacts (SearchTasks). It keeps contacts of its own, in each
 /// task as many at most as the query has room for.
-template <bool kIsSelf, typename BV, typename Frame>
+template <bool kIsSelf, typename S, typename Frame>
 class ContactWorker {
  public:
-  using Search = ContactSearch<kIsSelf, BV, Frame>;
+  using Search = ContactSearch<kIsSelf, S, Frame>;
   using Mark = std::size_t;
-  /// That is kept from query to query.
-  struct Memory {
-    typename Search::Memory of_search;
-    fcl::CollisionResult<typename BV::S> contacts;
-  };
+  using Memory = fcl::CollisionResult<S>;  ///< that is kept from query to query
 
   /// `node`: of the query. `limit` is that of all workers.
-  ContactWorker(const CandidateInput<BV>& input, const Frame& frame, const ContactNode<BV>& node,
+  ContactWorker(const CandidateInput<S>& input, const Frame& frame, const ContactNode<S>& node,
                 std::size_t room, ContactLimit& limit, Memory& memory)
-      : contacts_(memory.contacts),
-        node_(node),
-        room_(room),
-        limit_(limit),
-        search_(input, frame, node_, memory.of_search) {
+      : contacts_(memory), node_(node), room_(room), limit_(limit), search_(input, frame, node_) {
     contacts_.clear();
     node_.result = &contacts_;
   }
@@ -82,14 +74,12 @@ class ContactWorker {
     limit_.finish(task, mark() - before, mark());
   }
 
-  const fcl::Contact<typename BV::S>& contact(std::size_t i) const {
-    return contacts_.getContact(i);
-  }
+  const fcl::Contact<S>& contact(std::size_t i) const { return contacts_.getContact(i); }
   const Search& search() const { return search_; }
 
  private:
-  fcl::CollisionResult<typename BV::S>& contacts_;
-  ContactNode<BV> node_;
+  fcl::CollisionResult<S>& contacts_;
+  ContactNode<S> node_;
   const std::size_t room_;
   ContactLimit& limit_;
   Search search_;

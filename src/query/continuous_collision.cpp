@@ -7,9 +7,8 @@
 
 #include "geometry/rigid.h"
 #include "geometry/rounding.h"
-#include "model_state.h"
+#include "mesh/mesh_state.h"
 #include "query/continuous_search.h"
-#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -46,59 +45,52 @@ double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Tra
          (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
 }
 
-/// A model's part in a query.
-template <typename BV>
-class MovingModel {
+/// A mesh's part in a query.
+template <typename S>
+class MovingPart {
  public:
   struct Memory {
     std::vector<fcl::Vector3d> start, end;
   };
 
-  MovingModel(const Motion<BV>& motion, Memory& memory) : tree_(treeOf(*motion.model)) {
-    const auto& model = *motion.model;
-    const auto count = static_cast<std::size_t>(model.num_vertices);
+  MovingPart(const Motion<S>& motion, Memory& memory) : state_(stateOf(*motion.mesh)) {
+    const std::size_t count = state_.vertices.size();
     requireRigid(motion.start_tf);
     requireRigid(motion.end_tf);
     const double at_start = place(motion.start, count, motion.start_tf, memory.start);
     const double at_end = place(motion.end, count, motion.end_tf, memory.end);
-    const auto& wide = tree_.wide.topology(model, tree_);
-    mesh_ = {wide.nodes(),
-             &wide.vertices(0),
-             &tree_.topology.slots,
-             &tree_.owners.current(model, tree_.topology_number),
-             &tree_.features.leaves(model, tree_),
+    const MeshTopology& topology = *state_.topology;
+    mesh_ = {state_.tree.nodes(),
+             topology.leaves.corners.data(),
+             &topology.leaves.slots,
+             &topology.owners,
+             &topology.features,
              memory.start.data(),
              memory.end.data(),
-             model.tri_indices,
-             static_cast<unsigned>(model.num_vertices),
-             static_cast<unsigned>(model.num_tris),
-             wide.size(),
-             wide.depth(),
+             topology.triangles.data(),
+             static_cast<unsigned>(count),
+             static_cast<unsigned>(topology.triangles.size()),
+             state_.tree.size(),
+             state_.tree.depth(),
              std::max(at_start, at_end)};
   }
 
   const MovingMesh& mesh() const { return mesh_; }
-  int threads() const { return tree_.query_threads; }
+  int threads() const { return state_.query_threads; }
 
  private:
-  static const AdaptiveTree<BV>& treeOf(const AdaptiveBVHModel<BV>& model) {
-    detail::ModelAccess<BV>::repairedType(model);  // repairs what was changed without our update
-    requireTriangles<BV>(model);
-    return detail::ModelAccess<BV>::tree(model);
-  }
-
-  const AdaptiveTree<BV>& tree_;
+  const MeshState<S>& state_;
   MovingMesh mesh_;
 };
 
-/// Calls ask(query) for two models, or one with itself.
-template <typename BV, typename Ask>
-auto withQuery(const Motion<BV>& first, const Motion<BV>* second, double separation, Ask&& ask) {
-  static thread_local typename MovingModel<BV>::Memory memory[2];
+/// Calls ask(query) for two meshes, or one with itself.
+template <typename S, typename Ask>
+auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
+  static thread_local typename MovingPart<S>::Memory memory[2];
   requireSeparation(separation);
-  const MovingModel<BV> a(first, memory[0]);
+  const MovingPart<S> a(first, memory[0]);
   if (!second) return ask(ContinuousQuery{a.mesh(), a.mesh(), separation, a.threads()});
-  const MovingModel<BV> b(*second, memory[1]);
+  const MovingPart<S> b(*second, memory[1]);
   return ask(ContinuousQuery{a.mesh(), b.mesh(), separation, std::max(a.threads(), b.threads())});
 }
 
@@ -115,8 +107,8 @@ void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePa
     refuseMotion("a pair names a feature that is not there");
 }
 
-template <typename BV>
-double timeOf(const Motion<BV>& first, const Motion<BV>* second, FeatureKind kind,
+template <typename S>
+double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
               const FeaturePair& pair, double separation) {
   return withQuery(first, second, separation, [&](const ContinuousQuery& query) {
     requirePair(query, kind, pair);
@@ -124,8 +116,8 @@ double timeOf(const Motion<BV>& first, const Motion<BV>* second, FeatureKind kin
   });
 }
 
-template <typename BV>
-void timesOf(const Motion<BV>& first, const Motion<BV>* second, const FeaturePairs& pairs,
+template <typename S>
+void timesOf(const Motion<S>& first, const Motion<S>* second, const FeaturePairs& pairs,
              double separation, ImpactTimes& times) {
   withQuery(first, second, separation, [&](const ContinuousQuery& query) {
     const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& of) {
@@ -140,129 +132,129 @@ void timesOf(const Motion<BV>& first, const Motion<BV>* second, const FeaturePai
 
 }  // namespace
 
-template <typename BV>
-Motion<BV>::Motion(const Model& moving, const Transform& from_tf, const Transform& to_tf)
-    : model(&moving),
-      start(moving.prev_vertices),
-      end(moving.vertices),
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf)
+    : mesh(&moving),
+      start(moving.previousVertices().data()),
+      end(moving.vertices().data()),
       start_tf(from_tf),
       end_tf(to_tf) {
-  if (!start)
+  if (moving.previousVertices().empty())
     refuseMotion(
-        "the model has no positions of the step before: make a two-frame update "
-        "(beginUpdateModel), or give both positions");
+        "the mesh has no positions of the step before: call updateTwoFrames, or give both "
+        "positions");
 }
 
-template <typename BV>
-Motion<BV>::Motion(const Model& moving, const Point* from, const Point* to, std::size_t count,
-                   const Transform& from_tf, const Transform& to_tf)
-    : model(&moving), start(from), end(to), start_tf(from_tf), end_tf(to_tf) {
-  if (count != static_cast<std::size_t>(moving.num_vertices))
-    refuseMotion(std::to_string(count) + " positions for " + std::to_string(moving.num_vertices) +
-                 " vertices");
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
+                  const Transform& from_tf, const Transform& to_tf)
+    : mesh(&moving), start(from), end(to), start_tf(from_tf), end_tf(to_tf) {
+  if (count != moving.vertices().size())
+    refuseMotion(std::to_string(count) + " positions for " +
+                 std::to_string(moving.vertices().size()) + " vertices");
   if (count > 0 && (!from || !to)) refuseMotion("a null pointer for positions");
 }
 
-template <typename BV>
-Motion<BV>::Motion(const Model& moving, const std::vector<Point>& from,
-                   const std::vector<Point>& to, const Transform& from_tf, const Transform& to_tf)
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
+                  const Transform& from_tf, const Transform& to_tf)
     : Motion(moving, from.data(), to.data(), from.size(), from_tf, to_tf) {
   if (to.size() != from.size())
     refuseMotion(std::to_string(from.size()) + " positions at the start, " +
                  std::to_string(to.size()) + " at the end");
 }
 
-template <typename BV>
-void candidates(const Motion<BV>& first, const Motion<BV>& second, double separation,
+template <typename S>
+void candidates(const Motion<S>& first, const Motion<S>& second, double separation,
                 FeaturePairs& pairs) {
   withQuery(first, &second, separation,
             [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
-template <typename BV>
-void candidates(const Motion<BV>& mesh, double separation, FeaturePairs& pairs) {
-  withQuery<BV>(mesh, nullptr, separation,
-                [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
+template <typename S>
+void candidates(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
+  withQuery<S>(mesh, nullptr, separation,
+               [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
 
-template <typename BV>
-double timeOfImpact(const Motion<BV>& first, const Motion<BV>& second, FeatureKind kind,
+template <typename S>
+double timeOfImpact(const Motion<S>& first, const Motion<S>& second, FeatureKind kind,
                     const FeaturePair& pair, double separation) {
   return timeOf(first, &second, kind, pair, separation);
 }
-template <typename BV>
-double timeOfImpact(const Motion<BV>& mesh, FeatureKind kind, const FeaturePair& pair,
+template <typename S>
+double timeOfImpact(const Motion<S>& mesh, FeatureKind kind, const FeaturePair& pair,
                     double separation) {
-  return timeOf<BV>(mesh, nullptr, kind, pair, separation);
+  return timeOf<S>(mesh, nullptr, kind, pair, separation);
 }
 
-template <typename BV>
-void timesOfImpact(const Motion<BV>& first, const Motion<BV>& second, const FeaturePairs& pairs,
+template <typename S>
+void timesOfImpact(const Motion<S>& first, const Motion<S>& second, const FeaturePairs& pairs,
                    double separation, ImpactTimes& times) {
   timesOf(first, &second, pairs, separation, times);
 }
-template <typename BV>
-void timesOfImpact(const Motion<BV>& mesh, const FeaturePairs& pairs, double separation,
+template <typename S>
+void timesOfImpact(const Motion<S>& mesh, const FeaturePairs& pairs, double separation,
                    ImpactTimes& times) {
-  timesOf<BV>(mesh, nullptr, pairs, separation, times);
+  timesOf<S>(mesh, nullptr, pairs, separation, times);
 }
 
-template <typename BV>
-Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation) {
+template <typename S>
+Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation) {
   return withQuery(first, &second, separation,
                    [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
-template <typename BV>
-Impact earliestImpact(const Motion<BV>& mesh, double separation) {
-  return withQuery<BV>(mesh, nullptr, separation,
-                       [](const ContinuousQuery& query) { return findEarliestImpact(query); });
+template <typename S>
+Impact earliestImpact(const Motion<S>& mesh, double separation) {
+  return withQuery<S>(mesh, nullptr, separation,
+                      [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
 
-template <typename BV>
-Impact earliestImpact(const Motion<BV>& first, const Motion<BV>& second, double separation,
+template <typename S>
+Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation,
                       FeaturePairs& pairs) {
   return withQuery(first, &second, separation,
                    [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
 }
-template <typename BV>
-Impact earliestImpact(const Motion<BV>& mesh, double separation, FeaturePairs& pairs) {
-  return withQuery<BV>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+template <typename S>
+Impact earliestImpact(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
+  return withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
     return findEarliestImpact(query, pairs);
   });
 }
 
-template <typename BV>
-void safeDisplacements(const Motion<BV>& first, const Motion<BV>& second, double separation,
+template <typename S>
+void safeDisplacements(const Motion<S>& first, const Motion<S>& second, double separation,
                        std::vector<double>& of_first, std::vector<double>& of_second) {
   withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_first, of_second);
   });
 }
-template <typename BV>
-void safeDisplacements(const Motion<BV>& mesh, double separation,
-                       std::vector<double>& of_vertices) {
-  withQuery<BV>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+template <typename S>
+void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<double>& of_vertices) {
+  withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_vertices, of_vertices);
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                             \
-  template struct Motion<BV>;                                                                    \
-  template void candidates(const Motion<BV>&, const Motion<BV>&, double, FeaturePairs&);         \
-  template void candidates(const Motion<BV>&, double, FeaturePairs&);                            \
-  template double timeOfImpact(const Motion<BV>&, const Motion<BV>&, FeatureKind,                \
-                               const FeaturePair&, double);                                      \
-  template double timeOfImpact(const Motion<BV>&, FeatureKind, const FeaturePair&, double);      \
-  template void timesOfImpact(const Motion<BV>&, const Motion<BV>&, const FeaturePairs&, double, \
-                              ImpactTimes&);                                                     \
-  template void timesOfImpact(const Motion<BV>&, const FeaturePairs&, double, ImpactTimes&);     \
-  template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double);                  \
-  template Impact earliestImpact(const Motion<BV>&, double);                                     \
-  template Impact earliestImpact(const Motion<BV>&, const Motion<BV>&, double, FeaturePairs&);   \
-  template Impact earliestImpact(const Motion<BV>&, double, FeaturePairs&);                      \
-  template void safeDisplacements(const Motion<BV>&, const Motion<BV>&, double,                  \
-                                  std::vector<double>&, std::vector<double>&);                   \
-  template void safeDisplacements(const Motion<BV>&, double, std::vector<double>&);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template struct Motion<S>;                                                                   \
+  template void candidates(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);         \
+  template void candidates(const Motion<S>&, double, FeaturePairs&);                           \
+  template double timeOfImpact(const Motion<S>&, const Motion<S>&, FeatureKind,                \
+                               const FeaturePair&, double);                                    \
+  template double timeOfImpact(const Motion<S>&, FeatureKind, const FeaturePair&, double);     \
+  template void timesOfImpact(const Motion<S>&, const Motion<S>&, const FeaturePairs&, double, \
+                              ImpactTimes&);                                                   \
+  template void timesOfImpact(const Motion<S>&, const FeaturePairs&, double, ImpactTimes&);    \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double);                  \
+  template Impact earliestImpact(const Motion<S>&, double);                                    \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);   \
+  template Impact earliestImpact(const Motion<S>&, double, FeaturePairs&);                     \
+  template void safeDisplacements(const Motion<S>&, const Motion<S>&, double,                  \
+                                  std::vector<double>&, std::vector<double>&);                 \
+  template void safeDisplacements(const Motion<S>&, double, std::vector<double>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -5,6 +5,7 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "query/feature_search.h"
+#include "query/relative_frame.h"
 #include "query/search_tasks.h"
 
 namespace adaptive_bvh {
@@ -24,7 +25,7 @@ class FeatureWalk {
   FeatureWalk(const SweptPair& pair, Visitor& visitor)
       : depth_(pair.first.depth + pair.second.depth),
         finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
-        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_, visited_, visited_),
+        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_),
         visitor_(visitor) {}
   FeatureWalk(const FeatureWalk&) = delete;
   FeatureWalk& operator=(const FeatureWalk&) = delete;
@@ -37,10 +38,9 @@ class FeatureWalk {
 
  private:
   const int depth_;
-  const SameFrame<double> frame_{};
-  VisitedNodes visited_;  ///< none are noted
+  const SameFrame frame_{};
   FeatureFinder<kIsSelf, Visitor> finder_;
-  WideSearch<SameFrame<double>, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
+  WideSearch<SameFrame, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
   Visitor& visitor_;
 };
 

@@ -8,8 +8,7 @@
 
 namespace adaptive_bvh {
 
-template <typename S>
-bool FlatPatches<S>::contains(int node) const {
+bool FlatPatches::contains(int node) const {
   const Patch& patch = contours_.patch(node);
   if (patch.length == 0) return false;
   const View view = viewOf(patch);
@@ -20,8 +19,7 @@ bool FlatPatches<S>::contains(int node) const {
 
 /// Along the sum of the normals, which the contour knows. Any directions will do, while neither is
 /// longer than 1 by more than rounding.
-template <typename S>
-auto FlatPatches<S>::viewOf(const Patch& patch) const -> View {
+auto FlatPatches::viewOf(const Patch& patch) const -> View {
   using float4::all;
   using float4::cross;
   using float4::dot;
@@ -42,9 +40,8 @@ auto FlatPatches<S>::viewOf(const Patch& patch) const -> View {
   return {four(right), four(up), four(cross(right, up))};
 }
 
-template <typename S>
-void FlatPatches<S>::read(const std::array<std::uint32_t, 4>& triangles,
-                          Vector4x3 (&corners)[3]) const {
+void FlatPatches::read(const std::array<std::uint32_t, 4>& triangles,
+                       Vector4x3 (&corners)[3]) const {
   const Float4* const positions = tree_.positions();
   VertexIndices at[4];
   for (std::size_t k = 0; k < 4; ++k) at[k] = slots_.slotsOf(triangles[k]);
@@ -54,8 +51,7 @@ void FlatPatches<S>::read(const std::array<std::uint32_t, 4>& triangles,
 }
 
 /// Four at a time, one of each quarter, so that a bend shows early.
-template <typename S>
-auto FlatPatches<S>::shapeOf(const Patch& patch, const View& view) const -> Shape {
+auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
   using vectors::cross;
   using vectors::difference;
   using vectors::dot;
@@ -78,8 +74,7 @@ auto FlatPatches<S>::shapeOf(const Patch& patch, const View& view) const -> Shap
   return {packs::largest(longest), packs::smallest(lowest)};
 }
 
-template <typename S>
-bool FlatPatches<S>::contourKeepsApart(const Patch& patch, const View& view, float distance) const {
+bool FlatPatches::contourKeepsApart(const Patch& patch, const View& view, float distance) const {
   const unsigned* const slots = contours_.slots(patch);
   const Float4* const positions = tree_.positions();
   PlaneContour contour(patch.length);
@@ -92,8 +87,5 @@ bool FlatPatches<S>::contourKeepsApart(const Patch& patch, const View& view, flo
   }
   return contour.keepsApart(distance);
 }
-
-template class FlatPatches<float>;
-template class FlatPatches<double>;
 
 }  // namespace adaptive_bvh

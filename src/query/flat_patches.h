@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "boxes/contours.h"
 #include "geometry/vectors.h"
-#include "tree/contours.h"
 
 namespace adaptive_bvh {
 
@@ -14,14 +14,10 @@ namespace adaptive_bvh {
 /// their contour does not come near itself. Then they cover no point twice (Volino and
 /// Magnenat-Thalmann 1994), and keep so far from each other that FCL's test says so, too:
 /// docs/bounds.md, 14.
-template <typename S>
 class FlatPatches {
  public:
-  /// FCL's test in single precision is off by too much.
-  static constexpr bool kIsPossible = std::numeric_limits<S>::digits >= 53;
-
-  FlatPatches(const WideTree<S>& tree, const Contours& contours, const VertexSlots& slots)
-      : tree_(tree), contours_(contours), slots_(slots) {}
+  FlatPatches(const WideTree& tree, const Contours& contours)
+      : tree_(tree), contours_(contours), slots_(tree.slots()) {}
 
   /// Of an inner node.
   bool contains(int node) const;
@@ -30,7 +26,7 @@ class FlatPatches {
   /// Seen along a direction: the distance from a triangle's corner to the opposite edge is at least
   /// this share of the longest edge, and more than positions may be off by. The contour keeps as
   /// far from itself.
-  static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree<S>::kPositionError;
+  static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree::kPositionError;
 
   /// Two directions that span the plane of view, and that at right angles to both; each four times.
   struct View {
@@ -47,12 +43,9 @@ class FlatPatches {
   bool contourKeepsApart(const Patch& patch, const View& view, float distance) const;
   void read(const std::array<std::uint32_t, 4>& triangles, Vector4x3 (&corners)[3]) const;
 
-  const WideTree<S>& tree_;
+  const WideTree& tree_;
   const Contours& contours_;
   const VertexSlots& slots_;
 };
-
-extern template class FlatPatches<float>;
-extern template class FlatPatches<double>;
 
 }  // namespace adaptive_bvh

@@ -2,16 +2,16 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "geometry/feature_distance.h"
+#include "mesh/feature_owners.h"
 #include "query/append_pair.h"
 #include "query/found_parts.h"
 #include "query/within_tests.h"
-#include "tree/feature_owners.h"
 
 namespace adaptive_bvh {
 
 /// Writes the near features of near pairs of triangles into a result: those that the triangles own,
 /// so each pair comes once.
-template <typename BV>
+template <typename S>
 class FeatureSink {
  public:
   using Result = FeaturePairs;
@@ -19,10 +19,10 @@ class FeatureSink {
   static constexpr bool kFewAreNear = false;
 
   /// `is_self`: features with a vertex in common are left out.
-  FeatureSink(const WithinInput<BV>& input, bool is_self, Result& result)
+  FeatureSink(const WithinInput<S>& input, bool is_self, Result& result)
       : in_(input),
-        owners1_(ownersOf(input.first)),
-        owners2_(ownersOf(input.second)),
+        owners1_(input.first.mesh.topology->owners),
+        owners2_(input.second.mesh.topology->owners),
         is_self_(is_self),
         result_(result) {}
 
@@ -31,9 +31,9 @@ class FeatureSink {
   void clear() { result_.clear(); }
 
   void add(const LeafPair& pair, const TriangleGap*) {
-    const Side a{in_.tree1.vertices(pair.first), owners1_[pair.first],
+    const Side a{in_.tree1.corners(pair.first), owners1_[pair.first],
                  in_.pointsOfFirst(pair.first)};
-    const Side b{in_.tree2.vertices(pair.second), owners2_[pair.second],
+    const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],
                  in_.pointsOfSecond(pair.second)};
     addVertices(a, b, [&](unsigned v, unsigned t) { appendPair(v, t, result_.vertex_face); });
     addVertices(b, a, [&](unsigned v, unsigned t) {
@@ -64,9 +64,6 @@ class FeatureSink {
     TrianglePoints<double> points;
   };
 
-  static const FeatureOwners& ownersOf(const PlacedMesh<BV>& mesh) {
-    return mesh.tree->owners.current(*mesh.model, mesh.tree->topology_number);
-  }
   bool isNear(double distance) const { return distance <= in_.distance; }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
@@ -99,7 +96,7 @@ class FeatureSink {
     appendPair(swaps ? second : first, swaps ? first : second, result_.edge_edge);
   }
 
-  const WithinInput<BV>& in_;
+  const WithinInput<S>& in_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
   Result& result_;

@@ -14,7 +14,6 @@ struct AnyPair {
 
   bool found = false;
   LeafPair pair{0, 0};
-  long box_tests = 0;  ///< of the search
 
   static bool needsGap() { return false; }
   bool isDone() const { return found; }
@@ -26,16 +25,15 @@ struct AnyPair {
 };
 
 /// Writes near pairs into a result.
-template <typename BV>
+template <typename S>
 class PairSink {
  public:
-  using S = typename BV::S;
   using Result = TrianglePairs<S>;
   static constexpr int kBatch = 256;
   static constexpr bool kFewAreNear = false;
 
   /// `is_self`: the smaller index comes first.
-  PairSink(const WithinInput<BV>& input, const ProximityRequest<S>& request, bool is_self,
+  PairSink(const WithinInput<S>& input, const ProximityRequest<S>& request, bool is_self,
            Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
 
@@ -48,6 +46,7 @@ class PairSink {
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
+    if (!gap) return;  // neither is asked for
     if (request_.enable_distances) result_.distances.push_back(distanceAs<S>(gap->distance));
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
@@ -82,7 +81,7 @@ class PairSink {
     if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
   }
 
-  const WithinInput<BV>& in_;
+  const WithinInput<S>& in_;
   const ProximityRequest<S>& request_;
   const bool is_self_;
   Result& result_;

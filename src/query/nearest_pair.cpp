@@ -1,119 +1,116 @@
 #include "query/nearest_pair.h"
 
-#include "geometry/mesh_of_model.h"
-#include "query/nearest_points.h"
+#include "query/unset_fields.h"
 
 namespace adaptive_bvh {
 namespace {
 
 /// The distance of two triangles is off by some epsilon of what their coordinates are made of: the
 /// second's are placed in the first's frame.
-template <typename BV>
-typename BV::S roundingOf(const fcl::Vector3<typename BV::S>& T, const PlacedMesh<BV>& first,
-                          const PlacedMesh<BV>& second) {
-  using S = typename BV::S;
-  const auto size = [](const BoxTree<S>& boxes) -> S {
-    return boxes.middle().template lpNorm<1>() +
-           S(float4::sum(boxes.root().halfSides())) * boxes.frame.unit();
+template <typename S>
+double roundingOf(const fcl::Vector3d& T, const PlacedMesh<S>& first, const PlacedMesh<S>& second) {
+  const auto size = [](const PlacedMesh<S>& mesh) -> double {
+    return mesh.geometry->aabb_center.template cast<double>().template lpNorm<1>() +
+           2 * double(mesh.geometry->aabb_radius);
   };
-  return 8 * rounding::epsilon<S>() *
-         (T.template lpNorm<1>() + size(*first.tree->boxes) + size(*second.tree->boxes));
+  return 8 * rounding::epsilon<double>() * (T.template lpNorm<1>() + size(first) + size(second));
+}
+
+VertexIndices verticesOf(const Int4& corners) {
+  return {unsigned(corners[0]), unsigned(corners[1]), unsigned(corners[2])};
 }
 
 }  // namespace
 
-template <typename BV>
-NearestPair<BV>::NearestPair(const PlacedMesh<BV>& first, const PlacedMesh<BV>& second,
-                             const DistanceQuery<S>& query)
+template <typename S>
+NearestPair<S>::NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                            const DistanceQuery<S>& query)
     : first_(first),
       second_(second),
       request_(query.request),
       result_(query.result),
-      triangles_(first.model->vertices, first.tf, second.model->vertices, second.tf),
-      rounding_(roundingOf(triangles_.T(), first, second)) {
+      to_first_(first.tf, second.tf),
+      triangles_(first.mesh.vertices.data(), second.mesh.vertices.data(), to_first_),
+      rounding_(roundingOf(to_first_.T, first, second)) {
   setLimit();
 }
 
 /// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
-template <typename BV>
-void NearestPair<BV>::setLimit() {
-  limit_ = std::max(result_.min_distance - request_.abs_err,
-                    result_.min_distance / (1 + request_.rel_err));
+template <typename S>
+void NearestPair<S>::setLimit() {
+  const auto least = static_cast<double>(result_.min_distance);
+  limit_ = std::max(least - static_cast<double>(request_.abs_err),
+                    least / (1 + static_cast<double>(request_.rel_err)));
 }
 
-template <typename BV>
-void NearestPair<BV>::improve(S distance, int triangle1, int triangle2, const Point& on1,
-                              const Point& on2) {
-  if (request_.enable_nearest_points)
-    result_.update(distance, first_.model, second_.model, triangle1, triangle2, on1, on2);
-  else
-    result_.update(distance, first_.model, second_.model, triangle1, triangle2);
+template <typename S>
+void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle2) {
+  result_.update(distanceAs<S>(gap.distance), first_.geometry, second_.geometry, triangle1,
+                 triangle2);
+  if (request_.enable_nearest_points) {
+    const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3<S> {
+      return (first_.tf.template cast<double>() * x).template cast<S>();
+    };
+    result_.nearest_points[0] = inWorld(gap.points.first);
+    result_.nearest_points[1] = inWorld(gap.points.second);
+  } else {
+    unsetPoints(result_);
+  }
   improved_ = true;
   setLimit();
-  triangles_.lookAlong(on1, on2);
+  triangles_.lookAlong(gap.points.first, gap.points.second);
 }
 
-template <typename BV>
-void NearestPair<BV>::addWitness(int triangle1, int triangle2) {
-  if (triangle1 < 0 || triangle1 >= first_.model->num_tris || triangle2 < 0 ||
-      triangle2 >= second_.model->num_tris)
+template <typename S>
+void NearestPair<S>::addWitness(int triangle1, int triangle2) {
+  if (triangle1 < 0 || triangle1 >= first_.mesh.numTriangles() || triangle2 < 0 ||
+      triangle2 >= second_.mesh.numTriangles())
     return;
-  Point on1, on2;
-  const S d = triangles_.distance(viewOf(*first_.model).verticesOf(unsigned(triangle1)),
-                                  viewOf(*second_.model).verticesOf(unsigned(triangle2)), on1, on2);
+  const TriangleGap gap =
+      triangles_.gap(first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
+                     second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2)));
   ++tests_;
-  if (d < result_.min_distance)
-    improve(d, triangle1, triangle2, on1, on2);
+  if (distanceAs<S>(gap.distance) < result_.min_distance)
+    improve(gap, triangle1, triangle2);
   else
-    triangles_.lookAlong(on1, on2);
+    triangles_.lookAlong(gap.points.first, gap.points.second);
 }
 
-template <typename BV>
-auto NearestPair<BV>::boundsOf(unsigned open, unsigned kept, const TriangleBlock& block,
-                               double unit, double off) const -> Float4x4 {
-  const auto enough =
-      kept ? std::numeric_limits<float>::infinity()
-           : static_cast<float>((double(limit_) + off) / unit * (1 + 1. / (1 << 20)));
-  const unsigned pairs = open | kept;
-  Float4x4 bounds;
-  if (pairs & 0x000f) bounds.row[0] = block.bounds<0>(enough, pairs & 15);
-  if (pairs & 0x00f0) bounds.row[1] = block.bounds<1>(enough, pairs >> 4 & 15);
-  if (pairs & 0x0f00) bounds.row[2] = block.bounds<2>(enough, pairs >> 8 & 15);
-  if (pairs & 0xf000) bounds.row[3] = block.bounds<3>(enough, pairs >> 12 & 15);
-  return bounds;
-}
-
-/// Returns a lower bound of the distance of two triangles. `bound`: one in single precision;
-/// `slack`: by so much one along the same lines may be larger in double precision.
-template <typename BV>
-double NearestPair<BV>::testPair(const MeshTriangle& first, const MeshTriangle& second,
-                                 double bound, double slack) {
-  const VertexIndices &a = first.corners, &b = second.corners;
-  if (bound + slack >= double(limit_)) {
-    S separation = triangles_.separation(a, b);
-    if (separation < limit_)
-      separation = std::max(separation, triangles_.separationNearby(a, b, limit_));
-    bound = std::max(bound, double(separation));
-    if (separation >= limit_) return bound;
+template <typename S>
+void NearestPair<S>::test(unsigned open, const TriangleBlock& block, double unit, double error,
+                          const WideNode& leaf1, const WideNode& leaf2) {
+  const double off = rounding_ + error, slack = double(block.slack()) * unit + 2 * off;
+  const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));
+  Float4 bounds[4];
+  if (open & 0x000f) bounds[0] = block.bounds<0>(enough, open & 15);
+  if (open & 0x00f0) bounds[1] = block.bounds<1>(enough, open >> 4 & 15);
+  if (open & 0x0f00) bounds[2] = block.bounds<2>(enough, open >> 8 & 15);
+  if (open & 0xf000) bounds[3] = block.bounds<3>(enough, open >> 12 & 15);
+  for (; open && !isDone(); open &= open - 1) {
+    const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
+    const double bound = double(bounds[j][i]) * unit - off;
+    if (!(bound >= limit_))  // also where it is out of range
+      testPair(first_.tree().corners(static_cast<unsigned>(leaf1.first + i)),
+               second_.tree().corners(static_cast<unsigned>(leaf2.first + j)), bound, slack);
   }
-  Point on1, on2;
-  const S d = triangles_.distance(a, b, on1, on2);
+}
+
+/// `bound`: a lower bound of their distance in single precision; `slack`: by so much one along the
+/// same lines may be larger in double precision.
+template <typename S>
+void NearestPair<S>::testPair(const Int4& first, const Int4& second, double bound, double slack) {
+  const VertexIndices a = verticesOf(first), b = verticesOf(second);
+  if (bound + slack >= limit_) {
+    const double limit = limitWithinRounding();
+    if (triangles_.separation(a, b) >= limit || triangles_.separationNearby(a, b, limit) >= limit)
+      return;
+  }
+  const TriangleGap gap = triangles_.gap(a, b);
   ++tests_;
-  if (d < result_.min_distance) improve(d, first.index, second.index, on1, on2);
-  return bound;
+  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, first[3], second[3]);
 }
 
-/// As in FCL's traversal, nearest points are in the frame of the first object until the end.
-template <typename BV>
-bool NearestPair<BV>::finish() {
-  if (!improved_) return false;
-  for (auto& point : result_.nearest_points) point = first_.tf * point;
-  settleNearestPoints<BV>(first_, second_, {request_, result_});
-  return true;
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(BV) template class NearestPair<BV>;
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
-#undef ADAPTIVE_BVH_INSTANTIATE
+template class NearestPair<float>;
+template class NearestPair<double>;
 
 }  // namespace adaptive_bvh

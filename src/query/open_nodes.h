@@ -2,9 +2,9 @@
 
 #include <utility>
 
+#include "boxes/wide_tree.h"
 #include "geometry/float4.h"
 #include "geometry/scratch.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 

@@ -1,11 +1,9 @@
 #pragma once
 
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_block.h"
+#include "boxes/wide_tree.h"
 #include "geometry/triangle_differences.h"
 #include "query/pair_stages.h"
-#include "query/placed_mesh.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
@@ -14,9 +12,10 @@ struct PairErrors {
   PairError coarse, fine;
 };
 /// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::reach.
-template <typename S, typename Frame>
+template <typename Frame>
 PairErrors pairErrors(const Frame& frame, double scale, float reach) {
-  const float share = differenceError<S>(), least = leastProduct<S>(scale, frame.longest());
+  const float share = differenceError<double>(),
+              least = leastProduct<double>(scale, frame.longest());
   return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
 }
 
@@ -24,10 +23,10 @@ PairErrors pairErrors(const Frame& frame, double scale, float reach) {
 /// WithinInput.
 template <typename Input>
 PairSource sourceOf(const Input& in) {
-  const auto of = [](const auto& mesh, const auto& tree) -> CornerSource {
-    return {mesh.tree->topology.slots.leafSlots(), tree.positions(), tree.residuals()};
+  const auto of = [](const WideTree& tree) -> CornerSource {
+    return {tree.slots().leafSlots(), tree.positions(), tree.residuals()};
   };
-  return {of(in.first, in.tree1), of(in.second, in.tree2)};
+  return {of(in.tree1), of(in.tree2)};
 }
 /// Keeps the pairs that are not surely apart along a normal, or at right angles to one and to an
 /// edge; returns how many.
@@ -57,56 +56,24 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
   gatherCorners(slots, positions, triangles, corners);
 }
 
-/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: models and
-/// trees, of CandidateInput or WithinInput; `frame` as in WideSearch.
+/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: trees, of
+/// CandidateInput or WithinInput; `frame` as in WideSearch.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
                                        const LeafPair (&group)[4], Vector4x3 (&p)[3],
                                        Vector4x3 (&q)[3]) {
-  gatherCorners(in.first.tree->topology.slots, in.tree1.positions(),
+  gatherCorners(in.tree1.slots(), in.tree1.positions(),
                 {group[0].first, group[1].first, group[2].first, group[3].first}, p);
-  gatherCorners(in.second.tree->topology.slots, in.tree2.positions(),
+  gatherCorners(in.tree2.slots(), in.tree2.positions(),
                 {group[0].second, group[1].second, group[2].second, group[3].second}, q);
   for (Vector4x3& corner : q) corner = frame(corner);
 }
 
-/// A point from which corners are seen, of two trees with the same coordinates: the first corner of
-/// a leaf. Residuals are added, so they are as good as in double precision.
-class Origin4 {
- public:
-  Origin4() = default;
-  template <typename S>
-  Origin4(const VertexSlots& slots, const WideTree<S>& tree, const WideNode& leaf) {
-    const unsigned slot = slots.slotsOf(static_cast<std::size_t>(leaf.first))[0];
-    position_ = vectors::all(tree.positions()[slot]);
-    residual_ = vectors::all(tree.residuals()[slot]);
-  }
-
-  /// Of the triangles of a leaf near it. Lanes without one repeat the first. Components are off by
-  /// 3u of themselves, u = 2^-24, and by both trees' kResidualError.
-  template <typename S>
-  ADAPTIVE_BVH_INLINE Triangles4 corners(const VertexSlots& slots, const WideTree<S>& tree,
-                                         const WideNode& leaf) const {
-    Vector4x3 positions[3], residuals[3];
-    gatherLeaf(slots, tree.positions(), leaf, positions);
-    gatherLeaf(slots, tree.residuals(), leaf, residuals);
-    Triangles4 seen;
-    for (int c = 0; c < 3; ++c)
-      seen.corner[c] = vectors::sum(vectors::difference(positions[c], position_),
-                                    vectors::difference(residuals[c], residual_));
-    return seen;
-  }
-
- private:
-  Vector4x3 position_, residual_;
-};
-
 /// The vertices of the triangles of a leaf. Lanes without a triangle repeat the first.
-template <typename S>
-ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree<S>& tree, const WideNode& leaf) {
+ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
   Float4 of[4];  // only their bits are moved
   for (int i = 0; i < 4; ++i)
-    __builtin_memcpy(&of[i], &tree.vertices(unsigned(leaf.first + (i < leaf.count ? i : 0))),
+    __builtin_memcpy(&of[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
                      sizeof(of[i]));
   const Vector4x3 columns = float4::columns(of[0], of[1], of[2], of[3]);
   std::array<Int4, 3> vertices;
@@ -117,16 +84,15 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree<S>& tree, cons
 /// Of pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) those that do not have so
 /// many vertices in common that the filter leaves them out. A vertex that a triangle repeats counts
 /// once.
-template <typename S>
-ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree<S>& tree1,
-                                               const WideNode& a, const WideTree<S>& tree2,
+ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
+                                               const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {
   if (filter == NeighbourFilter::None) return pairs;
   const auto of_first = verticesOf(tree1, a);
   const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
   for (int j = 0; j < b.count; ++j) {
     if (!(pairs >> (4 * j) & 15)) continue;
-    const Int4& v = tree2.vertices(static_cast<unsigned>(b.first + j));
+    const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
     Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
     for (int c = 0; c < 3; ++c) {
       if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;

@@ -1,67 +1,80 @@
 #pragma once
 
-#include "model_state.h"
 #include "query/proximity_arguments.h"
-#include "query/wide_trees.h"
+#include "query/tree_pair.h"
 #include "query/within_search.h"
 
 namespace adaptive_bvh {
-
-template <typename BV>
-PlacedMesh<BV> placed(const AdaptiveBVHModel<BV>& model,
-                      const fcl::Transform3<typename BV::S>& tf) {
-  return {&model, &treeOf(model), tf};
-}
 
 /// A triangle of each of two meshes, by their indices.
 struct TrianglePair {
   unsigned first, second;
 };
 
-/// Two models, placed, or one with itself.
-template <typename BV>
+/// Two meshes, placed.
+template <typename S>
 struct PairOfMeshes {
-  using S = typename BV::S;
+  PairOfMeshes(const DeformableMesh<S>& mesh1, const fcl::Transform3<S>& tf1,
+               const DeformableMesh<S>& mesh2, const fcl::Transform3<S>& tf2)
+      : PairOfMeshes(PlacedMesh<S>(mesh1, tf1), PlacedMesh<S>(mesh2, tf2)) {}
+  PairOfMeshes(const PlacedMesh<S>& mesh1, const PlacedMesh<S>& mesh2)
+      : first(mesh1), second(mesh2), to_first(mesh1.tf, mesh2.tf) {}
 
-  PairOfMeshes(const AdaptiveBVHModel<BV>& model1, const fcl::Transform3<S>& tf1,
-               const AdaptiveBVHModel<BV>& model2, const fcl::Transform3<S>& tf2)
-      : first(placed(model1, tf1)), second(placed(model2, tf2)), to_first(tf1, tf2) {}
-  WithinInput<BV> within(double distance, NeighbourFilter filter = NeighbourFilter::None) const {
-    const WideTrees<S> trees = wideTreesOf(first, second);
-    return {first, second, trees.first, trees.second, to_first, filter, distance};
-  }
-  RelativeFrame<S> frame() const {
-    const WideTrees<S> trees = wideTreesOf(first, second);
-    return RelativeFrame<S>(trees.first, trees.second, to_first.R.template cast<S>(),
-                            to_first.T.template cast<S>());
-  }
   /// Of two triangles; of triangle 0 where there are no such.
   TriangleGap gap(const TrianglePair& triangles) const {
-    TrianglePoints<double> q = corners(*second.model, triangles.second);
+    TrianglePoints<double> q = corners(second, triangles.second);
     for (fcl::Vector3d& x : q) x = to_first(x);
-    return gapOf(corners(*first.model, triangles.first), q);
+    return gapOf(corners(first, triangles.first), q);
   }
 
-  const PlacedMesh<BV> first, second;
+  const PlacedMesh<S> first, second;
   const RelativePlacement to_first;
 
  private:
-  static TrianglePoints<double> corners(const fcl::BVHModel<BV>& model, unsigned triangle) {
-    const fcl::Triangle& t = model.tri_indices[triangle < unsigned(model.num_tris) ? triangle : 0u];
-    return {model.vertices[t[0]].template cast<double>(),
-            model.vertices[t[1]].template cast<double>(),
-            model.vertices[t[2]].template cast<double>()};
+  static TrianglePoints<double> corners(const PlacedMesh<S>& mesh, unsigned triangle) {
+    return mesh.pointsOf(triangle < unsigned(mesh.mesh.numTriangles()) ? triangle : 0u);
   }
 };
 
-/// Every pair, where single precision cannot express how the models lie.
-template <typename BV, typename Sink>
-void testAllPairs(const WithinInput<BV>& input, Sink& sink) {
-  const SameFrame<typename BV::S> frame;  // of no use here
-  const WithinTests<BV, SameFrame<typename BV::S>, Sink> tests(input, frame, sink);
+/// Whether so many pairs of boxes are at most so far apart that it is worth to align the trees.
+template <typename S>
+bool haveNearBoxes(const TreePair<S>& trees, double distance) {
+  struct Counter {
+    int left = 64;
+    bool isDone() { return --left < 0; }
+    static void foundLeaves(const WideNode&, const WideNode&, unsigned) {}
+    static void foundLeaf(const WideNode&, unsigned) {}
+  } counter;
+  if (!trees.frame().isPrecise()) return false;
+  const GrownFrame<RelativeFrame> frame(trees.frame(), distance * trees.first().scale());
+  WideSearch<GrownFrame<RelativeFrame>, false, Counter> walk(
+      trees.first().nodes(), trees.second().nodes(), frame, counter);
+  const NodePair roots{0, 0};
+  walk.runAnywhere({&roots, &roots + 1}, trees.first().depth() + trees.second().depth());
+  return counter.left < 0;
+}
+
+/// Whether balls around two meshes are farther apart.
+template <typename S>
+bool areBallsFarther(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                     const RelativePlacement& to_first, double distance) {
+  constexpr double kSlack = 1 + 1e-6;
+  const auto &a = *first.geometry, &b = *second.geometry;
+  const fcl::Vector3d middle = a.aabb_center.template cast<double>();
+  const double apart = (to_first(b.aabb_center) - middle).norm();
+  const double radii = double(a.aabb_radius) + double(b.aabb_radius);
+  return apart > (distance + radii) * kSlack + 1e-12 * to_first.T.norm();
+}
+
+/// Every pair, where single precision cannot express how the meshes lie.
+template <typename S, typename Sink>
+void testAllPairs(const WithinInput<S>& input, Sink& sink) {
+  const SameFrame frame;  // of no use here
+  const WithinTests<S, SameFrame, Sink> tests(input, frame, sink);
   sink.clear();
-  const auto size1 = static_cast<unsigned>(input.first.model->num_tris),
-             size2 = static_cast<unsigned>(input.second.model->num_tris);
+  if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
+  const auto size1 = static_cast<unsigned>(input.first.mesh.numTriangles()),
+             size2 = static_cast<unsigned>(input.second.mesh.numTriangles());
   for (unsigned i = 0; i < size1; ++i)
     for (unsigned j = 0; j < size2 && !sink.isDone(); ++j) {
       const TriangleGap gap = tests.gap({i, j});

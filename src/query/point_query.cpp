@@ -5,9 +5,7 @@
 
 #include "query/batches.h"
 #include "query/point_search.h"
-#include "query/proximity_arguments.h"
 #include "query/ray_search.h"
-#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -24,18 +22,10 @@ void requireRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction)
   if (direction.isZero(0)) throw std::invalid_argument("adaptive_bvh: a ray's direction is zero");
 }
 
-template <typename BV>
-const WideTree<typename BV::S>& queryableTree(const AdaptiveBVHModel<BV>& model) {
-  requireQueryable(model);
-  return treeOf(model).wide.current(model, treeOf(model));
-}
-
-template <typename BV>
-ClosestPoint<typename BV::S> search(PointSearch<BV>& search,
-                                    const fcl::Vector3<typename BV::S>& point, int guess) {
-  using S = typename BV::S;
+template <typename S>
+ClosestPoint<S> search(PointSearch<S>& search, const fcl::Vector3<S>& point, int guess) {
   const fcl::Vector3d& x = point.template cast<double>();
-  typename PointSearch<BV>::Nearest nearest;
+  typename PointSearch<S>::Nearest nearest;
   if (guess >= 0) search.tryTriangle(x, guess, nearest);
   search.search(x, nearest);
   return {nearest.point.template cast<S>(), static_cast<S>(nearest.distance), nearest.triangle};
@@ -51,11 +41,9 @@ bool isBefore(const RayHit<S>& a, const RayHit<S>& b) {
   return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
 }
 
-template <typename BV>
-RayHit<typename BV::S> searchFirst(RaySearch<BV>& search,
-                                   const fcl::Vector3<typename BV::S>& origin,
-                                   const fcl::Vector3<typename BV::S>& direction) {
-  using S = typename BV::S;
+template <typename S>
+RayHit<S> searchFirst(RaySearch<S>& search, const fcl::Vector3<S>& origin,
+                      const fcl::Vector3<S>& direction) {
   constexpr S kNever = std::numeric_limits<S>::infinity();
   RayHit<S> result{kNever, -1, 0, 0};
   search.search(origin.template cast<double>(), direction.template cast<double>(),
@@ -69,34 +57,30 @@ RayHit<typename BV::S> searchFirst(RaySearch<BV>& search,
 
 }  // namespace
 
-template <typename BV>
-ClosestPoint<typename BV::S> closestPoint(const AdaptiveBVHModel<BV>& model,
-                                          const fcl::Vector3<typename BV::S>& point) {
+template <typename S>
+ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point) {
   requireFinite(point);
-  PointSearch<BV> points(model, queryableTree(model));
+  PointSearch<S> points(stateOf(mesh));
   return search(points, point, -1);
 }
 
-template <typename BV>
-void closestPoints(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* points,
-                   std::size_t count, std::vector<ClosestPoint<typename BV::S>>& result) {
-  std::for_each(points, points + count, requireFinite<typename BV::S>);
-  const auto& wide = queryableTree(model);
+template <typename S>
+void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                   std::vector<ClosestPoint<S>>& result) {
+  std::for_each(points, points + count, requireFinite<S>);
   result.resize(count);
-  forEachBatch(treeOf(model), count, [&](std::size_t begin, std::size_t end) {
-    PointSearch<BV> one(model, wide);
+  forEachBatch(stateOf(mesh).query_threads, count, [&](std::size_t begin, std::size_t end) {
+    PointSearch<S> one(stateOf(mesh));
     for (std::size_t i = begin; i < end; ++i)
       result[i] = search(one, points[i], i > begin ? result[i - 1].triangle : -1);
   });
 }
 
-template <typename BV>
-std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>& origin,
-                    const fcl::Vector3<typename BV::S>& direction,
-                    std::vector<RayHit<typename BV::S>>& result) {
-  using S = typename BV::S;
+template <typename S>
+std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+                    const fcl::Vector3<S>& direction, std::vector<RayHit<S>>& result) {
   requireRay(origin, direction);
-  RaySearch<BV> search(model, queryableTree(model));
+  RaySearch<S> search(stateOf(mesh));
   result.clear();
   search.search(origin.template cast<double>(), direction.template cast<double>(),
                 [&](int triangle, const RayTriangle::Hit& hit) {
@@ -108,41 +92,39 @@ std::size_t rayHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typena
   return result.size();
 }
 
-template <typename BV>
-RayHit<typename BV::S> firstHit(const AdaptiveBVHModel<BV>& model,
-                                const fcl::Vector3<typename BV::S>& origin,
-                                const fcl::Vector3<typename BV::S>& direction) {
+template <typename S>
+RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+                   const fcl::Vector3<S>& direction) {
   requireRay(origin, direction);
-  RaySearch<BV> search(model, queryableTree(model));
+  RaySearch<S> search(stateOf(mesh));
   return searchFirst(search, origin, direction);
 }
 
-template <typename BV>
-void firstHits(const AdaptiveBVHModel<BV>& model, const fcl::Vector3<typename BV::S>* origins,
-               const fcl::Vector3<typename BV::S>* directions, std::size_t count,
-               std::vector<RayHit<typename BV::S>>& result) {
+template <typename S>
+void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
+               const fcl::Vector3<S>* directions, std::size_t count,
+               std::vector<RayHit<S>>& result) {
   for (std::size_t i = 0; i < count; ++i) requireRay(origins[i], directions[i]);
-  const auto& wide = queryableTree(model);
   result.resize(count);
-  forEachBatch(treeOf(model), count, [&](std::size_t begin, std::size_t end) {
-    RaySearch<BV> one(model, wide);
+  forEachBatch(stateOf(mesh).query_threads, count, [&](std::size_t begin, std::size_t end) {
+    RaySearch<S> one(stateOf(mesh));
     for (std::size_t i = begin; i < end; ++i)
       result[i] = searchFirst(one, origins[i], directions[i]);
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                       \
-  template ClosestPoint<BV::S> closestPoint(const AdaptiveBVHModel<BV>&,                   \
-                                            const fcl::Vector3<BV::S>&);                   \
-  template void closestPoints(const AdaptiveBVHModel<BV>&, const fcl::Vector3<BV::S>*,     \
-                              std::size_t, std::vector<ClosestPoint<BV::S>>&);             \
-  template std::size_t rayHits(const AdaptiveBVHModel<BV>&, const fcl::Vector3<BV::S>&,    \
-                               const fcl::Vector3<BV::S>&, std::vector<RayHit<BV::S>>&);   \
-  template RayHit<BV::S> firstHit(const AdaptiveBVHModel<BV>&, const fcl::Vector3<BV::S>&, \
-                                  const fcl::Vector3<BV::S>&);                             \
-  template void firstHits(const AdaptiveBVHModel<BV>&, const fcl::Vector3<BV::S>*,         \
-                          const fcl::Vector3<BV::S>*, std::size_t, std::vector<RayHit<BV::S>>&);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
+  template ClosestPoint<S> closestPoint(const DeformableMesh<S>&, const fcl::Vector3<S>&);   \
+  template void closestPoints(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, \
+                              std::vector<ClosestPoint<S>>&);                                \
+  template std::size_t rayHits(const DeformableMesh<S>&, const fcl::Vector3<S>&,             \
+                               const fcl::Vector3<S>&, std::vector<RayHit<S>>&);             \
+  template RayHit<S> firstHit(const DeformableMesh<S>&, const fcl::Vector3<S>&,              \
+                              const fcl::Vector3<S>&);                                       \
+  template void firstHits(const DeformableMesh<S>&, const fcl::Vector3<S>*,                  \
+                          const fcl::Vector3<S>*, std::size_t, std::vector<RayHit<S>>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

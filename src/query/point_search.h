@@ -2,29 +2,27 @@
 
 #include <limits>
 
+#include "boxes/wide_tree.h"
 #include "geometry/feature_distance.h"
 #include "query/open_nodes.h"
 #include "query/placed_mesh.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
-/// The nearest triangle to a point, by the four-wide tree of a model: depth first, the nearest box
+/// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
 /// single precision, triangles in double: docs/bounds.md, 16.
-template <typename BV>
+template <typename S>
 class PointSearch {
  public:
-  using S = typename BV::S;
-
   struct Nearest {
     fcl::Vector3d point = fcl::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
     int triangle = -1;  ///< its index; -1 where none is nearer than the distance at first
   };
 
-  PointSearch(const fcl::BVHModel<BV>& model, const WideTree<S>& tree)
-      : model_(model), tree_(tree), open_(tree.depth()) {}
+  explicit PointSearch(const MeshState<S>& mesh)
+      : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
 
   /// Finds a triangle nearer to `x` than `nearest` is.
   void search(const fcl::Vector3d& x, Nearest& nearest) {
@@ -37,14 +35,14 @@ class PointSearch {
   }
   /// Tries one triangle, as a first bound.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
-    const fcl::Triangle& t = model_.tri_indices[triangle];
+    const VertexIndices t = mesh_.view().verticesOf(static_cast<unsigned>(triangle));
     tryFace(x, {point(t[0]), point(t[1]), point(t[2])}, triangle, nearest);
   }
 
  private:
   template <typename Index>
   fcl::Vector3d point(Index vertex) const {
-    return model_.vertices[vertex].template cast<double>();
+    return mesh_.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
   }
   static void tryFace(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                       int triangle, Nearest& nearest) {
@@ -89,7 +87,7 @@ class PointSearch {
     }
   }
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
-    const Int4& v = tree_.vertices(place);
+    const Int4& v = tree_.corners(place);
     const double before = nearest.distance;
     tryFace(x, {point(v[0]), point(v[1]), point(v[2])}, tree_.triangle(place), nearest);
     if (nearest.distance < before) setLimit(nearest.distance);
@@ -98,8 +96,8 @@ class PointSearch {
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
 
-  const fcl::BVHModel<BV>& model_;
-  const WideTree<S>& tree_;
+  const MeshState<S>& mesh_;
+  const WideTree& tree_;
   OpenNodes open_;
   Float4 point_[3], error_;
   float limit_ = 0;

@@ -5,43 +5,39 @@
 #include "query/near_features.h"
 #include "query/near_pairs.h"
 #include "query/pair_of_meshes.h"
-#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 namespace {
 
 /// What all tasks find, in their order, becomes what the query's sink has.
-template <bool kIsSelf, typename BV, typename Frame, typename Sink>
-void runTasks(const WithinInput<BV>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
-              const TaskPool& pool, WithinSearch<kIsSelf, BV, Frame, Sink>& search) {
-  using Worker = WithinWorker<kIsSelf, BV, Frame, Sink>;
+template <bool kIsSelf, typename S, typename Frame, typename Sink>
+void runTasks(const WithinInput<S>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
+              const TaskPool& pool) {
+  using Worker = WithinWorker<kIsSelf, S, Frame, Sink>;
   auto& memory = workersMemory<typename Worker::Memory>(pool);
   SearchTasks<Worker> tasks;
   tasks.run(pool, walks, [&](std::size_t slot) {
     return std::make_unique<Worker>(input, frame, sink, memory[slot]);
   });
   sink.take(tasks.found(), pool);
-  tasks.forEachWorker([&](const Worker& worker) { search.add(worker.search()); });
 }
 
-template <bool kIsSelf, typename BV, typename Frame, typename Sink>
-void collect(const WithinInput<BV>& input, const Frame& frame, Sink& sink) {
-  using Search = WithinSearch<kIsSelf, BV, Frame, Sink>;
-  static thread_local typename Search::Memory memory;
-  Search search(input, frame, sink, memory);
-  const TaskPool pool(std::max(input.first.tree->query_threads, input.second.tree->query_threads));
-  runFromRoots(search, pool, [&](const WalkTasks& walks) {
-    runTasks<kIsSelf>(input, frame, sink, walks, pool, search);
-  });
-  search.record(pool);
+template <bool kIsSelf, typename S, typename Frame, typename Sink>
+void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
+  WithinSearch<kIsSelf, S, Frame, Sink> search(input, frame, sink);
+  const TaskPool pool(std::max(input.first.mesh.query_threads, input.second.mesh.query_threads));
+  runFromRoots(search, pool,
+               [&](const WalkTasks& walks) { runTasks<kIsSelf>(input, frame, sink, walks, pool); });
 }
 
-/// Of two models.
-template <typename BV, typename MakeSink>
-void collectPairs(const PairOfMeshes<BV>& meshes, double distance, const MakeSink& makeSink) {
-  const WithinInput<BV> input = meshes.within(distance);
+/// Of two meshes.
+template <typename S, typename MakeSink>
+void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
+  TreePair<S> trees(meshes.first, meshes.second);
+  if (haveNearBoxes(trees, distance)) trees.align();
+  const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
   auto sink = makeSink(input);
-  const auto frame = meshes.frame();
+  const RelativeFrame& frame = trees.frame();
   if (!frame.isPrecise())
     testAllPairs(input, sink);
   else if (frame.isSame())
@@ -51,87 +47,72 @@ void collectPairs(const PairOfMeshes<BV>& meshes, double distance, const MakeSin
 }
 
 /// Of one with itself.
-template <typename BV, typename MakeSink>
-void collectOwnPairs(const AdaptiveBVHModel<BV>& model, double distance, NeighbourFilter filter,
+template <typename S, typename MakeSink>
+void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
                      const MakeSink& makeSink) {
-  using S = typename BV::S;
-  const fcl::Transform3<S> identity = fcl::Transform3<S>::Identity();
-  const PairOfMeshes<BV> meshes(model, identity, model, identity);
-  const WithinInput<BV> input = meshes.within(distance, filter);
+  const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
+  const WithinInput<S> input(placed, placed, TreePair<S>(placed, placed), distance, filter);
   auto sink = makeSink(input);
-  collect<true>(input, SameFrame<S>(), sink);
+  collect<true>(input, SameFrame(), sink);
 }
 
 }  // namespace
 
-template <typename BV>
-std::size_t pairsWithin(const AdaptiveBVHModel<BV>& first,
-                        const fcl::Transform3<typename BV::S>& tf1,
-                        const AdaptiveBVHModel<BV>& second,
-                        const fcl::Transform3<typename BV::S>& tf2,
-                        const ProximityRequest<typename BV::S>& request,
-                        TrianglePairs<typename BV::S>& result) {
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                        const ProximityRequest<S>& request, TrianglePairs<S>& result) {
   requireDistance(request.distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  requireQueryable(first);
-  requireQueryable(second);
   collectPairs(
-      PairOfMeshes<BV>(first, tf1, second, tf2), double(request.distance),
-      [&](const WithinInput<BV>& input) { return PairSink<BV>(input, request, false, result); });
+      PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
+      [&](const WithinInput<S>& input) { return PairSink<S>(input, request, false, result); });
   return result.size();
 }
 
-template <typename BV>
-std::size_t pairsWithin(const AdaptiveBVHModel<BV>& model,
-                        const ProximityRequest<typename BV::S>& request,
-                        TrianglePairs<typename BV::S>& result, NeighbourFilter filter) {
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
+                        TrianglePairs<S>& result, NeighbourFilter filter) {
   requireDistance(request.distance);
-  requireQueryable(model);
-  collectOwnPairs(model, double(request.distance), filter, [&](const WithinInput<BV>& input) {
-    return PairSink<BV>(input, request, true, result);
+  collectOwnPairs(mesh, double(request.distance), filter, [&](const WithinInput<S>& input) {
+    return PairSink<S>(input, request, true, result);
   });
   return result.size();
 }
 
-template <typename BV>
-std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& first,
-                               const fcl::Transform3<typename BV::S>& tf1,
-                               const AdaptiveBVHModel<BV>& second,
-                               const fcl::Transform3<typename BV::S>& tf2, typename BV::S distance,
-                               FeaturePairs& result) {
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               S distance, FeaturePairs& result) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  requireQueryable(first);
-  requireQueryable(second);
-  collectPairs(PairOfMeshes<BV>(first, tf1, second, tf2), double(distance),
-               [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, false, result); });
+  collectPairs(PairOfMeshes<S>(first, tf1, second, tf2), double(distance),
+               [&](const WithinInput<S>& input) { return FeatureSink<S>(input, false, result); });
   return result.size();
 }
 
-template <typename BV>
-std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>& model, typename BV::S distance,
-                               FeaturePairs& result) {
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
   requireDistance(distance);
-  requireQueryable(model);
-  collectOwnPairs(
-      model, double(distance), NeighbourFilter::None,
-      [&](const WithinInput<BV>& input) { return FeatureSink<BV>(input, true, result); });
+  collectOwnPairs(mesh, double(distance), NeighbourFilter::None,
+                  [&](const WithinInput<S>& input) { return FeatureSink<S>(input, true, result); });
   return result.size();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                            \
-  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,  \
-                                   const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&,  \
-                                   const ProximityRequest<BV::S>&, TrianglePairs<BV::S>&);      \
-  template std::size_t pairsWithin(const AdaptiveBVHModel<BV>&, const ProximityRequest<BV::S>&, \
-                                   TrianglePairs<BV::S>&, NeighbourFilter);                     \
-  template std::size_t featurePairsWithin(                                                      \
-      const AdaptiveBVHModel<BV>&, const fcl::Transform3<BV::S>&, const AdaptiveBVHModel<BV>&,  \
-      const fcl::Transform3<BV::S>&, BV::S, FeaturePairs&);                                     \
-  template std::size_t featurePairsWithin(const AdaptiveBVHModel<BV>&, BV::S, FeaturePairs&);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template std::size_t pairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
+                                   const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
+                                   const ProximityRequest<S>&, TrianglePairs<S>&);                \
+  template std::size_t pairsWithin(const DeformableMesh<S>&, const ProximityRequest<S>&,          \
+                                   TrianglePairs<S>&, NeighbourFilter);                           \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                          FeaturePairs&);                                         \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

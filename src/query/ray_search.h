@@ -3,22 +3,20 @@
 #include <cmath>
 #include <limits>
 
+#include "boxes/wide_tree.h"
 #include "geometry/ray_triangle.h"
 #include "query/open_nodes.h"
 #include "query/placed_mesh.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
-/// The triangles that a ray meets, by the four-wide tree of a model. Boxes are tested in single
+/// The triangles that a ray meets, by the four-wide tree of a mesh. Boxes are tested in single
 /// precision, from where the ray enters the body on; triangles exactly: docs/bounds.md, 16.
-template <typename BV>
+template <typename S>
 class RaySearch {
  public:
-  using S = typename BV::S;
-
-  RaySearch(const fcl::BVHModel<BV>& model, const WideTree<S>& tree)
-      : model_(model), tree_(tree), open_(tree.depth()) {}
+  explicit RaySearch(const MeshState<S>& mesh)
+      : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
 
   /// Calls found(triangle, hit) for each hit, in any order; it returns the t up to which further
   /// ones are of interest.
@@ -109,18 +107,18 @@ class RaySearch {
   }
   template <typename Found>
   void testTriangle(unsigned place, const RayTriangle& test, Found&& found) {
-    const Int4& v = tree_.vertices(place);
+    const Int4& v = tree_.corners(place);
+    const auto point = [&](int k) -> fcl::Vector3d {
+      return mesh_.vertices[static_cast<std::size_t>(v[k])].template cast<double>();
+    };
     RayTriangle::Hit hit;
-    if (test.meets(model_.vertices[v[0]].template cast<double>(),
-                   model_.vertices[v[1]].template cast<double>(),
-                   model_.vertices[v[2]].template cast<double>(), hit))
-      setEnd(found(tree_.triangle(place), hit));
+    if (test.meets(point(0), point(1), point(2), hit)) setEnd(found(tree_.triangle(place), hit));
   }
 
   static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24), kFar = 1e30;
 
-  const fcl::BVHModel<BV>& model_;
-  const WideTree<S>& tree_;
+  const MeshState<S>& mesh_;
+  const WideTree& tree_;
   OpenNodes open_;
   Float4 inverse_[3], enter_[3], leave_[3];
   bool is_backward_[3] = {}, has_boxes_ = true;

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "boxes/wide_tree.h"
 #include "geometry/frame_change.h"
-#include "geometry/triangle_contact.h"
-#include "geometry/triangle_pairs.h"
-#include "tree/wide_tree.h"
+#include "geometry/rigid.h"
 
 namespace adaptive_bvh {
 
@@ -16,18 +15,17 @@ constexpr double kLongest = 12;
 
 /// The second tree of a pair as the first one sees it, where both are the same, or have the same
 /// coordinates.
-template <typename S>
 class SameFrame {
  public:
   static constexpr bool kIsIdentity = true;
 
   SameFrame() = default;
-  /// `apart`: what the coordinates, and FCL's placement of the second, may be off.
+  /// `apart`: what the coordinates, and the placement of the second, may be off.
   explicit SameFrame(double apart) : apart_(static_cast<float>(apart)) {}
 
-  float error() const { return WideTree<S>::kPositionError + apart_; }
+  float error() const { return WideTree::kPositionError + apart_; }
   /// Of a position and its residual together.
-  float preciseError() const { return 2 * WideTree<S>::kResidualError + apart_; }
+  float preciseError() const { return 2 * WideTree::kResidualError + apart_; }
   static double longest() { return kLongest; }
   const Boxes4& operator()(const Boxes4& boxes) const { return boxes; }
   const Vector4x3& operator()(const Vector4x3& points) const { return points; }
@@ -38,63 +36,66 @@ class SameFrame {
 
 /// Takes what is in the second tree's coordinates to the first's: y = M y2 + t. A box becomes the
 /// box around it, larger by what the two trees and this computation may be off.
-template <typename S>
 class RelativeFrame {
  public:
   static constexpr bool kIsIdentity = false;
-  /// R and T place the second model in the first's coordinates, in FCL's own rounding.
-  RelativeFrame(const WideTree<S>& first, const WideTree<S>& second, const fcl::Matrix3<S>& R,
-                const fcl::Vector3<S>& T) {
-    const fcl::Matrix3d& turn = R.template cast<double>();
-    const fcl::Vector3d& moved = T.template cast<double>();
-    const double ratio = first.scale() / second.scale();
-    const fcl::Matrix3d m =
-        first.toBody() * turn * second.toBody().transpose() / (second.scale() * second.scale());
-    const fcl::Vector3d t = first.toBody() * (turn * second.origin() + moved - first.origin());
-    // Coordinates in either tree are below 2. FCL computes R x + T in its own numbers.
-    in_model_ = 4 * first.scale() *
-                (3 * (second.origin().template lpNorm<1>() + 6 / second.scale()) +
-                 moved.template lpNorm<1>() + first.origin().template lpNorm<1>()) *
-                static_cast<double>(std::numeric_limits<S>::epsilon());
-    error_ = kUnit * (6 * 4 * ratio + 4 * t.template lpNorm<1>()) +
-             (1 + 2 * ratio) * static_cast<double>(WideTree<S>::kPositionError) + in_model_;
+  /// `to_first`: takes the second mesh to the first's frame.
+  RelativeFrame(const WideTree& first, const WideTree& second, const RelativePlacement& to_first)
+      : RelativeFrame(first.coordinates(), second.coordinates(), to_first) {}
+  RelativeFrame(const BodyCoordinates& first, const BodyCoordinates& second,
+                const RelativePlacement& to_first) {
+    const double ratio = first.scale / second.scale;
+    m_ = first.to_body * to_first.R * second.to_body.transpose() / (second.scale * second.scale);
+    t_ = first.to_body * (to_first.R * second.origin + to_first.T - first.origin);
+    // Coordinates in either tree are below 2.
+    in_double_ = 4 * first.scale *
+                 (3 * (second.origin.template lpNorm<1>() + 6 / second.scale) +
+                  to_first.T.template lpNorm<1>() + first.origin.template lpNorm<1>()) *
+                 std::numeric_limits<double>::epsilon();
+    const double t_sum = t_.template lpNorm<1>();
+    error_ = kUnit * (6 * 4 * ratio + 4 * t_sum) +
+             (1 + 2 * ratio) * static_cast<double>(WideTree::kPositionError) + in_double_;
     longest_ = std::max(1., ratio);
     // Sums of three coordinates are below 6.
-    apart_ =
-        2 * (6 * (m - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() + t.cwiseAbs().maxCoeff()) +
-        in_model_;
+    apart_ = 2 * (6 * (m_ - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() +
+                  t_.cwiseAbs().maxCoeff()) +
+             in_double_;
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
-    change_ = FrameChange(m, t, 2 * error_ + 16 * kUnit * (4 * ratio + t.template lpNorm<1>()));
+    is_in_range_ = ratio > kLeast && ratio < kMost && t_sum < kMost;
+    change_ = FrameChange(m_, t_, 2 * error_ + 16 * kUnit * (4 * ratio + t_sum));
   }
 
-  /// Whether single precision can express both; else FCL's traversal is to answer.
+  /// Whether single precision can express both.
   bool isPrecise() const { return is_precise_; }
+  /// Whether squared gaps of boxes are within the range of single precision, and boxes of nothing
+  /// stay far from all others.
+  bool isInRange() const { return is_in_range_; }
   /// Whether both trees have the same coordinates, but for what their boxes have to spare.
   bool isSame() const { return apart_ <= kUnit; }
-  SameFrame<S> same() const { return SameFrame<S>(apart_); }
+  SameFrame same() const { return SameFrame(apart_); }
   /// Of a component of a point of either, in the first's body units.
   float error() const { return static_cast<float>(error_); }
-  /// Of a component of R x + T, in the model's own numbers.
-  float preciseError() const { return static_cast<float>(in_model_); }
+  /// The same of what is computed in double precision from the positions.
+  float preciseError() const { return static_cast<float>(in_double_); }
   /// At least the largest difference of triangles side by side, in the first's body units.
   double longest() const { return kLongest * longest_; }
-  /// As FCL places the points.
-  ADAPTIVE_BVH_INLINE static void place(const fcl::Matrix3<S>& R, const fcl::Vector3<S>& T,
-                                        TrianglePoints<S>& points) {
-    for (fcl::Vector3<S>& x : points) x = R * x + T;
-  }
 
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const { return change_(boxes); }
   ADAPTIVE_BVH_INLINE Vector4x3 operator()(const Vector4x3& points) const {
     return change_(points);
   }
+  const fcl::Matrix3d& m() const { return m_; }
+  const fcl::Vector3d& t() const { return t_; }
 
  private:
   static constexpr double kUnit = 1. / (1 << 24);
+  static constexpr double kLeast = 1e-10, kMost = 1e15;
 
   FrameChange change_;
-  double error_, in_model_, longest_, apart_;
-  bool is_precise_;
+  fcl::Matrix3d m_;
+  fcl::Vector3d t_;
+  double error_, in_double_, longest_, apart_;
+  bool is_precise_, is_in_range_;
 };
 
 }  // namespace adaptive_bvh

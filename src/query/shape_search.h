@@ -4,19 +4,22 @@
 #include <cmath>
 #include <limits>
 
+#include <fcl/geometry/shape/box.h>
+
 #include "geometry/frame_change.h"
 #include "query/open_nodes.h"
 #include "query/placed_mesh.h"
 #include "query/shape_core.h"
+#include "query/shape_triangles.h"
 
 namespace adaptive_bvh {
 
 /// A shape as the boxes of a four-wide tree see it: how far they are at least, in the shape's axes
 /// and in their own. docs/bounds.md, 13.
-template <typename S>
 class ShapeInTree {
  public:
-  ShapeInTree(const ShapeCore& core, const fcl::Transform3<S>& shape_tf, const WideTree<S>& tree,
+  template <typename S>
+  ShapeInTree(const ShapeCore& core, const fcl::Transform3<S>& shape_tf, const WideTree& tree,
               const fcl::Transform3<S>& mesh_tf) {
     const auto turnOf = [](const auto& tf) -> fcl::Matrix3d {
       return tf.linear().template cast<double>();
@@ -92,68 +95,83 @@ class ShapeInTree {
   bool is_precise_;
 };
 
-/// A query of a mesh with boxes and a shape, by the mesh's four-wide tree.
-template <typename BV>
-class ShapeSearch {
+/// A mesh and a shape in their places, by the mesh's four-wide tree. Where single precision cannot
+/// express how the two lie, every triangle is tested.
+template <typename S>
+class MeshShapeSearch {
  public:
-  using S = typename BV::S;
+  MeshShapeSearch(const PlacedMesh<S>& mesh, const TriangleShape& shape, const ShapeCore& core,
+                  const fcl::Transform3<S>& shape_tf)
+      : triangles({mesh.geometry, mesh.mesh.view(), mesh.tf}, mesh.mesh.numTriangles(), shape,
+                  shape_tf),
+        mesh_(mesh),
+        in_tree_(core, shape_tf, mesh.tree(), mesh.tf) {}
 
-  ShapeSearch(const PlacedMesh<BV>& mesh, const ShapeCore& core, const fcl::Transform3<S>& shape_tf)
-      : tree_(wideTreeOf(mesh)),
-        shape_(core, shape_tf, tree_, mesh.tf),
-        visits_(mesh.visits()),
-        open_(tree_.depth()) {}
+  const ShapeTriangles<S> triangles;
 
-  /// False where single precision will not do.
-  bool isPossible() const { return shape_.isPrecise(); }
-
-  /// Calls test(triangle) for those whose boxes touch the shape, in the order of FCL's leaves,
-  /// until it returns true.
+  /// Calls test(triangle) for those whose boxes touch the shape, in the order of the leaves, until
+  /// it returns true.
   template <typename Test>
-  void touching(const Test& test) {
-    const float limit = shape_.squaredLimit(0);
+  void touching(const Test& test) const {
+    if (!in_tree_.isPrecise()) return testAll(test);
+    const WideTree& tree = mesh_.tree();
+    const float limit = in_tree_.squaredLimit(0);
     const Float4 in_order{0, 1, 2, 3};
-    open_.start();
-    while (!open_.isEmpty()) {
-      const WideNode& at = tree_.nodes()[open_.pop().number];
-      unsigned lanes = lanesWithin(at, squaredGaps(at), limit);
-      if (!at.isLeaf()) open_.push(at, lanes, in_order);
+    OpenNodes open(tree.depth());
+    open.start();
+    while (!open.isEmpty()) {
+      const WideNode& at = tree.nodes()[open.pop().number];
+      unsigned lanes = lanesWithin(at, in_tree_.squaredGaps(at.boxes), limit);
+      if (!at.isLeaf()) open.push(at, lanes, in_order);
       for (; at.isLeaf() && lanes; lanes &= lanes - 1)
         if (test(triangleOf(at, __builtin_ctz(lanes)))) return;
     }
   }
 
-  /// Calls test(triangle) for those whose boxes may be nearer to the shape than limit(), the
-  /// nearest boxes first, until it returns true.
-  template <typename Limit, typename Test>
-  void nearest(const Limit& limitOf, const Test& test) {
-    float limit = shape_.squaredLimit(limitOf());
-    open_.start();
-    while (!open_.isEmpty()) {
-      const OpenNodes::Node next = open_.pop();
+  /// Calls test(triangle) for those whose boxes may be nearer to the shape than query.result, the
+  /// nearest boxes first, until it returns true. The test updates that result.
+  template <typename Test>
+  void nearest(const DistanceQuery<S>& query, const Test& test) const {
+    if (!in_tree_.isPrecise()) return testAll(test);
+    // As FCL prunes.
+    const auto squaredLimit = [&]() -> float {
+      const S found = query.result.min_distance;
+      return in_tree_.squaredLimit(static_cast<double>(
+          std::max(found - query.request.abs_err, found / (1 + query.request.rel_err))));
+    };
+    const WideTree& tree = mesh_.tree();
+    float limit = squaredLimit();
+    OpenNodes open(tree.depth());
+    open.start();
+    while (!open.isEmpty()) {
+      const OpenNodes::Node next = open.pop();
       if (next.key > limit) continue;
-      const WideNode& at = tree_.nodes()[next.number];
-      Float4 gaps = squaredGaps(at);
+      const WideNode& at = tree.nodes()[next.number];
+      const Float4 gaps = in_tree_.squaredGaps(at.boxes);
       unsigned lanes = lanesWithin(at, gaps, limit);
-      if (!at.isLeaf()) open_.push(at, lanes, gaps);
+      if (!at.isLeaf()) open.push(at, lanes, gaps);
       for (; at.isLeaf() && lanes; lanes &= lanesWithin(at, gaps, limit)) {
         const int lane = leastLane(gaps, lanes);
         lanes &= ~(1u << lane);
         if (test(triangleOf(at, lane))) return;
-        limit = shape_.squaredLimit(limitOf());
+        limit = squaredLimit();
       }
     }
   }
 
-  long boxTests() const { return box_tests_; }
+  /// Of the whole mesh, for FCL's approximate cost.
+  void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
+    const fcl::AABB<S>& local = mesh_.geometry->aabb_local;
+    box = fcl::Box<S>(fcl::Vector3<S>(local.max_ - local.min_));
+    box_tf = mesh_.tf;
+    box_tf.translation() = mesh_.tf * local.center();
+  }
 
  private:
-  Float4 squaredGaps(const WideNode& node) {
-    box_tests_ += node.count;
-    if (visits_)
-      for (const std::int32_t binary : node.binary)
-        if (binary >= 0) visits_->recordVisit(binary);
-    return shape_.squaredGaps(node.boxes);
+  template <typename Test>
+  void testAll(const Test& test) const {
+    for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
+      if (test(i)) return;
   }
   static unsigned lanesWithin(const WideNode& node, const Float4& gaps, float limit) {
     return float4::bits(gaps <= float4::all(limit)) & ((1u << node.count) - 1);
@@ -165,15 +183,11 @@ class ShapeSearch {
     return least;
   }
   int triangleOf(const WideNode& leaf, int lane) const {
-    if (visits_) visits_->recordVisit(leaf.below[lane]);
-    return tree_.triangle(static_cast<unsigned>(leaf.first + lane));
+    return mesh_.tree().triangle(static_cast<unsigned>(leaf.first + lane));
   }
 
-  const WideTree<S>& tree_;
-  const ShapeInTree<S> shape_;
-  TraversalStatistics* const visits_;
-  OpenNodes open_;
-  long box_tests_ = 0;
+  const PlacedMesh<S>& mesh_;
+  const ShapeInTree in_tree_;
 };
 
 }  // namespace adaptive_bvh

@@ -9,38 +9,30 @@
 
 namespace adaptive_bvh {
 
-/// Which leaf of a tree holds a triangle, in the order of the leaves.
-class LeavesOfTriangles {
+/// At which place in the order of the leaves each triangle of a mesh is.
+class PlacesOfTriangles {
  public:
-  template <typename BV>
-  bool isCurrent(const PlacedMesh<BV>& mesh) const {
-    return topology_ == mesh.tree->topology_number;
+  template <typename S>
+  void adopt(const MeshState<S>& mesh) {
+    if (topology_ == mesh.topology) return;
+    topology_ = mesh.topology;
+    places_.resize(topology_->triangles.size());
+    for (unsigned place = 0; place < places_.size(); ++place)
+      places_[static_cast<std::size_t>(mesh.tree.triangle(place))] = place;
   }
-  template <typename BV>
-  void adopt(const PlacedMesh<BV>& mesh) {
-    if (isCurrent(mesh)) return;
-    topology_ = mesh.tree->topology_number;
-    leaves_.resize(static_cast<std::size_t>(mesh.model->num_tris));
-    const auto& tree = mesh.tree->wide.topology(*mesh.model, *mesh.tree);
-    for (unsigned leaf = 0; leaf < leaves_.size(); ++leaf)
-      leaves_[static_cast<std::size_t>(tree.triangle(leaf))] = leaf;
-  }
-  /// Of triangle 0 where there is no such.
-  unsigned leaf(unsigned triangle) const {
-    return leaves_[triangle < leaves_.size() ? triangle : 0];
-  }
+  unsigned operator[](unsigned triangle) const { return places_[triangle]; }
 
  private:
-  std::uint64_t topology_ = 0;
-  std::vector<unsigned> leaves_;
+  std::shared_ptr<const MeshTopology> topology_;
+  std::vector<unsigned> places_;
 };
 
 /// The triangles around a pair of leaves, some before and behind each in the order of the tree:
 /// when two bodies stay in touch, where they touch moves on, but rarely far.
-template <typename BV>
+template <typename S>
 class Surroundings {
  public:
-  Surroundings(const PairOfMeshes<BV>& meshes, const LeafPair& around)
+  Surroundings(const PairOfMeshes<S>& meshes, const LeafPair& around)
       : first_(meshes.first, around.first), second_(meshes.second, around.second) {
     for (auto& t : second_.triangles)
       for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
@@ -70,18 +62,13 @@ class Surroundings {
       fcl::AABBd box;
     };
 
-    Side(const PlacedMesh<BV>& mesh, unsigned around) {
+    Side(const PlacedMesh<S>& mesh, unsigned around) {
       constexpr unsigned kBeside = 64;
-      const VertexSlots& slots = mesh.tree->topology.slots;
-      const unsigned size = static_cast<unsigned>(slots.leaves());
+      const auto size = static_cast<unsigned>(mesh.mesh.numTriangles());
       const unsigned end = std::min(around + kBeside, size);
       triangles.reserve(2 * kBeside);
       for (unsigned i = around > kBeside ? around - kBeside : 0; i < end; ++i) {
-        Triangle t{i, {}, {}};
-        const VertexIndices v = slots.verticesOf(i);
-        for (std::size_t k = 0; k < 3; ++k)
-          t.corners[k] = mesh.model->vertices[v[k]].template cast<double>();
-        triangles.push_back(t);
+        triangles.push_back({i, mesh.pointsAt(i), {}});
       }
     }
     void bound() {

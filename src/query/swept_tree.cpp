@@ -138,16 +138,15 @@ void SweptTree::refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf&
 }
 
 void SweptTree::refitNodes(const MovingMesh& mesh) {
-  auto leaf = static_cast<std::int32_t>(mesh.features->leaves().size());
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     WideNode& node = nodes_[i];
     const WideNode& links = mesh.nodes[i];
     std::copy(links.below, links.below + 4, node.below);
     node.first = links.first;
     node.count = links.count;
+    node.leaf = links.leaf;
     if (node.isLeaf()) {
       refitLeaf(node, *mesh.slots, boxes_.data());
-      node.binary[0] = --leaf;
       refitFeatures(mesh, SweptTree::leaf(mesh, node));
     } else {
       refitInner(node, nodes_.data());

@@ -50,7 +50,7 @@ class SweptTree {
   const Boxes4& edgeBoxes(unsigned group) const { return edge_boxes_[group]; }
   /// Of a node that is a leaf.
   static const FeatureLeaves::Leaf& leaf(const MovingMesh& mesh, const WideNode& node) {
-    return mesh.features->leaves()[static_cast<std::size_t>(node.binary[0])];
+    return mesh.features->leaves()[static_cast<std::size_t>(node.leaf)];
   }
 
   /// Its positions at the begin and the end of the interval, by slot.
@@ -66,8 +66,8 @@ class SweptTree {
 
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
 
-  std::vector<WideNode> nodes_;  ///< `binary[0]` of a leaf: its number among the leaves
-  std::vector<Box> boxes_;       ///< what a vertex sweeps, by slot
+  std::vector<WideNode> nodes_;
+  std::vector<Box> boxes_;  ///< what a vertex sweeps, by slot
   std::vector<Boxes4> vertex_boxes_, edge_boxes_;
   std::vector<Float4> begins_, ends_;
   Float4 margin_;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "query/placed_mesh.h"
@@ -8,8 +7,8 @@
 
 namespace adaptive_bvh {
 
-/// What one thread does of a query for pairs of triangles: a walk over boxes, the tests of what it
-/// finds, and a record of both. `kIsSelf`: both meshes are the same, each pair is found once.
+/// What one thread does of a query for pairs of triangles: a walk over boxes, and the tests of what
+/// it finds. `kIsSelf`: both meshes are the same, each pair is found once.
 ///
 ///   Tests                        a visitor of WideSearch, made of (input, frame, output)
 ///   Tests::Input                 the meshes, first and second, and their trees, tree1 and tree2
@@ -17,23 +16,18 @@ namespace adaptive_bvh {
 ///                                by Tests::boxFrame(input, frame)
 ///   tests.clear()                forgets the results of another query
 ///   tests.begin(), finish()      before and after a walk
-///   tests.candidates(), leafTests()   for the record
-template <bool kIsSelf, typename BV, typename Tests>
+template <bool kIsSelf, typename Tests>
 class TriangleSearch {
  public:
   using Input = typename Tests::Input;
-  using Memory = VisitedNodes::Memory[2];
 
   /// `output` takes what is found.
   template <typename Frame, typename Output>
-  TriangleSearch(const Input& input, const Frame& frame, Output& output, Memory& memory)
+  TriangleSearch(const Input& input, const Frame& frame, Output& output)
       : input_(input),
         box_frame_(Tests::boxFrame(input, frame)),
-        visited1_(memory[0], input.tree1.size(), input.first.visits()),
-        visited2_(memory[1], kIsSelf ? 0 : input.tree2.size(), input.second.visits()),
         tests_(input, frame, output),
-        walk_(input.tree1.nodes(), input.tree2.nodes(), box_frame_, tests_, visited1_,
-              kIsSelf ? visited1_ : visited2_) {}
+        walk_(input.tree1.nodes(), input.tree2.nodes(), box_frame_, tests_) {}
   TriangleSearch(const TriangleSearch&) = delete;
   TriangleSearch& operator=(const TriangleSearch&) = delete;
 
@@ -49,34 +43,13 @@ class TriangleSearch {
     walk_.split(pairs, enough, pool);
   }
 
-  long boxTests() const { return walk_.boxTests() + box_tests_; }
-
-  /// Takes over the record of another search of this query.
-  void add(const TriangleSearch& other) {
-    visited1_.add(other.visited1_);
-    visited2_.add(other.visited2_);
-    box_tests_ += other.walk_.boxTests();
-    candidates_ += other.tests_.candidates();
-    leaf_tests_ += other.tests_.leafTests();
-  }
-  /// In both models.
-  void record(const TaskPool& pool) const {
-    visited1_.record(input_.tree1.nodes(), pool);
-    visited2_.record(input_.tree2.nodes(), pool);
-    QueryWork work;
-    work.box_tests = boxTests();
-    work.candidates = tests_.candidates() + candidates_;
-    work.leaf_tests = tests_.leafTests() + leaf_tests_;
-    statisticsOf(input_.first, input_.second).recordQuery(work);
-  }
+  long boxTests() const { return walk_.boxTests(); }
 
  private:
   const Input& input_;
   const typename Tests::BoxFrame box_frame_;
-  VisitedNodes visited1_, visited2_;
   Tests tests_;
   WideSearch<typename Tests::BoxFrame, kIsSelf, Tests> walk_;
-  long box_tests_ = 0, candidates_ = 0, leaf_tests_ = 0;  ///< of other searches
 };
 
 }  // namespace adaptive_bvh

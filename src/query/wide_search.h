@@ -4,11 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "boxes/wide_tree.h"
 #include "geometry/scratch.h"
-#include "query/relative_frame.h"
-#include "query/visited_nodes.h"
 #include "threads/task_pool.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh {
 
@@ -62,14 +60,8 @@ struct NodePairs {
 template <typename Frame, bool kIsSelf, typename Visitor>
 class WideSearch {
  public:
-  WideSearch(const WideNode* first, const WideNode* second, const Frame& frame, Visitor& visitor,
-             VisitedNodes& visited_first, VisitedNodes& visited_second)
-      : first_(first),
-        second_(second),
-        frame_(frame),
-        visitor_(visitor),
-        visited_first_(visited_first),
-        visited_second_(visited_second) {}
+  WideSearch(const WideNode* first, const WideNode* second, const Frame& frame, Visitor& visitor)
+      : first_(first), second_(second), frame_(frame), visitor_(visitor) {}
 
   /// `depth`: of both trees, added.
   void run(const NodePairs& from, int depth) {
@@ -145,8 +137,6 @@ class WideSearch {
     const WideNode &a = first_[pair.first], &b = second_[pair.second];
     const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
     box_tests_ += a.count * b.count;
-    if (visited_first_.isOn()) visited_first_.add(pair.first, anyOfFirst(bits));
-    if (visited_second_.isOn()) visited_second_.add(pair.second, anyOfSecond(bits));
     if (!bits) return;
     if (a.isLeaf() && b.isLeaf())
       visitor_.foundLeaves(a, b, bits);
@@ -169,15 +159,11 @@ class WideSearch {
   /// A node of one tree against itself: every pair below once; none where it is flat.
   void testNode(int number, bool is_flat) {
     const WideNode& node = first_[number];
-    if (is_flat) return visited_first_.add(number, 0);
+    if (is_flat) return;
     constexpr unsigned kUpper = 0x7310;  // i < j
     const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
     box_tests_ += node.count * (node.count - 1) / 2;
-    if (node.isLeaf()) {
-      visited_first_.add(number, anyOfFirst(bits) | anyOfSecond(bits));
-      return visitor_.foundLeaf(node, bits);
-    }
-    visited_first_.add(number, 0);
+    if (node.isLeaf()) return visitor_.foundLeaf(node, bits);
     forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
     for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
   }
@@ -223,7 +209,6 @@ class WideSearch {
   const WideNode *const first_, *const second_;
   const Frame& frame_;
   Visitor& visitor_;
-  VisitedNodes &visited_first_, &visited_second_;
   NodePair* top_ = nullptr;
   int turned_node_ = -1;
   Boxes4 turned_;

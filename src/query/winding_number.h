@@ -9,11 +9,10 @@ namespace adaptive_bvh {
 /// How often a closed surface winds around a point, by what a ray from there meets: 1 more for each
 /// triangle that is left through its front, 1 less for each entered. A ray that meets a side or a
 /// corner says nothing; then another one is tried. Where many say nothing, solid angles are summed.
-template <typename BV>
+template <typename S>
 class WindingNumber {
  public:
-  WindingNumber(const fcl::BVHModel<BV>& model, const WideTree<typename BV::S>& tree)
-      : model_(model), rays_(model, tree) {}
+  explicit WindingNumber(const MeshState<S>& mesh) : mesh_(mesh), rays_(mesh) {}
 
   int of(const fcl::Vector3d& x) {
     constexpr int kTries = 16;
@@ -45,12 +44,12 @@ class WindingNumber {
   int bySolidAngles(const fcl::Vector3d& x) const {
     using Point = Eigen::Matrix<long double, 3, 1>;
     long double sum = 0;
-    for (int i = 0; i < model_.num_tris; ++i) {
+    for (int i = 0; i < mesh_.numTriangles(); ++i) {
+      const VertexIndices v = mesh_.view().verticesOf(static_cast<unsigned>(i));
       Point p[3];
       long double length[3];
-      for (int k = 0; k < 3; ++k) {
-        p[k] = model_.vertices[model_.tri_indices[i][k]].template cast<long double>() -
-               x.template cast<long double>();
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = mesh_.vertices[v[k]].template cast<long double>() - x.template cast<long double>();
         length[k] = p[k].norm();
       }
       sum += std::atan2(p[0].dot(p[1].cross(p[2])),
@@ -60,8 +59,8 @@ class WindingNumber {
     return static_cast<int>(std::lround(sum / (2 * std::acos(-1.L))));
   }
 
-  const fcl::BVHModel<BV>& model_;
-  RaySearch<BV> rays_;
+  const MeshState<S>& mesh_;
+  RaySearch<S> rays_;
 };
 
 }  // namespace adaptive_bvh

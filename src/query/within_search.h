@@ -9,25 +9,21 @@
 namespace adaptive_bvh {
 
 /// Its output is a sink, which takes the near pairs.
-template <bool kIsSelf, typename BV, typename Frame, typename Sink>
-using WithinSearch = TriangleSearch<kIsSelf, BV, WithinTests<BV, Frame, Sink>>;
+template <bool kIsSelf, typename S, typename Frame, typename Sink>
+using WithinSearch = TriangleSearch<kIsSelf, WithinTests<S, Frame, Sink>>;
 
 /// One thread's worker of a query for near pairs (SearchTasks), with a result of its own.
-template <bool kIsSelf, typename BV, typename Frame, typename Sink>
+template <bool kIsSelf, typename S, typename Frame, typename Sink>
 class WithinWorker {
  public:
-  using Search = WithinSearch<kIsSelf, BV, Frame, Sink>;
+  using Search = WithinSearch<kIsSelf, S, Frame, Sink>;
   using Mark = typename Sink::Mark;
-  /// That is kept from query to query.
-  struct Memory {
-    typename Search::Memory of_search;
-    typename Sink::Result result;
-  };
+  using Memory = typename Sink::Result;  ///< that is kept from query to query
 
   /// `sink`: of the query.
-  WithinWorker(const WithinInput<BV>& input, const Frame& frame, const Sink& sink, Memory& memory)
-      : sink_(sink.another(memory.result)), search_(input, frame, sink_, memory.of_search) {
-    memory.result.clear();
+  WithinWorker(const WithinInput<S>& input, const Frame& frame, const Sink& sink, Memory& memory)
+      : sink_(sink.another(memory)), search_(input, frame, sink_) {
+    memory.clear();
   }
 
   Mark mark() const { return sink_.mark(); }

@@ -7,7 +7,7 @@
 #include "geometry/triangle_distances4.h"
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
-#include "query/relative_frame.h"
+#include "query/tree_pair.h"
 
 namespace adaptive_bvh {
 
@@ -39,33 +39,31 @@ class GrownFrame {
   const Float4 by_;
 };
 
-/// What WithinTests is given of a query. Models, trees and placement are those of CandidateInput.
-template <typename BV>
+/// What WithinTests is given of a query.
+template <typename S>
 struct WithinInput {
-  using S = typename BV::S;
-  const PlacedMesh<BV>&first, &second;
-  const WideTree<S>&tree1, &tree2;
-  const RelativePlacement to_first;  ///< takes the second model to the first's coordinates
+  WithinInput(const PlacedMesh<S>& placed1, const PlacedMesh<S>& placed2, const TreePair<S>& trees,
+              double largest_distance, NeighbourFilter neighbours = NeighbourFilter::None)
+      : first(placed1),
+        second(placed2),
+        tree1(trees.first()),
+        tree2(trees.second()),
+        to_first(trees.toFirst()),
+        filter(neighbours),
+        distance(largest_distance) {}
+
+  const PlacedMesh<S>&first, &second;
+  const WideTree &tree1, &tree2;
+  const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
   NeighbourFilter filter;
   double distance;
 
-  /// In the first model's coordinates.
-  TrianglePoints<double> pointsOfFirst(unsigned triangle) const {
-    return points(*first.model, tree1, triangle);
-  }
-  TrianglePoints<double> pointsOfSecond(unsigned triangle) const {
-    TrianglePoints<double> q = points(*second.model, tree2, triangle);
+  /// In the first mesh's frame.
+  TrianglePoints<double> pointsOfFirst(unsigned place) const { return first.pointsAt(place); }
+  TrianglePoints<double> pointsOfSecond(unsigned place) const {
+    TrianglePoints<double> q = second.pointsAt(place);
     for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
-  }
-
- private:
-  static TrianglePoints<double> points(const fcl::BVHModel<BV>& model, const WideTree<S>& tree,
-                                       unsigned triangle) {
-    const Int4 v = tree.vertices(triangle);
-    return {model.vertices[v[0]].template cast<double>(),
-            model.vertices[v[1]].template cast<double>(),
-            model.vertices[v[2]].template cast<double>()};
   }
 };
 
@@ -80,27 +78,25 @@ struct WithinInput {
 ///   sink.isDone()         whether that is enough
 ///   Sink::kFewAreNear     whether most pairs are expected to be farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
-template <typename BV, typename Frame, typename Sink>
+template <typename S, typename Frame, typename Sink>
 class WithinTests {
  public:
-  using S = typename BV::S;
-  using Input = WithinInput<BV>;
+  using Input = WithinInput<S>;
   using BoxFrame = GrownFrame<Frame>;
 
   static BoxFrame boxFrame(const Input& input, const Frame& frame) {
     return {frame, input.distance * input.tree1.scale()};
   }
 
-  WithinTests(const WithinInput<BV>& input, const Frame& frame, Sink& sink)
+  WithinTests(const WithinInput<S>& input, const Frame& frame, Sink& sink)
       : in_(input),
         frame_(frame),
         sink_(sink),
         limit_(
             static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))),
-        errors_(pairErrors<S>(frame, input.tree1.scale(), limit_ * kUp)) {}
+        errors_(pairErrors(frame, input.tree1.scale(), limit_ * kUp)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    candidates_ += packs::countOf16(pairs);
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > Sink::kBatch - 16) testAll();
@@ -116,9 +112,6 @@ class WithinTests {
   void begin() {}
   /// What was found and not yet tested.
   void finish() { testAll(); }
-
-  long candidates() const { return candidates_; }
-  long leafTests() const { return exact_tests_; }
 
   /// The exact test of one pair.
   TriangleGap gap(const LeafPair& pair) const {
@@ -136,13 +129,13 @@ class WithinTests {
     if (&leaf == first_leaf_) return;
     first_leaf_ = &leaf;
     Vector4x3 corners[3];
-    gatherLeaf(in_.first.tree->topology.slots, in_.tree1.positions(), leaf, corners);
+    gatherLeaf(in_.tree1.slots(), in_.tree1.positions(), leaf, corners);
     first_ = TriangleDistances4::Seen(corners);
   }
   ADAPTIVE_BVH_INLINE void readSecond(const WideNode& leaf) {
     if (&leaf == second_leaf_) return;
     second_leaf_ = &leaf;
-    gatherLeaf(in_.second.tree->topology.slots, in_.tree2.positions(), leaf, second_);
+    gatherLeaf(in_.tree2.slots(), in_.tree2.positions(), leaf, second_);
     for (Vector4x3& corner : second_) corner = frame_(corner);
   }
 
@@ -172,11 +165,11 @@ class WithinTests {
     if (!(pairs & (pairs - 1))) return pairs;
     if (&b != second_leaf_) {
       second_leaf_ = &b;
-      gatherLeaf(in_.second.tree->topology.slots, in_.tree2.positions(), b, second_);
+      gatherLeaf(in_.tree2.slots(), in_.tree2.positions(), b, second_);
       slab_ = LeafSlab(second_, limit_, frame_.error());
     }
     Vector4x3 corners[3];
-    gatherLeaf(in_.first.tree->topology.slots, in_.tree1.positions(), a, corners);
+    gatherLeaf(in_.tree1.slots(), in_.tree1.positions(), a, corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
   ADAPTIVE_BVH_INLINE void addPairs(const WideNode& a, const WideNode& b, unsigned pairs) {
@@ -235,7 +228,6 @@ class WithinTests {
     const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
                                  q = in_.pointsOfSecond(pair.second);
     if (kByAxes && areSurelyFarther(p, q, in_.distance)) return;
-    ++exact_tests_;
     const TriangleGap exact = gapOf(p, q);
     if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
   }
@@ -247,7 +239,7 @@ class WithinTests {
     return {TriangleDistances4::Seen(p), q, frame_.error()};
   }
 
-  const WithinInput<BV>& in_;
+  const WithinInput<S>& in_;
   const Frame& frame_;
   Sink& sink_;
   const float limit_;  ///< in the first tree's units
@@ -259,7 +251,6 @@ class WithinTests {
   LeafPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
-  long candidates_ = 0, exact_tests_ = 0;
 };
 
 }  // namespace adaptive_bvh

@@ -5,6 +5,13 @@
 namespace adaptive_bvh {
 namespace {
 
+std::vector<std::uint32_t> cornersOf(const fcl::Triangle* triangles, std::size_t count) {
+  std::vector<std::uint32_t> corners;
+  for (std::size_t t = 0; t < count; ++t)
+    for (int k = 0; k < 3; ++k) corners.push_back(static_cast<std::uint32_t>(triangles[t][k]));
+  return corners;
+}
+
 template <typename S>
 void setPlace(VolumeRecord& record, const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes,
               const fcl::Vector3d& low) {
@@ -57,7 +64,7 @@ class VolumeReader {
   VolumeReader(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
                const fcl::Vector3d& low, std::vector<VolumeRecord>& out)
       : model_(model), choice_(choice), low_(low), out_(out) {
-    // Also brings nodes up to date that wait, or that others changed.
+    // Also brings nodes up to date that were changed through a fcl::BVHModel reference.
     model_.getNodeType();
     if (choice_.refits) refitted_ = model_.refittedNodes();
   }
@@ -109,11 +116,7 @@ class ModelSource : public BodySource {
   int vertices() const override { return model_.num_vertices; }
   int triangleCount() const override { return model_.num_tris; }
   std::vector<std::uint32_t> triangles() const override {
-    std::vector<std::uint32_t> corners;
-    for (int t = 0; t < model_.num_tris; ++t)
-      for (int k = 0; k < 3; ++k)
-        corners.push_back(static_cast<std::uint32_t>(model_.tri_indices[t][k]));
-    return corners;
+    return cornersOf(model_.tri_indices, static_cast<std::size_t>(model_.num_tris));
   }
   VolumeKind volumeKind() const override {
     const bool swept = std::is_same<BV, fcl::RSS<typename BV::S>>::value;
@@ -126,35 +129,60 @@ class ModelSource : public BodySource {
                    std::vector<VolumeRecord>& out) const override {
     if (model_.getNumBVs() > 0) VolumeReader<BV>(model_, choice, low, out).read();
   }
-  const UpdateReport& lastUpdate() const override { return model_.lastUpdate(); }
+  UpdateReport lastUpdate() const override { return model_.lastUpdate(); }
 
  private:
   const AdaptiveBVHModel<BV>& model_;
 };
 
-class MeshSource : public BodySource {
+/// A body without volumes.
+class BareSource : public BodySource {
  public:
-  explicit MeshSource(const TriangleMesh<double>& mesh) : mesh_(mesh) {}
+  VolumeKind volumeKind() const override { return VolumeKind::None; }
+  void readVolumes(const VolumeChoice&, const fcl::Vector3d&,
+                   std::vector<VolumeRecord>&) const override {}
+};
+
+template <typename S>
+class DeformableSource : public BareSource {
+ public:
+  explicit DeformableSource(const DeformableMesh<S>& mesh) : mesh_(mesh) {}
+
+  int vertices() const override { return static_cast<int>(mesh_.vertices().size()); }
+  int triangleCount() const override { return static_cast<int>(mesh_.triangles().size()); }
+  std::vector<std::uint32_t> triangles() const override {
+    return cornersOf(mesh_.triangles().data(), mesh_.triangles().size());
+  }
+  PointBlock appendPositions(Blob& blob) const override {
+    return appendPoints(mesh_.vertices().data(), mesh_.vertices().size(), blob);
+  }
+  UpdateReport lastUpdate() const override {
+    UpdateReport report;
+    report.largest_displacement = mesh_.lastUpdate().largest_displacement;
+    report.displacement_seconds = mesh_.lastUpdate().seconds;
+    return report;
+  }
+
+ private:
+  const DeformableMesh<S>& mesh_;
+};
+
+class StillSource : public BareSource {
+ public:
+  explicit StillSource(const TriangleMesh<double>& mesh) : mesh_(mesh) {}
 
   int vertices() const override { return static_cast<int>(mesh_.vertices.size()); }
   int triangleCount() const override { return static_cast<int>(mesh_.triangles.size()); }
   std::vector<std::uint32_t> triangles() const override {
-    std::vector<std::uint32_t> corners;
-    for (const fcl::Triangle& triangle : mesh_.triangles)
-      for (int k = 0; k < 3; ++k) corners.push_back(static_cast<std::uint32_t>(triangle[k]));
-    return corners;
+    return cornersOf(mesh_.triangles.data(), mesh_.triangles.size());
   }
-  VolumeKind volumeKind() const override { return VolumeKind::None; }
   PointBlock appendPositions(Blob& blob) const override {
     return appendPoints(mesh_.vertices.data(), mesh_.vertices.size(), blob);
   }
-  void readVolumes(const VolumeChoice&, const fcl::Vector3d&,
-                   std::vector<VolumeRecord>&) const override {}
-  const UpdateReport& lastUpdate() const override { return never_; }
+  UpdateReport lastUpdate() const override { return UpdateReport(); }
 
  private:
   const TriangleMesh<double> mesh_;
-  const UpdateReport never_;
 };
 
 }  // namespace
@@ -164,13 +192,20 @@ std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<BV>& model) {
   return std::make_unique<ModelSource<BV>>(model);
 }
 
+template <typename S>
+std::unique_ptr<BodySource> sourceOf(const DeformableMesh<S>& mesh) {
+  return std::make_unique<DeformableSource<S>>(mesh);
+}
+
 std::unique_ptr<BodySource> sourceOf(const TriangleMesh<double>& mesh) {
-  return std::make_unique<MeshSource>(mesh);
+  return std::make_unique<StillSource>(mesh);
 }
 
 template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::RSS<float>>&);
 template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::RSS<double>>&);
 template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::OBBRSS<float>>&);
 template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::OBBRSS<double>>&);
+template std::unique_ptr<BodySource> sourceOf(const DeformableMesh<float>&);
+template std::unique_ptr<BodySource> sourceOf(const DeformableMesh<double>&);
 
 }  // namespace adaptive_bvh

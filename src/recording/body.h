@@ -4,6 +4,7 @@
 #include <string>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh.h"
 #include "blob.h"
 
@@ -47,12 +48,17 @@ class BodySource {
   /// Parents first, then the deeper refits.
   virtual void readVolumes(const VolumeChoice& choice, const fcl::Vector3d& low,
                            std::vector<VolumeRecord>& out) const = 0;
-  virtual const UpdateReport& lastUpdate() const = 0;
+  /// Of a DeformableMesh without nodes: only its displacement and how long it took.
+  virtual UpdateReport lastUpdate() const = 0;
 };
 
 /// Reads a model, which is kept by reference.
 template <typename BV>
 std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<BV>& model);
+
+/// Reads a mesh, which is kept by reference.
+template <typename S>
+std::unique_ptr<BodySource> sourceOf(const DeformableMesh<S>& mesh);
 
 /// A copy of the mesh.
 std::unique_ptr<BodySource> sourceOf(const TriangleMesh<double>& mesh);

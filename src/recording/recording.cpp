@@ -24,7 +24,7 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
-/// The model of this body still has the vertices and triangles that it was added with.
+/// The mesh or model of this body still has the vertices and triangles that it was added with.
 void checkCounts(const RecordedBody& body) {
   const int vertices = body.source->vertices(), triangles = body.source->triangleCount();
   if (vertices == body.vertices && triangles == body.triangles) return;
@@ -167,6 +167,12 @@ Recording::~Recording() = default;
 Recording::Recording(Recording&&) noexcept = default;
 Recording& Recording::operator=(Recording&&) noexcept = default;
 
+template <typename S>
+int Recording::add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                   const std::string& name) {
+  return state_->add(sourceOf(mesh), tf.template cast<double>(), name);
+}
+
 template <typename BV>
 int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
                    const std::string& name) {
@@ -236,6 +242,10 @@ template int Recording::add(const AdaptiveBVHModel<fcl::RSS<double>>&, const fcl
 template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<float>>&, const fcl::Transform3f&,
                             const std::string&);
 template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<double>>&, const fcl::Transform3d&,
+                            const std::string&);
+template int Recording::add(const DeformableMesh<float>&, const fcl::Transform3f&,
+                            const std::string&);
+template int Recording::add(const DeformableMesh<double>&, const fcl::Transform3d&,
                             const std::string&);
 
 }  // namespace adaptive_bvh

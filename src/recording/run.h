@@ -29,7 +29,7 @@ struct RecordedPose {
   const VolumeRecord* volumes = nullptr;            ///< in the Blob
   std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
   std::optional<ValueBlock> clearance;
-  bool updated = false;  ///< the model was updated since the frame before
+  bool updated = false;  ///< the body was updated since the frame before
   UpdateReport update;   ///< the last one
 };
 

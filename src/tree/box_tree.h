@@ -70,8 +70,8 @@ class BoxNodes {
   Node* root_;
 };
 
-/// All that queries by boxes read: one tight box for each of FCL's nodes, in body coordinates,
-/// renewed in every step, with the links of the tree (FCL's nodes are 136 bytes each).
+/// All that TranslationPropagation reads of the tree: the links (FCL's nodes are 136 bytes each),
+/// and one tight box for each of FCL's nodes, in body coordinates, renewed in every step.
 template <typename S>
 class BoxTree {
  public:

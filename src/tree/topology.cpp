@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "geometry/mesh_of_model.h"
 #include "geometry/scratch.h"
-
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -11,7 +11,18 @@ namespace adaptive_bvh {
 template <typename BV>
 void Topology::adopt(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
-  slots.adopt(model);
+  OrderedTree tree;
+  tree.nodes.reserve(nodes);
+  tree.primitives.resize((nodes + 1) / 2);
+  for (int i = 0; i < model.getNumBVs(); ++i) {
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    const auto first = static_cast<unsigned>(node.first_primitive);
+    tree.nodes.push_back({node.isLeaf() ? -1 : node.leftChild(),
+                          node.isLeaf() ? -1 : node.rightChild(), first,
+                          static_cast<unsigned>(node.num_primitives)});
+    if (node.isLeaf()) tree.primitives[first] = static_cast<unsigned>(node.primitiveId());
+  }
+  slots.adopt(tree, viewOf(model), static_cast<std::size_t>(model.num_vertices));
   depth = 0;
   Scratch<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {

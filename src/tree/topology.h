@@ -1,6 +1,8 @@
 #pragma once
 
-#include "tree/vertex_slots.h"
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include "mesh/vertex_slots.h"
 
 namespace adaptive_bvh {
 

@@ -61,10 +61,8 @@ class TraversalStatistics {
   void recordQuery(const QueryWork& work) {
     queries_.fetch_add(1, std::memory_order_relaxed);
     box_tests_.fetch_add(work.box_tests, std::memory_order_relaxed);
-    separation_tests_.fetch_add(work.separation_tests, std::memory_order_relaxed);
     bv_tests_.fetch_add(work.bv_tests, std::memory_order_relaxed);
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
-    candidates_.fetch_add(work.candidates, std::memory_order_relaxed);
   }
   void recordVisit(int node) { raise(node, 0); }
   /// A visit in which the test of the volume did not stop the query, maybe because of its
@@ -81,10 +79,8 @@ class TraversalStatistics {
     QueryWork work;
     work.queries = queries_.load(std::memory_order_relaxed);
     work.box_tests = box_tests_.load(std::memory_order_relaxed);
-    work.separation_tests = separation_tests_.load(std::memory_order_relaxed);
     work.bv_tests = bv_tests_.load(std::memory_order_relaxed);
     work.leaf_tests = leaf_tests_.load(std::memory_order_relaxed);
-    work.candidates = candidates_.load(std::memory_order_relaxed);
     return work;
   }
   bool visited(int node) const { return seen(node) != 0; }
@@ -143,18 +139,15 @@ class TraversalStatistics {
   void setWork(const QueryWork& work) {
     queries_.store(work.queries, std::memory_order_relaxed);
     box_tests_.store(work.box_tests, std::memory_order_relaxed);
-    separation_tests_.store(work.separation_tests, std::memory_order_relaxed);
     bv_tests_.store(work.bv_tests, std::memory_order_relaxed);
     leaf_tests_.store(work.leaf_tests, std::memory_order_relaxed);
-    candidates_.store(work.candidates, std::memory_order_relaxed);
   }
 
   int size_ = 0;
   Word epoch_ = 1;
   std::unique_ptr<std::atomic<Word>[]> words_;
   std::atomic<int> queries_{0};
-  std::atomic<long> box_tests_{0}, separation_tests_{0}, bv_tests_{0}, leaf_tests_{0};
-  std::atomic<long> candidates_{0};
+  std::atomic<long> box_tests_{0}, bv_tests_{0}, leaf_tests_{0};
 };
 
 }  // namespace adaptive_bvh

@@ -172,8 +172,8 @@ class Search {
          {options_.max_inflation, options_.child_distance_ratio, options_.min_inflation})
       json["ranges"].push_back({range.low, range.high});
     const WorkCosts& c = options_.costs;
-    json["costs"] = {c.box_test,   c.separation_test, c.bv_test,        c.leaf_test,
-                     c.propagated, c.refitted_leaf,   c.refitted_inner, c.refitted_primitive};
+    json["costs"] = {c.bv_test,       c.leaf_test,      c.propagated,
+                     c.refitted_leaf, c.refitted_inner, c.refitted_primitive};
     return json;
   }
 

@@ -2,8 +2,6 @@
 #include <chrono>
 #include <cmath>
 
-#include <Eigen/QR>
-
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
@@ -91,14 +89,14 @@ class CostMeasurement {
   }
 
   /// Nanoseconds of a query and what it counted. `lift` is the gap, `turn` an angle.
-  double query(const fcl::BVHModel<fcl::RSSd>& other, double turn, double lift, QueryWork& work) {
+  double query(double turn, double lift, QueryWork& work) {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = Eigen::AngleAxisd(turn, Point(1, 0.2, 3).normalized()).matrix();
     tf.translation() = Point(0.3 * turn, 0.1, lift);
     const QueryWork before = first_.recordedWork();
     const auto ask = [&](int) {
       fcl::DistanceResultd result;
-      sink_ += adaptive_bvh::distance<double>(&first_, fcl::Transform3d::Identity(), &other, tf,
+      sink_ += adaptive_bvh::distance<double>(&first_, fcl::Transform3d::Identity(), &second_, tf,
                                               fcl::DistanceRequestd(), result);
     };
     ask(0);
@@ -107,35 +105,21 @@ class CostMeasurement {
     const auto each = [&](long QueryWork::*count) {
       return (after.*count - before.*count) / (after.queries - before.queries);
     };
-    work.box_tests = each(&QueryWork::box_tests);
-    work.separation_tests = each(&QueryWork::separation_tests);
     work.bv_tests = each(&QueryWork::bv_tests);
     work.leaf_tests = each(&QueryWork::leaf_tests);
     return time;
   }
 
-  /// Against a plain model FCL's volumes answer, whatever the propagation; between adaptive ones
-  /// the boxes, where there are any. Their two costs are those that fit many queries best.
   void measureQueries(WorkCosts& costs) {
-    const fcl::BVHModel<fcl::RSSd> plain(second_);
     constexpr int kPoses = 40;
     double bv_time = 0, bv_tests = 0;
-    Eigen::Matrix<double, kPoses, 2> counts;
-    Eigen::Matrix<double, kPoses, 1> times;
     for (int i = 0; i < kPoses; ++i) {
       const double turn = 0.08 * i, lift = 0.3 + 0.02 * (i % 10);
       QueryWork work;
-      bv_time += query(plain, turn, lift, work) - costs.leaf_test * double(work.leaf_tests);
+      bv_time += query(turn, lift, work) - costs.leaf_test * double(work.leaf_tests);
       bv_tests += double(work.bv_tests);
-      times[i] = query(second_, turn, lift, work) - costs.leaf_test * double(work.leaf_tests);
-      counts.row(i) << double(work.box_tests), double(work.separation_tests);
     }
     costs.bv_test = bv_time / bv_tests;
-    if (counts.isZero(0)) return;  // no boxes: nothing counts what is not known
-    const Eigen::Vector2d fitted = counts.colPivHouseholderQr().solve(times);
-    const bool sound = fitted.minCoeff() > 0;  // else too noisy to tell them apart
-    costs.box_test = sound ? fitted[0] : times.sum() / counts.sum();
-    costs.separation_test = sound ? fitted[1] : costs.box_test;
   }
 
   /// All vertices move, to and fro, and not all alike.
@@ -177,15 +161,11 @@ void SimulationWork::add(const UpdateReport& update) {
 }
 
 void SimulationWork::add(const QueryWork& queries) {
-  box_tests += queries.box_tests;
-  separation_tests += queries.separation_tests;
   bv_tests += queries.bv_tests;
   leaf_tests += queries.leaf_tests;
 }
 
 SimulationWork& SimulationWork::operator+=(const SimulationWork& other) {
-  box_tests += other.box_tests;
-  separation_tests += other.separation_tests;
   bv_tests += other.bv_tests;
   leaf_tests += other.leaf_tests;
   propagated += other.propagated;
@@ -198,8 +178,7 @@ SimulationWork& SimulationWork::operator+=(const SimulationWork& other) {
 
 double WorkCosts::seconds(const SimulationWork& work) const {
   return 1e-9 *
-         (box_test * double(work.box_tests) + separation_test * double(work.separation_tests) +
-          bv_test * double(work.bv_tests) + leaf_test * double(work.leaf_tests) +
+         (bv_test * double(work.bv_tests) + leaf_test * double(work.leaf_tests) +
           propagated * double(work.propagated) + refitted_leaf * double(work.refitted_leaves) +
           refitted_inner * double(work.refitted_inner) +
           refitted_primitive * double(work.refitted_primitives - work.refitted_leaves));

@@ -55,7 +55,7 @@ void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   const std::size_t primitives = target.tree.topology.slots.leaves();
   target.tree.boxes.reset();
   target.tree.axes.setIdentity();
-  target.tree.motion = MotionBounds<S>();
+  target.tree.inflations = Inflations<S>();
   original_radius_.resize(nodes);
   latest_.assign(primitives, S(0));
   overall_.resize(primitives);

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "mesh/vertex_summary.h"
 #include "threads/task_pool.h"
 #include "update/node_fit.h"
 #include "update/step_input.h"
 #include "update/update_target.h"
-#include "update/vertex_summary.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -56,8 +56,6 @@ class DisplacementPropagation {
                         int last);
   void accept(const UpdateTarget<BV>&, S) {}
   void discard() {}
-  static void restore(const UpdateTarget<BV>&) {}
-
   static bool canFollow(const UpdateTarget<BV>&, S largest) { return std::isfinite(largest); }
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);

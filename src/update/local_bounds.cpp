@@ -6,6 +6,7 @@
 
 #include <fcl/math/bv/RSS.h>
 
+#include "mesh/box_after_some.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -28,14 +29,6 @@ class SquaredLength {
 }  // namespace
 
 template <typename BV>
-void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
-                 const fcl::Vector3<typename BV::S>& high) {
-  model.aabb_local.min_ = low;
-  model.aabb_local.max_ = high;
-  model.aabb_center = model.aabb_local.center();
-}
-
-template <typename BV>
 typename BV::S writePositions(fcl::BVHModel<BV>& model,
                               const fcl::Vector3<typename BV::S>* positions, int begin, int end) {
   typename BV::S squared = 0;
@@ -56,25 +49,17 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
       low[k] = std::min(low[k], model.vertices[v][k]);
       high[k] = std::max(high[k], model.vertices[v][k]);
     }
-  setLocalBox(model, low, high);
-  model.aabb_radius = std::sqrt(squaredRadius(model));
-}
-
-template <typename BV>
-typename BV::S squaredRadius(const fcl::BVHModel<BV>& model) {
-  typename BV::S squared = 0;
-  const SquaredLength<typename BV::S> from_center(model.aabb_center);
+  setLocalBox<S>(model, low, high);
+  S squared = 0;
+  const SquaredLength<S> from_center(model.aabb_center);
   for (int v = 0; v < model.num_vertices; ++v)
     squared = std::max(squared, from_center(model.vertices[v]));
-  return squared;
+  model.aabb_radius = std::sqrt(squared);
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                       \
-  template void updateLocalBounds(fcl::BVHModel<BV>&);                                     \
-  template void setLocalBox(fcl::BVHModel<BV>&, const fcl::Vector3<BV::S>&,                \
-                            const fcl::Vector3<BV::S>&);                                   \
-  template BV::S writePositions(fcl::BVHModel<BV>&, const fcl::Vector3<BV::S>*, int, int); \
-  template BV::S squaredRadius(const fcl::BVHModel<BV>&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                   \
+  template void updateLocalBounds(fcl::BVHModel<BV>&); \
+  template BV::S writePositions(fcl::BVHModel<BV>&, const fcl::Vector3<BV::S>*, int, int);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

@@ -8,19 +8,10 @@ namespace adaptive_bvh {
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
 
-/// Sets the box and its centre.
-template <typename BV>
-void setLocalBox(fcl::BVHModel<BV>& model, const fcl::Vector3<typename BV::S>& low,
-                 const fcl::Vector3<typename BV::S>& high);
-
 /// Writes the positions of the vertices in [begin, end) to the model. Returns the squared distance
 /// from the centre to the farthest one.
 template <typename BV>
 typename BV::S writePositions(fcl::BVHModel<BV>& model,
                               const fcl::Vector3<typename BV::S>* positions, int begin, int end);
-
-/// The squared distance from the centre to the farthest vertex.
-template <typename BV>
-typename BV::S squaredRadius(const fcl::BVHModel<BV>& model);
 
 }  // namespace adaptive_bvh

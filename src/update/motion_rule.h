@@ -39,19 +39,17 @@ class MotionRule {
  public:
   using S = typename BV::S;
 
-  /// Without `moves_volumes` FCL's nodes stay as they are, and none becomes a candidate.
-  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, bool moves_volumes,
-             const RefitPolicy& policy, Candidates& candidates)
+  MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, const RefitPolicy& policy,
+             Candidates& candidates)
       : fcl_nodes_(&target.model.getBV(0)),
         slots_(target.tree.topology.slots),
         motions_(motions),
         boxes_(target.tree.boxes->nodes()),
-        bounds_(target.tree.motion.ofPair(0)),
-        common_length_(lengthOf(motions.common, target.tree.boxes->frame)),
+        inflations_(target.tree.inflations.data()),
+        has_common_motion_(!motions.common.isZero(0)),
         unit_(target.tree.boxes->frame.unit()),
-        rounding_(target.tree.motion.roundingOfMove()),
+        rounding_(target.tree.inflations.roundingOfMove()),
         least_inflation_(leastInflation(target)),
-        moves_volumes_(moves_volumes),
         side_share_(policy.reference == InflationReference::NodeSize ? S(0.5) : S(0)),
         least_factor_(S(leastUnfitFactor(policy)) * kBelow),
         marks_(candidates) {}
@@ -85,49 +83,35 @@ class MotionRule {
   }
 
   ADAPTIVE_BVH_INLINE void apply(int left, const NodeMotion& a, const NodeMotion& b) {
-    if (moves_volumes_) {
-      const int ahead = std::max(left - 16, 0);
-      prefetch(ahead);
-      prefetch(ahead + 1);
+    const int ahead = std::max(left - 16, 0);
+    prefetch(ahead);
+    prefetch(ahead + 1);
+    const Float4 spreads = spreadsOf(a.motion, b.motion);
+    if (spreads[0] + spreads[2] > 0 || has_common_motion_) {
+      move(left, a.motion, spreads[0]);
+      move(left + 1, b.motion, spreads[2]);
     }
-    const Float4 lengths = grow(left, a.motion, b.motion);
-    if (moves_volumes_) {
-      if (lengths[0] + lengths[2] + common_length_ > 0) {  // else nothing moved
-        move(left, a.motion, lengths[0]);
-        move(left + 1, b.motion, lengths[2]);
-      }
-      if constexpr (kMarks) marks_.mark(left, mayBeUnfit(left) | mayBeUnfit(left + 1) << 1);
-    }
+    if constexpr (kMarks) marks_.mark(left, mayBeUnfit(left) | mayBeUnfit(left + 1) << 1);
     boxes_.setBox(left, a.box);
     boxes_.setBox(left + 1, b.box);
   }
 
-  /// The root is treated as a right sibling without a left one; the arrays have room for that.
   ADAPTIVE_BVH_INLINE void applyRoot(const NodeMotion& root) {
-    const Float4 lengths = grow(-1, root.motion, root.motion);
-    if (moves_volumes_) {
-      if (lengths[2] + common_length_ > 0) move(0, root.motion, lengths[2]);
-      if constexpr (kMarks) marks_.mark(-1, mayBeUnfit(0) << 1);
-    }
+    const float spread = spreadsOf(root.motion, root.motion)[0];
+    if (spread > 0 || has_common_motion_) move(0, root.motion, spread);
+    if constexpr (kMarks) marks_.mark(-1, mayBeUnfit(0) << 1);
     boxes_.setBox(0, root.box);
   }
 
   PropagationCounts counts() const { return counts_; }
 
  private:
-  /// In body units, rounded up.
-  static float lengthOf(const fcl::Vector3<S>& translation, const BodyFrame<S>& frame) {
-    const S length = rounding::norm<S>(translation);
-    return length > 0 ? float(length * frame.scale()) * (1 + 1.f / (1 << 20)) + BodyFrame<S>::kLeast
-                      : 0.f;
-  }
-
   /// What positions may be rounded to, in body units: a radius that grows by no more is not counted
   /// as inflated.
   static float leastInflation(const UpdateTarget<BV>& target) {
     const fcl::AABB<S>& box = target.model.aabb_local;
     const S farthest = box.min_.cwiseAbs().sum() + box.max_.cwiseAbs().sum();
-    return float(4 * rounding::epsilon<S>() * (farthest + target.tree.motion.coordinateSum()) *
+    return float(4 * rounding::epsilon<S>() * (farthest + target.tree.inflations.coordinateSum()) *
                  target.tree.boxes->frame.scale());
   }
 
@@ -135,33 +119,28 @@ class MotionRule {
   /// % of the traversal.
   ADAPTIVE_BVH_INLINE void prefetch(int node) const { Volume<BV>::prefetch(fcl_nodes_[node].bv); }
 
-  /// Adds to the motion bounds of two siblings. Returns half the diagonal of the first's motions
-  /// and the farthest of them, then those of the second. Both are what is left beyond the common
-  /// translation, which the accumulated motion gets in addition.
+  /// Half the diagonals of two siblings' motions, in lanes 0 and 2: 0 where nothing moves.
   ///
   /// Rounded up: let u = 2^-24. A motion of VertexState is off by 2u of itself, hence by 2u of the
   /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
   /// anything moves, `kFloor` covers what is too small for that: the components of motions below
   /// BodyFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
-  ADAPTIVE_BVH_INLINE Float4 grow(int left, const Box& a, const Box& b) const {
-    const Float4 up = float4::all(1 + 1.f / (1 << 20)), half = float4::all(0.5f);
+  ADAPTIVE_BVH_INLINE static Float4 spreadsOf(const Box& a, const Box& b) {
+    const Float4 half = float4::all(0.5f);
     constexpr float kState = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
     const Float4 half_a = (a.high - a.low) * half, half_b = (b.high - b.low) * half;
     const Float4 far_a = float4::upper(-a.low, a.high), far_b = float4::upper(-b.low, b.high);
-    Float4 lengths = float4::squareRoot(float4::sums(half_a * half_a, far_a * far_a,
-                                                     half_b * half_b, far_b * far_b)) *
-                     up;
+    const Float4 lengths = float4::squareRoot(float4::sums(half_a * half_a, far_a * far_a,
+                                                           half_b * half_b, far_b * far_b)) *
+                           float4::all(kUp);
     const Float4 far{lengths[1], lengths[1], lengths[3], lengths[3]};
-    lengths += far * Float4{kState, 0, kState, 0} +
-               (far > float4::all(0) ? float4::all(kFloor) : float4::all(0));
-    float* const bounds = bounds_ + 2 * left;  // of both: inflation, accumulated motion
-    const Float4 common{0, common_length_, 0, common_length_};
-    float4::store((float4::load(bounds) + lengths + common) * up, bounds);
-    return lengths;
+    return lengths + far * float4::all(kState) +
+           (far > float4::all(0) ? float4::all(kFloor) : float4::all(0));
   }
 
   /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
   ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
+    inflations_[node] = (inflations_[node] + spread) * kUp;
     const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
     const fcl::Vector3<S> translation(motions_.common[0] + S(middle[0]) * unit_,
                                       motions_.common[1] + S(middle[1]) * unit_,
@@ -176,23 +155,23 @@ class MotionRule {
   /// fitness is judged in other operations, and never by a shorter reference.
   ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
     const BV& bv = fcl_nodes_[node].bv;
-    const S inflation = S(bounds_[2 * node]) * unit_;
+    const S inflation = S(inflations_[node]) * unit_;
     const S reference =
         Volume<BV>::radius(bv) - inflation + Volume<BV>::smallestSide(bv) * side_share_;
     return !(inflation <= least_factor_ * reference);
   }
 
   static constexpr S kBelow = S(0.999);
+  static constexpr float kUp = 1 + 1.f / (1 << 20);  ///< rounds a sum up
 
   fcl::BVNode<BV>* const fcl_nodes_;
   const VertexSlots& slots_;
   const Motions<S> motions_;
   const BoxNodes<BoxNode> boxes_;
-  float* const bounds_;
-  const float common_length_;
+  float* const inflations_;
+  const bool has_common_motion_;
   const S unit_, rounding_;
   const float least_inflation_;
-  const bool moves_volumes_;
   const S side_share_, least_factor_;
   Candidates::Marks marks_;
   PropagationCounts counts_;
@@ -203,9 +182,8 @@ template <typename BV, bool kMarks>
 class RangeRule : public MotionRule<BV, kMarks> {
  public:
   RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates, int first,
-            int last)
-      : MotionRule<BV, kMarks>(target, motions, moves_volumes, policy, candidates),
+            const RefitPolicy& policy, Candidates& candidates, int first, int last)
+      : MotionRule<BV, kMarks>(target, motions, policy, candidates),
         end_(first - 2),
         left_(last + 2) {}
 
@@ -225,9 +203,8 @@ template <typename BV, bool kMarks>
 class AboveRule : public MotionRule<BV, kMarks> {
  public:
   AboveRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates,
-            const std::vector<Subtree>& subtrees)
-      : MotionRule<BV, kMarks>(target, motions, moves_volumes, policy, candidates),
+            const RefitPolicy& policy, Candidates& candidates, const std::vector<Subtree>& subtrees)
+      : MotionRule<BV, kMarks>(target, motions, policy, candidates),
         next_(subtrees.begin()),
         end_(subtrees.end()),
         subtrees_(subtrees),
@@ -258,9 +235,8 @@ template <typename BV>
 class DirtyRule : public MotionRule<BV, false> {
  public:
   DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            bool moves_volumes, const RefitPolicy& policy, Candidates& candidates,
-            const DirtyPairs& dirty)
-      : MotionRule<BV, false>(target, motions, moves_volumes, policy, candidates),
+            const RefitPolicy& policy, Candidates& candidates, const DirtyPairs& dirty)
+      : MotionRule<BV, false>(target, motions, policy, candidates),
         boxes_(target.tree.boxes->nodes()),
         dirty_(dirty),
         left_(target.nodes()) {}

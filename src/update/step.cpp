@@ -5,10 +5,10 @@
 #include <functional>
 #include <utility>
 
+#include "threads/stopwatch.h"
 #include "update/node_fit.h"
 #include "update/refit.h"
 #include "update/step_scope.h"
-#include "update/stopwatch.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -41,58 +41,24 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   if (refitted) method.refitted(target, 0);
 }
 
-/// Whether FCL's nodes wait in the step that begins. Those that wait go on doing so until somebody
-/// asks for them.
-template <typename BV, typename Method>
-bool volumesWait(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
-  const AdaptiveTree<BV>& tree = target.tree;
-  return Method::kHasBoxes &&
-         (policy.volumes_on_demand ||
-          (policy.volumes_rest && (tree.demand.volumesMayRest() || !tree.volumesAreCurrent())));
-}
-
-/// Lets the boxes follow from where they wait to the model's positions.
-template <typename BV>
-void followBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
-                 const RefitPolicy& policy) {
-  using S = typename BV::S;
-  const auto count = static_cast<std::size_t>(target.model.num_vertices);
-  const StepInput<S> input{StepKind::Replace, target.model.vertices, count, nullptr,
-                           state.behind.data()};
-  TaskPool alone(1);
-  auto& method = std::get<TranslationPropagation<BV>>(state.method);
-  method.begin(target, input);
-  const VertexSummary<S> seen =
-      method.read(target, input, 0, TranslationPropagation<BV>::readSize(target));
-  method.accept(target, seen.largestDisplacement());
-  method.propagate(target, policy, alone);
-  state.behind.clear();
-  target.tree.setBoxesCurrent(true);
-}
-
-/// What the boxes need of a step: they follow, or begin anew where they cannot. Returns whether
-/// they followed.
+/// Moves and inflates all volumes. Returns false where they cannot follow: then all that is kept is
+/// to begin anew.
 template <typename BV, typename Scope>
-bool moveBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
-               typename BV::S largest, UpdateReport& report) {
-  if constexpr (Scope::kLeavesBoxes) {
-    return scope.method().canFollowLater(target, state.way);
-  } else {
-    auto& method = scope.method();
-    if (!method.canFollow(target, largest)) return false;
-    method.accept(target, largest);
-    const PropagationCounts counts = scope.propagate();
-    report.moved = counts.moved;
-    report.inflated = counts.inflated;
-    return method.isInRange(target);
-  }
+bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, typename BV::S largest,
+                 UpdateReport& report) {
+  auto& method = scope.method();
+  if (!method.canFollow(target, largest)) return false;
+  method.accept(target, largest);
+  const PropagationCounts counts = scope.propagate();
+  report.moved = counts.moved;
+  report.inflated = counts.inflated;
+  return method.isInRange(target);
 }
 
-/// One step, in the order of its phases. `Scope`: AllVertices, AllPositions or SomeVertices.
+/// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
 template <typename BV, typename Scope>
-bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
-         Scope& scope, const StepInput<typename BV::S>& input, UpdateReport& report,
-         Stopwatch& watch) {
+bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
+         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
   auto& method = scope.method();
   const bool repaired = report.resynchronised;  // and every volume recomputed
   if (scope.isAtRest()) {
@@ -109,11 +75,10 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPoli
   report.largest_displacement = static_cast<double>(seen.largestDisplacement());
 
   if (!repaired) target.tree.refits.clear();
-  target.tree.setMoved();
   openStep(target.model, input.kind);
   scope.write(seen);
   report.displacement_seconds = watch.lap();
-  const bool followed = moveBoxes(target, state, scope, seen.largestDisplacement(), report);
+  const bool followed = moveVolumes(target, scope, seen.largestDisplacement(), report);
   report.propagation_seconds = watch.lap();
   if (followed) {
     const auto refits = scope.refit();
@@ -121,9 +86,6 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPoli
     report.refitted_inner = refits.inner;
     report.refitted_primitives = refits.primitives;
     recordRoot(target, method, refits.root);
-    const bool rest = !target.tree.volumesAreCurrent() && !policy.volumes_on_demand;
-    if (rest && !state.cover.follow(target, seen.largestDisplacement()))
-      updateVolumes(target, state, policy);
   } else {
     target.tree.detector.invalidate();
     report.resynchronised = repairIfChanged(target, state);
@@ -147,13 +109,6 @@ const fcl::Vector3<typename BV::S>* outsideOwnArrays(
   return aside.empty() ? input.positions : aside.data();
 }
 
-/// Whether the step need not renew the boxes: nobody asked for them since the last one.
-template <typename BV>
-bool leavesBoxes(const UpdateTarget<BV>& target, const StepInput<typename BV::S>& input) {
-  return !target.tree.volumesAreCurrent() && target.tree.demand.boxTreeMayRest() &&
-         input.kind == StepKind::Replace && !target.model.prev_vertices;
-}
-
 template <typename BV, typename Method>
 bool stepOfAll(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
                const RefitPolicy& policy, const StepInput<typename BV::S>& input,
@@ -161,14 +116,7 @@ bool stepOfAll(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& 
   const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
   TaskPool pool(parallel ? state.threads : 1);
   AllVertices<BV, Method> all(target, method, policy, input, pool);
-  if constexpr (Method::kHasBoxes) {
-    if (leavesBoxes(target, input)) {
-      AllPositions<BV, Method> positions(all, state);
-      return run(target, state, policy, positions, input, report, watch);
-    }
-    updateBoxes(target, state, policy);
-  }
-  return run(target, state, policy, all, input, report, watch);
+  return run(target, state, all, input, report, watch);
 }
 
 template <typename BV, typename Method>
@@ -180,9 +128,8 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
   if (!usablePositions(input.positions, input.count)) return false;
   if constexpr (Method::kHasBoxes) {
     if (!target.model.prev_vertices) {
-      updateBoxes(target, state, policy);
       SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
-      return run(target, state, policy, some, input, report, watch);
+      return run(target, state, some, input, report, watch);
     }
   }
   std::vector<Point> all(target.model.vertices, target.model.vertices + target.model.num_vertices);
@@ -199,8 +146,6 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   report.nodes = target.nodes();
   // Before the step: displacements count from the positions that the volumes hold.
   report.resynchronised = repairIfChanged(target, state);
-  target.tree.demand.nextStep();
-  target.tree.setVolumesCurrent(!volumesWait<BV, Method>(target, policy));
   std::vector<fcl::Vector3<typename BV::S>> aside;
   input.positions = outsideOwnArrays(target.model, input, aside);
   return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
@@ -230,10 +175,6 @@ template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.adopt(target.model);
   state.leaves.clear();
-  state.cover.restart();
-  state.behind.clear();
-  target.tree.setBoxesCurrent(true);
-  target.tree.setVolumesCurrent(true);
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }
@@ -263,61 +204,12 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   return true;
 }
 
-template <typename BV>
-void updateBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
-                 const RefitPolicy& policy) {
-  AdaptiveTree<BV>& tree = target.tree;
-  if (tree.boxesAreCurrent()) return;
-  const std::lock_guard<std::mutex> lock(tree.repairing);
-  if (tree.boxesAreCurrent() || !tree.detector.matches(target.volume(0))) return;
-  followBoxes(target, state, policy);
-}
-
-/// Every volume by extents; the root last, for other threads may be comparing it.
-template <typename BV>
-void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
-                   const RefitPolicy& policy) {
-  AdaptiveTree<BV>& tree = target.tree;
-  if (tree.volumesAreCurrent()) return;
-  const std::lock_guard<std::mutex> lock(tree.repairing);
-  if (tree.volumesAreCurrent()) return;  // another thread was first
-  if (!tree.detector.matches(target.volume(0))) return;
-  if (!tree.boxesAreCurrent()) followBoxes(target, state, policy);
-  std::visit(
-      [&](auto& method) {
-        method.restore(target);
-        auto fit = method.fit(target, policy);
-        constexpr int kGroup = 32;
-        for (int first = 1; first < target.nodes(); first += kGroup) {
-          const int count = std::min(kGroup, target.nodes() - first);
-          int nodes[kGroup];
-          BV* volumes[kGroup];
-          for (int k = 0; k < count; ++k) volumes[k] = &target.volume(nodes[k] = first + k);
-          fit(nodes, volumes, count);
-          for (int k = 0; k < count; ++k) {
-            tree.motion.include(Volume<BV>::cornerSum(*volumes[k]));
-            method.refitted(target, nodes[k]);
-          }
-        }
-        const BV root = fit(0);
-        tree.motion.include(Volume<BV>::cornerSum(root));
-        tree.detector.record(target.volume(0), root);
-        method.refitted(target, 0);
-      },
-      state.method);
-  tree.refits.markAll();
-  state.cover.restart();
-  tree.setVolumesCurrent(true);
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                        \
-  template struct UpdateState<BV>;                                                          \
-  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&,     \
-                         const StepInput<BV::S>&, UpdateReport&);                           \
-  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                      \
-  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);                 \
-  template void updateBoxes(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&); \
-  template void updateVolumes(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&);
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
+  template struct UpdateState<BV>;                                                      \
+  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
+                         const StepInput<BV::S>&, UpdateReport&);                       \
+  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
+  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

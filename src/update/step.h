@@ -8,7 +8,6 @@
 #include "update/step_input.h"
 #include "update/translation_propagation.h"
 #include "update/vertex_leaf_map.h"
-#include "update/volume_cover.h"
 
 namespace adaptive_bvh {
 
@@ -17,12 +16,8 @@ template <typename BV>
 struct UpdateState {
   /// In the order of the enum Propagation.
   std::variant<TranslationPropagation<BV>, DisplacementPropagation<BV>> method;
-  VertexLeafMap leaves;   ///< empty until it is needed
-  DirtyPairs dirty;       ///< none between steps
-  VolumeCover<BV> cover;  ///< of volumes that rest
-  /// While boxes wait: the positions that they hold, and how far any vertex may be from there.
-  std::vector<fcl::Vector3<typename BV::S>> behind;
-  typename BV::S way = 0;
+  VertexLeafMap leaves;  ///< empty until it is needed
+  DirtyPairs dirty;      ///< none between steps
   int threads = 1;
 
   Propagation propagation() const { return static_cast<Propagation>(method.index()); }
@@ -30,8 +25,7 @@ struct UpdateState {
 
   std::size_t bytes() const {
     const auto of_method = [](const auto& method) { return method.bytes(); };
-    return std::visit(of_method, method) + leaves.bytes() + dirty.bytes() +
-           behind.capacity() * sizeof(behind[0]);
+    return std::visit(of_method, method) + leaves.bytes() + dirty.bytes();
   }
 };
 
@@ -45,17 +39,6 @@ struct UpdateState {
 template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
-
-/// Brings the boxes up to date where updates left them behind. Nothing when the change detector
-/// does not match: `repairIfChanged` is to come first. Threads that query may call it at once.
-template <typename BV>
-void updateBoxes(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy);
-
-/// Brings FCL's nodes up to date, too: see RefitPolicy::volumes_rest and volumes_on_demand. As
-/// above.
-template <typename BV>
-void updateVolumes(const UpdateTarget<BV>& target, UpdateState<BV>& state,
-                   const RefitPolicy& policy);
 
 /// Begins at a tree whose volumes are our own fits of the present positions.
 template <typename BV>

@@ -4,8 +4,8 @@
 
 #include <fcl/geometry/bvh/BVH_internal.h>
 
+#include "mesh/vertex_summary.h"
 #include "update/step_input.h"
-#include "update/vertex_summary.h"
 
 namespace adaptive_bvh {
 

@@ -17,8 +17,6 @@ struct StepInput {
   const fcl::Vector3<S>* positions = nullptr;  ///< not in the model's own arrays
   std::size_t count = 0;
   const unsigned* indices = nullptr;  ///< whose positions they are; null: every vertex's, in order
-  /// Those that the boxes hold, where they are not the model's own.
-  const fcl::Vector3<S>* before = nullptr;
 };
 
 }  // namespace adaptive_bvh

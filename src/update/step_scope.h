@@ -4,16 +4,15 @@
 #include <cstring>
 #include <vector>
 
+#include "mesh/box_after_some.h"
+#include "mesh/vertex_summary.h"
 #include "threads/task_pool.h"
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
 #include "update/local_bounds.h"
-#include "update/partial_bounds.h"
 #include "update/refit.h"
-#include "update/step.h"
 #include "update/step_input.h"
 #include "update/vertex_leaf_map.h"
-#include "update/vertex_summary.h"
 
 namespace adaptive_bvh {
 
@@ -40,19 +39,12 @@ class PerThread {
   std::vector<Slot> others_;
 };
 
-/// Whether a step refits volumes at all.
-template <typename BV>
-bool refitsVolumes(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
-  return policy.criterion != FitnessCriterion::RefitNone && target.tree.volumesAreCurrent();
-}
-
 /// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
 /// a pool. `Method`: TranslationPropagation or DisplacementPropagation.
 template <typename BV, typename Method>
 class AllVertices {
  public:
   using S = typename BV::S;
-  static constexpr bool kLeavesBoxes = false;
 
   AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
               const StepInput<S>& input, TaskPool& pool)
@@ -62,9 +54,11 @@ class AllVertices {
 
   VertexSummary<S> read() {
     method_.begin(target_, input_);
-    return readParts(Method::readSize(target_), [&](int first, int last) {
-      return method_.read(target_, input_, first, last);
+    PerThread<VertexSummary<S>> seen(pool_.size());
+    pool_.forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int slot) {
+      seen[slot].add(method_.read(target_, input_, first, last));
     });
+    return seen.sum([](auto& all, const auto& some) { all.add(some); });
   }
 
   void discard() { method_.discard(); }
@@ -79,12 +73,13 @@ class AllVertices {
 
   /// Also the local bounds.
   void write(const VertexSummary<S>& seen) {
-    setLocalBox(target_.model, seen.low, seen.high);
+    setLocalBox<S>(target_.model, seen.low, seen.high);
     PerThread<S> squared(pool_.size());
-    pool_.forEachPart(vertices(), pool_.size(), [&](int first, int last, int thread) {
-      const S found = writePositions(target_.model, input_.positions, first, last);
-      squared[thread] = std::max(squared[thread], found);
-    });
+    pool_.forEachPart(
+        target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
+          const S found = writePositions(target_.model, input_.positions, first, last);
+          squared[thread] = std::max(squared[thread], found);
+        });
     target_.model.aabb_radius =
         std::sqrt(squared.sum([](S& all, S some) { all = std::max(all, some); }));
   }
@@ -92,7 +87,7 @@ class AllVertices {
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
 
   RefitCounts<S> refit() {
-    if (!refitsVolumes(target_, policy_)) return {};
+    if (policy_.criterion == FitnessCriterion::RefitNone) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
     const NodeRange turn = method_.nextTurn(target_);
     const Candidates* const marked = candidates();
@@ -107,21 +102,8 @@ class AllVertices {
       counts[thread] += refitter.finish();
     });
     const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
-    target_.tree.motion.include(all.corner_sum);
+    target_.tree.inflations.include(all.corner_sum);
     return all;
-  }
-
- protected:
-  int vertices() const { return target_.model.num_vertices; }
-
-  /// The sum of what read(first, last) returns of the parts of [0, size), on all threads.
-  template <typename Read>
-  VertexSummary<S> readParts(int size, const Read& read) {
-    PerThread<VertexSummary<S>> seen(pool_.size());
-    pool_.forEachPart(size, pool_.size(), [&](int first, int last, int thread) {
-      seen[thread].add(read(first, last));
-    });
-    return seen.sum([](auto& all, const auto& some) { all.add(some); });
   }
 
  private:
@@ -132,7 +114,6 @@ class AllVertices {
     return nullptr;
   }
 
- protected:
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
@@ -140,50 +121,11 @@ class AllVertices {
   TaskPool& pool_;
 };
 
-/// As above, but boxes and volumes wait: only the positions are taken over.
-template <typename BV, typename Method>
-class AllPositions : public AllVertices<BV, Method> {
- public:
-  using Base = AllVertices<BV, Method>;
-  using S = typename BV::S;
-  static constexpr bool kLeavesBoxes = true;
-
-  AllPositions(const Base& step, UpdateState<BV>& state) : Base(step), state_(state) {}
-
-  VertexSummary<S> read() {
-    method_.turn(target_, input_.positions);
-    return this->readParts(this->vertices(), [&](int first, int last) {
-      VertexSummary<S> part;
-      for (int v = first; v < last; ++v)
-        part.add(input_.positions[v], input_.positions[v] - target_.model.vertices[v]);
-      return part;
-    });
-  }
-  static void discard() {}
-
-  void write(const VertexSummary<S>& seen) {
-    if (state_.behind.empty()) {
-      state_.behind.assign(target_.model.vertices, target_.model.vertices + this->vertices());
-      state_.way = 0;
-    }
-    state_.way = rounding::sum(state_.way, seen.largestDisplacement());
-    target_.tree.setBoxesCurrent(false);
-    Base::write(seen);
-  }
-
- private:
-  using Base::input_;
-  using Base::method_;
-  using Base::target_;
-  UpdateState<BV>& state_;
-};
-
 /// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
 template <typename BV, typename Method>
 class SomeVertices {
  public:
   using S = typename BV::S;
-  static constexpr bool kLeavesBoxes = false;
   using Point = fcl::Vector3<S>;
 
   SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
@@ -194,7 +136,7 @@ class SomeVertices {
         input_(input),
         leaves_(leaves),
         dirty_(dirty),
-        bounds_(target.model) {}
+        box_(target.model) {}
 
   Method& method() const { return method_; }
 
@@ -205,7 +147,7 @@ class SomeVertices {
     }
     method_.begin(target_, input_);
     return method_.readSome(target_, input_, leaves_, [&](unsigned v, const Point& to) {
-      bounds_.move(target_.model.vertices[v], to);
+      box_.move(target_.model.vertices[v], to);
       leaves_.markAncestors(v, dirty_);
     });
   }
@@ -216,22 +158,19 @@ class SomeVertices {
   }
   static bool isAtRest() { return false; }
 
+  /// Also the local bounds.
   void write(const VertexSummary<S>&) {
     for (std::size_t i = 0; i < input_.count; ++i)
       target_.model.vertices[input_.indices[i]] = input_.positions[i];
+    box_.finish(target_.model.vertices, static_cast<std::size_t>(target_.model.num_vertices),
+                target_.model);
   }
 
-  /// Also the local bounds, which are searched in the box tree.
-  PropagationCounts propagate() {
-    const PropagationCounts counts = method_.propagateDirty(target_, policy_, dirty_);
-    if (method_.isInRange(target_))
-      bounds_.finish(target_.tree.topology, *target_.tree.boxes, leaves_.coversAllVertices());
-    return counts;
-  }
+  PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, dirty_); }
 
   RefitCounts<S> refit() {
     Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
-    const bool may_refit = refitsVolumes(target_, policy_);
+    const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
     for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
       if (may_refit) {
         refitter.judge(left);
@@ -241,7 +180,7 @@ class SomeVertices {
     }
     if (may_refit) refitter.judge(0);
     const RefitCounts<S> counts = refitter.finish();
-    target_.tree.motion.include(counts.corner_sum);
+    target_.tree.inflations.include(counts.corner_sum);
     return counts;
   }
 
@@ -254,7 +193,7 @@ class SomeVertices {
   const StepInput<S>& input_;
   VertexLeafMap& leaves_;
   DirtyPairs& dirty_;
-  PartialBounds<BV> bounds_;
+  BoxAfterSome<S> box_;
 };
 
 }  // namespace adaptive_bvh

@@ -15,11 +15,6 @@ Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
           vertices.commonTranslation()};
 }
 
-template <typename BV>
-bool movesVolumes(const UpdateTarget<BV>& target) {
-  return target.tree.volumesAreCurrent();
-}
-
 /// About `count` subtrees without a node in common, from the last to the first, as equal in size as
 /// the tree allows. None for small trees.
 template <typename BV>
@@ -50,7 +45,7 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   AdaptiveTree<BV>& tree = target.tree;
   if (!tree.boxes) tree.boxes.emplace();
   tree.boxes->adopt(target.model);
-  tree.motion.reset(target.nodes());
+  tree.inflations.reset(target.nodes());
   candidates_.reset(target.nodes());
   vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
@@ -66,8 +61,8 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
   TaskPool alone(1);
   propagate(target, RefitPolicy(), alone);
   refitted(target, 0);
-  target.tree.restartMotion(target.model);
-  target.tree.motion.include(Volume<BV>::cornerSum(root));
+  target.tree.restartCoordinateSum(target.model);
+  target.tree.inflations.include(Volume<BV>::cornerSum(root));
   kept_.resize(static_cast<std::size_t>(target.tree.boxes->largeNodes()));
   BodyFit<BV> fits = fit(target, RefitPolicy());
   for (int i = 0; i < target.nodes(); ++i)
@@ -78,10 +73,10 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
 template <typename BV>
 void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S largest) {
   AdaptiveTree<BV>& tree = target.tree;
-  constexpr float kLongWay = 64;  // in body units: some sixty times the body's size
-  if (tree.motion.accumulatedMotion(0) > kLongWay) tree.restartMotion(target.model);
+  if (tree.inflations.needsRestart(tree.boxes->frame.unit()))
+    tree.restartCoordinateSum(target.model);
   tree.boxes->frame = vertices_.frame();
-  tree.motion.extend(largest, vertices_.frame().unit());
+  tree.inflations.extend(largest, vertices_.frame().unit());
   vertices_.accept();
 }
 
@@ -99,8 +94,8 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
                                                            const RefitPolicy& policy,
                                                            TaskPool& pool) {
   if (pool.size() > 1) return propagateSubtrees<kMarks>(target, policy, pool);
-  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
-                             policy, candidates_, 1, target.nodes() - 2);
+  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
+                             target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
@@ -117,15 +112,15 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
-    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
-                               policy, candidates_, subtree.first_pair, subtree.last_pair);
+    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
+                               subtree.first_pair, subtree.last_pair);
     NodeMotion* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
     subtree.value = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
-  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), movesVolumes(target),
-                             policy, candidates_, subtrees);
+  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
+                             subtrees);
   traversePostOrder(stack_.data(), rule);
   PropagationCounts sum = rule.counts();
   for (const PropagationCounts& part : counts) sum += part;
@@ -137,8 +132,7 @@ PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<
                                                              const RefitPolicy& policy,
                                                              const DirtyPairs& dirty) {
   candidates_.restart(false);
-  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), movesVolumes(target), policy,
-                     candidates_, dirty);
+  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), policy, candidates_, dirty);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }

@@ -34,7 +34,7 @@ class TranslationPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-  /// Whether boxes are kept. Then a step may give some vertices only, and volumes may wait.
+  /// Whether boxes are kept. Then a step may give some vertices only.
   static constexpr bool kHasBoxes = true;
 
   /// Makes room for the tree's nodes and the model's vertices; `start` is to follow.
@@ -52,10 +52,6 @@ class TranslationPropagation {
   /// \{
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
     vertices_.begin(target, input);
-  }
-  /// In place of all that, where boxes are to follow later.
-  void turn(const UpdateTarget<BV>& target, const Point* positions) {
-    vertices_.turn(target, positions);
   }
   /// All vertices are read in so many parts, on any threads: those in [first, last) of them.
   static int readSize(const UpdateTarget<BV>& target) {
@@ -75,20 +71,11 @@ class TranslationPropagation {
   void accept(const UpdateTarget<BV>& target, S largest);
   /// The step does not take place, or nothing has moved.
   void discard() { vertices_.discard(); }
-  /// Between steps, before a fit: a step may have been discarded.
-  void restore(const UpdateTarget<BV>& target) { vertices_.restore(target); }
-
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   static bool canFollow(const UpdateTarget<BV>& target, S largest) {
     return largest * target.tree.boxes->frame.scale() < S(kRange);
   }
-  /// Whether that is sure, and `isInRange` afterwards, of boxes that follow later, from where every
-  /// vertex is `way` away at most.
-  static bool canFollowLater(const UpdateTarget<BV>& target, S way) {
-    const S extent = target.model.aabb_radius * target.tree.boxes->frame.scale();
-    return canFollow(target, 2 * way) && extent < S(kRange / 4) && extent > 4 / S(kRange);
-  }
-  /// Renews all boxes, and moves and inflates all volumes that do not wait.
+  /// Renews all boxes, and moves and inflates all volumes.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
   /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
@@ -107,15 +94,13 @@ class TranslationPropagation {
 
   /// Radius of FCL's volume less its radius when last refitted.
   S inflation(const UpdateTarget<BV>& target, int node) const {
-    return S(target.tree.motion.inflation(node)) * target.tree.boxes->frame.unit();
+    return S(target.tree.inflations.of(node)) * target.tree.boxes->frame.unit();
   }
   S originalRadius(const UpdateTarget<BV>& target, int node) const {
     return std::max(S(0), Volume<BV>::radius(target.volume(node)) - inflation(target, node));
   }
   /// The volume of `node` was just fitted to the present positions.
-  void refitted(const UpdateTarget<BV>& target, int node) {
-    target.tree.motion.setInflation(node, 0);
-  }
+  void refitted(const UpdateTarget<BV>& target, int node) { target.tree.inflations.set(node, 0); }
 
   /// The nodes whose turn it is to be refitted when they are too inflated, whether they were in the
   /// way of a query or not: in other steps others.

@@ -1,7 +1,5 @@
 #include "update/vertex_leaf_map.h"
 
-#include <algorithm>
-
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
@@ -15,7 +13,6 @@ void VertexLeafMap::adopt(const fcl::BVHModel<BV>& model, const Topology& topolo
 
   for (std::size_t leaf = 0; leaf < topology.slots.leaves(); ++leaf)
     for (unsigned v : topology.slots.verticesOf(leaf)) ++first_[v];
-  covers_all_ = std::find(first_.begin(), first_.end() - 1, 0) == first_.end() - 1;
   int sum = 0;
   for (int& first : first_) first = sum += first;  // where the vertex's leaves end
   for (int i = 0; i < model.getNumBVs(); ++i) {

@@ -18,9 +18,6 @@ class VertexLeafMap {
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model, const Topology& topology);
 
-  /// False when there are vertices that belong to no triangle.
-  bool coversAllVertices() const { return covers_all_; }
-
   /// Makes all pairs of siblings dirty on the paths from the leaves of `vertex` to the root.
   void markAncestors(unsigned vertex, DirtyPairs& dirty) const {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
@@ -53,7 +50,6 @@ class VertexLeafMap {
   std::vector<int> parent_;  // by pair: the node above it
   std::vector<int> first_;   // by vertex, and one more: where its leaves begin
   std::vector<int> leaf_;
-  bool covers_all_ = false;
 };
 
 }  // namespace adaptive_bvh

@@ -8,8 +8,8 @@ namespace adaptive_bvh {
 namespace {
 
 /// The displacement of a few vertices when they agree to a sixteenth of it: the body is carried
-/// along. Else 0. Any vector is sound, but accumulated motion grows by its length and by that of
-/// the remaining motion. Also 0 in a two-frame update, whose first frame does not move.
+/// along. Else 0. Any vector is sound. Also 0 in a two-frame update, whose first frame does not
+/// move.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
                                   const std::vector<unsigned>& samples) {
@@ -39,8 +39,7 @@ template <typename BV>
 void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
   const BoxTree<S>& boxes = *target.tree.boxes;
   frame_ = boxes.frame;
-  const Point* const present = input.before ? input.before : target.model.vertices;
-  common_ = adaptive_bvh::commonTranslation(present, input, rotation_.samples());
+  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, rotation_.samples());
   if (input.indices) return;
   all_moving_ = true;
   // Far from the origin of its boxes a body would lose digits.
@@ -59,7 +58,7 @@ VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const Ste
   const BodyFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;
-  const Point* const present = input.before ? input.before : target.model.vertices;
+  const Point* const present = target.model.vertices;
   const unsigned* const vertices = target.tree.topology.slots.vertices().data();
   const int end = static_cast<int>(target.tree.topology.slots.size());
   VertexState* const states = states_.data();
@@ -81,12 +80,13 @@ VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const Ste
   return VertexSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
 }
 
+/// Turns the tree's axes with the body to these positions, those of all vertices.
 template <typename S>
 template <typename BV>
-void VertexStates<S>::restore(const UpdateTarget<BV>& target) {
-  if (!stale_) return;
-  frame_ = target.tree.boxes->frame;
-  readInPlace(target);
+void VertexStates<S>::turn(const UpdateTarget<BV>& target, const Point* positions) {
+  fcl::Matrix3d axes = target.tree.axes;
+  if (rotation_.turn(positions, target.model.aabb_center, axes))
+    target.tree.axes = orthonormal(axes);
 }
 
 /// The model's positions as they stand, without motion.
@@ -125,7 +125,6 @@ template class VertexStates<double>;
   template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&); \
   template VertexSummary<BV::S> VertexStates<BV::S>::read(const UpdateTarget<BV>&,            \
                                                           const StepInput<BV::S>&, int, int); \
-  template void VertexStates<BV::S>::restore(const UpdateTarget<BV>&);                        \
   template void VertexStates<BV::S>::readInPlace(const UpdateTarget<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/vertex_summary.h"
 #include "update/best_fit_rotation.h"
 #include "update/step_input.h"
 #include "update/update_target.h"
 #include "update/vertex_leaf_map.h"
-#include "update/vertex_summary.h"
 
 namespace adaptive_bvh {
 
@@ -33,13 +33,6 @@ class VertexStates {
   template <typename BV>
   void start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame);
 
-  /// Turns the tree's axes with the body to these positions, those of all vertices.
-  template <typename BV>
-  void turn(const UpdateTarget<BV>& target, const Point* positions) {
-    fcl::Matrix3d axes = target.tree.axes;
-    if (rotation_.turn(positions, target.model.aabb_center, axes))
-      target.tree.axes = orthonormal(axes);
-  }
   /// Before the positions of a step are read: chooses its frame and its common translation.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
@@ -56,9 +49,6 @@ class VertexStates {
   /// The step does not take place: what was read is not the model's state.
   void discard() { stale_ = true; }
   void accept() { stale_ = false; }
-  /// After a step that did not take place: back to the model's positions, in the boxes' frame.
-  template <typename BV>
-  void restore(const UpdateTarget<BV>& target);
 
   /// Body coordinates of the step that is being read.
   const BodyFrame<S>& frame() const { return frame_; }
@@ -73,6 +63,8 @@ class VertexStates {
   }
 
  private:
+  template <typename BV>
+  void turn(const UpdateTarget<BV>& target, const Point* positions);
   template <typename BV>
   void readInPlace(const UpdateTarget<BV>& target);
   void forgetMotion();

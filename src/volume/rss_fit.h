@@ -4,7 +4,7 @@
 
 #include <fcl/math/bv/RSS.h>
 
-#include "geometry/mesh_view.h"
+#include "mesh/mesh_view.h"
 #include "volume/point_arrays.h"
 
 namespace adaptive_bvh {

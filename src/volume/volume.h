@@ -7,8 +7,8 @@
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/math/bv/RSS.h>
 
-#include "geometry/mesh_view.h"
 #include "geometry/rounding.h"
+#include "mesh/mesh_view.h"
 #include "volume/extents.h"
 
 namespace adaptive_bvh {
@@ -68,8 +68,6 @@ struct Volume<fcl::RSS<S_>> {
     const Point a = bv.axis.col(0) * (bv.l[0] / 2), b = bv.axis.col(1) * (bv.l[1] / 2);
     return {{a, b}, bv.To + a + b, bv.r};
   }
-  /// Of the rectangle.
-  static Point normal(const BV& bv) { return bv.axis.col(2); }
 
   /// A length that stands for the whole volume at a given radius: see InflationReference::NodeSize.
   static S size(const BV& bv, S radius) {
@@ -149,7 +147,6 @@ struct Volume<fcl::OBBRSS<S_>> {
   static S length(const BV& bv) { return RssPart::length(bv.rss); }
   static S size(const BV& bv, S radius) { return RssPart::size(bv.rss, radius); }
   static SweptParallelogram parallelogram(const BV& bv) { return RssPart::parallelogram(bv.rss); }
-  static Point normal(const BV& bv) { return RssPart::normal(bv.rss); }
 
   /// Along its axes the box grows by more than `growth`, for these may be too long and askew:
   /// docs/bounds.md, 12.

@@ -1,9 +1,10 @@
-// The thesis's nine rows with the parameters of its Table 2, and this library's own defaults, with
-// either volume.
+// This library: DeformableMesh, and AdaptiveBVHModel with either volume and with the nine rows of
+// the thesis's Table 2.
 #include <fcl/narrowphase/distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "fcl_support.h"
 #include "method.h"
@@ -14,14 +15,43 @@ namespace {
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 
-enum class Query { DropIn, Recorded, Coherent };
-
-/// `Node`: the traversal that fcl::distance uses for BV; here for counting only.
-template <typename BV, typename Node>
-class AdaptivePair : public Method {
+/// By the boxes of meshes. They count nothing, and have no nodes of FCL's to refit.
+class MeshPair : public Method {
  public:
-  AdaptivePair(const scenarios::Scenario& scenario, const RefitPolicy& policy, Query query)
-      : first_(policy), second_(policy), coherent_(first_, second_), query_(query) {
+  MeshPair(const scenarios::Scenario& scenario, bool coherently)
+      : first_(scenario.first.mesh()),
+        second_(scenario.second.mesh()),
+        coherent_(first_, second_),
+        coherently_(coherently) {}
+
+  void update(const Frame& frame) override {
+    first_.update(frame.first);
+    second_.update(frame.second);
+  }
+
+  double distance(const Frame& frame) override {
+    fcl::DistanceResultd result;
+    const fcl::DistanceRequestd request;
+    return coherently_ ? coherent_.distance(frame.tf1, frame.tf2, request, result)
+                       : adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2,
+                                                        request, result);
+  }
+
+  Work work(const Frame&) override { return {}; }
+  std::size_t bytes() const override { return first_.bytes() + second_.bytes(); }
+
+ private:
+  adaptive_bvh::DeformableMeshd first_, second_;
+  adaptive_bvh::CoherentDistanced coherent_;
+  bool coherently_;
+};
+
+/// By FCL's volumes. `Node`: the traversal that fcl::distance uses for BV; here for counting only.
+template <typename BV, typename Node>
+class ModelPair : public Method {
+ public:
+  ModelPair(const scenarios::Scenario& scenario, const RefitPolicy& policy, bool recorded)
+      : first_(policy), second_(policy), recorded_(recorded) {
     fillModel(scenario.first.mesh(), first_);
     fillModel(scenario.second.mesh(), second_);
   }
@@ -34,23 +64,17 @@ class AdaptivePair : public Method {
   double distance(const Frame& frame) override {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    switch (query_) {
-      case Query::DropIn:
-        return fcl::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request, result);
-      case Query::Recorded:
-        return adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request,
-                                              result);
-      case Query::Coherent: return coherent_.distance(frame.tf1, frame.tf2, request, result);
-    }
-    return 0;
+    return recorded_
+               ? adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request,
+                                                result)
+               : fcl::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request, result);
   }
 
   Work work(const Frame& frame) override {
     Work work;
-    if (query_ != Query::DropIn) {
+    if (recorded_) {
       const adaptive_bvh::QueryWork recorded = first_.recordedWork();
-      work.box_tests = recorded.box_tests;
-      work.bv_tests = recorded.separation_tests + recorded.bv_tests;
+      work.bv_tests = recorded.bv_tests;
       work.leaf_tests = recorded.leaf_tests;
     } else {
       fcl::DistanceResultd result;
@@ -61,25 +85,30 @@ class AdaptivePair : public Method {
   }
 
   std::size_t bytes() const override {
-    return fclBytes(first_) + fclBytes(second_) + first_.trackingBytes() + second_.trackingBytes() +
-           coherent_.bytes();
+    return fclBytes(first_) + fclBytes(second_) + first_.trackingBytes() + second_.trackingBytes();
   }
 
  private:
   adaptive_bvh::AdaptiveBVHModel<BV> first_, second_;
-  adaptive_bvh::CoherentDistance<BV> coherent_;
-  Query query_;
+  bool recorded_;
 };
 
-using RssPair = AdaptivePair<fcl::RSSd, fcl::detail::MeshDistanceTraversalNodeRSSd>;
-using ObbrssPair = AdaptivePair<fcl::OBBRSSd, fcl::detail::MeshDistanceTraversalNodeOBBRSSd>;
+using RssPair = ModelPair<fcl::RSSd, fcl::detail::MeshDistanceTraversalNodeRSSd>;
+using ObbrssPair = ModelPair<fcl::OBBRSSd, fcl::detail::MeshDistanceTraversalNodeOBBRSSd>;
+
+MethodKind meshRow(std::string key, std::string title, bool coherently) {
+  return {std::move(key), std::move(title), MethodKind::Plain, false,
+          [coherently](const scenarios::Scenario& scenario) {
+            return std::make_unique<MeshPair>(scenario, coherently);
+          }};
+}
 
 template <typename Pair = RssPair>
-MethodKind row(std::string key, std::string title, const RefitPolicy& policy,
-               Query query = Query::Recorded, MethodKind::Note note = MethodKind::Plain) {
+MethodKind row(std::string key, std::string title, const RefitPolicy& policy, bool recorded,
+               MethodKind::Note note = MethodKind::Plain) {
   return {std::move(key), std::move(title), note, false,
-          [policy, query](const scenarios::Scenario& scenario) {
-            return std::make_unique<Pair>(scenario, policy, query);
+          [policy, recorded](const scenarios::Scenario& scenario) {
+            return std::make_unique<Pair>(scenario, policy, recorded);
           }};
 }
 
@@ -89,22 +118,17 @@ std::vector<MethodKind> adaptiveMethods() {
   const auto thesis = [](const char* key, FitnessCriterion criterion,
                          MethodKind::Note note = MethodKind::Plain) {
     return row(key, std::string("thesis: ") + toString(criterion), RefitPolicy::thesis(criterion),
-               Query::Recorded, note);
+               true, note);
   };
-  RefitPolicy on_demand;
-  on_demand.volumes_on_demand = true;
+  const RefitPolicy policy;
   return {
-      row("coherent", "CoherentDistance", RefitPolicy(), Query::Coherent),
-      row("recorded", "adaptive_bvh::distance", RefitPolicy()),
-      row("drop-in", "drop-in, fcl::distance", RefitPolicy(), Query::DropIn),
-      row("coherent-on-demand", "CoherentDistance, volumes on demand", on_demand, Query::Coherent),
-      row("recorded-on-demand", "adaptive_bvh::distance, the same", on_demand),
-      row<ObbrssPair>("coherent-obbrss", "OBBRSS: CoherentDistance", RefitPolicy(), Query::Coherent,
+      meshRow("coherent", "DeformableMesh, CoherentDistance", true),
+      meshRow("mesh", "DeformableMesh, adaptive_bvh::distance", false),
+      row("recorded", "AdaptiveBVHModel, adaptive_bvh::distance", policy, true),
+      row("drop-in", "AdaptiveBVHModel, fcl::distance", policy, false),
+      row<ObbrssPair>("recorded-obbrss", "OBBRSS: adaptive_bvh::distance", policy, true,
                       MethodKind::Slow),
-      row<ObbrssPair>("recorded-obbrss", "OBBRSS: adaptive_bvh::distance", RefitPolicy(),
-                      Query::Recorded, MethodKind::Slow),
-      row<ObbrssPair>("drop-in-obbrss", "OBBRSS: drop-in, fcl::distance", RefitPolicy(),
-                      Query::DropIn, MethodKind::Slow),
+      row<ObbrssPair>("drop-in-obbrss", "OBBRSS: fcl::distance", policy, false, MethodKind::Slow),
       thesis("thesis-a", FitnessCriterion::A),
       thesis("thesis-b", FitnessCriterion::B),
       thesis("thesis-ab", FitnessCriterion::AB),

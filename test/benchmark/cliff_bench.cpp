@@ -11,8 +11,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
@@ -136,75 +136,68 @@ Positions posed(Positions positions) {
   return positions;
 }
 
-/// The two bodies of a cliff.
-template <typename Model>
-struct ModelPair {
-  explicit ModelPair(const Cliff& cliff) {
-    adaptive_bvh::fillModel(cliff.first, first);
-    adaptive_bvh::fillModel(cliff.second, second);
-  }
-  Model first, second;
-};
-
 class FclPair {
  public:
-  explicit FclPair(const Cliff& cliff) : models_(cliff) {}
+  explicit FclPair(const Cliff& cliff) {
+    adaptive_bvh::fillModel(cliff.first, first_);
+    adaptive_bvh::fillModel(cliff.second, second_);
+  }
   void update(const Positions& first, const Positions& second) {
-    adaptive_bvh_bench::refitTopDown(models_.first, first);
-    adaptive_bvh_bench::refitTopDown(models_.second, second);
+    adaptive_bvh_bench::refitTopDown(first_, first);
+    adaptive_bvh_bench::refitTopDown(second_, second);
   }
   double distance() const {
     fcl::DistanceResultd result;
-    return fcl::distance<double>(&models_.first, origin_, &models_.second, origin_,
-                                 fcl::DistanceRequestd(), result);
+    return fcl::distance<double>(&first_, origin_, &second_, origin_, fcl::DistanceRequestd(),
+                                 result);
   }
 
  private:
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  ModelPair<fcl::BVHModel<fcl::RSSd>> models_;
+  fcl::BVHModel<fcl::RSSd> first_, second_;
 };
 
-class AdaptivePair {
+class MeshPair {
  public:
-  explicit AdaptivePair(const Cliff& cliff) : models_(cliff) {}
+  explicit MeshPair(const Cliff& cliff) : first_(cliff.first), second_(cliff.second) {}
   void update(const Positions& first, const Positions& second) {
-    models_.first.update(first);
-    models_.second.update(second);
+    first_.update(first);
+    second_.update(second);
   }
   double distance(bool coherently) {
     const fcl::DistanceRequestd request;
     fcl::DistanceResultd result;
     return coherently ? coherent_.distance(origin_, origin_, request, result)
-                      : adaptive_bvh::distance<double>(&models_.first, origin_, &models_.second,
-                                                       origin_, request, result);
+                      : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request,
+                                                       result);
   }
 
  private:
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  ModelPair<adaptive_bvh::AdaptiveBVHModeld> models_;
-  adaptive_bvh::CoherentDistance<fcl::RSSd> coherent_{models_.first, models_.second};
+  adaptive_bvh::DeformableMeshd first_, second_;
+  adaptive_bvh::CoherentDistanced coherent_{first_, second_};
 };
 
 struct Row {
-  double fcl, recorded, coherent;  ///< ms a frame
-  double worst_error = 0;          ///< of a distance
+  double fcl, mesh, coherent;  ///< ms a frame
+  double worst_error = 0;      ///< of a distance
 };
 
 Row measure(const Cliff& cliff, int frames, int repeats) {
-  std::vector<double> of_fcl, of_recorded, of_coherent;
+  std::vector<double> of_fcl, of_mesh, of_coherent;
   Row row{};
   for (int repeat = 0; repeat < repeats; ++repeat) {
     FclPair fcl(cliff);
-    AdaptivePair recorded(cliff), coherent(cliff);
+    MeshPair mesh(cliff), coherent(cliff);
     double sums[3] = {0, 0, 0};
     for (int frame = 0; frame < frames; ++frame) {
       const Positions first = posed(cliff.move_first(cliff.first, frame)),
                       second = posed(cliff.move_second(cliff.second, frame));
       fcl.update(first, second);
-      recorded.update(first, second);
+      mesh.update(first, second);
       coherent.update(first, second);
       const std::function<double()> queries[3] = {[&] { return fcl.distance(); },
-                                                  [&] { return recorded.distance(false); },
+                                                  [&] { return mesh.distance(false); },
                                                   [&] { return coherent.distance(true); }};
       double distances[3];
       for (int i = 0; i < 3; ++i) {
@@ -219,11 +212,11 @@ Row measure(const Cliff& cliff, int frames, int repeats) {
         row.worst_error = std::max(row.worst_error, std::abs(distances[k] - exact));
     }
     of_fcl.push_back(sums[0] / (frames - 2));
-    of_recorded.push_back(sums[1] / (frames - 2));
+    of_mesh.push_back(sums[1] / (frames - 2));
     of_coherent.push_back(sums[2] / (frames - 2));
   }
   row.fcl = median(of_fcl);
-  row.recorded = median(of_recorded);
+  row.mesh = median(of_mesh);
   row.coherent = median(of_coherent);
   return row;
 }
@@ -249,9 +242,8 @@ int main(int argc, char** argv) {
     };
     if (!names.empty() && std::none_of(names.begin(), names.end(), is_named)) continue;
     const Row row = measure(cliff, frames, repeats);
-    std::printf("| %s | %.3g | %.3g | %.3g | %.2f | %.2f | %.0e |\n", cliff.name, row.fcl,
-                row.recorded, row.coherent, row.fcl / row.recorded, row.coherent / row.recorded,
-                row.worst_error);
+    std::printf("| %s | %.3g | %.3g | %.3g | %.2f | %.2f | %.0e |\n", cliff.name, row.fcl, row.mesh,
+                row.coherent, row.fcl / row.mesh, row.coherent / row.mesh, row.worst_error);
     std::fflush(stdout);
     right = right && row.worst_error < 1e-9;
   }

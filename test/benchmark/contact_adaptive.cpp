@@ -1,5 +1,6 @@
-// This library's update with selfCollide, collide, distance and CoherentDistance.
+// DeformableMesh with selfCollide, collide, distance and CoherentDistance.
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "contact_pairs.h"
@@ -7,23 +8,16 @@
 namespace adaptive_bvh_bench {
 namespace {
 
-enum class Way { Default, OnDemand, Coherent };
-
-adaptive_bvh::RefitPolicy policyOf(Way way) {
-  adaptive_bvh::RefitPolicy policy;
-  policy.volumes_on_demand = way == Way::OnDemand;
-  return policy;
-}
-
-class AdaptiveContact : public ContactMethod {
+class MeshContact : public ContactMethod {
  public:
-  AdaptiveContact(const ContactCase& contact_case, Way way, int threads)
-      : job_(contact_case.job), way_(way), first_(policyOf(way)), second_(policyOf(way)) {
-    fillModel(contact_case.scenario.first.mesh(), first_);
+  MeshContact(const ContactCase& contact_case, bool coherently, int threads)
+      : job_(contact_case.job),
+        coherently_(coherently),
+        first_(contact_case.scenario.first.mesh()),
+        second_(contact_case.scenario.second.mesh()) {
     first_.setUpdateThreads(threads);
     second_.setUpdateThreads(threads);
     first_.setQueryThreads(threads);
-    if (job_ != Job::SelfCollision) fillModel(contact_case.scenario.second.mesh(), second_);
   }
 
   void update(const Frame& frame) override {
@@ -45,10 +39,7 @@ class AdaptiveContact : public ContactMethod {
   }
 
   ContactAnswer answer() override {
-    const adaptive_bvh::QueryWork work = first_.recordedWork();
     ContactAnswer answer;
-    answer.counts = {work.box_tests + work.separation_tests + work.bv_tests,
-                     job_ == Job::Distance ? -1 : work.candidates, work.leaf_tests, -1};
     answer.distance = distance_;
     answer.pairs = pairsOf(contacts_, job_ == Job::SelfCollision);
     return answer;
@@ -58,14 +49,14 @@ class AdaptiveContact : public ContactMethod {
   void distance() {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    distance_ = way_ == Way::Coherent ? coherent_.distance(origin_, origin_, request, result)
-                                      : adaptive_bvh::distance<double>(&first_, origin_, &second_,
-                                                                       origin_, request, result);
+    distance_ = coherently_ ? coherent_.distance(origin_, origin_, request, result)
+                            : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_,
+                                                             request, result);
   }
 
   Job job_;
-  Way way_;
-  adaptive_bvh::AdaptiveBVHModeld first_, second_;
+  bool coherently_;
+  adaptive_bvh::DeformableMeshd first_, second_;
   adaptive_bvh::CoherentDistanced coherent_{first_, second_};
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
   fcl::CollisionResultd contacts_;
@@ -75,26 +66,19 @@ class AdaptiveContact : public ContactMethod {
 }  // namespace
 
 std::vector<ContactKind> adaptiveContactMethods(int threads) {
-  const auto make = [](Way way, int used = 1) {
-    return [way, used](const ContactCase& c) {
-      return std::make_unique<AdaptiveContact>(c, way, used);
+  const auto make = [](bool coherently, int used = 1) {
+    return [coherently, used](const ContactCase& c) {
+      return std::make_unique<MeshContact>(c, coherently, used);
     };
   };
   const std::vector<Job> contacts = {Job::SelfCollision, Job::Collide};
   const std::vector<Job> all = {Job::SelfCollision, Job::Collide, Job::Distance};
   std::vector<ContactKind> kinds = {
-      {kContactOurs, "adaptive_bvh", ContactKind::Ours, true, all, make(Way::Default)},
-      {"on-demand", "adaptive_bvh, volumes on demand", ContactKind::Ours, true, all,
-       make(Way::OnDemand)},
-      {"coherent",
-       "CoherentDistance",
-       ContactKind::Ours,
-       true,
-       {Job::Distance},
-       make(Way::Coherent)}};
+      {kContactOurs, "adaptive_bvh", ContactKind::Ours, true, all, make(false)},
+      {"coherent", "CoherentDistance", ContactKind::Ours, true, {Job::Distance}, make(true)}};
   if (threads > 1)
     kinds.push_back({"threads", "adaptive_bvh, " + std::to_string(threads) + " threads",
-                     ContactKind::Ours, true, contacts, make(Way::Default, threads)});
+                     ContactKind::Ours, true, contacts, make(false, threads)});
   return kinds;
 }
 

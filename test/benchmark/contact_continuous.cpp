@@ -2,18 +2,18 @@
 #include "contact_continuous.h"
 
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/deformable_mesh.h"
 
 namespace adaptive_bvh_bench {
 namespace {
 
-/// Lists all candidates, and finds the earliest impact. The model itself needs no update: it lends
+/// Lists all candidates, and finds the earliest impact. The mesh itself needs no update: it lends
 /// the tree.
 class Continuous : public ContactMethod {
  public:
   Continuous(const ContactCase& contact_case, int threads)
-      : end_(contact_case.scenario.first.positions(0)) {
-    fillModel(contact_case.scenario.first.mesh(), model_);
-    model_.setQueryThreads(threads);
+      : mesh_(contact_case.scenario.first.mesh()), end_(contact_case.scenario.first.positions(0)) {
+    mesh_.setQueryThreads(threads);
   }
 
   void update(const Frame& frame) override {
@@ -21,7 +21,7 @@ class Continuous : public ContactMethod {
     end_ = frame.first;
   }
   void query() override {
-    const adaptive_bvh::Motion<fcl::RSSd> motion(model_, start_, end_);
+    const adaptive_bvh::Motion<double> motion(mesh_, start_, end_);
     first_ = earliestImpact(motion, 0, pairs_);
   }
   ContactAnswer answer() override {
@@ -32,7 +32,7 @@ class Continuous : public ContactMethod {
   }
 
  private:
-  adaptive_bvh::AdaptiveBVHModeld model_;
+  adaptive_bvh::DeformableMeshd mesh_;
   Positions start_, end_;
   adaptive_bvh::FeaturePairs pairs_;
   adaptive_bvh::Impact first_;

@@ -8,7 +8,7 @@
 #include "contact_pairs.h"
 #include "embree_scene.h"
 #include "geometry/moving_pairs4.h"
-#include "tree/feature_owners.h"
+#include "mesh/mesh_state.h"
 
 namespace adaptive_bvh_bench {
 namespace {
@@ -126,10 +126,9 @@ class EmbreeContinuous : public ContactMethod {
  private:
   /// By triangle.
   static std::vector<FeatureOwner> ownersOf(const Mesh& mesh) {
-    fcl::BVHModel<fcl::RSSd> model;
-    fillModel(mesh, model);
-    adaptive_bvh::FeatureOwners owners;
-    owners.adopt(model);
+    const adaptive_bvh::DeformableMeshd deformable(mesh);
+    const adaptive_bvh::FeatureOwners& owners =
+        adaptive_bvh::detail::MeshAccess<double>::state(deformable).topology->owners;
     std::vector<FeatureOwner> by_triangle(owners.size());
     for (std::size_t i = 0; i < owners.size(); ++i) by_triangle[owners[i].triangle] = owners[i];
     return by_triangle;

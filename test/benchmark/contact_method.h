@@ -69,7 +69,7 @@ struct ContactKind {
 };
 
 /// Those that others are compared with.
-constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "recorded";
+constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "mesh";
 
 /// This library's; with a row on so many threads where they are more than one.
 std::vector<ContactKind> adaptiveContactMethods(int threads);

@@ -112,7 +112,7 @@ class LazyPair : public Method {
                             fcl::DistanceRequestd(), result);
     node.enableStatistics(true);
     fcl::detail::distance(&node);
-    work_ = {0, node.num_bv_tests, node.num_leaf_tests, 0};
+    work_ = {node.num_bv_tests, node.num_leaf_tests, 0};
     return result.min_distance;
   }
 

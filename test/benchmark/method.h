@@ -12,11 +12,10 @@ namespace adaptive_bvh_bench {
 using Point = scenarios::Point;
 using Positions = std::vector<Point>;
 
-/// What one frame took, counted.
+/// What one frame took, counted; 0 where a method does not count.
 struct Work {
-  long box_tests = 0, bv_tests = 0, leaf_tests = 0, refitted = 0;
+  long bv_tests = 0, leaf_tests = 0, refitted = 0;
   void operator+=(const Work& other) {
-    box_tests += other.box_tests;
     bv_tests += other.bv_tests;
     leaf_tests += other.leaf_tests;
     refitted += other.refitted;

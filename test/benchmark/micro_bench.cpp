@@ -1,19 +1,23 @@
-// The parts of a step, by themselves: one volume test, one refit, one propagation. Items are nodes,
-// vertices or fits, so items_per_second compares sizes.
+// The parts of a step, by themselves: one volume test, one refit, one propagation; the build, the
+// update and a copy of a DeformableMesh, and its smallest query. Items are nodes, vertices, fits or
+// triangles, so items_per_second compares sizes.
 #include <benchmark/benchmark.h>
 
 #include <fcl/math/bv/RSS.h>
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/hierarchy.h"
-#include "model_state.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/query.h"
+#include "bodies.h"
 #include "scenarios.h"
-#include "update/body_fit.h"
 #include "volume/volume.h"
 
 namespace {
 
+using Mesh = adaptive_bvh::DeformableMeshd;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using V = adaptive_bvh::Volume<fcl::RSSd>;
 
@@ -72,43 +76,12 @@ void refit(benchmark::State& state) {
 }
 BENCHMARK(refit)->RangeMultiplier(4)->Range(1, 4096);
 
-/// An inner refit by extents, of nodes with so many triangles, hot in the cache; then with axes
-/// anew.
-void bodyFit(benchmark::State& state) {
-  Model model = helmetOf(4);
-  const adaptive_bvh::AdaptiveTree<fcl::RSSd>& tree =
-      adaptive_bvh::detail::ModelAccess<fcl::RSSd>::tree(model);
-  const adaptive_bvh::UpdateTarget<fcl::RSSd> target{
-      model, const_cast<adaptive_bvh::AdaptiveTree<fcl::RSSd>&>(tree)};
-  adaptive_bvh::VertexStates<double> states;
-  states.reset(tree.topology.slots.size());
-  states.start(target, tree.boxes->frame);
-  std::vector<adaptive_bvh::KeptAxes> kept(std::size_t(tree.boxes->largeNodes()));
-  adaptive_bvh::BodyFit<fcl::RSSd> fit(target, states.data(), nullptr, kept.data(),
-                                       adaptive_bvh::RefitPolicy());
-  std::vector<int> nodes;
-  for (int i = 0; i < model.getNumBVs(); ++i)
-    if (model.getBV(i).num_primitives == state.range(0) && nodes.size() < 32) {
-      nodes.push_back(i);
-      if (state.range(0) > 2) fit.keepAxes(i, model.getBV(i).bv);
-    }
-  const auto boxes = target.tree.boxes->nodes();
-  std::size_t i = 0;
-  for (auto _ : state) {
-    if (state.range(1)) kept[std::size_t(boxes.largeIndex(nodes[i]))].area = 0;
-    benchmark::DoNotOptimize(fit(nodes[i]));
-    i = i + 1 < nodes.size() ? i + 1 : 0;
-  }
-  state.counters["nodes"] = double(nodes.size());
-}
-BENCHMARK(bodyFit)->ArgsProduct({{1, 2, 4, 8, 16, 64, 256}, {0, 1}});
-
-/// An update without refits; its phase `seconds`.
+/// An update by that criterion; its phase `seconds`.
 template <typename Seconds>
-void update(benchmark::State& state, Seconds&& seconds) {
+void update(benchmark::State& state, adaptive_bvh::FitnessCriterion criterion, Seconds&& seconds) {
   Model model = helmetOf(int(state.range(0)));
   adaptive_bvh::RefitPolicy policy;
-  policy.criterion = adaptive_bvh::FitnessCriterion::RefitNone;
+  policy.criterion = criterion;
   policy.propagation = static_cast<adaptive_bvh::Propagation>(state.range(1));
   model.setRefitPolicy(policy);
   const scenarios::Body body = scenarios::helmet(int(state.range(0)));
@@ -120,17 +93,111 @@ const std::vector<std::vector<std::int64_t>> kUpdates = {{1, 4, 16}, {0, 1}};
 
 /// Reading positions and measuring every displacement; items are vertices.
 void displacement(benchmark::State& state) {
-  update(state, [](const auto& report) { return report.displacement_seconds; });
+  update(state, adaptive_bvh::FitnessCriterion::RefitNone,
+         [](const auto& report) { return report.displacement_seconds; });
   state.SetItemsProcessed(state.iterations() * helmetOf(int(state.range(0))).num_vertices);
 }
 BENCHMARK(displacement)->ArgsProduct(kUpdates)->UseManualTime();
 
 /// The propagation; items are nodes.
 void propagation(benchmark::State& state) {
-  update(state, [](const auto& report) { return report.propagation_seconds; });
+  update(state, adaptive_bvh::FitnessCriterion::RefitNone,
+         [](const auto& report) { return report.propagation_seconds; });
   state.SetItemsProcessed(state.iterations() * helmetOf(int(state.range(0))).getNumBVs());
 }
 BENCHMARK(propagation)->ArgsProduct(kUpdates)->UseManualTime();
+
+/// The refit of every node; items are nodes.
+void refitAll(benchmark::State& state) {
+  update(state, adaptive_bvh::FitnessCriterion::RefitAll,
+         [](const auto& report) { return report.seconds(); });
+  state.SetItemsProcessed(state.iterations() * helmetOf(int(state.range(0))).getNumBVs());
+}
+BENCHMARK(refitAll)->ArgsProduct(kUpdates)->UseManualTime();
+
+// ---- DeformableMesh -----------------------------------------------------------------------------
+
+Mesh meshOf(int resolution) { return Mesh(scenarios::helmet(resolution).mesh()); }
+
+void countTriangles(benchmark::State& state, const Mesh& mesh) {
+  const auto triangles = std::int64_t(mesh.triangles().size());
+  state.SetItemsProcessed(state.iterations() * triangles);
+  state.counters["triangles"] = double(triangles);
+  state.counters["bytes a triangle"] = double(mesh.bytes()) / double(triangles);
+}
+
+void meshBuild(benchmark::State& state) {
+  const scenarios::Mesh mesh = scenarios::helmet(int(state.range(0))).mesh();
+  for (auto _ : state) {
+    const Mesh built(mesh);
+    benchmark::DoNotOptimize(&built);
+  }
+  countTriangles(state, Mesh(mesh));
+}
+BENCHMARK(meshBuild)->Arg(1)->Arg(4)->Arg(16);
+
+void meshUpdate(benchmark::State& state) {
+  const scenarios::Body body = scenarios::helmet(int(state.range(0)));
+  const std::vector<scenarios::Point> steps[] = {body.positions(9), body.positions(10)};
+  Mesh mesh = meshOf(int(state.range(0)));
+  int i = 0;
+  for (auto _ : state) mesh.update(steps[i++ % 2]);
+  countTriangles(state, mesh);
+}
+BENCHMARK(meshUpdate)->Arg(1)->Arg(4)->Arg(16);
+
+/// The same of the 320 triangles of a small sheet.
+void smallMeshUpdate(benchmark::State& state) {
+  const scenarios::Mesh sheet = scenarios::grid(16, 10, 1.6, 1);
+  std::vector<scenarios::Point> steps[] = {sheet.vertices, sheet.vertices};
+  for (scenarios::Point& p : steps[1]) p[2] += 0.01 * p[0];
+  Mesh mesh(sheet);
+  int i = 0;
+  for (auto _ : state) mesh.update(steps[i++ % 2]);
+  countTriangles(state, mesh);
+}
+BENCHMARK(smallMeshUpdate);
+
+/// A snapshot: made anew, and into the memory of the one before.
+void meshCopy(benchmark::State& state) {
+  const Mesh mesh = meshOf(int(state.range(0)));
+  for (auto _ : state) {
+    const Mesh copy(mesh);
+    benchmark::DoNotOptimize(&copy);
+  }
+  countTriangles(state, mesh);
+}
+BENCHMARK(meshCopy)->Arg(1)->Arg(4)->Arg(16);
+void meshAssignment(benchmark::State& state) {
+  const Mesh mesh = meshOf(int(state.range(0)));
+  Mesh copy(mesh);
+  for (auto _ : state) {
+    copy = mesh;
+    benchmark::DoNotOptimize(&copy);
+  }
+  countTriangles(state, mesh);
+}
+BENCHMARK(meshAssignment)->Arg(1)->Arg(4)->Arg(16);
+
+/// Two meshes so far apart that their roots decide: do they touch, are they near?
+void rejectedAtTheRoot(benchmark::State& state) {
+  const Mesh first = meshOf(4), second = first;
+  const bool collides = state.range(0) != 0;
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
+  fcl::Transform3d far = origin;
+  far.translation().x() = 100;
+  const fcl::CollisionRequestd request;
+  fcl::CollisionResultd result;
+  bool found = false;
+  for (auto _ : state) {
+    if (collides)
+      found |= adaptive_bvh::collide<double>(&first, origin, &second, far, request, result) > 0;
+    else
+      found |= isNearer(first, origin, second, far, 1.);
+  }
+  if (found) state.SkipWithError("found something");
+}
+BENCHMARK(rejectedAtTheRoot)->Arg(0)->Arg(1);
 
 }  // namespace
 

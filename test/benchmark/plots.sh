@@ -40,7 +40,7 @@ GNUPLOT
     local name file plots=""
     name=$(jq -r ".[0].scenarios[$i].name" "$results")
     file=$folder/frames_$(echo "$name" | tr ' /.' '___').png
-    for key in fcl-rss expert-aabb larsson thesis-ab-or-bc drop-in recorded coherent; do
+    for key in fcl-rss expert-aabb larsson thesis-ab-or-bc drop-in recorded mesh coherent; do
       jq -r --arg key "$key" ".[0].scenarios[$i].methods[] | select(.key == \$key) | .frame_ms[]" \
         "$results" >"$work/$key.$i.dat"
       [ -s "$work/$key.$i.dat" ] || continue
@@ -88,7 +88,7 @@ GNUPLOT
 # A group of bars a case; a case without a method leaves its place empty.
 contact() {
   local key title plots=""
-  for key in fcl-rss cgal embree embree-planes recorded on-demand coherent; do
+  for key in fcl-rss cgal embree embree-planes mesh coherent; do
     title=$(jq -r --arg key "$key" '[.[].methods[] | select(.key == $key) | .title][0] // $key' "$results")
     jq -r --arg key "$key" "$jq_tools"'.[] | select(.job != "continuous")
       | ([.methods[] | select(.key == $key)

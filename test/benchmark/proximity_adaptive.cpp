@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "contact_judge.h"
@@ -13,7 +14,7 @@
 namespace adaptive_bvh_bench {
 namespace {
 
-using adaptive_bvh::AdaptiveBVHModeld;
+using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FeaturePair;
 
 ProximityAnswer sortedAnswer(std::vector<std::pair<unsigned, unsigned>> pairs) {
@@ -21,19 +22,16 @@ ProximityAnswer sortedAnswer(std::vector<std::pair<unsigned, unsigned>> pairs) {
   return {std::move(pairs), {}};
 }
 
-class AdaptiveProximity : public ProximityMethod {
+class MeshProximity : public ProximityMethod {
  public:
-  AdaptiveProximity(const ProximityCase& proximity_case, bool by_distance, int threads)
-      : case_(proximity_case), by_distance_(by_distance) {
-    adaptive_bvh::RefitPolicy policy;
-    policy.volumes_on_demand = true;
-    first_.setRefitPolicy(policy);
-    second_.setRefitPolicy(policy);
-    fillModel(case_.scenario.first.mesh(), first_);
-    if (!case_.is_self) fillModel(case_.scenario.second.mesh(), second_);
-    for (AdaptiveBVHModeld* model : {&first_, &second_}) {
-      model->setUpdateThreads(threads);
-      model->setQueryThreads(threads);
+  MeshProximity(const ProximityCase& proximity_case, bool by_distance, int threads)
+      : case_(proximity_case),
+        by_distance_(by_distance),
+        first_(case_.scenario.first.mesh()),
+        second_(case_.scenario.second.mesh()) {
+    for (DeformableMeshd* mesh : {&first_, &second_}) {
+      mesh->setUpdateThreads(threads);
+      mesh->setQueryThreads(threads);
     }
     request_.distance = case_.distance;
   }
@@ -77,7 +75,7 @@ class AdaptiveProximity : public ProximityMethod {
   const ProximityCase& case_;
   const bool by_distance_;
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  AdaptiveBVHModeld first_, second_;
+  DeformableMeshd first_, second_;
   adaptive_bvh::CoherentProximityd nearer_{first_, second_};
   adaptive_bvh::CoherentDistanced distance_{first_, second_};
   adaptive_bvh::ProximityRequest<double> request_;
@@ -151,7 +149,7 @@ class FclProximity : public ProximityMethod {
 std::vector<ProximityKind> adaptiveProximityMethods(int threads) {
   const auto make = [](bool by_distance, int used) {
     return [=](const ProximityCase& c) {
-      return std::make_unique<AdaptiveProximity>(c, by_distance, used);
+      return std::make_unique<MeshProximity>(c, by_distance, used);
     };
   };
   const std::vector<Question> all = {Question::Pairs, Question::Nearer, Question::Points,

@@ -4,9 +4,9 @@
     PYTHONPATH=build/release/python python3 test/benchmark/python_bench.py \\
         build/release/test/benchmark/libpython_bench.so
 
-After each update comes a distance to a body below, which is not timed: an update refits what was in
-the way of a query. Prints medians. Fails with --check when an update takes over 5 % longer than in C++, a call of
-distance over 3 us longer, or building a model anew, python-fcl's way, less than 50 times an update.
+After each update comes a distance to a body below, which is not timed. Prints medians. Fails with
+--check when an update takes over 5 % longer than in C++, a call of distance over 3 us longer, or
+building a model of FCL's anew, python-fcl's way, less than 50 times an update.
 """
 import argparse
 import ctypes
@@ -23,7 +23,7 @@ Pointer = ctypes.c_void_p
 
 def load(path):
     bench = ctypes.CDLL(path)
-    bench.make.argtypes = [Pointer, ctypes.c_int, Pointer] + 3 * [ctypes.c_int]
+    bench.make.argtypes = [Pointer, ctypes.c_int, Pointer, ctypes.c_int]
     bench.make.restype = Pointer
     bench.destroy.argtypes = [Pointer]
     bench.update.argtypes = [Pointer, Pointer]
@@ -51,10 +51,8 @@ def frames_of(vertices, count):
     return frames + frames[-2:0:-1]
 
 
-def subject(bench, vertices, faces, volume, on_demand=False):
-    return bench.make(
-        vertices.ctypes.data, len(vertices), faces.ctypes.data, len(faces), volume == "obbrss", on_demand
-    )
+def subject(bench, vertices, faces):
+    return bench.make(vertices.ctypes.data, len(vertices), faces.ctypes.data, len(faces))
 
 
 def seconds(call):
@@ -63,15 +61,13 @@ def seconds(call):
     return time.perf_counter() - start
 
 
-def compare_updates(bench, volume, on_demand, n, rounds):
+def compare_updates(bench, n, rounds):
     """Milliseconds of an update in C++ and Python, the median of their ratios, and of a build."""
     vertices, faces = sheet(n)
     frames = frames_of(vertices, 20)
-    policy = ab.RefitPolicy(volumes_on_demand=on_demand)
-    theirs = subject(bench, vertices, faces, volume, on_demand)
-    ours = ab.Model(vertices, faces, volume, policy=policy)
+    theirs, ours = subject(bench, vertices, faces), ab.DeformableMesh(vertices, faces)
     corners, sides = sheet(1)
-    their_floor, our_floor = subject(bench, corners, sides, volume), ab.Model(corners, sides, volume)
+    their_floor, our_floor = subject(bench, corners, sides), ab.DeformableMesh(corners, sides)
     below = np.eye(4)
     below[2, 3] = -0.3
     cpp, python = [], []
@@ -95,11 +91,11 @@ def compare_updates(bench, volume, on_demand, n, rounds):
     return median(cpp[2:]), median(python[2:]), median(ratios), median(builds)
 
 
-def compare_distances(bench, volume, rounds, calls=200):
+def compare_distances(bench, rounds, calls=200):
     """Microseconds of a call in C++ and Python, of two sheets that face each other."""
     vertices, faces = sheet(1)
-    first, second = (subject(bench, vertices, faces, volume) for _ in range(2))
-    a, b = (ab.Model(vertices, faces, volume) for _ in range(2))
+    first, second = (subject(bench, vertices, faces) for _ in range(2))
+    a, b = (ab.DeformableMesh(vertices, faces) for _ in range(2))
     tf = np.eye(4)
     tf[2, 3] = 1
     cpp, python = [], []
@@ -124,23 +120,18 @@ def main():
     arguments.add_argument("--check", action="store_true")
     given = arguments.parse_args()
     bench = load(given.library)
-    failed = False
-    for volume, on_demand in (("rss", False), ("rss", True), ("obbrss", False), ("obbrss", True)):
-        cpp, python, ratio, build = compare_updates(bench, volume, on_demand, given.size, given.rounds)
-        print(
-            f"{volume}{', volumes on demand' * on_demand}: update of {(given.size + 1) ** 2} vertices: C++ {cpp * 1e3:.2f} ms, Python "
-            f"{python * 1e3:.2f} ms, median of ratios {ratio:.3f}; new FCL model {build * 1e3:.0f} ms, "
-            f"{build / python:.0f} times the update"
-        )
-        failed |= ratio > 1.05 or build / python < 50
-        if on_demand:
-            continue
-        one, other = compare_distances(bench, volume, 10 * given.rounds)
-        print(
-            f"{volume}: distance of 2 + 2 triangles: C++ {one:.2f} us, Python {other:.2f} us, "
-            f"{other - one:.2f} us more"
-        )
-        failed |= other - one > 3
+    cpp, python, ratio, build = compare_updates(bench, given.size, given.rounds)
+    print(
+        f"update of {(given.size + 1) ** 2} vertices: C++ {cpp * 1e3:.2f} ms, Python "
+        f"{python * 1e3:.2f} ms, median of ratios {ratio:.3f}; new FCL model {build * 1e3:.0f} ms, "
+        f"{build / python:.0f} times the update"
+    )
+    one, other = compare_distances(bench, 10 * given.rounds)
+    print(
+        f"distance of 2 + 2 triangles: C++ {one:.2f} us, Python {other:.2f} us, "
+        f"{other - one:.2f} us more"
+    )
+    failed = ratio > 1.05 or build / python < 50 or other - one > 3
     sys.exit(given.check and failed)
 
 

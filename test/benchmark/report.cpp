@@ -127,23 +127,20 @@ void writeTables(std::ostream& out, const Series& series, const std::vector<Meth
       series.aligned ? "Aligned" : "General", series.resolution,
       series.resolution * series.resolution, triangles, series.stride, frames, touching, repeats);
   out << "| method | ms | ± % | faster than FCL RSS | than FCL's best | update | query | touching "
-         "| box tests | volume tests | triangle tests | refits | wrong frames | bytes a triangle "
+         "| volume tests | triangle tests | refits | wrong frames | bytes a triangle "
          "|\n"
          "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | "
-         "---: | ---: "
-         "|\n";
+         "---: |\n";
   const std::size_t reference = referenceOf(kinds);
   const Sum base = reference < kinds.size() ? sumOf(series, reference) : Sum();
   const Sum peer = bestPeer(series, kinds);
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     const Sum sum = sumOf(series, k);
     out << text(
-        "| %s | %.1f | %.0f | %.2f | %.2f | %.1f | %.1f | %.1f | %ld | %ld | %ld | %ld | %d | %.0f "
-        "|\n",
+        "| %s | %.1f | %.0f | %.2f | %.2f | %.1f | %.1f | %.1f | %ld | %ld | %ld | %d | %.0f |\n",
         kinds[k].title.c_str(), median(sum.total), spread(sum.total), speedUp(base, sum),
-        speedUp(peer, sum), median(sum.update), median(sum.query), sum.touching, sum.work.box_tests,
-        sum.work.bv_tests, sum.work.leaf_tests, sum.work.refitted, sum.wrong,
-        sum.bytes / sum.triangles);
+        speedUp(peer, sum), median(sum.update), median(sum.query), sum.touching, sum.work.bv_tests,
+        sum.work.leaf_tests, sum.work.refitted, sum.wrong, sum.bytes / sum.triangles);
   }
 
   out << "\n| ms |";
@@ -182,7 +179,6 @@ void writeJson(const std::string& path, const std::vector<Series>& all,
                                     {"update_ms", m.update_ms},
                                     {"query_ms", m.query_ms},
                                     {"frame_ms", m.frame_ms},
-                                    {"box_tests", m.work.box_tests},
                                     {"bv_tests", m.work.bv_tests},
                                     {"leaf_tests", m.work.leaf_tests},
                                     {"refitted", m.work.refitted},
@@ -200,9 +196,7 @@ void writeJson(const std::string& path, const std::vector<Series>& all,
 void writeCsv(const std::string& path, const std::vector<Series>& all,
               const std::vector<MethodKind>& kinds) {
   std::ofstream out = opened(path);
-  out << "resolution,stride,aligned,scenario,frames,triangles,method,update_ms,query_ms,box_tests,"
-         "bv_"
-         "tests,"
+  out << "resolution,stride,aligned,scenario,frames,triangles,method,update_ms,query_ms,bv_tests,"
          "leaf_tests,refitted,wrong_frames,worst_error,bytes_per_triangle\n";
   for (const Series& series : all)
     for (const ScenarioResult& scenario : series.scenarios)
@@ -211,9 +205,8 @@ void writeCsv(const std::string& path, const std::vector<Series>& all,
         out << series.resolution << ',' << series.stride << ',' << series.aligned << ','
             << scenario.name << ',' << scenario.frames << ',' << scenario.triangles << ','
             << kinds[k].key << ',' << median(m.update_ms) << ',' << median(m.query_ms) << ','
-            << m.work.box_tests << ',' << m.work.bv_tests << ',' << m.work.leaf_tests << ','
-            << m.work.refitted << ',' << m.wrong_frames << ',' << m.worst_error << ','
-            << m.bytes_per_triangle << '\n';
+            << m.work.bv_tests << ',' << m.work.leaf_tests << ',' << m.work.refitted << ','
+            << m.wrong_frames << ',' << m.worst_error << ',' << m.bytes_per_triangle << '\n';
       }
 }
 

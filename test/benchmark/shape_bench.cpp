@@ -10,7 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "contact_bodies.h"
 #include "fcl_support.h"
@@ -95,9 +95,8 @@ struct Truth {
 
 /// Returns whether ours is right.
 bool measure(const scenarios::Body& body, const Query& query, const Transform& pose) {
-  adaptive_bvh::AdaptiveBVHModeld ours;
+  adaptive_bvh::DeformableMeshd ours(body.mesh());
   fcl::BVHModel<fcl::RSSd> fcls;
-  fillModel(body.mesh(), ours);
   fillModel(body.mesh(), fcls);
   const Transform still = Transform::Identity();
   const fcl::CollisionRequestd all(10000000, true);

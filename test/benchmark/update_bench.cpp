@@ -1,11 +1,13 @@
-// Updates alone: against the floor of what memory allows, of a few vertices against all, on several
-// threads against one. Everything interleaved in one process; medians of ratios.
+// Updates alone, of AdaptiveBVHModel and of DeformableMesh: against the floor of what memory
+// allows, of a few vertices against all, on several threads against one; and one against the other.
+// Everything interleaved in one process; medians of ratios.
 #include <cstdio>
 #include <functional>
 
 #include <CLI/CLI.hpp>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "median.h"
 #include "scenarios.h"
@@ -15,6 +17,7 @@ namespace {
 
 using adaptive_bvh_bench::median;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
+using Mesh = adaptive_bvh::DeformableMeshd;
 using Positions = std::vector<scenarios::Point>;
 
 template <typename Work>
@@ -36,9 +39,13 @@ Model modelOf(const scenarios::Body& body, adaptive_bvh::FitnessCriterion criter
   return model;
 }
 
+/// What a body has: nodes or triangles.
+int size(const Model& model) { return model.getNumBVs(); }
+int size(const Mesh& mesh) { return static_cast<int>(mesh.triangles().size()); }
+
 /// Runs two ways in turn over all frames, and after each what is not timed; prints nanoseconds a
-/// node of both, and the ratio.
-void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
+/// node or triangle of both, and the ratio.
+void compare(const std::string& what, int count, int rounds, std::size_t frames,
              const std::function<void(std::size_t)>& slower,
              const std::function<void(std::size_t)>& after_slower,
              const std::function<void(std::size_t)>& faster,
@@ -52,27 +59,28 @@ void compare(const std::string& what, int nodes, int rounds, std::size_t frames,
       sum_b += nanoseconds([&] { faster(frame); });
       after_faster(frame);
     }
-    const double all = double(frames) * nodes;
+    const double all = double(frames) * count;
     a.push_back(sum_a / all);
     b.push_back(sum_b / all);
     ratio.push_back(sum_a / sum_b);
   }
-  std::printf("| %s | %d | %.2f | %.2f | %.2f |\n", what.c_str(), nodes, median(a), median(b),
+  std::printf("| %s | %d | %.2f | %.2f | %.2f |\n", what.c_str(), count, median(a), median(b),
               median(ratio));
   std::fflush(stdout);
 }
 
 void nothing(std::size_t) {}
 
-void heading(const char* what, const char* a, const char* b) {
-  std::printf(
-      "\n| %s | nodes | %s, ns a node | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n", what,
-      a, b);
+/// `unit`: what the times are divided by.
+void heading(const char* what, const char* unit, const char* a, const char* b) {
+  std::printf("\n| %s | %ss | %s, ns a %s | %s | ratio |\n| --- | ---: | ---: | ---: | ---: |\n",
+              what, unit, a, unit, b);
 }
 
-/// Every vertex read and written once, and one number on one cache line of every node of FCL's.
+/// Of a model every vertex read and written once, and one number on one cache line of every node of
+/// FCL's.
 void floors(int rounds, int largest) {
-  heading("update without refits, helmet", "update", "floor");
+  heading("update of a model without refits, helmet", "node", "update", "floor");
   for (int resolution = 1; resolution <= largest; resolution *= 2) {
     const scenarios::Body body = scenarios::helmet(resolution);
     const std::vector<Positions> frames = framesOf(body);
@@ -90,25 +98,66 @@ void floors(int rounds, int largest) {
   }
 }
 
-/// Local poke: the sheet's 1 % of vertices that move, by number, against all. Between the updates
-/// the tool moves and recorded queries run, outside of the clock, so that refits go by what they
-/// meet.
-void partial(int rounds) {
-  heading("local poke, sheet", "update of all", "of those that move");
-  for (int resolution : {1, 2, 4}) {
-    const scenarios::Scenario poke = scenarios::furtherScenarios({resolution, false}).front();
-    const std::vector<Positions> frames = framesOf(poke.first);
-    std::vector<std::vector<unsigned>> indices(frames.size());
-    std::vector<Positions> to(frames.size());
+/// Of a mesh every vertex read and written once; and a model that refits every volume.
+void meshes(int rounds, int largest) {
+  heading("update of a mesh, helmet", "triangle", "update", "copy of the positions");
+  for (int resolution = 1; resolution <= largest; resolution *= 2) {
+    const scenarios::Body body = scenarios::helmet(resolution);
+    const std::vector<Positions> frames = framesOf(body);
+    Mesh mesh(body.mesh());
+    Positions copy = frames.front();
+    compare(
+        "x " + std::to_string(resolution * resolution), size(mesh), rounds, frames.size(),
+        [&](std::size_t i) { mesh.update(frames[i]); }, nothing,
+        [&](std::size_t i) { std::copy(frames[i].begin(), frames[i].end(), copy.begin()); },
+        nothing);
+  }
+  heading("every volume, helmet", "triangle", "update of a model, RefitAll", "of a mesh");
+  for (int resolution = 1; resolution <= largest; resolution *= 2) {
+    const scenarios::Body body = scenarios::helmet(resolution);
+    const std::vector<Positions> frames = framesOf(body);
+    Model model = modelOf(body, adaptive_bvh::FitnessCriterion::RefitAll);
+    Mesh mesh(body.mesh());
+    compare(
+        "x " + std::to_string(resolution * resolution), size(mesh), rounds, frames.size(),
+        [&](std::size_t i) { model.update(frames[i]); }, nothing,
+        [&](std::size_t i) { mesh.update(frames[i]); }, nothing);
+  }
+}
+
+constexpr int kPokes[] = {1, 2, 4};
+
+/// The sheet of the local poke, and which of its vertices move where in each frame.
+struct Poke {
+  explicit Poke(int resolution)
+      : scenario(scenarios::furtherScenarios({resolution, false}).front()),
+        frames(framesOf(scenario.first)),
+        indices(frames.size()),
+        to(frames.size()) {
     for (std::size_t i = 0; i < frames.size(); ++i)
       for (std::size_t v = 0; v < frames[i].size(); ++v)
         if (frames[i][v] != frames[(i + frames.size() - 1) % frames.size()][v]) {
           indices[i].push_back(unsigned(v));
           to[i].push_back(frames[i][v]);
         }
-    Model all = modelOf(poke.first, adaptive_bvh::FitnessCriterion::AB), some = all;
-    Model tool = modelOf(poke.second, adaptive_bvh::FitnessCriterion::AB);
-    const std::vector<Positions> tool_frames = framesOf(poke.second);
+  }
+
+  scenarios::Scenario scenario;
+  std::vector<Positions> frames;
+  std::vector<std::vector<unsigned>> indices;
+  std::vector<Positions> to;
+};
+
+/// Local poke: the sheet's 1 % of vertices that move, by number, against all. Between the updates
+/// of a model the tool moves and recorded queries run, outside of the clock, so that refits go by
+/// what they meet.
+void partial(int rounds) {
+  heading("local poke, sheet, model", "node", "update of all", "of those that move");
+  for (int resolution : kPokes) {
+    const Poke poke(resolution);
+    Model all = modelOf(poke.scenario.first, adaptive_bvh::FitnessCriterion::AB), some = all;
+    Model tool = modelOf(poke.scenario.second, adaptive_bvh::FitnessCriterion::AB);
+    const std::vector<Positions> tool_frames = framesOf(poke.scenario.second);
     const auto ask = [&](const Model& model, std::size_t frame) {
       tool.update(tool_frames[frame]);
       fcl::DistanceResultd result;
@@ -117,28 +166,48 @@ void partial(int rounds) {
                                      result);
     };
     compare(
-        "x " + std::to_string(resolution * resolution), all.getNumBVs(), rounds, frames.size(),
-        [&](std::size_t i) { all.update(frames[i]); }, [&](std::size_t i) { ask(all, i); },
-        [&](std::size_t i) { some.update(indices[i], to[i]); },
+        "x " + std::to_string(resolution * resolution), size(all), rounds, poke.frames.size(),
+        [&](std::size_t i) { all.update(poke.frames[i]); }, [&](std::size_t i) { ask(all, i); },
+        [&](std::size_t i) { some.update(poke.indices[i], poke.to[i]); },
         [&](std::size_t i) { ask(some, i); });
+  }
+  heading("local poke, sheet, mesh", "triangle", "update of all", "of those that move");
+  for (int resolution : kPokes) {
+    const Poke poke(resolution);
+    Mesh all(poke.scenario.first.mesh()), some = all;
+    compare(
+        "x " + std::to_string(resolution * resolution), size(all), rounds, poke.frames.size(),
+        [&](std::size_t i) { all.update(poke.frames[i]); }, nothing,
+        [&](std::size_t i) { some.update(poke.indices[i], poke.to[i]); }, nothing);
   }
 }
 
 void threads(int rounds, int count) {
-  heading("threads, helmet", "one", (std::to_string(count) + " threads").c_str());
-  for (int resolution : {9, 12, 20}) {
+  const std::string several = std::to_string(count) + " threads";
+  heading("threads, helmet, model", "node", "one", several.c_str());
+  const auto compareThreads = [&](const std::string& what, auto one,
+                                  const std::vector<Positions>& frames) {
+    auto many = one;
+    many.setUpdateThreads(count);
+    compare(
+        what, size(one), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
+        nothing, [&](std::size_t i) { many.update(frames[i]); }, nothing);
+  };
+  constexpr int kResolutions[] = {9, 12, 20};
+  for (int resolution : kResolutions) {
     const scenarios::Body body = scenarios::helmet(resolution);
-    const std::vector<Positions> frames = framesOf(body);
     for (const auto criterion :
-         {adaptive_bvh::FitnessCriterion::RefitNone, adaptive_bvh::FitnessCriterion::A}) {
-      Model one = modelOf(body, criterion), many = one;
-      many.setUpdateThreads(count);
-      compare(
-          std::to_string(one.num_tris) + " triangles, " +
+         {adaptive_bvh::FitnessCriterion::RefitNone, adaptive_bvh::FitnessCriterion::A})
+      compareThreads(
+          std::to_string(body.triangles().size()) + " triangles, " +
               (criterion == adaptive_bvh::FitnessCriterion::A ? "refits by test A" : "no refits"),
-          one.getNumBVs(), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
-          nothing, [&](std::size_t i) { many.update(frames[i]); }, nothing);
-    }
+          modelOf(body, criterion), framesOf(body));
+  }
+  heading("threads, helmet, mesh", "triangle", "one", several.c_str());
+  for (int resolution : kResolutions) {
+    const scenarios::Body body = scenarios::helmet(resolution);
+    compareThreads(std::to_string(body.triangles().size()) + " triangles", Mesh(body.mesh()),
+                   framesOf(body));
   }
 }
 
@@ -152,6 +221,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", thread_count, "To compare with one")->check(CLI::Range(2, 64));
   CLI11_PARSE(app, argc, argv);
   floors(rounds, largest);
+  meshes(rounds, largest);
   partial(rounds);
   threads(rounds, thread_count);
 }

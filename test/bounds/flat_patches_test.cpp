@@ -8,8 +8,7 @@
 
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
-#include "model_state.h"
+#include "mesh/mesh_state.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
 
@@ -18,17 +17,16 @@ namespace flat_patches_test {
 
 using adaptive_bvh::FlatPatches;
 using adaptive_bvh::Patch;
-using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+using Mesh = adaptive_bvh::DeformableMeshd;
 
-/// The flat nodes of a model.
+/// The flat nodes of a mesh.
 class FlatNodes {
  public:
-  explicit FlatNodes(const Model& model)
-      : model_(model),
-        tree_(adaptive_bvh::detail::ModelAccess<fcl::RSSd>::tree(model)),
-        wide_(tree_.wide.current(model, tree_)),
-        contours_(tree_.contours.current(wide_, tree_)),
-        flat_(wide_, contours_, tree_.topology.slots) {}
+  explicit FlatNodes(const Mesh& mesh)
+      : mesh_(adaptive_bvh::detail::MeshAccess<double>::state(mesh)),
+        wide_(mesh_.tree),
+        contours_(mesh_.topology->contours),
+        flat_(wide_, contours_) {}
 
   bool hasFlatRoot() const { return flat_.contains(0); }
   /// How many triangles lie below flat nodes; expects that none of a node meet.
@@ -49,34 +47,33 @@ class FlatNodes {
     int touching = 0;
     for (unsigned i = patch.first; i < patch.first + patch.count; ++i)
       for (unsigned j = patch.first; j < patch.first + patch.count; ++j) {
-        const auto p = wide_.vertices(i), q = wide_.vertices(j);
+        const auto p = wide_.corners(i), q = wide_.corners(j);
         bool are_neighbours = false;
         for (int k = 0; k < 9; ++k) are_neighbours |= p[k / 3] == q[k % 3];
         if (are_neighbours) continue;
-        const auto* const v = model_.vertices;
-        touching += fcl::detail::Intersect<double>::intersect_Triangle(v[p[0]], v[p[1]], v[p[2]],
-                                                                       v[q[0]], v[q[1]], v[q[2]]);
+        const auto v = [this](int vertex) -> const Mesh::Point& {
+          return mesh_.vertices[std::size_t(vertex)];
+        };
+        touching += fcl::detail::Intersect<double>::intersect_Triangle(v(p[0]), v(p[1]), v(p[2]),
+                                                                       v(q[0]), v(q[1]), v(q[2]));
       }
     EXPECT_EQ(touching, 0) << "pairs among " << patch.count << " triangles from " << patch.first;
   }
 
-  const Model& model_;
-  const adaptive_bvh::AdaptiveTree<fcl::RSSd>& tree_;
-  const adaptive_bvh::WideTree<double>& wide_;
+  const adaptive_bvh::MeshState<double>& mesh_;
+  const adaptive_bvh::WideTree& wide_;
   const adaptive_bvh::Contours& contours_;
-  const FlatPatches<double> flat_;
+  const FlatPatches flat_;
 };
 
-unsigned flatTriangles(const TriangleMesh<double>& mesh) {
-  Model model;
-  fillModel(mesh, model);
-  return FlatNodes(model).check();
+unsigned flatTriangles(const TriangleMesh<double>& triangles) {
+  const Mesh mesh(triangles);
+  return FlatNodes(mesh).check();
 }
 
-bool isFlat(const TriangleMesh<double>& mesh) {
-  Model model;
-  fillModel(mesh, model);
-  return FlatNodes(model).hasFlatRoot();
+bool isFlat(const TriangleMesh<double>& triangles) {
+  const Mesh mesh(triangles);
+  return FlatNodes(mesh).hasFlatRoot();
 }
 
 constexpr int kColumns = 20, kRows = 24;

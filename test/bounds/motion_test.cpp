@@ -1,4 +1,4 @@
-// RigidMotion and MotionBounds: sums over many steps of all sizes, in which no step is lost.
+// RigidMotion and Inflations: sums over many steps of all sizes, in which no step is lost.
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
@@ -7,7 +7,7 @@
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "tree/motion_bounds.h"
+#include "tree/inflations.h"
 
 namespace adaptive_bvh_test {
 namespace motion_test {
@@ -16,7 +16,7 @@ using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::BodyFrame;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::Float4;
-using adaptive_bvh::MotionBounds;
+using adaptive_bvh::Inflations;
 using adaptive_bvh::RefitPolicy;
 using adaptive_bvh::RigidMotion;
 using adaptive_bvh::Volume;
@@ -165,7 +165,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   using V = Volume<fcl::RSS<S>>;
   auto& random = this->random_;
   fcl::RSS<S> bv = random.volume(1, 1);
-  MotionBounds<S> bounds;
+  Inflations<S> bounds;
   bounds.reset(1);
   bounds.include(V::cornerSum(bv));
   const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
@@ -206,7 +206,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
 /// lost beside it; a step without motion leaves it.
 TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
   using S = TypeParam;
-  MotionBounds<S> bounds;
+  Inflations<S> bounds;
   bounds.reset(1);
   bounds.include(S(3));
   bounds.include(S(2));
@@ -229,33 +229,28 @@ TYPED_TEST(Motion, CoordinateSumLosesNoStep) {
   }
 }
 
-/// What is kept a node lies side by side for siblings, and restarts without the inflations.
-TYPED_TEST(Motion, BoundsAreKeptByNode) {
-  MotionBounds<TypeParam> bounds;
-  bounds.reset(5);
-  for (int node = 0; node < 5; ++node) EXPECT_EQ(0, bounds.inflation(node));
-  for (int left : {1, 3}) {
-    float* pair = bounds.ofPair(left);
-    for (int k = 0; k < 4; ++k) pair[k] = float(10 * left + k);
-  }
-  bounds.ofPair(-1)[2] = 7;  // of nothing and the root
-  bounds.setInflation(4, 5);
-  const float inflations[] = {7, 10, 12, 30, 5}, motions[] = {0, 11, 13, 31, 33};
-  for (int node = 0; node < 5; ++node) {
-    EXPECT_EQ(inflations[node], bounds.inflation(node)) << node;
-    EXPECT_EQ(motions[node], bounds.accumulatedMotion(node)) << node;
-  }
-  bounds.restart();
-  for (int node = 0; node < 5; ++node) {
-    EXPECT_EQ(inflations[node], bounds.inflation(node)) << node;
-    EXPECT_EQ(0, bounds.accumulatedMotion(node)) << node;
-  }
+/// Inflations are kept by node, and stay where the sum of coordinates begins anew.
+TYPED_TEST(Motion, InflationsAreKeptByNode) {
+  using S = TypeParam;
+  Inflations<S> inflations;
+  inflations.reset(5);
+  for (int node = 0; node < 5; ++node) EXPECT_EQ(0, inflations.of(node));
+  for (int node = 0; node < 4; ++node) inflations.data()[node] = float(10 + node);
+  inflations.set(4, 5);
+  inflations.extend(100, 1);
+  EXPECT_TRUE(inflations.needsRestart(1));
+  EXPECT_FALSE(inflations.needsRestart(2));
+  inflations.restart();
+  EXPECT_FALSE(inflations.needsRestart(S(1e-6)));
+  EXPECT_EQ(0, inflations.coordinateSum());
+  const float expected[] = {10, 11, 12, 13, 5};
+  for (int node = 0; node < 5; ++node) EXPECT_EQ(expected[node], inflations.of(node)) << node;
 }
 
 /// One vertex of a sheet moves, by 1e-12 to 10 of its sizes, alone or with its body, over and over.
-/// The accumulated motion of every node above it is never less than its way, every step shows in
-/// it, and the volumes, which are never refitted, hold it to the end.
-TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
+/// The volumes above it, which are never refitted, hold it to the end, and the sum of coordinates
+/// bounds them.
+TYPED_TEST(Motion, VolumesThatAreNeverRefittedHoldAVertex) {
   using S = TypeParam;
   RefitPolicy policy;
   policy.criterion = FitnessCriterion::RefitNone;
@@ -266,61 +261,26 @@ TYPED_TEST(Motion, AccumulatedMotionOfANodeIsNeverLessThanAVertexsWay) {
   const unsigned vertex = 1;  // of one triangle only: its leaf and the root are above it
   const int leaf = model.getBV(1).primitiveId() == 0 ? 1 : 2;
   std::vector<Vector3<S>> positions = mesh.vertices;
-  std::uint64_t generation = tree.generation;
-  Real way = 0;
   int restarts = 0;
   for (int step = 0; step < manySteps(150000); ++step) {
-    const Vector3<S> from = positions[vertex];
-    const S size = this->random_.size(-12, 0);
-    const Vector3<S> shift = this->random_.vectorOfSize(size);
+    const Vector3<S> shift = this->random_.vectorOfSize(this->random_.size(-12, 0));
     positions[vertex] = mesh.vertices[vertex] + shift;
     for (unsigned v : {0u, 2u, 3u})  // with its body in every fourth step, and back in the next
       positions[v] = mesh.vertices[v] + (step % 4 == 1 ? shift : Vector3<S>(0, 0, 0));
-    const float before[] = {tree.motion.accumulatedMotion(0), tree.motion.accumulatedMotion(leaf)};
+    const S before = tree.inflations.coordinateSum();
     if (step % 4 == 0)
       model.update(std::vector<unsigned>{vertex}, {positions[vertex]});
     else
       model.update(positions);
-    const Real d = (exact::of(positions[vertex]) - exact::of(from)).norm();
-    const bool goes_on = tree.generation == generation;
-    way = goes_on ? way + d : d;  // sums begin anew before the step
-    restarts += !goes_on;
-    generation = tree.generation;
+    restarts += tree.inflations.coordinateSum() < before;
     for (const int node : {0, leaf}) {
-      const float sum = tree.motion.accumulatedMotion(node);
-      ASSERT_GE(Real(sum) * Real(tree.boxes->frame.unit()), way) << step << ' ' << node;
-      ASSERT_TRUE(!goes_on || d == 0 || sum > before[node == leaf]) << step;
-      ASSERT_LE(exact::excess(model.getBV(node).bv, exact::of(positions[vertex])), 0) << step;
+      const fcl::RSS<S>& bv = model.getBV(node).bv;
+      ASSERT_LE(exact::excess(bv, exact::of(positions[vertex])), 0) << step;
+      ASSERT_LE(Volume<fcl::RSS<S>>::cornerSum(bv), tree.inflations.coordinateSum()) << step;
     }
   }
-  EXPECT_GT(restarts, 10) << "sums begin anew on the way";
-}
-
-/// Steps whose components single precision can hardly tell from none: the sum holds their length,
-/// from the first one on, and however large it was before.
-TYPED_TEST(Motion, NoStepIsTooSmallForTheSum) {
-  using S = TypeParam;
-  for (const S before : {S(0), S(10)}) {
-    AdaptiveBVHModel<fcl::RSS<S>> model;
-    TriangleMesh<S> mesh = plate<S>(1, 1);
-    mesh.vertices[0] = Vector3<S>(before, 0, 0);
-    fillModel(mesh, model);
-    mesh.vertices[0].setZero();
-    model.update(mesh.vertices);
-    const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
-    Real way = before;
-    const S unit = tree.boxes->frame.unit();
-    const S side = S(0.99) * S(BodyFrame<S>::kLeast) * unit;
-    for (int step = 1; step < 200; ++step) {
-      const float last = tree.motion.accumulatedMotion(0);
-      const exact::Point from = exact::of(mesh.vertices[0]);
-      mesh.vertices[0] += Vector3<S>(side, side, -side);
-      model.update(mesh.vertices);
-      way += (exact::of(mesh.vertices[0]) - from).norm();
-      ASSERT_GT(tree.motion.accumulatedMotion(0), last) << step;
-      ASSERT_GE(Real(tree.motion.accumulatedMotion(0)) * Real(unit), way) << step;
-    }
-  }
+  EXPECT_EQ(0, model.lastUpdate().refitted());
+  EXPECT_TRUE(restarts > 0 || tree.adoptions > 1) << "sums begin anew on the way";
 }
 
 }  // namespace motion_test

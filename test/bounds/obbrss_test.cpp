@@ -7,14 +7,14 @@
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "tree/motion_bounds.h"
+#include "tree/inflations.h"
 #include "volume/volume.h"
 
 namespace adaptive_bvh_test {
 namespace obbrss_test {
 
+using adaptive_bvh::Inflations;
 using adaptive_bvh::MeshView;
-using adaptive_bvh::MotionBounds;
 using adaptive_bvh::Volume;
 using exact::Real;
 namespace rounding = adaptive_bvh::rounding;
@@ -168,7 +168,7 @@ TYPED_TEST(Obbrss, AMovedBoxHoldsItsMovedPoints) {
   using V = Volume<fcl::OBBRSS<S>>;
   auto& random = this->random_;
   fcl::OBBRSS<S> bv;
-  MotionBounds<S> bounds;
+  Inflations<S> bounds;
   std::vector<exact::Point> points;
   for (int step = 0; step < manySteps(60000); ++step) {
     if (step % 100 == 0) {

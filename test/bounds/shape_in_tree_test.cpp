@@ -3,13 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
-#include "model_state.h"
-#include "query/fcl/shape_geometry.h"
+#include "fcl/shape_geometry.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 #include "support/shapes.h"
-#include "support/test_volume.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace shape_in_tree_test {
@@ -33,7 +31,7 @@ Real distanceToCore(const ShapeCore& core, const exact::Point& x) {
 template <typename S>
 class ShapeBounds : public testing::Test {
  protected:
-  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
+  using Mesh = adaptive_bvh::DeformableMesh<S>;
 
   /// Of any proportions: a point, a needle, a box, a slab, a half-space; with a radius or without.
   ShapeCore core(double size) {
@@ -55,7 +53,7 @@ class ShapeBounds : public testing::Test {
 
   /// Expects of all boxes around a triangle that they are not farther than a distance. Returns
   /// whether it is below the node.
-  bool expectFound(const WideTree<S>& tree, const ShapeInTree<S>& shape, int number, int triangle,
+  bool expectFound(const WideTree& tree, const ShapeInTree& shape, int number, int triangle,
                    Real distance) {
     const WideNode& node = tree.nodes()[number];
     for (int lane = 0; lane < int(node.count); ++lane) {
@@ -77,34 +75,30 @@ class ShapeBounds : public testing::Test {
   long pruned_ = 0, apart_ = 0;
 };
 
-TYPED_TEST_SUITE(ShapeBounds, TestScalars);
+TYPED_TEST_SUITE(ShapeBounds, MeshScalars);
 
 TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
   using S = TypeParam;
   for (int round = 0; round < 300; ++round) {
     const S size = this->random_.size(-3, 3), far = size * this->random_.size(-1, 3);
-    TriangleMesh<S> mesh = plate<S>(4, 3);
-    for (Vector3<S>& p : mesh.vertices) p = size * (p + S(0.3) * this->random_.point());
-    typename TestFixture::Model model;
-    fillModel(mesh, model);
-    const PlacedMesh<TestVolume<S>> placed{
-        &model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
-        this->random_.pose(far)};
+    TriangleMesh<S> triangles = plate<S>(4, 3);
+    for (Vector3<S>& p : triangles.vertices) p = size * (p + S(0.3) * this->random_.point());
+    const typename TestFixture::Mesh mesh(triangles);
+    const PlacedMesh<S> placed(mesh, this->random_.pose(far));
     fcl::Transform3<S> shape_tf = this->random_.pose(size);
     shape_tf.translation() += placed.tf.translation();
     const ShapeCore core = this->core(double(size));
-    const WideTree<S>& tree = adaptive_bvh::wideTreeOf(placed);
-    const ShapeInTree<S> shape(core, shape_tf, tree, placed.tf);
+    const WideTree& tree = placed.tree();
+    const ShapeInTree shape(core, shape_tf, tree, placed.tf);
     ASSERT_TRUE(shape.isPrecise());
     const exact::Placement mesh_at = exact::placement(placed.tf),
                            shape_at = exact::placement(shape_tf);
-    for (int i = 0; i < model.num_tris; ++i) {
-      const adaptive_bvh::Int4 vertices = tree.vertices(unsigned(i));
+    for (int i = 0; i < numTriangles(mesh); ++i) {
+      const adaptive_bvh::TrianglePoints<double> corners = placed.pointsAt(unsigned(i));
       Real u = Real(this->random_.size(-3, 0)), v = Real(this->random_.size(-3, 0));
       if (u + v > 1) u = 1 - u, v = 1 - v;
-      exact::Point x = (1 - u - v) * exact::of(model.vertices[vertices[0]]) +
-                       u * exact::of(model.vertices[vertices[1]]) +
-                       v * exact::of(model.vertices[vertices[2]]);
+      exact::Point x = (1 - u - v) * exact::of(corners[0]) + u * exact::of(corners[1]) +
+                       v * exact::of(corners[2]);
       x = shape_at.R.transpose() * (mesh_at(x) - shape_at.T);
       const Real distance = std::max(distanceToCore(core, x) - Real(core.radius), Real(0));
       EXPECT_TRUE(this->expectFound(tree, shape, 0, i, distance));
@@ -132,25 +126,22 @@ TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
 
 TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
   using S = TypeParam;
-  typename TestFixture::Model model;
-  fillModel(plate<S>(3, 3), model);
-  const PlacedMesh<TestVolume<S>> placed{
-      &model, &adaptive_bvh::detail::ModelAccess<TestVolume<S>>::tree(model),
-      fcl::Transform3<S>::Identity()};
-  const WideTree<S>& tree = adaptive_bvh::wideTreeOf(placed);
+  const typename TestFixture::Mesh mesh(plate<S>(3, 3));
+  const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
+  const WideTree& tree = placed.tree();
   fcl::Transform3<S> away = fcl::Transform3<S>::Identity();
   ShapeCore ball;
   ball.low = ball.high = fcl::Vector3d::Zero();
   ball.radius = 0.5;
-  EXPECT_TRUE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  EXPECT_TRUE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = S(1e20);
-  EXPECT_FALSE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = std::numeric_limits<S>::quiet_NaN();
-  EXPECT_FALSE(ShapeInTree<S>(ball, away, tree, placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = 0;
   const ShapeCore nowhere =
       adaptive_bvh::coreOfSlab(fcl::Vector3d::Zero(), 0, 1);  // a plane without a normal
-  EXPECT_FALSE(ShapeInTree<S>(nowhere, away, tree, placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(nowhere, away, tree, placed.tf).isPrecise());
 }
 
 }  // namespace shape_in_tree_test

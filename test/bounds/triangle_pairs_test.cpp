@@ -5,13 +5,13 @@
 
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
-#include "geometry/body_coordinates.h"
+#include "boxes/body_coordinates.h"
+#include "boxes/wide_tree.h"
 #include "geometry/triangle_differences.h"
 #include "geometry/triangle_gap.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "tree/wide_tree.h"
 
 namespace adaptive_bvh_test {
 namespace triangle_pairs_test {
@@ -65,8 +65,8 @@ struct Group {
     return {position, adaptive_bvh::differenceError<S>(),
             adaptive_bvh::leastProduct<S>(scale(), 12)};
   }
-  PairError preciseError() const { return error(2 * adaptive_bvh::WideTree<S>::kResidualError); }
-  PairError coarseError() const { return error(adaptive_bvh::WideTree<S>::kPositionError); }
+  PairError preciseError() const { return error(2 * adaptive_bvh::WideTree::kResidualError); }
+  PairError coarseError() const { return error(adaptive_bvh::WideTree::kPositionError); }
 };
 
 template <typename S>

@@ -9,11 +9,16 @@
 namespace adaptive_bvh_test {
 namespace triangle_separation_test {
 
+using adaptive_bvh::RelativePlacement;
+using adaptive_bvh::TriangleGap;
 using adaptive_bvh::TriangleSeparation;
 using adaptive_bvh::VertexIndices;
 using exact::Real;
 
 constexpr VertexIndices kOnly = {0, 1, 2};
+constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+const double kRoot = std::sqrt(std::numeric_limits<double>::denorm_min());
 
 template <typename S>
 class Triangles : public testing::Test {
@@ -36,24 +41,25 @@ class Triangles : public testing::Test {
     Corners a, b;
     fcl::Transform3<S> tf1, tf2;
 
-    TriangleSeparation<S> separation() const { return {a.data(), tf1, b.data(), tf2}; }
+    RelativePlacement toFirst() const { return {tf1, tf2}; }
+    TriangleSeparation<S> separation() const { return {a.data(), b.data(), toFirst()}; }
     exact::Triangle first() const { return {exact::of(a[0]), exact::of(a[1]), exact::of(a[2])}; }
-    /// In the first's frame, by the relative placement that FCL's distance takes, too.
+    /// In the first's frame, by the relative placement that all queries take.
     exact::Triangle second() const {
-      const auto relative = separation();
-      const exact::Placement placed{exact::of(relative.R()), exact::of(relative.T())};
+      const RelativePlacement to_first = toFirst();
+      const exact::Placement placed{exact::of(to_first.R), exact::of(to_first.T)};
       return placed(exact::Triangle{exact::of(b[0]), exact::of(b[1]), exact::of(b[2])});
     }
     /// "A few epsilon times the coordinates in the first object's frame" (docs/bounds.md).
     Real error() const {
-      Real sum = exact::of(separation().T()).template lpNorm<1>();
+      Real sum = exact::of(toFirst().T).template lpNorm<1>();
       Real largest[2] = {0, 0};
       for (int k = 0; k < 3; ++k) {
         largest[0] = std::max(largest[0], exact::of(a[std::size_t(k)]).template lpNorm<1>());
         largest[1] = std::max(largest[1], exact::of(b[std::size_t(k)]).template lpNorm<1>());
       }
       sum += largest[0] + largest[1];
-      return 4 * Real(std::numeric_limits<S>::epsilon()) * sum;
+      return 4 * Real(kEpsilon) * sum;
     }
   };
 
@@ -73,7 +79,6 @@ class Triangles : public testing::Test {
     return p;
   }
 
-  static constexpr S kLargest = std::numeric_limits<S>::max();
   RandomGeometry<S> random_{13};
 };
 
@@ -83,15 +88,15 @@ TYPED_TEST_SUITE(Triangles, Scalars);
 /// Along the line between any two points, the separation is a lower bound of the distance up to the
 /// error stated.
 TYPED_TEST(Triangles, AlongALineItIsALowerBound) {
-  using S = TypeParam;
   int apart = 0;
   for (int round = 0; round < 30000; ++round) {
     const auto p = this->pair();
     auto separation = p.separation();
-    EXPECT_EQ(Vector3<S>::Zero(), separation.direction()) << "before there is a line";
-    const Vector3<S> from = p.a[std::size_t(round % 3)];
-    Vector3<S> to = separation.R() * p.b[0] + separation.T();
-    if (this->random_.oneIn(2)) to = from + this->random_.direction() * (to - from).norm();
+    EXPECT_EQ(fcl::Vector3d::Zero(), separation.direction()) << "before there is a line";
+    const fcl::Vector3d from = p.a[std::size_t(round % 3)].template cast<double>();
+    fcl::Vector3d to = p.toFirst()(p.b[0]);
+    if (this->random_.oneIn(2))
+      to = from + this->random_.direction().template cast<double>() * (to - from).norm();
     separation.lookAlong(from, to);
     const Real distance = exact::distance(p.first(), p.second());
     apart += distance > 0;
@@ -104,7 +109,7 @@ TYPED_TEST(Triangles, AlongALineItIsALowerBound) {
 /// better, so that the next pair at this distance is not tested.
 TYPED_TEST(Triangles, AlongTheNearestPointsItIsTheDistance) {
   using S = TypeParam;
-  const double tolerance = std::is_same<S, float>::value ? 1e-3 : 1e-9;
+  constexpr double kTolerance = 1e-13;
   for (int round = 0; round < 20000; ++round) {
     auto p = this->pair();
     for (auto* corners : {&p.a, &p.b})
@@ -112,13 +117,12 @@ TYPED_TEST(Triangles, AlongTheNearestPointsItIsTheDistance) {
     p.tf1 = p.tf2 = this->random_.pose(10);
     p.tf2.translation() += this->random_.direction() * S(4.5);  // 1 to 8 apart
     auto separation = p.separation();
-    Vector3<S> on_a, on_b;
-    const S fcls = separation.distance(kOnly, kOnly, on_a, on_b);
+    const TriangleGap gap = separation.gap(kOnly, kOnly);
     const auto distance = double(exact::distance(p.first(), p.second()));
-    ASSERT_NEAR(distance, fcls, tolerance) << round;
-    separation.lookAlong(on_a, on_b);
-    ASSERT_NEAR(distance, separation.separation(kOnly, kOnly), tolerance) << round;
-    ASSERT_NEAR(1, separation.direction().norm(), 4 * std::numeric_limits<S>::epsilon());
+    ASSERT_NEAR(distance, gap.distance, kTolerance) << round;
+    separation.lookAlong(gap.points.first, gap.points.second);
+    ASSERT_NEAR(distance, separation.separation(kOnly, kOnly), kTolerance) << round;
+    ASSERT_NEAR(1, separation.direction().norm(), 4 * kEpsilon);
   }
 }
 
@@ -134,24 +138,22 @@ TYPED_TEST(Triangles, NearTheLinesPointsNoDigitIsLost) {
     for (auto* corners : {&p.a, &p.b})
       for (auto& x : *corners) x = far + this->random_.point();
     auto separation = p.separation();
-    separation.lookAlong(p.a[0], p.b[0]);
-    ASSERT_LE(
-        Real(separation.separation(kOnly, kOnly)),
-        exact::distance(p.first(), p.second()) + 32 * Real(std::numeric_limits<S>::epsilon()));
+    separation.lookAlong(p.a[0].template cast<double>(), p.b[0].template cast<double>());
+    ASSERT_LE(Real(separation.separation(kOnly, kOnly)),
+              exact::distance(p.first(), p.second()) + 32 * Real(kEpsilon));
   }
 }
 
 /// Along the middles and the normals it is a lower bound as well, whether or not it ends early; of
 /// thin triangles, segments and points, too.
 TYPED_TEST(Triangles, NearbyItIsALowerBound) {
-  using S = TypeParam;
   int positive = 0;
   for (int round = 0; round < 30000; ++round) {
     const auto p = this->pair();
     const auto separation = p.separation();
     const Real distance = exact::distance(p.first(), p.second());
-    for (const S limit : {this->kLargest, S(distance / 4)}) {
-      const S nearby = separation.separationNearby(kOnly, kOnly, limit);
+    for (const double limit : {kLargest, double(distance / 4)}) {
+      const double nearby = separation.separationNearby(kOnly, kOnly, limit);
       ASSERT_LE(Real(nearby), distance + p.error()) << round;
       positive += nearby > 0;
     }
@@ -162,15 +164,15 @@ TYPED_TEST(Triangles, NearbyItIsALowerBound) {
 /// Above a face, that face's normal is the line: of either triangle, seen from either side.
 TYPED_TEST(Triangles, NearbyFindsTheNormals) {
   using S = TypeParam;
-  const fcl::Transform3<S> origin = fcl::Transform3<S>::Identity();
+  const RelativePlacement same;
   using P = Vector3<S>;
   const std::array<P, 3> face = {P(0, 0, 0), P(6, 0, 0), P(0, 6, 0)};
   for (const S side : {S(1), S(-1)}) {
     const std::array<P, 3> above = {P(2, 1, side), P(2, 3, 2 * side), P(0, 4, 3 * side)};
-    const TriangleSeparation<S> there(face.data(), origin, above.data(), origin);
-    const TriangleSeparation<S> back(above.data(), origin, face.data(), origin);
-    EXPECT_FLOAT_EQ(1, float(there.separationNearby(kOnly, kOnly, this->kLargest)));
-    EXPECT_FLOAT_EQ(1, float(back.separationNearby(kOnly, kOnly, this->kLargest)));
+    const TriangleSeparation<S> there(face.data(), above.data(), same);
+    const TriangleSeparation<S> back(above.data(), face.data(), same);
+    EXPECT_DOUBLE_EQ(1, there.separationNearby(kOnly, kOnly, kLargest));
+    EXPECT_DOUBLE_EQ(1, back.separationNearby(kOnly, kOnly, kLargest));
   }
 }
 
@@ -178,16 +180,16 @@ TYPED_TEST(Triangles, NearbyFindsTheNormals) {
 TYPED_TEST(Triangles, HoldForTrianglesOfHardlyAnyArea) {
   using S = TypeParam;
   using P = Vector3<S>;
-  const fcl::Transform3<S> origin = fcl::Transform3<S>::Identity();
-  const S root = std::sqrt(std::numeric_limits<S>::denorm_min());
+  const RelativePlacement same;
+  const S root = S(std::max(kRoot, double(std::numeric_limits<S>::denorm_min())));
   for (const S height : {S(0.7), S(1.2), S(1.5), S(2.3), S(10)}) {
     const std::array<P, 3> thin = {P(0, 0, 0), P(1, 0, 0), P(0, height * root, 0)};
     const std::array<P, 3> above = {P(S(0.3), 0, 1), P(S(0.5), 0, 1), P(S(0.4), S(0.1), 1)};
     for (const bool first : {true, false}) {
       const auto& a = first ? thin : above;
       const auto& b = first ? above : thin;
-      const TriangleSeparation<S> separation(a.data(), origin, b.data(), origin);
-      EXPECT_LE(separation.separationNearby(kOnly, kOnly, this->kLargest), S(1.00001)) << height;
+      const TriangleSeparation<S> separation(a.data(), b.data(), same);
+      EXPECT_LE(separation.separationNearby(kOnly, kOnly, kLargest), 1.00001) << height;
     }
   }
 }
@@ -195,16 +197,14 @@ TYPED_TEST(Triangles, HoldForTrianglesOfHardlyAnyArea) {
 /// A line between points that are equal, or so near that the square of their distance underflows,
 /// is none.
 TYPED_TEST(Triangles, TheLineHasALengthOfOne) {
-  using S = TypeParam;
-  const S root = std::sqrt(std::numeric_limits<S>::denorm_min());
   const auto p = this->pair();
   auto separation = p.separation();
-  const Vector3<S> zero = Vector3<S>::Zero();
+  const fcl::Vector3d zero = fcl::Vector3d::Zero();
   separation.lookAlong(zero, zero);
   EXPECT_EQ(zero, separation.direction());
-  for (const S length : {S(0.7), S(1.2), S(1.5), S(10)}) {
-    separation.lookAlong(zero, Vector3<S>(0, length * root, 0));
-    const S found = separation.direction().norm();
+  for (const double length : {0.7, 1.2, 1.5, 10.}) {
+    separation.lookAlong(zero, fcl::Vector3d(0, length * kRoot, 0));
+    const double found = separation.direction().norm();
     EXPECT_TRUE(found == 0 || std::abs(found - 1) < 1e-5) << found;
   }
 }

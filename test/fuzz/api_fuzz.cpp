@@ -1,10 +1,11 @@
-// Drives random sequences of calls, sound ones and unsound ones, on a few models. After each call
-// the models must be valid, still have the frame that the calls so far have given them, and answer
-// as brute force does; or the call must have been refused by its documented error and have left
-// everything as it was.
+// Drives random sequences of calls, sound ones and unsound ones, on a few models or meshes. After
+// each call they must be valid, still have the frame that the calls so far have given them, and
+// answer as brute force does; or the call must have been refused by its documented error and have
+// left everything as it was.
 //
-// The first bit chooses RSS or OBBRSS. LLVMFuzzerTestOneInput is libFuzzer's entry (preset "fuzz");
-// replay.cpp calls it for ctest. With FUZZ_TRACE in the environment, it says what it calls.
+// The first two bits choose a model of RSS or OBBRSS, or a DeformableMesh. LLVMFuzzerTestOneInput
+// is libFuzzer's entry (preset "fuzz"); replay.cpp calls it for ctest. With FUZZ_TRACE in the
+// environment, it says what it calls.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -18,14 +19,8 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/coherent_distance.h"
-#include "adaptive_bvh/continuous_collision.h"
-#include "adaptive_bvh/point_query.h"
-#include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
-#include "adaptive_bvh/self_collision.h"
-#include "support/brute_force.h"
-#include "support/quad_geometry.h"
+#include "fuzz/mesh_subject.h"
 
 namespace adaptive_bvh_test {
 namespace {
@@ -33,73 +28,6 @@ namespace {
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
-using Point = fcl::Vector3d;
-using Points = std::vector<Point>;
-
-#define REQUIRE(condition)                                                                \
-  do {                                                                                    \
-    if (!(condition)) {                                                                   \
-      std::fprintf(stderr, "%s:%d: does not hold: %s\n", __FILE__, __LINE__, #condition); \
-      std::abort();                                                                       \
-    }                                                                                     \
-  } while (false)
-
-/// The input, number by number; zeros when it is used up.
-class Bytes {
- public:
-  Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
-
-  bool isEmpty() const { return left_ == 0; }
-  int byte() {
-    if (left_ == 0) return 0;
-    --left_;
-    return *data_++;
-  }
-  /// From 0 to count - 1.
-  int below(int count) { return byte() % count; }
-  bool oneIn(int count) { return below(count) == count - 1; }
-
-  /// Most are tenths, as CAD data has them, or eighths; some are not usable at all, or hardly.
-  double coordinate() {
-    const int b = byte();
-    if (b < 120) return (b - 60) / 10.;
-    if (b < 240) return (b - 180) / 8.;
-    constexpr double inf = std::numeric_limits<double>::infinity();
-    const double odd[] = {inf,    -inf,  std::nan(""), 1e77, -1e200, 7e75, -7e75, 1e-300,
-                          5e-324, -1e-9, 0.,           -0.,  1e6,    1e9,  0.125, 1e20};
-    return odd[b - 240];
-  }
-  Point point() {
-    const double x = coordinate(), y = coordinate();
-    return {x, y, coordinate()};
-  }
-  Points points(int count) {
-    Points points;
-    for (int i = 0; i < count; ++i) points.push_back(i > 0 && oneIn(8) ? points.back() : point());
-    return points;
-  }
-
- private:
-  const std::uint8_t* data_;
-  std::size_t left_;
-};
-
-bool isUsable(const Points& points) {
-  for (const Point& p : points)
-    for (double x : p)
-      if (!(std::abs(x) <= std::ldexp(1., 252))) return false;
-  return true;
-}
-
-/// Tenths and eighths, up to rounding: on these, tolerances mean something.
-bool isPlain(double x) { return std::abs(x) <= 16 && std::abs(x * 40 - std::round(x * 40)) < 1e-9; }
-bool isEighth(double x) { return x * 8 == std::round(x * 8); }
-
-bool same(const Points& a, const Points& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Point)) == 0);
-}
-
 /// A body that does not change, to ask distances to.
 template <typename BV>
 const AdaptiveBVHModel<BV>& obstacleOf() {
@@ -116,7 +44,6 @@ class Subject {
  public:
   using Model = AdaptiveBVHModel<BV>;
   using Plain = fcl::BVHModel<BV>;
-  using Coherent = adaptive_bvh::CoherentDistance<BV>;
 
   Subject() : model_(std::make_unique<Model>()) {}
 
@@ -157,16 +84,16 @@ class Subject {
       case 25: updateFromOwnArrays(in, before); break;
       case 26: move(); break;
       case 27:
-      case 28: excursion(in); break;
+      case 28: onMesh([&](MeshQueries& queries) { queries.excursion(in); }); break;
       case 29: contacts(in); break;
       case 30: sphere(in); break;
       case 31: octree(in); break;
       case 32: translate(in, before); break;
       case 33: otherVolumes(); break;
       case 34:
-      case 35: continuous(in); break;
-      case 36: proximity(in); break;
-      case 37: ray(in); break;
+      case 35: onMesh([&](MeshQueries& queries) { queries.continuous(in); }); break;
+      case 36: onMesh([&](MeshQueries& queries) { queries.proximity(in); }); break;
+      case 37: onMesh([&](MeshQueries& queries) { queries.ray(in); }); break;
       default: criterion(in); break;
     }
     check(state, before);
@@ -258,7 +185,7 @@ class Subject {
     }
   }
 
-  /// The numbers of FCL's computeLocalAABB, found anew.
+  /// The box of FCL's computeLocalAABB, found anew, and a radius around all vertices.
   void checkLocalBounds() const {
     Eigen::AlignedBox3d box;
     for (const Point& p : frame()) box.extend(p);
@@ -266,7 +193,8 @@ class Subject {
     REQUIRE(model_->aabb_center == model_->aabb_local.center());
     double radius = 0;
     for (const Point& p : frame()) radius = std::max(radius, (p - model_->aabb_center).norm());
-    REQUIRE(std::abs(model_->aabb_radius - radius) <= 2e-15 * radius);
+    REQUIRE(model_->aabb_radius >= radius * (1 - 2e-15));
+    REQUIRE(model_->aabb_radius <= box.diagonal().norm() / 2 * (1 + 4e-15));
   }
 
   void update(Bytes& in, const Points& before) {
@@ -342,171 +270,28 @@ class Subject {
     REQUIRE(model_->vertices == vertices && same(frame(), before));
   }
 
-  /// A coherent pair is asked far away once, and then near, step by step.
-  void excursion(Bytes& in) {
-    const double ways[] = {1e3, 1e9, 1e12, 1e13, 1e17, 1e20, 1e200, 1e300};
-    fcl::Transform3d tf = pose(in);
-    const double way = ways[in.below(8)], step = in.oneIn(2) ? 1e-5 : 1e-2;
-    if (!isQueryable() || !isPlainFrame()) return;
-    Coherent& pair = coherent();
-    const auto ask = [&](const fcl::Transform3d& at) {
-      fcl::DistanceResultd result;
-      return pair.distance(fcl::Transform3d::Identity(), at, fcl::DistanceRequestd(), result);
-    };
-    ask(tf);
-    fcl::Transform3d far = tf;
-    far.translation()[0] = way;
-    ask(far);
-    for (int i = 0; i < 12; ++i) {
-      tf.translation()[i % 3] += step;
-      const double expected =
-          BruteForce<double>(*model_, fcl::Transform3d::Identity(), obstacle(), tf).distance();
-      REQUIRE(std::abs(ask(tf) - expected) < 1e-9);
-    }
+  /// The library's own queries, on the model's mesh.
+  template <typename Query>
+  void onMesh(const Query& query) {
+    if (!isQueryable()) return;
+    const DeformableMeshd& mesh = model_->mesh();
+    REQUIRE(same(mesh.vertices(), frame()) && mesh.validate());
+    if (&mesh != queries_of_) queries_ = std::make_unique<MeshQueries>(mesh);
+    queries_of_ = &mesh;
+    query(*queries_);
   }
 
-  /// Contacts have every field, are listed once by selfCollide, and do not depend on being asked
-  /// for.
+  /// Contacts of the model have every field and do not depend on being asked for.
   void contacts(Bytes& in) {
     const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
     if (!isQueryable() || !isPlainFrame()) return;
-    const auto pairs = [](const fcl::CollisionResultd& result) {
-      std::set<std::pair<int, int>> pairs;
-      for (std::size_t c = 0; c < result.numContacts(); ++c)
-        pairs.emplace(int(result.getContact(c).b1), int(result.getContact(c).b2));
-      return pairs;
-    };
-    fcl::CollisionResultd plain, full, own, own_full;
+    fcl::CollisionResultd plain, full;
     const fcl::CollisionRequestd all(100000), with_contact(100000, true);
-    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, all, plain);
-    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, with_contact, full);
-    REQUIRE(pairs(plain) == pairs(full));
-    selfCollide(*model_, all, own, adaptive_bvh::NeighbourFilter::None);
-    selfCollide(*model_, with_contact, own_full, adaptive_bvh::NeighbourFilter::None);
-    REQUIRE(pairs(own) == pairs(own_full));
-    REQUIRE(pairs(own_full).size() == own_full.numContacts());
-    for (const fcl::CollisionResultd* result : {&full, &own_full})
-      for (std::size_t c = 0; c < result->numContacts(); ++c) {
-        const fcl::Contactd& contact = result->getContact(c);
-        REQUIRE(contact.pos.allFinite() && contact.normal.allFinite());
-        REQUIRE(std::isfinite(contact.penetration_depth));
-      }
-  }
-
-  /// What is within a distance is what has such a distance, of all pairs; points agree with it.
-  void proximity(Bytes& in) {
-    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
-    const double d = 0.125 * in.below(16);
-    const Point x = in.points(1)[0];
-    if (!isQueryable() || !isPlainFrame()) return;
-    adaptive_bvh::ProximityRequest<double> request;
-    request.distance = std::numeric_limits<double>::infinity();
-    request.enable_distances = true;
-    adaptive_bvh::TrianglePairs<double> all, near;
-    REQUIRE(pairsWithin(*model_, still, obstacle(), tf, request, all) ==
-            std::size_t(model_->num_tris) * std::size_t(obstacle().num_tris));
-    request.distance = d;
-    pairsWithin(*model_, still, obstacle(), tf, request, near);
-    const auto within = [&](double limit) {
-      return std::size_t(std::count_if(all.distances.begin(), all.distances.end(),
-                                       [&](double distance) { return distance <= limit; }));
-    };
-    REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
-    const bool is_nearer = isNearer(*model_, still, obstacle(), tf, d);
-    REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
-    if (!x.allFinite()) return;
-    const auto closest = adaptive_bvh::closestPoint<BV>(*model_, x);
-    REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
-    if (!(closest.distance > 1e-6)) return;
-    const auto hit = adaptive_bvh::firstHit<BV>(*model_, x, Point(closest.point - x));
-    REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
-  }
-
-  /// A ray, most often with components that are 0 or -0: every triangle by the signs of volumes, in
-  /// quadruple precision. Where that has no digit left, the verdict is open.
-  void ray(Bytes& in) {
-    const Point origin = in.points(1)[0];
-    Point direction = in.points(1)[0];
-    for (int k = 0; k < 3; ++k)
-      if (in.oneIn(2)) direction[k] = in.oneIn(2) ? -0. : 0.;
-    if (!isQueryable() || !isPlainFrame() || direction.isZero(0)) return;
-    if (!isPlain(origin[0]) || !isPlain(origin[1]) || !isPlain(origin[2]) ||
-        !isPlain(direction[0]) || !isPlain(direction[1]) || !isPlain(direction[2]))
-      return;
-    const auto hit = adaptive_bvh::firstHit<BV>(*model_, origin, direction);
-    std::vector<adaptive_bvh::RayHit<double>> hits;
-    adaptive_bvh::rayHits<BV>(*model_, origin, direction, hits);
-    REQUIRE((hit.triangle >= 0) == !hits.empty());
-    if (!hits.empty()) REQUIRE(hits[0].triangle == hit.triangle && hits[0].t == hit.t);
-    REQUIRE(hit.t >= 0 && !std::signbit(hit.t));
-    const quad::Point from = quad::of<double>(origin), along = quad::of<double>(direction);
-    for (int t = 0; t < model_->num_tris; ++t) {
-      const auto corner = [&](int k) {
-        return quad::of<double>(model_->vertices[model_->tri_indices[t][k]]) - from;
-      };
-      const quad::Point p[3] = {corner(0), corner(1), corner(2)};
-      quad::Real sides[3], sum = 0;
-      bool is_open = false;
-      for (std::size_t k = 0; k < 3; ++k) {
-        sides[k] = quad::dot(along, quad::cross(p[k], p[(k + 1) % 3]));
-        is_open = is_open || quad::absolute(sides[k]) < 1e-25;
-        sum += sides[k];
-      }
-      const quad::Real volume = quad::dot(p[0], quad::cross(p[1], p[2]));
-      if (is_open || quad::absolute(volume) < 1e-25) continue;
-      const bool meets = (sides[0] > 0) == (sides[1] > 0) && (sides[1] > 0) == (sides[2] > 0) &&
-                         (sum > 0) == (volume > 0);
-      if (meets) REQUIRE(double(volume / sum) >= hit.t * (1 - 1e-9));
-      const bool is_hit = std::any_of(hits.begin(), hits.end(),
-                                      [&](const auto& found) { return found.triangle == t; });
-      REQUIRE(meets == is_hit);
-    }
-  }
-
-  /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
-  /// and no vertex that stays within its bounds brings anything together.
-  void continuous(Bytes& in) {
-    using Motion = adaptive_bvh::Motion<BV>;
-    const Points start = frame(), end = in.points(some(in));
-    const fcl::Transform3d still = fcl::Transform3d::Identity(),
-                           end_tf = in.oneIn(2) ? pose(in) : still;
-    const double separation = in.oneIn(4) ? in.coordinate() : in.below(4) / 16.;
-    if (!isBuilt() && !isBuilding()) return;  // a frame is open; asked when it is closed
-    adaptive_bvh::FeaturePairs pairs, again;
-    adaptive_bvh::ImpactTimes times;
-    std::vector<double> safe, of_obstacle;
-    try {
-      const Motion motion(*model_, start, end, still, end_tf);
-      const Points of_rest = pointsOf(obstacle());
-      const Motion rest(obstacle(), of_rest, of_rest);
-      const adaptive_bvh::Impact first = earliestImpact(motion, separation);
-      REQUIRE(isQueryable() && isUsable(end) && separation >= 0 && std::isfinite(separation));
-      const adaptive_bvh::Impact listed = earliestImpact(motion, separation, pairs);
-      candidates(motion, separation, again);
-      REQUIRE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
-      timesOfImpact(motion, pairs, separation, times);
-      double earliest = adaptive_bvh::Impact::kNever;
-      for (const auto* of : {&times.vertex_face, &times.edge_edge})
-        for (const double time : *of) earliest = std::min(earliest, time);
-      safeDisplacements(motion, rest, separation, safe, of_obstacle);
-      REQUIRE(safe.size() == start.size());
-      for (const double length : safe) REQUIRE(length >= 0);
-      REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
-      if (!isPlainFrame() || !std::all_of(end.begin(), end.end(), [](const Point& p) {
-            return isPlain(p[0]) && isPlain(p[1]) && isPlain(p[2]);
-          }))
-        return;
-      REQUIRE(first.time == earliest && listed.time == earliest);
-      if (!first.happens()) return;
-      REQUIRE(first.kind == listed.kind && first.pair == listed.pair);
-      REQUIRE(timeOfImpact(motion, first.kind, first.pair, separation) == first.time);
-    } catch (const std::invalid_argument&) {
-      REQUIRE(!isQueryable() || !isUsable(end) || end.size() != start.size() ||
-              !(separation >= 0 && std::isfinite(separation)) || start.empty());
-    }
-  }
-  static Points pointsOf(const Model& model) {
-    return Points(model.vertices, model.vertices + model.num_vertices);
+    adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, all, plain);
+    adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, with_contact, full);
+    REQUIRE(pairsOf(plain) == pairsOf(full));
+    checkFields(full);
+    onMesh([&](MeshQueries& queries) { queries.contacts(tf); });
   }
 
   /// The distance of a sphere, and its points in the world, in either order.
@@ -556,7 +341,7 @@ class Subject {
       REQUIRE(ours.min_distance > -1e-9 || ours.min_distance == -1);
   }
 
-  /// A body that is carried along moves its volumes, unless they rest, and inflates none.
+  /// A body that is carried along moves its volumes and inflates none.
   void translate(Bytes& in, const Points& before) {
     const Point by(in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5, in.below(9) / 8. - 0.5);
     if (isBuilding() || !isPlainFrame()) return;
@@ -571,8 +356,7 @@ class Subject {
         swept || report.resynchronised || before.empty())
       return;
     REQUIRE(report.inflated == 0);
-    const bool may_rest = by.isZero(0) || model_->refitPolicy().volumes_rest;
-    REQUIRE(report.moved == report.nodes || (may_rest && report.moved == 0));
+    REQUIRE(report.moved == report.nodes || (by.isZero(0) && report.moved == 0));
   }
 
   /// A pair that FCL cannot compute is refused, not answered.
@@ -613,16 +397,8 @@ class Subject {
     policy.min_inflation = policy.child_distance_ratio = 0.01 * in.below(20);
     policy.max_inflation = 0.01 * in.below(20);
     if (in.oneIn(3)) policy.propagation = adaptive_bvh::Propagation::Displacements;
-    policy.volumes_rest = !in.oneIn(4);
+    in.byte();  // of a setting that there was
     model_->setRefitPolicy(policy);
-  }
-
-  Coherent& coherent() {
-    if (!coherent_ || coherent_of_ != model_.get()) {
-      coherent_ = std::make_unique<Coherent>(*model_, obstacle());
-      coherent_of_ = model_.get();
-    }
-    return *coherent_;
   }
 
   bool isPlainFrame() const {
@@ -687,7 +463,6 @@ class Subject {
     const int threads = in.below(4);
     try {
       model_->setUpdateThreads(threads);
-      model_->setQueryThreads(threads);
       REQUIRE(threads >= 1);
     } catch (const std::invalid_argument&) {
       REQUIRE(threads < 1);
@@ -696,14 +471,6 @@ class Subject {
     adaptive_bvh::measureHierarchy(*model_);
     model_->trackingBytes();
     model_->lastUpdate();
-  }
-
-  static fcl::Transform3d pose(Bytes& in) {
-    fcl::Transform3d tf = fcl::Transform3d::Identity();
-    const double half = in.below(64) * 0.1;
-    tf.rotate(Eigen::AngleAxisd(half, fcl::Vector3d(1, 2, 3).normalized()));
-    tf.translation() = fcl::Vector3d(in.below(64) / 4. - 8, in.below(64) / 4. - 8, 0.5);
-    return tf;
   }
 
   void query(Bytes& in) {
@@ -724,17 +491,16 @@ class Subject {
     if (!isPlainFrame()) {  // no crash; what FCL's triangle tests are worth then is open
       adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
                                      distance);
-      selfCollide(*model_, all, contacts);
+      onMesh([&](MeshQueries& queries) {
+        queries.distance(in, tf);
+        queries.contacts(tf);
+      });
       return;
     }
     const BruteForce<double> brute_force(*model_, still, obstacle(), tf);
     const double expected = brute_force.distance();
     switch (in.below(4)) {
-      case 0: {
-        coherent().distance(still, tf, fcl::DistanceRequestd(), distance);
-        REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
-        break;
-      }
+      case 0: onMesh([&](MeshQueries& queries) { queries.distance(in, tf); }); break;
       case 1:
         adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
                                        fcl::DistanceRequestd(true), distance);
@@ -749,52 +515,13 @@ class Subject {
       default: {
         adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, all, contacts);
         checkContacts(*model_, obstacle(), tf, brute_force.contacts(), contacts);
-        contacts.clear();
-        selfCollide(*model_, all, contacts, adaptive_bvh::NeighbourFilter::None);
-        checkContacts(*model_, *model_, still,
-                      BruteForce<double>(*model_, still, *model_, still).contacts(), contacts);
+        onMesh([&](MeshQueries& queries) { queries.contacts(tf); });
       }
     }
-  }
-
-  /// What touches is reported, and only that, up to rounding. Of a pair within one model the
-  /// smaller index comes first.
-  static void checkContacts(const Model& a, const Model& b, const fcl::Transform3d& tf,
-                            const std::set<std::pair<int, int>>& touching,
-                            const fcl::CollisionResultd& contacts) {
-    const bool own = &a == &b;
-    std::set<std::pair<int, int>> reported;
-    for (std::size_t c = 0; c < contacts.numContacts(); ++c) {
-      const int i = int(contacts.getContact(c).b1), j = int(contacts.getContact(c).b2);
-      REQUIRE(!own || i < j);
-      REQUIRE(reported.emplace(i, j).second);
-      REQUIRE(distanceOf(a, i, b, j, tf) < 1e-9);
-    }
-    for (const auto& [i, j] : touching) {
-      if (reported.count({i, j}) || (own && i >= j)) continue;
-      REQUIRE(!own && distanceOf(a, i, b, j, tf, 1e-9) > 0);  // barely, as placed
-    }
-  }
-  /// In quadruple precision; of triangles that are smaller by `margin` around their middles.
-  static double distanceOf(const Model& a, int i, const Model& b, int j, const fcl::Transform3d& tf,
-                           double margin = 0) {
-    const auto triangle = [&](const Model& model, int t, const fcl::Transform3d& place) {
-      quad::Triangle corners;
-      const fcl::Triangle& v = model.tri_indices[t];
-      const Point middle = (model.vertices[v[0]] + model.vertices[v[1]] + model.vertices[v[2]]) / 3;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Point& x = model.vertices[v[int(k)]];
-        corners[k] = quad::of<double>(place * Point(x + margin * (middle - x)));
-      }
-      return corners;
-    };
-    return static_cast<double>(
-        quad::distance(triangle(a, i, fcl::Transform3d::Identity()), triangle(b, j, tf)));
   }
 
   /// What holds after every call.
   void check(int state_before, const Points& before) {
-    if (coherent_of_ != model_.get()) coherent_.reset();
     if (isBuilding()) return;
     std::string reason;
     if (!model_->validate(&reason)) {
@@ -809,13 +536,13 @@ class Subject {
   }
 
   std::unique_ptr<Model> model_;
-  std::unique_ptr<Coherent> coherent_;
-  const Model* coherent_of_ = nullptr;
+  std::unique_ptr<MeshQueries> queries_;
+  const DeformableMeshd* queries_of_ = nullptr;
 };
 
-template <typename BV>
+template <typename Subject>
 void run(Bytes in) {
-  Subject<BV> subjects[2];
+  Subject subjects[2];
   for (int steps = 0; steps < 200 && !in.isEmpty(); ++steps) subjects[in.below(8) == 7].step(in);
 }
 
@@ -825,9 +552,12 @@ void run(Bytes in) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace adaptive_bvh_test;
   const Bytes in(data, size);
-  if (size > 0 && data[0] >= 128)  // a bit that nothing else depends on
-    run<fcl::OBBRSSd>(in);
+  const int kind = size > 0 ? data[0] / 64 : 0;  // two bits that nothing else depends on
+  if (kind == 1)
+    run<MeshSubject>(in);
+  else if (kind == 0)
+    run<Subject<fcl::RSSd>>(in);
   else
-    run<fcl::RSSd>(in);
+    run<Subject<fcl::OBBRSSd>>(in);
   return 0;
 }

@@ -1,6 +1,5 @@
-// Runs the fuzz target without libFuzzer: on every file of a corpus, with
-// either volume, and on as many random inputs
-// as asked for. replay CORPUS_DIR [RANDOM_INPUTS [SEED]]
+// Runs the fuzz target without libFuzzer: on every file of a corpus, with all types, and on as many
+// random inputs as asked for. replay CORPUS_DIR [RANDOM_INPUTS [SEED]]
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,8 +22,10 @@ int main(int argc, char** argv) {
     const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
     std::vector<std::uint8_t> input(bytes.begin(), bytes.end());
     LLVMFuzzerTestOneInput(input.data(), input.size());
-    if (!input.empty()) input[0] ^= 128;  // with the other volume
-    LLVMFuzzerTestOneInput(input.data(), input.size());
+    for (const int bits : {64, 128, 64}) {  // as calls of the other types
+      if (!input.empty()) input[0] = std::uint8_t(input[0] ^ bits);
+      LLVMFuzzerTestOneInput(input.data(), input.size());
+    }
     ++files;
   }
   const int inputs = argc > 2 ? std::atoi(argv[2]) : 0;

@@ -1,5 +1,5 @@
-// Records three runs as pages, and writes beside each what a browser must show of it, read from the
-// models themselves: test/page/run.sh compares. Prints what recording costs.
+// Records four runs as pages, and writes beside each what a browser must show of it, read from the
+// meshes and models themselves: test/page/run.sh compares. Prints what recording costs.
 //   record_runs FOLDER
 #include <algorithm>
 #include <chrono>
@@ -29,14 +29,24 @@ double millisecondsSince(Clock::time_point start) {
 /// Depth of the volumes that are compared; deeper ones have not been recorded.
 constexpr int kDepth = 3, kRecordedDepth = 6;
 
-/// What is shown of a body: a few positions, and the volumes at kDepth.
-template <typename BV>
-json expectedBody(const adaptive_bvh::AdaptiveBVHModel<BV>& model) {
-  json body = {{"positions", json::array()}, {"refitted", 0}};
-  for (int v = 0; v < model.num_vertices; v += 1 + model.num_vertices / 50) {
-    const fcl::Vector3d p = model.vertices[v].template cast<double>();
+/// What is shown of a body without volumes: a few positions.
+template <typename S>
+json expectedBody(const fcl::Vector3<S>* vertices, std::size_t count) {
+  json body = {{"positions", json::array()}, {"volumes", 0}, {"refitted", 0}, {"allRefitted", 0}};
+  for (std::size_t v = 0; v < count; v += 1 + count / 50) {
+    const fcl::Vector3d p = vertices[v].template cast<double>();
     body["positions"].push_back({v, p[0], p[1], p[2]});
   }
+  return body;
+}
+template <typename S>
+json expectedBody(const adaptive_bvh::DeformableMesh<S>& mesh) {
+  return expectedBody(mesh.vertices().data(), mesh.vertices().size());
+}
+/// And the volumes at kDepth.
+template <typename BV>
+json expectedBody(const adaptive_bvh::AdaptiveBVHModel<BV>& model) {
+  json body = expectedBody(model.vertices, static_cast<std::size_t>(model.num_vertices));
   const std::vector<int> nodes = nodesAtDepth(model, kDepth);
   body["volumes"] = nodes.size();
   const std::vector<int> refits = model.refittedNodes();
@@ -97,13 +107,40 @@ class TestRun {
   adaptive_bvh::Recording recording;
 };
 
+/// What is asked of a pair of bodies: their distance, by the boxes of meshes or FCL's volumes.
+class MeshPair {
+ public:
+  explicit MeshPair(const scenarios::Scenario& scenario)
+      : first(scenario.first.mesh()), second(scenario.second.mesh()) {}
+  double distance(const fcl::DistanceRequestd& request, fcl::DistanceResultd& result) {
+    const auto origin = fcl::Transform3d::Identity();
+    return followed_.distance(origin, origin, request, result);
+  }
+
+  adaptive_bvh::DeformableMeshd first, second;
+
+ private:
+  adaptive_bvh::CoherentDistanced followed_{first, second};
+};
+class ModelPair {
+ public:
+  explicit ModelPair(const scenarios::Scenario& scenario) {
+    fillModel(scenario.first.mesh(), first);
+    fillModel(scenario.second.mesh(), second);
+  }
+  double distance(const fcl::DistanceRequestd& request, fcl::DistanceResultd& result) {
+    const auto origin = fcl::Transform3d::Identity();
+    return adaptive_bvh::distance<double>(&first, origin, &second, origin, request, result);
+  }
+
+  adaptive_bvh::AdaptiveBVHModeld first, second;
+};
+
 /// A pair of bodies with their distance. The recorded bodies move every step.
+template <typename Pair>
 void recordDistances(const std::string& path, const std::string& title,
                      const scenarios::Scenario& scenario, int frames) {
-  adaptive_bvh::AdaptiveBVHModeld first, second;
-  fillModel(scenario.first.mesh(), first);
-  fillModel(scenario.second.mesh(), second);
-  adaptive_bvh::CoherentDistanced pair(first, second);
+  Pair pair(scenario);
   const auto origin = fcl::Transform3d::Identity();
   const fcl::DistanceRequestd request(true);
 
@@ -111,22 +148,22 @@ void recordDistances(const std::string& path, const std::string& title,
   options.title = title;
   options.volume_depth = kRecordedDepth;
   TestRun run(path, options);
-  run.recording.add(first, origin, scenario.first.name());
-  run.recording.add(second, origin, scenario.second.name());
+  run.recording.add(pair.first, origin, scenario.first.name());
+  run.recording.add(pair.second, origin, scenario.second.name());
   for (int frame = 1; frame <= frames; ++frame) {
     const int there = frame % (2 * scenario.frames());
     const int step = there <= scenario.frames() ? there : 2 * scenario.frames() - there;
     const auto p1 = scenario.first.positions(step), p2 = scenario.second.positions(step);
     auto start = Clock::now();
-    first.update(p1);
-    second.update(p2);
+    pair.first.update(p1);
+    pair.second.update(p2);
     const double update_ms = millisecondsSince(start);
     fcl::DistanceResultd result;
     start = Clock::now();
-    pair.distance(origin, origin, request, result);
+    pair.distance(request, result);
     adaptive_bvh::FrameResults results(result);
     results.addTimes(update_ms, millisecondsSince(start));
-    run.frame(results, {expectedBody(first), expectedBody(second)});
+    run.frame(results, {expectedBody(pair.first), expectedBody(pair.second)});
   }
   run.write();
 }
@@ -144,7 +181,8 @@ void recordContacts(const std::string& path) {
   };
   fill(plate, cloth);
   fill(helmet, dome);
-  const auto origin = fcl::Transform3f::Identity();
+  const adaptive_bvh::DeformableMeshf &cloth_mesh = cloth.mesh(), &dome_mesh = dome.mesh();
+  const fcl::Transform3f origin = fcl::Transform3f::Identity();
 
   adaptive_bvh::RecordingOptions options;
   options.title = "Cloth & <dome>";
@@ -168,11 +206,11 @@ void recordContacts(const std::string& path) {
     run.recording.place(of_cloth, fallen.cast<double>());
     start = Clock::now();
     fcl::CollisionResultf contacts;
-    adaptive_bvh::collide(&cloth, fallen, &dome, origin, fcl::CollisionRequestf(10000, true),
-                          contacts);
+    adaptive_bvh::collide(&cloth_mesh, fallen, &dome_mesh, origin,
+                          fcl::CollisionRequestf(10000, true), contacts);
     const double query_ms = millisecondsSince(start);
     std::vector<float> clearances;
-    adaptive_bvh::clearance(cloth, fallen, dome, origin, 0.5f, clearances);
+    adaptive_bvh::clearance(cloth_mesh, fallen, dome_mesh, origin, 0.5f, clearances);
     adaptive_bvh::FrameResults results(contacts);
     results.addTimes(update_ms, query_ms).addClearance(of_cloth, clearances);
     results.note = "Fallen by " + std::to_string(8 * frame) + " %";
@@ -193,7 +231,8 @@ int main(int argc, char** argv) {
   scenarios::Options finer;
   finer.resolution = 6;
   const scenarios::Scenario large = scenarios::thesisScenarios(finer).back();
-  recordDistances(folder + "/helmet", "A helmet above a plate", small, 40);
-  recordDistances(folder + "/large", "A fine helmet above a plate", large, 50);
+  recordDistances<ModelPair>(folder + "/helmet", "A helmet above a plate", small, 40);
+  recordDistances<ModelPair>(folder + "/large", "A fine helmet above a plate", large, 50);
+  recordDistances<MeshPair>(folder + "/meshes", "Meshes without volumes", small, 40);
   recordContacts(folder + "/contacts");
 }

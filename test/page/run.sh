@@ -49,6 +49,7 @@ drive_large() {
 drive_large
 drive helmet 1280 800 all
 drive contacts 1280 800 all
+drive meshes 1280 800 all
 drive helmet 500 844 phone
 drive helmet 1280 800 play --virtual-time-budget=30000
 test "$(stat -c %s "$folder/large.html")" -le 12000000

@@ -69,10 +69,11 @@ struct Judged {
 using brute_force::Judged;
 
 template <typename S>
-std::vector<Judged> BruteForce<S>::judged(const Mesh& mesh, const fcl::Transform3<double>& tf) {
+std::vector<Judged> BruteForce<S>::judged(const BodyView<S>& body,
+                                          const fcl::Transform3<double>& tf) {
   std::vector<Judged> triangles;
-  for (int t = 0; t < mesh.size; ++t)
-    triangles.emplace_back(corners(mesh, t), tf.linear(), tf.translation());
+  for (int t = 0; t < body.num_tris; ++t)
+    triangles.emplace_back(corners(body, t), tf.linear(), tf.translation());
   return triangles;
 }
 
@@ -98,7 +99,7 @@ S BruteForce<S>::distance() const {
 template <typename S>
 std::string BruteForce<S>::findError(const fcl::DistanceResult<S>& result,
                                      const fcl::Transform3<S>& tf1, S tolerance) const {
-  if (result.o1 != first_.model || result.o2 != second_.model) return "names other objects";
+  if (result.o1 != first_.geometry || result.o2 != second_.geometry) return "names other objects";
   const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
   const Judged p(corners(first_, int(result.b1)), still, Eigen::Vector3d::Zero()),
       q(corners(second_, int(result.b2)), relative_.linear().template cast<double>(),
@@ -125,7 +126,7 @@ std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
   const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
                             second = judged(second_, relative_);
   std::set<std::pair<int, int>> found;
-  const bool is_self = first_.model == second_.model && relative_.matrix().isIdentity(0);
+  const bool is_self = first_.geometry == second_.geometry && relative_.matrix().isIdentity(0);
   for (std::size_t i = 0; i < first.size(); ++i)
     for (std::size_t j = is_self ? i + 1 : 0; j < second.size(); ++j)
       if (first[i].touches(second[j])) found.emplace(i, j);
@@ -133,9 +134,9 @@ std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
 }
 
 template <typename S>
-typename BruteForce<S>::Corners BruteForce<S>::corners(const Mesh& mesh, int t) {
-  const fcl::Triangle& triangle = mesh.triangles[t];
-  return {&mesh.vertices[triangle[0]], &mesh.vertices[triangle[1]], &mesh.vertices[triangle[2]]};
+typename BruteForce<S>::Corners BruteForce<S>::corners(const BodyView<S>& body, int t) {
+  const fcl::Triangle& triangle = body.tri_indices[t];
+  return {&body.vertices[triangle[0]], &body.vertices[triangle[1]], &body.vertices[triangle[2]]};
 }
 
 template class BruteForce<float>;

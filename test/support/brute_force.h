@@ -8,7 +8,7 @@
 
 #include <fcl/narrowphase/distance_result.h>
 
-#include "support/meshes.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace brute_force {
@@ -21,9 +21,9 @@ struct Judged;
 template <typename S>
 class BruteForce {
  public:
-  template <typename BV1, typename BV2>
-  BruteForce(const fcl::BVHModel<BV1>& first, const fcl::Transform3<S>& tf1,
-             const fcl::BVHModel<BV2>& second, const fcl::Transform3<S>& tf2)
+  /// Each body is a DeformableMesh or any fcl::BVHModel.
+  BruteForce(const BodyView<S>& first, const fcl::Transform3<S>& tf1, const BodyView<S>& second,
+             const fcl::Transform3<S>& tf2)
       : first_(first),
         second_(second),
         relative_(tf1.template cast<double>().inverse(Eigen::Isometry) *
@@ -42,22 +42,11 @@ class BruteForce {
 
  private:
   using Corners = std::array<const Vector3<S>*, 3>;
-  /// A model's triangles, whatever its volumes.
-  struct Mesh {
-    template <typename BV>
-    explicit Mesh(const fcl::BVHModel<BV>& m)
-        : model(&m), vertices(m.vertices), triangles(m.tri_indices), size(m.num_tris) {}
-    const fcl::CollisionGeometry<S>* model;
-    const Vector3<S>* vertices;
-    const fcl::Triangle* triangles;
-    int size;
-  };
-
-  static Corners corners(const Mesh& mesh, int t);
-  static std::vector<brute_force::Judged> judged(const Mesh& mesh,
+  static Corners corners(const BodyView<S>& body, int t);
+  static std::vector<brute_force::Judged> judged(const BodyView<S>& body,
                                                  const fcl::Transform3<double>& tf);
 
-  const Mesh first_, second_;
+  const BodyView<S> first_, second_;
   fcl::Transform3<double> relative_;
 };
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/coherent_distance.h"
+#include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {
 
@@ -13,10 +13,16 @@ namespace adaptive_bvh_test {
 template <typename S>
 using TestVolume = fcl::OBBRSS<S>;
 using TestScalars = testing::Types<double>;
+using TestBodies = testing::Types<adaptive_bvh::AdaptiveBVHModel<fcl::OBBRSS<double>>>;
 #else
 template <typename S>
 using TestVolume = fcl::RSS<S>;
 using TestScalars = testing::Types<float, double>;
+/// Either type of body, for tests of what adaptive_bvh::distance and collide answer of both.
+using TestBodies =
+    testing::Types<adaptive_bvh::DeformableMesh<float>, adaptive_bvh::DeformableMesh<double>,
+                   adaptive_bvh::AdaptiveBVHModel<fcl::RSS<float>>,
+                   adaptive_bvh::AdaptiveBVHModel<fcl::RSS<double>>>;
 #endif
 
 template <typename S>

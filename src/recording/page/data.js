@@ -52,9 +52,10 @@ function readVolumes(frame, body) {
 const volumeField = {corner: 0, axis: 3, side: 9, radius: 11, inflation: 12, depth: 13, leaf: 14,
   refitted: 15};
 
-// Of a frame: sums over the bodies that were updated in it; undefined without any.
+// Of a frame: sums over the bodies with volumes that were updated in it; undefined without any.
 function updateOf(frame) {
-  const updates = run.frames[frame].bodies.map((body) => body.update).filter(Boolean);
+  const updates = run.frames[frame].bodies.map((body) => body.update)
+    .filter((update) => update && update.nodes > 0);
   if (updates.length === 0) return undefined;
   const sum = (name) => updates.reduce((all, update) => all + update[name], 0);
   return {nodes: sum("nodes"), refitted: sum("refitted"), inflated: sum("inflated"),

@@ -1,5 +1,5 @@
 // The view of a model's primitives: triangles or points, in one frame or two.
-#include "geometry/mesh_view.h"
+#include "mesh/mesh_view.h"
 
 #include <gtest/gtest.h>
 

@@ -8,20 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/mesh_state.h"
 #include "query/within_tests.h"
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
 namespace wide_search_test {
 
-using adaptive_bvh::BodyCoordinates;
 using adaptive_bvh::Boxes4;
 using adaptive_bvh::GrownFrame;
 using adaptive_bvh::NodePair;
 using adaptive_bvh::SameFrame;
-using adaptive_bvh::TaskPool;
-using adaptive_bvh::VertexSlots;
-using adaptive_bvh::VisitedNodes;
 using adaptive_bvh::WideNode;
 using adaptive_bvh::WideSearch;
 using adaptive_bvh::WideTree;
@@ -40,20 +37,12 @@ struct Listing {
   static bool isDone() { return false; }
 };
 
-/// A soup of triangles, and its tree: coordinates are at most 1.
+/// A soup of triangles, and its tree.
 class Soup {
  public:
-  Soup(int triangles, RandomGeometry<double>& random) {
-    const TriangleMesh<double> mesh = soup<double>(triangles, random.engine());
-    fillModel(mesh, model_);
-    slots_.adopt(model_);
-    tree.adopt(model_, slots_);
-    double size = 0;
-    for (const fcl::Vector3d& x : mesh.vertices) size = std::max(size, x.lpNorm<Eigen::Infinity>());
-    tree.refit(model_, slots_,
-               BodyCoordinates(fcl::Matrix3d::Identity(), fcl::Vector3d::Zero(), 1 / size),
-               TaskPool(1));
-  }
+  Soup(int triangles, RandomGeometry<double>& random)
+      : mesh_(soup<double>(triangles, random.engine())),
+        tree(adaptive_bvh::detail::MeshAccess<double>::state(mesh_).tree) {}
 
   /// Calls act(triangle, its boxes, its lane).
   template <typename Do>
@@ -63,11 +52,11 @@ class Soup {
         act(tree.nodes()[i].first + lane, tree.nodes()[i].boxes, lane);
   }
 
-  WideTree<double> tree;
-
  private:
-  fcl::BVHModel<fcl::RSSd> model_;
-  VertexSlots slots_;
+  const adaptive_bvh::DeformableMeshd mesh_;
+
+ public:
+  const WideTree& tree;
 };
 
 /// Of all pairs of triangles those whose boxes overlap; each once where both trees are the same.
@@ -94,8 +83,7 @@ void expectAllFound(const Soup& first, const Soup& second, const Frame& frame) {
   const int depth = first.tree.depth() + second.tree.depth();
   const auto found = [&](auto run) {
     Listing listing;
-    VisitedNodes unvisited;
-    Search search(first.tree.nodes(), second.tree.nodes(), frame, listing, unvisited, unvisited);
+    Search search(first.tree.nodes(), second.tree.nodes(), frame, listing);
     (search.*run)({&roots, &roots + 1}, depth);
     return std::make_pair(listing.pairs, search.boxTests());
   };
@@ -113,12 +101,12 @@ void expectAllFound(const Soup& first, const Soup& second, const Frame& frame) {
 
 TEST(WideSearch, FindsWhatOverlaps) {
   RandomGeometry<double> random(62);
-  const SameFrame<double> same;
+  const SameFrame same;
   std::size_t seen = 0;
   for (const int triangles : {1, 2, 4, 5, 17, 300}) {
     const Soup a(triangles, random), b(triangles + 3, random);
     for (const double distance : {0., 0.01, 0.3}) {
-      const GrownFrame<SameFrame<double>> grown(same, distance);
+      const GrownFrame<SameFrame> grown(same, distance);
       expectAllFound<false>(a, b, grown);
       expectAllFound<true>(a, a, grown);
       seen += overlapping(a, b, grown).size();

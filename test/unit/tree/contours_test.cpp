@@ -1,13 +1,14 @@
 // The curve around the triangles below a node, against the edges that these triangles do not share.
-#include "tree/contours.h"
+#include "boxes/contours.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "mesh/mesh_state.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
@@ -15,70 +16,48 @@ namespace contours_test {
 
 using adaptive_bvh::Contours;
 using adaptive_bvh::Patch;
-using adaptive_bvh::TaskPool;
-using adaptive_bvh::VertexSlots;
 using adaptive_bvh::WideTree;
+using adaptive_bvh::detail::MeshAccess;
 using Edges = std::set<std::pair<unsigned, unsigned>>;
 
 class ContoursTest : public testing::Test {
  protected:
-  void adopt(const TriangleMesh<double>& mesh) {
-    fillModel(mesh, model_);
-    slots_.adopt(model_);
-    tree_.adopt(model_, slots_);
-    contours_.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(1));
-  }
+  void adopt(const TriangleMesh<double>& mesh) { mesh_.emplace(mesh); }
+  const WideTree& tree() const { return MeshAccess<double>::state(*mesh_).tree; }
+  const Contours& contours() const { return MeshAccess<double>::state(*mesh_).topology->contours; }
   Edges edgesAround(const Patch& patch) const {
     Edges edges;
     for (unsigned t = patch.first; t < patch.first + patch.count; ++t)
       for (int k = 0; k < 3; ++k) {
-        const auto a = unsigned(tree_.vertices(t)[k]), b = unsigned(tree_.vertices(t)[(k + 1) % 3]);
+        const auto a = unsigned(tree().corners(t)[k]), b = unsigned(tree().corners(t)[(k + 1) % 3]);
         if (edges.erase({b, a}) == 0) edges.insert({a, b});
       }
     return edges;
   }
   Edges contour(const Patch& patch) const {
     Edges edges;
-    const unsigned* const slots = contours_.slots(patch);
+    const unsigned* const slots = contours().slots(patch);
+    const std::vector<unsigned>& vertices = tree().slots().vertices();
     for (unsigned i = 0; i < patch.length; ++i)
-      edges.insert({slots_.vertices()[slots[i]], slots_.vertices()[slots[(i + 1) % patch.length]]});
+      edges.insert({vertices[slots[i]], vertices[slots[(i + 1) % patch.length]]});
     return edges;
   }
 
-  fcl::BVHModel<fcl::RSSd> model_;
-  VertexSlots slots_;
-  WideTree<double> tree_;
-  Contours contours_;
+  std::optional<adaptive_bvh::DeformableMeshd> mesh_;
 };
 
 TEST_F(ContoursTest, AreTheEdgesAroundEachNode) {
   adopt(plate<double>(40, 30));
-  EXPECT_EQ(contours_.patch(0).count, 2400u);
-  EXPECT_EQ(contours_.patch(0).length, 140u);
+  EXPECT_EQ(contours().patch(0).count, 2400u);
+  EXPECT_EQ(contours().patch(0).length, 140u);
   int found = 0;
-  for (int i = 0; i < tree_.size(); ++i) {
-    const Patch& patch = contours_.patch(i);
+  for (int i = 0; i < tree().size(); ++i) {
+    const Patch& patch = contours().patch(i);
     if (patch.length == 0) continue;
     ++found;
     EXPECT_EQ(contour(patch), edgesAround(patch)) << "node " << i;
   }
   EXPECT_GT(found, 20);
-}
-
-TEST_F(ContoursTest, AreTheSameOnSeveralThreads) {
-  for (const int cells : {2, 12, 60}) {
-    adopt(plate<double>(cells, cells));
-    Contours by_three;
-    by_three.adopt(tree_.nodes(), tree_.size(), slots_, TaskPool(3));
-    for (int i = 0; i < tree_.size(); ++i) {
-      const Patch &patch = contours_.patch(i), &other = by_three.patch(i);
-      EXPECT_EQ(patch.first, other.first) << "node " << i;
-      EXPECT_EQ(patch.count, other.count) << "node " << i;
-      ASSERT_EQ(patch.length, other.length) << "node " << i;
-      const unsigned* const slots = contours_.slots(patch);
-      EXPECT_TRUE(std::equal(slots, slots + patch.length, by_three.slots(other))) << "node " << i;
-    }
-  }
 }
 
 TEST_F(ContoursTest, OfNoSingleCurveAreNone) {
@@ -90,7 +69,7 @@ TEST_F(ContoursTest, OfNoSingleCurveAreNone) {
   for (Vector3<double>& p : ring.vertices)
     p = {std::cos(2 * M_PI * p[0]), std::sin(2 * M_PI * p[0]), p[1]};
   adopt(ring);
-  EXPECT_EQ(contours_.patch(0).length, 0u) << "it has two ends";
+  EXPECT_EQ(contours().patch(0).length, 0u) << "it has two ends";
 }
 
 TEST_F(ContoursTest, OfASurfaceWithTwoOrientationsAreNone) {
@@ -100,7 +79,7 @@ TEST_F(ContoursTest, OfASurfaceWithTwoOrientationsAreNone) {
     triangle.set(triangle[0], triangle[2], triangle[1]);
   }
   adopt(one_side_turned);
-  EXPECT_EQ(contours_.patch(0).length, 0u) << "edges along the seam go the same way twice";
+  EXPECT_EQ(contours().patch(0).length, 0u) << "edges along the seam go the same way twice";
 }
 
 TEST_F(ContoursTest, ThatComeToAVertexTwiceAreNone) {
@@ -114,7 +93,7 @@ TEST_F(ContoursTest, ThatComeToAVertexTwiceAreNone) {
   for (std::size_t v = 1; v < other.vertices.size(); ++v)
     two.vertices.push_back(other.vertices[v] + two.vertices[corner]);
   adopt(two);
-  EXPECT_EQ(contours_.patch(0).length, 0u);
+  EXPECT_EQ(contours().patch(0).length, 0u);
 }
 
 }  // namespace contours_test

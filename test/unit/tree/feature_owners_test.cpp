@@ -1,22 +1,23 @@
 // Which triangle owns which vertex and edge, against sets of all vertices and edges.
-#include "tree/feature_leaves.h"
+#include "boxes/feature_leaves.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <set>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/feature_pairs.h"
+#include "mesh/mesh_state.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
 
 namespace adaptive_bvh_test {
 namespace feature_owners_test {
 
+using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FeatureOwner;
 using adaptive_bvh::FeatureOwners;
-using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+using adaptive_bvh::detail::MeshAccess;
 using Edge = std::pair<unsigned, unsigned>;
 
 std::vector<TriangleMesh<double>> meshesWithSharedEdges() {
@@ -36,6 +37,10 @@ std::vector<TriangleMesh<double>> meshesWithSharedEdges() {
           fan};
 }
 
+const adaptive_bvh::MeshTopology& topologyOf(const DeformableMeshd& body) {
+  return *MeshAccess<double>::state(body).topology;
+}
+
 Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
   const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), number);
   return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
@@ -44,8 +49,8 @@ Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
 /// Each vertex of a triangle, and each edge, has one owner: that with the smallest number.
 TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
   for (const auto& mesh : meshesWithSharedEdges()) {
-    Model model;
-    ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
+    const DeformableMeshd body(mesh);
+    const FeatureOwners& owners = topologyOf(body).owners;
     std::map<unsigned, unsigned> vertices;
     std::map<Edge, unsigned> edges;
     for (unsigned i = 0; i < 3 * mesh.triangles.size(); ++i) {
@@ -53,8 +58,6 @@ TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
       const Edge edge = edgeOf(mesh, i);
       if (edge.first != edge.second) edges.emplace(edge, i);
     }
-    FeatureOwners owners;
-    owners.adopt(model);
     ASSERT_EQ(mesh.triangles.size(), owners.size());
     std::set<unsigned> owned_vertices, owned_edges, triangles;
     for (std::size_t place = 0; place < owners.size(); ++place) {
@@ -76,33 +79,23 @@ TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
   }
 }
 
-/// Places are those of FCL's leaves.
+/// Places are those of the tree's leaves.
 TEST(FeatureOwners, AreInTheOrderOfLeaves) {
-  Model model;
-  ASSERT_EQ(fcl::BVH_OK, fillModel(tube<double>(6, 20), model));
-  FeatureOwners owners;
-  owners.adopt(model);
-  for (int i = 0; i < model.getNumBVs(); ++i)
-    if (model.getBV(i).isLeaf()) {
-      EXPECT_EQ(unsigned(model.getBV(i).primitiveId()),
-                owners[std::size_t(model.getBV(i).first_primitive)].triangle);
-    }
+  const DeformableMeshd body(tube<double>(6, 20));
+  const FeatureOwners& owners = topologyOf(body).owners;
+  for (unsigned place = 0; place < owners.size(); ++place)
+    EXPECT_EQ(unsigned(MeshAccess<double>::state(body).tree.triangle(place)),
+              owners[place].triangle);
 }
 
 /// Leaves of a four-wide tree have what their triangles own: every vertex and edge once, in groups
 /// that are filled up.
 TEST(FeatureLeaves, HaveAllFeaturesOnce) {
   for (const auto& mesh : meshesWithSharedEdges()) {
-    Model model;
-    ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
-    FeatureOwners owners;
-    owners.adopt(model);
-    adaptive_bvh::VertexSlots slots;
-    slots.adopt(model);
-    adaptive_bvh::WideTree<double> tree;
-    tree.adopt(model, slots);
-    adaptive_bvh::FeatureLeaves features;
-    features.adopt(tree, owners, slots);
+    const DeformableMeshd body(mesh);
+    const FeatureOwners& owners = topologyOf(body).owners;
+    const adaptive_bvh::VertexSlots& slots = topologyOf(body).leaves.slots;
+    const adaptive_bvh::FeatureLeaves& features = topologyOf(body).features;
     std::size_t vertices = 0, edges = 0;
     for (std::size_t place = 0; place < owners.size(); ++place) {
       vertices += std::size_t(__builtin_popcount(owners[place].vertices()));
@@ -132,20 +125,6 @@ TEST(FeatureLeaves, HaveAllFeaturesOnce) {
     EXPECT_EQ(0u, features.vertices().size() % 4);
     EXPECT_EQ(0u, features.edges().size() % 4);
   }
-}
-
-/// Once for each topology; a copy has none and finds its own.
-TEST(FeatureOwners, AreFoundOnDemand) {
-  Model model, other;
-  ASSERT_EQ(fcl::BVH_OK, fillModel(plate<double>(3, 3), model));
-  ASSERT_EQ(fcl::BVH_OK, fillModel(plate<double>(5, 5), other));
-  adaptive_bvh::FeatureOwnersOnDemand owners;
-  EXPECT_EQ(18u, owners.current(model, 7).size());
-  EXPECT_EQ(18u, owners.current(other, 7).size()) << "of the same topology, nothing is done";
-  EXPECT_EQ(50u, owners.current(other, 8).size());
-  EXPECT_GE(owners.bytes(), 50 * sizeof(FeatureOwner));
-  const adaptive_bvh::FeatureOwnersOnDemand copy(owners);
-  EXPECT_EQ(0u, copy.bytes());
 }
 
 }  // namespace feature_owners_test

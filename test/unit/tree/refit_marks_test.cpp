@@ -87,8 +87,8 @@ TEST(RefittedNodes, AreThoseThatTheReportCounts) {
   }
 }
 
-/// A refused step leaves them as they were; a repair recomputes all; so do volumes that waited.
-TEST(RefittedNodes, RefusalsRepairsAndVolumesOnDemand) {
+/// A refused step leaves them as they were; a repair recomputes all.
+TEST(RefittedNodes, RefusalsAndRepairs) {
   AdaptiveBVHModeld model;
   build(model);
   model.update(strip(0.3));
@@ -102,12 +102,6 @@ TEST(RefittedNodes, RefusalsRepairsAndVolumesOnDemand) {
   foreign.replaceSubModel(strip(0.5));
   foreign.endReplaceModel();
   EXPECT_EQ(model.refittedNodes(), allNodes(model));
-
-  RefitPolicy policy;
-  policy.volumes_on_demand = true;
-  model.setRefitPolicy(policy);
-  model.update(strip(0.4));
-  EXPECT_EQ(model.refittedNodes(), allNodes(model)) << "brought up to date by the question";
 }
 
 }  // namespace refit_marks_test

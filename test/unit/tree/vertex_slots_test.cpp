@@ -1,5 +1,5 @@
 // The vertices of the leaves in the order of the tree, against FCL's nodes and triangles.
-#include "tree/vertex_slots.h"
+#include "mesh/vertex_slots.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,13 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
+#include "tree/topology.h"
 
 namespace adaptive_bvh_test {
 namespace vertex_slots_test {
 
 using adaptive_bvh::HierarchyStrategy;
+using adaptive_bvh::Topology;
 using adaptive_bvh::VertexSlots;
 using BV = fcl::RSSd;
 using Model = adaptive_bvh::AdaptiveBVHModel<BV>;
@@ -53,9 +55,9 @@ void forEachTree(Check&& check) {
     for (const auto strategy : {HierarchyStrategy::BottomUp, HierarchyStrategy::TopDown}) {
       Model model(strategy);
       ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
-      VertexSlots slots;
-      slots.adopt(model);
-      check(mesh, model, slots);
+      Topology topology;
+      topology.adopt(model);
+      check(mesh, model, topology.slots);
     }
 }
 
@@ -148,8 +150,9 @@ TEST(VertexSlots, OfPointClouds) {
   const std::vector<Vector3<double>> points = tube<double>(10, 9).vertices;
   cloud.addSubModel(points);
   cloud.endModel();
-  VertexSlots slots;
-  slots.adopt(cloud);
+  Topology topology;
+  topology.adopt(cloud);
+  const VertexSlots& slots = topology.slots;
   ASSERT_EQ(points.size(), slots.leaves());
   EXPECT_EQ(points.size(), slots.size());
   for (int i = 0; i < cloud.getNumBVs(); ++i) {

@@ -1,87 +1,106 @@
-// The four-wide tree: its nodes are FCL's, each once, and its boxes hold their triangles.
-#include "tree/wide_tree.h"
+// The four-wide tree: it has every triangle once, and its boxes hold their triangles, after a refit
+// of all nodes and of those above a few vertices.
+#include "boxes/wide_tree.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numeric>
 
+#include "hierarchy/bottom_up.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
-#include "volume/volume.h"
 
 namespace adaptive_bvh_test {
 namespace wide_tree_test {
 
 using adaptive_bvh::BodyFrame;
-using adaptive_bvh::Boxes4;
+using adaptive_bvh::Int4;
+using adaptive_bvh::LeafTriangles;
+using adaptive_bvh::MeshView;
+using adaptive_bvh::OrderedTree;
 using adaptive_bvh::TaskPool;
-using adaptive_bvh::VertexSlots;
+using adaptive_bvh::VertexIndices;
 using adaptive_bvh::WideNode;
 using adaptive_bvh::WideTree;
 
 template <typename S>
 class Wide : public testing::Test {
  protected:
-  using Model = fcl::BVHModel<fcl::RSS<S>>;
-
   void adopt(const TriangleMesh<S>& mesh) {
-    fillModel(mesh, model_);
-    slots_.adopt(model_);
-    tree_.adopt(model_, slots_);
+    mesh_ = mesh;
+    const MeshView<S> view{mesh_.vertices.data(), nullptr, mesh_.triangles.data()};
+    const auto count = unsigned(mesh_.triangles.size());
+    const OrderedTree order(adaptive_bvh::buildBottomUp(view, count));
+    auto leaves = std::make_shared<LeafTriangles>();
+    leaves->slots.adopt(order, view, mesh_.vertices.size());
+    for (const unsigned t : order.primitives) {
+      const VertexIndices v = view.verticesOf(t);
+      leaves->corners.push_back(Int4{int(v[0]), int(v[1]), int(v[2]), int(t)});
+    }
+    tree_ = WideTree(order, leaves);
   }
 
-  /// Expects that the node's boxes hold all triangles below it, which are added to `triangles`.
-  void expectHeld(int number, std::vector<int>& triangles) {
+  /// Expects that the node's boxes hold all triangles below it, whose places are added to `places`.
+  void expectHeld(int number, std::vector<int>& places) {
     const WideNode& node = tree_.nodes()[number];
-    for (int lane = 0; lane < node.count; ++lane) {
+    for (int lane = 0; lane < int(node.count); ++lane) {
       std::vector<int> below;
       if (node.isLeaf())
         below.push_back(node.first + lane);
       else
         expectHeld(node.below[lane], below);
-      for (int t : below)
+      for (int place : below)
         for (int k = 0; k < 3; ++k) {
-          const auto vertex = std::size_t(tree_.vertices(unsigned(t))[k]);
+          const auto vertex = std::size_t(tree_.corners(unsigned(place))[k]);
           const exact::Point y = exact::of(tree_.toBody()) *
-                                 (exact::of(model_.vertices[vertex]) - exact::of(tree_.origin()));
+                                 (exact::of(mesh_.vertices[vertex]) - exact::of(tree_.origin()));
           EXPECT_LE(y.template lpNorm<Eigen::Infinity>(), 2.0001L);
           for (int axis = 0; axis < 3; ++axis) {
             EXPECT_LT(node.boxes.low[axis][lane], y[axis]);
             EXPECT_GT(node.boxes.high[axis][lane], y[axis]);
           }
         }
-      triangles.insert(triangles.end(), below.begin(), below.end());
+      places.insert(places.end(), below.begin(), below.end());
     }
-    for (int lane = node.count; lane < 4; ++lane)
+    for (int lane = int(node.count); lane < 4; ++lane)
       EXPECT_GT(node.boxes.low[0][lane], node.boxes.high[0][lane]) << "an empty box";
   }
+  /// Expects that of the whole tree, and that it has every triangle once.
+  void expectRight() {
+    std::vector<int> places, all(mesh_.triangles.size());
+    expectHeld(0, places);
+    std::iota(all.begin(), all.end(), 0);
+    EXPECT_EQ(all, places) << "in the order of the leaves";
+    std::vector<int> triangles;
+    for (const int place : places) triangles.push_back(tree_.triangle(unsigned(place)));
+    std::sort(triangles.begin(), triangles.end());
+    EXPECT_EQ(all, triangles);
+  }
 
-  Model model_;
-  VertexSlots slots_;
-  WideTree<S> tree_;
+  TriangleMesh<S> mesh_;
+  WideTree tree_;
   RandomGeometry<S> random_{61};
 };
 
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(Wide, Scalars);
 
-TYPED_TEST(Wide, StandsForEveryNodeOnce) {
+TYPED_TEST(Wide, HasEveryTriangleOnce) {
+  using S = TypeParam;
   for (int triangles : {1, 2, 3, 4, 5, 9, 100, 700}) {
-    this->adopt(soup<TypeParam>(triangles, this->random_.engine()));
-    std::vector<int> nodes;
+    this->adopt(soup<S>(triangles, this->random_.engine()));
+    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(4));
+    this->tree_.refit(this->mesh_.vertices.data(), {frame, 1}, TaskPool(1));
+    this->expectRight();
+    int leaves = 0;
     for (int i = 0; i < this->tree_.size(); ++i) {
       const WideNode& node = this->tree_.nodes()[i];
-      for (int binary : node.binary)
-        if (binary >= 0 && !this->model_.getBV(binary).isLeaf()) nodes.push_back(binary);
-      if (node.isLeaf()) nodes.insert(nodes.end(), node.below, node.below + node.count);
+      EXPECT_EQ(node.isLeaf() ? leaves : -1, node.leaf);
+      leaves += node.isLeaf();
+      EXPECT_GE(int(node.count), node.isLeaf() ? 1 : 2);
+      for (int k = 0; k < int(node.count) && !node.isLeaf(); ++k) EXPECT_GT(node.below[k], i);
     }
-    for (int t = 0; t < triangles; ++t)
-      EXPECT_EQ(t, this->model_.getBV(this->tree_.leaf(unsigned(t))).first_primitive);
-    std::sort(nodes.begin(), nodes.end());
-    std::vector<int> all(std::size_t(this->model_.getNumBVs()));
-    std::iota(all.begin(), all.end(), 0);
-    EXPECT_EQ(all, nodes) << triangles;
   }
 }
 
@@ -90,7 +109,6 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
   for (double scale : {1e-3, 1., 1e6}) {
     TriangleMesh<S> mesh = soup<S>(300, this->random_.engine());
     for (Vector3<S>& p : mesh.vertices) p *= S(scale);
-    this->adopt(mesh);
     const fcl::Matrix3d axes = randomPose<double>(this->random_.engine(), 0).linear();
     const Vector3<S> origin = Vector3<S>::Constant(S(0.5 * scale));
     const BodyFrame<S> frame(axes, origin, S(scale));
@@ -98,12 +116,15 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
     for (const Vector3<S>& p : mesh.vertices)
       for (int k = 0; k < 3; ++k) size = std::max(size, std::abs(frame.toBodyFrame(p)[k]));
     for (int threads : {1, 3}) {
-      this->tree_.adopt(this->model_, this->slots_);
-      this->tree_.refit(this->model_, this->slots_, {frame, size}, TaskPool(threads));
-      std::vector<int> triangles;
-      this->expectHeld(0, triangles);
-      EXPECT_EQ(300u, triangles.size());
+      this->adopt(mesh);
+      this->tree_.refit(this->mesh_.vertices.data(), {frame, size}, TaskPool(threads));
+      this->expectRight();
     }
+    // Node by node, those below first.
+    for (Vector3<S>& p : this->mesh_.vertices) p += S(0.1) * (origin - p);
+    for (int node = this->tree_.size(); node-- > 0;)
+      this->tree_.refitNode(this->mesh_.vertices.data(), node);
+    this->expectRight();
   }
 }
 

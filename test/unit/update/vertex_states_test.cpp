@@ -210,25 +210,5 @@ TYPED_TEST(States, ForgetWhatWasDiscarded) {
   this->expectState(2, to[0], to[0] - this->model_.vertices[2]);
 }
 
-/// A fit between two steps reads what the model has, not what was refused; of both frames.
-TYPED_TEST(States, AreRestoredAfterWhatWasDiscarded) {
-  using S = TypeParam;
-  const auto rest = this->positions_;
-  this->model_.prev_vertices = new Vector3<S>[rest.size()];
-  std::copy(rest.rbegin(), rest.rend(), this->model_.prev_vertices);
-  for (auto& p : this->positions_) p = Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());
-  this->states_.begin(this->target(), this->input(StepKind::TwoFrames));
-  this->readAll(this->input(StepKind::TwoFrames));
-  this->states_.discard();
-  this->states_.restore(this->target());
-  EXPECT_EQ(this->tree_.boxes->frame.origin(), this->states_.frame().origin());
-  for (int v = 0; v < this->vertices(); ++v)
-    this->expectState(v, rest[std::size_t(v)], Vector3<S>::Zero());
-  for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
-    this->expectSame(
-        this->states_.frame().toBodyFrame(rest[rest.size() - 1 - this->slots().vertices()[slot]]),
-        this->states_.previous()[slot].data());
-}
-
 }  // namespace vertex_states_test
 }  // namespace adaptive_bvh_test

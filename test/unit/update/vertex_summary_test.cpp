@@ -1,5 +1,5 @@
 // What a step knows of its positions, against a walk over them in long double.
-#include "update/vertex_summary.h"
+#include "mesh/vertex_summary.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "boxes/wide_tree.h"
+#include "mesh/feature_owners.h"
+
+namespace adaptive_bvh {
+
+/// A vertex that a triangle owns, and an edge.
+struct OwnedVertex {
+  unsigned vertex, slot;
+};
+struct OwnedEdge {
+  unsigned number;  ///< 3 t + k
+  unsigned vertices[2], slots[2];
+};
+
+/// The vertices and edges that the triangles of the leaves of a four-wide tree own, in groups of
+/// four: a leaf has those from its first group on. The last group of a leaf repeats its last.
+class FeatureLeaves {
+ public:
+  struct Leaf {
+    unsigned vertices, edges;  ///< first groups
+    std::uint8_t num_vertices, num_edges;
+
+    unsigned vertexGroups() const { return (num_vertices + 3u) / 4; }
+    unsigned edgeGroups() const { return (num_edges + 3u) / 4; }
+  };
+
+  void adopt(const WideTree& tree, const FeatureOwners& owners);
+
+  /// By the number of a leaf, in the order of the tree's nodes.
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+  /// Four of each group.
+  const std::vector<OwnedVertex>& vertices() const { return vertices_; }
+  const std::vector<OwnedEdge>& edges() const { return edges_; }
+
+  std::size_t bytes() const {
+    return leaves_.capacity() * sizeof(Leaf) + vertices_.capacity() * sizeof(OwnedVertex) +
+           edges_.capacity() * sizeof(OwnedEdge);
+  }
+
+ private:
+  std::vector<Leaf> leaves_;
+  std::vector<OwnedVertex> vertices_;
+  std::vector<OwnedEdge> edges_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,230 @@
+#include "boxes/wide_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "boxes/prefetch.h"
+#include "geometry/scratch.h"
+
+namespace adaptive_bvh {
+namespace {
+
+constexpr float kNowhere = 1e30f;  // stays finite when it is turned and scaled
+
+const Boxes4 kEmpty = {{float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere)},
+                       {float4::all(-kNowhere), float4::all(-kNowhere), float4::all(-kNowhere)}};
+
+/// Some binary nodes that make up one wide node.
+class Collapse {
+ public:
+  Collapse(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
+    add(root, 0);
+    const bool is_leaf = at(root).count <= 4;
+    for (int open; count < 4 && (open = largest(is_leaf)) >= 0;) add(below[open], open);
+  }
+
+  int below[4], count = 1;
+
+ private:
+  const OrderedTree::Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
+  /// In place of `lane` come the two children of a node; the order of the leaves is kept.
+  void add(int node, int lane) {
+    if (at(node).isLeaf()) {
+      below[lane] = node;
+      return;
+    }
+    for (int i = count; i > lane + 1; --i) below[i] = below[i - 1];
+    below[lane] = at(node).left;
+    below[lane + 1] = at(node).right;
+    ++count;
+  }
+  /// The lane with the most triangles; a wide leaf is opened down to single ones, another node only
+  /// where nodes below it would hold fewer than a leaf could.
+  int largest(bool is_leaf) const {
+    unsigned most = is_leaf ? 1 : 4;
+    int found = -1;
+    for (int i = 0; i < count; ++i)
+      if (at(below[i]).count > most) {
+        most = at(below[i]).count;
+        found = i;
+      }
+    return found;
+  }
+
+  const Scratch<OrderedTree::Node>& nodes_;
+};
+
+}  // namespace
+
+WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles)
+    : triangles_(std::move(triangles)) {
+  struct Open {
+    int node, parent, lane, depth;
+  };
+  // Most leaves hold three or four, so there is mostly room; to grow means to copy.
+  nodes_.reserve(binary.primitives.size() * 2 / 5 + 1);
+  std::int32_t leaves = 0;
+  Scratch<Open> open(1, Open{0, -1, 0, 1});
+  while (!open.empty()) {
+    const Open at = open.back();
+    open.pop_back();
+    const int number = size();
+    if (at.parent >= 0) nodes_[static_cast<std::size_t>(at.parent)].below[at.lane] = number;
+    depth_ = std::max(depth_, at.depth);
+    const Collapse part(binary.nodes, at.node);
+    const OrderedTree::Node& top = binary.nodes[static_cast<std::size_t>(at.node)];
+    WideNode node{kEmpty, {-1, -1, -1, -1}, -1, unsigned(part.count), -1};
+    if (top.count <= 4) {
+      node.first = static_cast<std::int32_t>(top.first);
+      node.leaf = leaves++;
+    } else {
+      for (int i = part.count; i-- > 0;) open.push_back({part.below[i], number, i, at.depth + 1});
+    }
+    nodes_.push_back(node);
+  }
+  nodes_.shrink_to_fit();
+}
+
+void WideTree::adoptLinks(const WideTree& other) {
+  if (triangles_ == other.triangles_) return;  // the same mesh, or a copy
+  triangles_ = other.triangles_;
+  nodes_ = other.nodes_;
+  depth_ = other.depth_;
+}
+
+template <typename S>
+void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
+                     const TaskPool& pool) {
+  coordinates_ = coordinates;
+  positions_.resize(slots().size());
+  residuals_.resize(slots().size());
+  const int parts = pool.parts();
+  later_.resize(static_cast<std::size_t>(parts));
+  // Parts begin at blocks of slots, so none waits for the positions of another. What a thread
+  // writes here, others read in the last query.
+  const bool is_shared = pool.size() > 1;
+  pool.forEach(parts, [&](int part, int) {
+    const int begin = blockBegin(partBegin(size(), parts, part)),
+              end = blockBegin(partBegin(size(), parts, part + 1));
+    readPositions(vertices, firstSlot(begin), firstSlot(end), is_shared);
+    refitNodes(begin, end, is_shared, later_[static_cast<std::size_t>(part)]);
+  });
+  for (std::size_t part = later_.size(); part-- > 0;)
+    for (const int node : later_[part]) refitInner(nodes_[static_cast<std::size_t>(node)]);
+}
+
+template <typename S>
+void WideTree::refitNode(const fcl::Vector3<S>* vertices, int number) {
+  WideNode& node = nodes_[static_cast<std::size_t>(number)];
+  if (!node.isLeaf()) return refitInner(node);
+  const RoundedCoordinates coordinates(coordinates_);
+  for (int i = 0; i < node.count; ++i)
+    for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(node.first + i)))
+      coordinates(vertices[slots().vertices()[slot]].template cast<double>(), positions_[slot],
+                  residuals_[slot]);
+  refitLeaf(node);
+}
+
+/// The root, or at or behind a node the first leaf with slots of a block that no leaf before it
+/// has: behind the last node where there is none.
+int WideTree::blockBegin(int node) const {
+  if (node == 0) return 0;
+  const auto beginsBlock = [&](const WideNode& leaf) {
+    const auto first = static_cast<std::size_t>(leaf.first);
+    return first == 0 || slots().block(first) != slots().block(first - 1);
+  };
+  const auto from = nodes_.begin() + node;
+  return static_cast<int>(
+      std::find_if(from, nodes_.end(),
+                   [&](const WideNode& at) { return at.isLeaf() && beginsBlock(at); }) -
+      nodes_.begin());
+}
+
+/// Of a blockBegin: those before it belong to leaves before it.
+std::size_t WideTree::firstSlot(int node) const {
+  if (node == 0) return 0;
+  if (node == size()) return slots().size();
+  return slots().block(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
+}
+
+template <typename S>
+void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin, std::size_t end,
+                             bool is_shared) {
+  constexpr std::size_t kAhead = 32, kInALine = 4;
+  const std::vector<unsigned>& of_slot = slots().vertices();
+  const RoundedCoordinates coordinates(coordinates_);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (is_shared && i % kInALine == 0 && i + kAhead < end) {
+      prefetchToWrite(&positions_[i + kAhead]);
+      prefetchToWrite(&residuals_[i + kAhead]);
+    }
+    coordinates(vertices[of_slot[i]].template cast<double>(), positions_[i], residuals_[i]);
+  }
+}
+
+/// Of a part of the nodes, from the last to the first. `later` are those with nodes of another part
+/// below: one above the other, so the last one is all to look at.
+void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& later) {
+  constexpr int kAhead = 12;
+  later.clear();
+  const auto isLate = [&](int node) {
+    return node >= end || (!later.empty() && node == later.back());
+  };
+  for (int i = end; i-- > begin;) {
+    WideNode& node = nodes_[static_cast<std::size_t>(i)];
+    if (is_shared && i - kAhead >= begin) {  // boxes reach into both cache lines
+      const WideNode& ahead = nodes_[static_cast<std::size_t>(i - kAhead)];
+      prefetchToWrite(&ahead);
+      prefetchToWrite(ahead.below);
+    }
+    if (node.isLeaf())
+      refitLeaf(node);
+    else if (isLate(node.below[node.count - 1]))
+      later.push_back(i);
+    else
+      refitInner(node);
+  }
+}
+
+void WideTree::refitLeaf(WideNode& node) const {
+  Float4 low[4] = {float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere),
+                   float4::all(kNowhere)};
+  Float4 high[4] = {-low[0], -low[0], -low[0], -low[0]};
+  const Float4 margin = float4::all(kBoxMargin);
+  for (int i = 0; i < node.count; ++i) {
+    const VertexIndices corners =
+        triangles_->slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
+    const Float4 &a = positions_[corners[0]], &b = positions_[corners[1]],
+                 &c = positions_[corners[2]];
+    low[i] = float4::lower<Float4>(float4::lower(a, b), c) - margin;
+    high[i] = float4::upper<Float4>(float4::upper(a, b), c) + margin;
+  }
+  const float4::Columns lows = float4::columns(low[0], low[1], low[2], low[3]);
+  const float4::Columns highs = float4::columns(high[0], high[1], high[2], high[3]);
+  node.boxes = {{lows.x, lows.y, lows.z}, {highs.x, highs.y, highs.z}};
+}
+
+void WideTree::refitInner(WideNode& node) const {
+  const Boxes4* below[4];
+  for (int i = 0; i < 4; ++i)
+    below[i] = i < node.count ? &nodes_[static_cast<std::size_t>(node.below[i])].boxes : &kEmpty;
+  for (int k = 0; k < 3; ++k) {
+    using float4::lower;
+    using float4::transposed;
+    using float4::upper;
+    const auto low =
+        transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
+    const auto high =
+        transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
+    node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
+    node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
+  }
+}
+
+template void WideTree::refit(const fcl::Vector3<float>*, const BodyCoordinates&, const TaskPool&);
+template void WideTree::refit(const fcl::Vector3<double>*, const BodyCoordinates&, const TaskPool&);
+template void WideTree::refitNode(const fcl::Vector3<float>*, int);
+template void WideTree::refitNode(const fcl::Vector3<double>*, int);
+
+}  // namespace adaptive_bvh

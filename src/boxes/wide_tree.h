@@ -1,0 +1,116 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "boxes/body_coordinates.h"
+#include "geometry/boxes4.h"
+#include "hierarchy/ordered_tree.h"
+#include "mesh/vertex_slots.h"
+#include "threads/task_pool.h"
+
+namespace adaptive_bvh {
+
+/// Four integers.
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+/// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
+/// triangles. Boxes that it has none for are empty: they overlap nothing. Two cache lines.
+struct alignas(128) WideNode {
+  Boxes4 boxes;
+  /// Of an inner node the nodes below it.
+  std::int32_t below[4];
+  /// Of a leaf: the place of its first triangle, in the order of the leaves; else -1.
+  std::int32_t first : 29;
+  std::uint32_t count : 3;  ///< of boxes
+  std::int32_t leaf;        ///< its number among the leaves; of an inner node -1
+
+  bool isLeaf() const { return first >= 0; }
+};
+static_assert(sizeof(WideNode) == 128, "no more than is read");
+
+/// What the trees of a mesh and of its copies have in common: which triangles lie where.
+struct LeafTriangles {
+  VertexSlots slots;
+  /// By place in the order of the leaves: the three vertices of a triangle, and its index.
+  std::vector<Int4> corners;
+
+  std::size_t bytes() const { return slots.bytes() + corners.capacity() * sizeof(Int4); }
+};
+
+/// A four-wide tree, collapsed from a binary one, with boxes of the present positions (not of those
+/// before, in a two-frame update) in single precision: what our queries read.
+///
+/// Its coordinates are below 2. They are computed in double precision and rounded once; what that
+/// took off them is kept, too: docs/bounds.md, 13.
+class WideTree {
+ public:
+  /// Bounds the error of a position's component: 2u = 2^-23 for the rounding of numbers below 2,
+  /// and as much for all that is rounded in double precision.
+  static constexpr float kPositionError = 1.f / (1 << 22);
+  /// Bounds it for a position and its residual together.
+  static constexpr float kResidualError = 1.f / (1ull << 44);
+  /// By so much boxes reach beyond the positions of their triangles.
+  static constexpr float kBoxMargin = 1.f / (1 << 20);
+
+  WideTree() = default;
+  /// Collapses a tree over those triangles; boxes come with `refit`.
+  WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles);
+
+  /// Takes over another tree but for its positions and boxes, which come with `refit`.
+  void adoptLinks(const WideTree& other);
+
+  /// Computes all positions and boxes anew, in these coordinates.
+  template <typename S>
+  void refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
+             const TaskPool& pool);
+
+  /// Of one node: a leaf's positions are read first; of an inner node those below must have been
+  /// refitted. All positions must lie within the coordinates.
+  template <typename S>
+  void refitNode(const fcl::Vector3<S>* vertices, int node);
+
+  const WideNode* nodes() const { return nodes_.data(); }
+  int size() const { return static_cast<int>(nodes_.size()); }
+  int depth() const { return depth_; }  ///< nodes from the root to the deepest leaf
+
+  const VertexSlots& slots() const { return triangles_->slots; }
+  /// By slot.
+  const Float4* positions() const { return positions_.data(); }
+  /// The positions in double precision, less `positions`.
+  const Float4* residuals() const { return residuals_.data(); }
+  /// The vertices of a triangle, which is given by its place, and its index.
+  const Int4& corners(unsigned place) const { return triangles_->corners[place]; }
+  int triangle(unsigned place) const { return corners(place)[3]; }
+
+  const BodyCoordinates& coordinates() const { return coordinates_; }
+  /// y = to_body (x - origin).
+  const fcl::Matrix3d& toBody() const { return coordinates_.to_body; }
+  const fcl::Vector3d& origin() const { return coordinates_.origin; }
+  double scale() const { return coordinates_.scale; }
+
+  /// Of this tree alone.
+  std::size_t bytes() const {
+    const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    return size(nodes_) + size(positions_) + size(residuals_) + size(later_);
+  }
+
+ private:
+  int blockBegin(int node) const;
+  std::size_t firstSlot(int node) const;
+  template <typename S>
+  void readPositions(const fcl::Vector3<S>* vertices, std::size_t begin, std::size_t end,
+                     bool is_shared);
+  void refitNodes(int begin, int end, bool is_shared, std::vector<int>& later);
+  void refitLeaf(WideNode& node) const;
+  void refitInner(WideNode& node) const;
+
+  std::shared_ptr<const LeafTriangles> triangles_;
+  std::vector<WideNode> nodes_;  ///< those below a node follow it
+  std::vector<Float4> positions_, residuals_;
+  std::vector<std::vector<int>> later_;  ///< of refits in parts
+  int depth_ = 0;
+  BodyCoordinates coordinates_;
+};
+
+}  // namespace adaptive_bvh

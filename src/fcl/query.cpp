@@ -1,0 +1,254 @@
+#include "adaptive_bvh/query.h"
+
+#include <optional>
+#include <stdexcept>
+#include <typeinfo>
+
+#include "fcl/mesh_mesh.h"
+#include "fcl/mesh_octree.h"
+#include "fcl/mesh_shape.h"
+#include "fcl/supported_pairs.h"
+#include "geometry/rigid.h"
+#include "model_state.h"
+#include "query/box_contacts.h"
+#include "query/close_triangles.h"
+#include "query/nearest_search.h"
+#include "query/unset_fields.h"
+
+namespace adaptive_bvh {
+namespace {
+
+bool isShape(fcl::NODE_TYPE type) { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
+
+[[noreturn]] void refuse(const char* why) {
+  throw std::invalid_argument(std::string("adaptive_bvh: ") + why);
+}
+
+/// The geometry as a DeformableMesh, or null.
+template <typename S>
+const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
+  return typeid(geometry) == typeid(DeformableMesh<S>)
+             ? static_cast<const DeformableMesh<S>*>(&geometry)
+             : nullptr;
+}
+/// As above, or the mesh of an adaptive model. Refuses what has no mesh but triangles.
+template <typename S, typename BV>
+const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
+  const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);
+  if (!model) return nullptr;
+  if (!model->hasMesh())
+    refuse(
+        "a query of a DeformableMesh and an AdaptiveBVHModel needs the model's mesh: call mesh() "
+        "of the model once before");
+  return &static_cast<const AdaptiveBVHModel<BV>*>(model)->mesh();
+}
+template <typename S>
+const DeformableMesh<S>* anyMeshOf(const fcl::CollisionGeometry<S>& geometry) {
+  if (const DeformableMesh<S>* mesh = meshOf(geometry)) return mesh;
+  if (geometry.getObjectType() != fcl::OT_BVH) return nullptr;
+  if (const auto* mesh = meshOfModel<S, fcl::RSS<S>>(geometry)) return mesh;
+  if (const auto* mesh = meshOfModel<S, fcl::OBBRSS<S>>(geometry)) return mesh;
+  refuse(
+      "a query of a DeformableMesh and a fcl::BVHModel is not answered; make a DeformableMesh of "
+      "the model, once");
+}
+
+/// One object of a query that has no DeformableMesh: a model of BV, adaptive or FCL's, or any other
+/// geometry.
+template <typename BV>
+struct Object {
+  using S = typename BV::S;
+
+  Object(const PlacedGeometry<S>& object, fcl::NODE_TYPE node_type)
+      : type(node_type), placed(object) {
+    if (object.geometry->getObjectType() != fcl::OT_BVH) return;
+    const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<BV>*>(object.geometry);
+    model.model = adaptive ? adaptive : dynamic_cast<const fcl::BVHModel<BV>*>(object.geometry);
+    model.statistics = adaptive ? &detail::ModelAccess<BV>::tree(*adaptive).statistics : nullptr;
+    model.tf = object.tf;
+  }
+  bool isModel() const { return model.model != nullptr; }
+
+  fcl::NODE_TYPE type;
+  PlacedGeometry<S> placed;
+  PlacedModel<BV> model;  ///< without a model when it is not one of BV
+};
+
+/// Hands a pair to its recorded query, the model first. False when there is none: FCL's is to run.
+template <typename BV, typename Run>
+bool runModels(const Object<BV>& first, const Object<BV>& second, const Run& run) {
+  for (const Object<BV>* object : {&first, &second})
+    if (object->isModel()) requireTriangles(*object->model.model);
+  if (first.isModel() && second.isModel()) return run.models(first.model, second.model);
+  if (!first.isModel() && !second.isModel()) return false;
+  const Object<BV>&model = first.isModel() ? first : second,
+        &other = first.isModel() ? second : first;
+  if (isShape(other.type)) return run.modelShape(model.model, other.placed);
+  return other.type == fcl::GEOM_OCTREE && run.modelOctree(model.model, other.placed);
+}
+
+/// A DeformableMesh and something else.
+template <typename S, typename Run>
+void runMesh(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& other, const Run& run) {
+  const fcl::NODE_TYPE type = other.geometry->getNodeType();
+  if (isShape(type)) return run.meshShape(mesh, other);
+  if (type == fcl::GEOM_OCTREE) return run.meshOctree(mesh, other);
+  refuse("a query of a DeformableMesh and a geometry of this type is not answered");
+}
+
+/// Whether the pair is answered: else FCL's query is to run. Two models have the same volumes:
+/// others are refused.
+template <typename S, typename Run>
+bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
+  if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
+    const DeformableMesh<S>*a = anyMeshOf(*first.geometry), *b = anyMeshOf(*second.geometry);
+    if (a && b)
+      run.meshes(PlacedMesh<S>(*a, first.tf, *first.geometry),
+                 PlacedMesh<S>(*b, second.tf, *second.geometry));
+    else if (a)
+      runMesh(PlacedMesh<S>(*a, first.tf), second, run);
+    else
+      runMesh(PlacedMesh<S>(*b, second.tf), first, run);
+    return true;
+  }
+  const fcl::NODE_TYPE type1 = first.geometry->getNodeType(),
+                       type2 = second.geometry->getNodeType();
+  run.require(type1, type2);
+  if (type1 == fcl::BV_OBBRSS || type2 == fcl::BV_OBBRSS)
+    return runModels(Object<fcl::OBBRSS<S>>(first, type1), Object<fcl::OBBRSS<S>>(second, type2),
+                     run);
+  return runModels(Object<fcl::RSS<S>>(first, type1), Object<fcl::RSS<S>>(second, type2), run);
+}
+
+template <typename S>
+struct RunDistance {
+  const DistanceQuery<S>& query;
+
+  static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
+    requireDistance(first, second);
+  }
+  void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
+    if (query.isSatisfied()) return;
+    NearestPair<S> nearest(first, second, query);
+    constexpr int kMany = 1024;  // else it takes as long as it gains
+    if (first.mesh.numTriangles() + second.mesh.numTriangles() > kMany) {
+      const TrianglePair close = closeTriangles(PairOfMeshes<S>(first, second));
+      nearest.addWitness(int(close.first), int(close.second));
+    }
+    NearestSearch<S>(first, second, nearest).run();
+  }
+  void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+    meshShapeDistance(mesh, shape, query);
+  }
+  void meshOctree(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_signed_distance)
+      refuse("a DeformableMesh and an octree have no signed distance");
+    meshOctreeDistance(mesh, octree, query);
+  }
+  template <typename BV>
+  bool models(const PlacedModel<BV>& first, const PlacedModel<BV>& second) const {
+    modelModelDistance(first, second, query);
+    return true;
+  }
+  template <typename BV>
+  bool modelShape(const PlacedModel<BV>& model, const PlacedGeometry<S>& shape) const {
+    modelShapeDistance(model, shape, query);
+    return true;
+  }
+  template <typename BV>
+  bool modelOctree(const PlacedModel<BV>& model, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_signed_distance) return false;
+    modelOctreeDistance(model, octree, query);
+    return true;
+  }
+};
+
+template <typename S>
+struct RunCollision {
+  const CollisionQuery<S>& query;
+
+  static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
+    requireCollision(first, second);
+  }
+  void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
+    if (!query.isSatisfied()) collideMeshes(first, second, query);
+  }
+  void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+    meshShapeCollide(mesh, shape, query);
+  }
+  void meshOctree(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_cost) refuse("a DeformableMesh and an octree have no costs");
+    meshOctreeCollide(mesh, octree, query);
+  }
+  template <typename BV>
+  bool models(const PlacedModel<BV>& first, const PlacedModel<BV>& second) const {
+    modelModelCollide(first, second, query);
+    return true;
+  }
+  template <typename BV>
+  bool modelShape(const PlacedModel<BV>& model, const PlacedGeometry<S>& shape) const {
+    modelShapeCollide(model, shape, query);
+    return true;
+  }
+  template <typename BV>
+  bool modelOctree(const PlacedModel<BV>& model, const PlacedGeometry<S>& octree) const {
+    if (query.request.enable_cost) return false;
+    modelOctreeCollide(model, octree, query);
+    return true;
+  }
+};
+
+}  // namespace
+
+namespace detail {
+
+template <typename S>
+bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
+                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
+                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
+  requireRigid(tf1);
+  requireRigid(tf2);
+  if (!result.o1) unsetPoints(result);
+  const DistanceQuery<S> query{request, result};
+  return dispatch<S>({o1, tf1}, {o2, tf2}, RunDistance<S>{query});
+}
+
+template <typename S>
+bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
+                   const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+  requireRigid(tf1);
+  requireRigid(tf2);
+  const CollisionQuery<S> query{request, result};
+  return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query});
+}
+
+template <typename S>
+void finishDistance(const fcl::DistanceRequest<S>& request, S before,
+                    fcl::DistanceResult<S>& result) {
+  if (result.min_distance < before && result.min_distance <= 0 && !request.enable_signed_distance)
+    unsetPoints(result);
+}
+
+template <typename S>
+void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
+                   fcl::CollisionResult<S>& result) {
+  if (!request.enable_contact) unsetFields(result, before);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
+  template void finishDistance(const fcl::DistanceRequest<S>&, S, fcl::DistanceResult<S>&); \
+  template void finishCollide(const fcl::CollisionRequest<S>&, std::size_t,                 \
+                              fcl::CollisionResult<S>&);                                    \
+  template bool answerDistance(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&, \
+                               const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&, \
+                               const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&);    \
+  template bool answerCollide(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
+                              const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
+                              const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace detail
+}  // namespace adaptive_bvh

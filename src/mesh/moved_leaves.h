@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "boxes/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// Which leaves of a four-wide tree have a vertex, and which nodes are to be refitted, for updates
+/// of some vertices. A copy begins without.
+class MovedLeaves {
+ public:
+  MovedLeaves() = default;
+  MovedLeaves(const MovedLeaves&) {}
+  MovedLeaves& operator=(const MovedLeaves& other) {
+    if (this != &other) *this = MovedLeaves();
+    return *this;
+  }
+  MovedLeaves(MovedLeaves&&) = default;
+  MovedLeaves& operator=(MovedLeaves&&) = default;
+
+  bool isEmpty() const { return begins_.empty(); }
+  void adopt(const WideTree& tree, std::size_t num_vertices);
+
+  /// The leaves with a vertex are to be refitted.
+  void add(unsigned vertex) {
+    for (unsigned i = begins_[vertex]; i < begins_[vertex + 1]; ++i) mark(nodes_[i]);
+  }
+  /// Calls refit(node) for every node that is marked and for those above, children first. None is
+  /// marked then. Returns how many.
+  template <typename Refit>
+  std::size_t refitAll(const Refit& refit) {
+    std::size_t count = 0;
+    for (std::size_t word = marked_.size(); word-- > 0;)
+      while (marked_[word]) {
+        const int bit = 63 - __builtin_clzll(marked_[word]);
+        marked_[word] ^= std::uint64_t(1) << bit;
+        const auto node = static_cast<int>(64 * word) + bit;
+        refit(node);
+        ++count;
+        if (node > 0) mark(parents_[static_cast<std::size_t>(node)]);
+      }
+    return count;
+  }
+
+  std::size_t bytes() const {
+    return (begins_.capacity() + nodes_.capacity()) * sizeof(unsigned) +
+           parents_.capacity() * sizeof(unsigned) + marked_.capacity() * sizeof(marked_[0]);
+  }
+
+ private:
+  void mark(unsigned node) { marked_[node / 64] |= std::uint64_t(1) << node % 64; }
+
+  std::vector<unsigned> begins_, nodes_;  ///< by vertex: where its leaves begin; leaves
+  std::vector<unsigned> parents_;         ///< by node
+  std::vector<std::uint64_t> marked_;     ///< a bit a node
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,174 @@
+#include "query/nearest_search.h"
+
+#include <algorithm>
+
+namespace adaptive_bvh {
+namespace {
+
+/// The boxes of a node of the second tree where single precision cannot express them: those that
+/// are far away, or anywhere, are brought so near that squares of gaps stay in range.
+Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
+  constexpr float kFar = 1e15f;
+  const Boxes4 turned = frame(node.boxes);
+  Boxes4 boxes = node.boxes;  // where there is nothing, these stay
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < int(node.count); ++i) {
+      // Of a number that is none the first argument is taken.
+      boxes.low[k][i] = std::min(kFar, std::max(-kFar, turned.low[k][i]));
+      boxes.high[k][i] = std::max(-kFar, std::min(kFar, turned.high[k][i]));
+    }
+  return boxes;
+}
+
+}  // namespace
+
+/// The thread's, which stays.
+template <typename S>
+struct NearestSearch<S>::Memory {
+  std::vector<Pair> open;
+  LineSeparation line;
+
+  static Memory& ofThisThread() {
+    static thread_local Memory memory;
+    return memory;
+  }
+};
+
+template <typename S>
+NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                                NearestPair<S>& nearest)
+    : nearest_(nearest),
+      placed1_(first),
+      placed2_(second),
+      trees_(first, second),
+      nodes1_(trees_.first().nodes()),
+      nodes2_(trees_.second().nodes()),
+      is_same_(trees_.frame().isSame()),
+      memory_(Memory::ofThisThread()),
+      open_(memory_.open),
+      line_(memory_.line),
+      blocks_(second, trees_) {
+  open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
+  // Far from each other, for their sizes, single precision tells boxes apart no more.
+  constexpr double kFar = 1 << 10;
+  const bool is_far = trees_.frame().t().template lpNorm<1>() > kFar;
+  next_supports_ = is_far ? 1 : LineSeparation::cost(trees_.first(), trees_.second());
+  next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
+}
+
+template <typename S>
+void NearestSearch<S>::setLimit() {
+  if (limit_ == nearest_.limit()) return;
+  limit_ = nearest_.limit();
+  limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
+  direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
+  blocks_.lookAlong(vectors::all(direction_));
+  if (has_supports_) line_.setLimit(nearest_.limitWithinRounding() * trees_.first().scale());
+}
+
+template <typename S>
+void NearestSearch<S>::run() {
+  open_.clear();
+  open_.push_back({0, 0, 0});
+  limit_ = -1;
+  setLimit();
+  while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= next_alignment_) align();
+    if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) computeSupports();
+    const Pair pair = open_.back();
+    open_.pop_back();
+    if (pair.gap < limit2_) visit(pair);
+  }
+}
+
+/// The nodes stay the same, and gaps lower bounds.
+template <typename S>
+void NearestSearch<S>::align() {
+  next_alignment_ = std::numeric_limits<long>::max();
+  trees_.align();
+  nodes1_ = trees_.first().nodes();
+  nodes2_ = trees_.second().nodes();
+  is_same_ = trees_.frame().isSame();
+  turned_node_ = -1;
+  const double before = limit_;
+  limit_ = -1;
+  has_supports_ = false;
+  for (Pair& pair : open_) pair.gap = 0;  // in other units
+  if (before >= 0) setLimit();
+}
+
+template <typename S>
+void NearestSearch<S>::computeSupports() {
+  line_.compute(trees_.first(), trees_.second(), trees_.frame(), direction_);
+  has_supports_ = true;
+  next_supports_ = 2 * (box_tests_ + next_supports_);
+  limit_ = -1;
+  setLimit();
+}
+
+template <typename S>
+const Boxes4& NearestSearch<S>::secondBoxes(int node) {
+  if (is_same_) return nodes2_[node].boxes;
+  if (node != turned_node_)
+    turned_ = trees_.frame().isInRange() ? trees_.frame()(nodes2_[node].boxes)
+                                         : boxesInRange(trees_.frame(), nodes2_[node]);
+  turned_node_ = node;
+  return turned_;
+}
+
+template <typename S>
+void NearestSearch<S>::visit(const Pair& pair) {
+  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
+  const Gaps4x4 gaps = squaredGaps(a.boxes, secondBoxes(pair.second));
+  box_tests_ += a.count * b.count;
+  unsigned open = gaps.below(limit2_);
+  if (has_supports_ && open) open &= ~line_.apart(pair.first, pair.second);
+  if (!open) return;
+  if (a.isLeaf() && b.isLeaf())
+    testLeaves(pair, open);
+  else
+    push(pair, gaps, open);
+}
+
+/// What is below the two nodes; a leaf stays whole. The nearest is next.
+template <typename S>
+void NearestSearch<S>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) {
+  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
+  const std::size_t begin = open_.size();
+  const auto add = [&](int first, int second, float gap) {
+    open_.push_back({first, second, gap});
+    if (gap < open_[begin].gap) std::swap(open_[begin], open_.back());
+  };
+  if (a.isLeaf()) {
+    for (int j = 0; j < int(b.count); ++j)
+      if (pairs >> (4 * j) & 15) add(pair.first, b.below[j], packs::smallest(gaps.row[j]));
+  } else if (b.isLeaf()) {
+    const unsigned lanes = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+    const Float4 least = gaps.least();
+    for (unsigned rest = lanes; rest; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      add(a.below[i], pair.second, least[i]);
+    }
+  } else {
+    for (; pairs; pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+      add(a.below[i], b.below[j], gaps(i, j));
+    }
+  }
+  std::swap(open_[begin], open_.back());
+}
+
+template <typename S>
+void NearestSearch<S>::testLeaves(const Pair& pair, unsigned open) {
+  const double unit = 1 / trees_.first().scale();
+  nearest_.test(open, blocks_(pair.first, pair.second), unit, blocks_.error() * unit,
+                nodes1_[pair.first], nodes2_[pair.second]);
+  setLimit();
+}
+
+template class LeafBlocks<float>;
+template class LeafBlocks<double>;
+template class NearestSearch<float>;
+template class NearestSearch<double>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,449 @@
+// What the distance of two meshes prunes by, against the distances of the triangles in long double:
+// gaps of boxes of two trees, TriangleBlock on the corners of two leaves, and supports along a
+// line.
+#include "query/nearest_search.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "support/exact_geometry.h"
+#include "support/random_geometry.h"
+#include "support/test_mesh.h"
+
+namespace adaptive_bvh_test {
+namespace nearest_search_test {
+
+using adaptive_bvh::BoxGaps;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::DistanceQuery;
+using adaptive_bvh::Float4;
+using adaptive_bvh::Gaps4x4;
+using adaptive_bvh::LeafBlocks;
+using adaptive_bvh::LineSeparation;
+using adaptive_bvh::NearestPair;
+using adaptive_bvh::NearestSearch;
+using adaptive_bvh::PlacedMesh;
+using adaptive_bvh::RelativeFrame;
+using adaptive_bvh::Supports;
+using adaptive_bvh::TreePair;
+using adaptive_bvh::TriangleBlock;
+using adaptive_bvh::WideNode;
+using adaptive_bvh::WideTree;
+using exact::Real;
+
+/// How many places of triangles lie below a lane of a node, and the first of them.
+struct Range {
+  int first, count;
+};
+Range placesBelow(const WideTree& tree, int number, int lane) {
+  const WideNode& node = tree.nodes()[number];
+  if (node.isLeaf()) return {node.first + lane, 1};
+  Range all{-1, 0};
+  const int below = node.below[lane];
+  for (int i = 0; i < int(tree.nodes()[below].count); ++i) {
+    const Range part = placesBelow(tree, below, i);
+    if (all.count == 0) all.first = part.first;
+    all.count += part.count;
+  }
+  return all;
+}
+
+/// The largest along(vertex) of the triangles below a lane of a node.
+template <typename Along>
+Real farthestBelow(const WideTree& tree, int number, int lane, const Along& along) {
+  const Range places = placesBelow(tree, number, lane);
+  Real farthest = -std::numeric_limits<Real>::max();
+  for (int i = places.first; i < places.first + places.count; ++i)
+    for (int k = 0; k < 3; ++k)
+      farthest = std::max(farthest, along(std::size_t(tree.corners(unsigned(i))[k])));
+  return farthest;
+}
+
+/// Two meshes, placed, with the distances of all pairs of triangles in the first one's frame, once
+/// they are computed, and how far what lies below each box reaches along a line.
+template <typename S>
+class JudgedPair {
+ public:
+  JudgedPair(const TriangleMesh<S>& triangles1, const fcl::Transform3<S>& tf1,
+             const TriangleMesh<S>& triangles2, const fcl::Transform3<S>& tf2)
+      : mesh1_(triangles1),
+        mesh2_(triangles2),
+        first(mesh1_, tf1),
+        second(mesh2_, tf2),
+        trees(first, second),
+        placed_{exact::of(trees.toFirst().R), exact::of(trees.toFirst().T)} {}
+
+  void computeDistances() {
+    for (int i = 0; i < size1(); ++i)
+      for (int j = 0; j < size2(); ++j) {
+        distances_.push_back(exact::distance(corners(first, i), placed_(corners(second, j))));
+        if (distances_.back() < least_) nearest_ = {i, j};
+        least_ = std::min(least_, distances_.back());
+      }
+  }
+  Real least() const { return least_; }
+  /// Of the triangles at two places.
+  Real distance(int i, int j) const { return distances_[std::size_t(i * size2() + j)]; }
+  /// Of the triangles below lanes of two nodes.
+  Real distance(int node1, int lane1, int node2, int lane2) const {
+    const Range a = placesBelow(first.tree(), node1, lane1),
+                b = placesBelow(second.tree(), node2, lane2);
+    Real least = std::numeric_limits<Real>::max();
+    for (int i = a.first; i < a.first + a.count; ++i)
+      for (int j = b.first; j < b.first + b.count; ++j) least = std::min(least, distance(i, j));
+    return least;
+  }
+  /// Calls act(node1, node2) for all pairs.
+  template <typename Do>
+  void forEachPair(const Do& act) const {
+    for (int n1 = 0; n1 < first.tree().size(); ++n1)
+      for (int n2 = 0; n2 < second.tree().size(); ++n2) act(n1, n2);
+  }
+  /// Computes how far apart along a line, given in the coordinates of the first tree, the triangles
+  /// below boxes are. In the first tree's unit.
+  void project(const exact::Point& n) {
+    const WideTree& tree = trees.first();
+    const auto in_first = [&](const exact::Point& x) -> Real {
+      return n.dot(exact::of(tree.toBody()) * (x - exact::of(tree.origin()))) / n.norm();
+    };
+    reach1_ = reaches(mesh1_, first.tree(), in_first);
+    reach2_ = reaches(mesh2_, second.tree(),
+                      [&](const exact::Point& x) -> Real { return -in_first(placed_(x)); });
+  }
+  Real separation(int node1, int lane1, int node2, int lane2) const {
+    return -reach1_[std::size_t(node1)][std::size_t(lane1)] -
+           reach2_[std::size_t(node2)][std::size_t(lane2)];
+  }
+
+  /// Between the middles of the nearest triangles, in the first mesh's frame.
+  fcl::Vector3d line() const {
+    exact::Point along = exact::Point::Zero();
+    const exact::Triangle p = corners(first, nearest_.first),
+                          q = placed_(corners(second, nearest_.second));
+    for (std::size_t k = 0; k < 3; ++k) along += q[k] - p[k];
+    return along.norm() > 0 ? fcl::Vector3d(along.normalized().template cast<double>())
+                            : fcl::Vector3d(fcl::Vector3d::UnitX());
+  }
+
+ private:
+  const DeformableMesh<S> mesh1_, mesh2_;
+
+ public:
+  const PlacedMesh<S> first, second;
+  TreePair<S> trees;
+
+ private:
+  int size1() const { return numTriangles(mesh1_); }
+  int size2() const { return numTriangles(mesh2_); }
+  template <typename Along>
+  static std::vector<std::array<Real, 4>> reaches(const DeformableMesh<S>& mesh,
+                                                  const WideTree& tree, const Along& along) {
+    std::vector<Real> of_vertex;
+    for (const Vector3<S>& x : mesh.vertices()) of_vertex.push_back(along(exact::of(x)));
+    std::vector<std::array<Real, 4>> of_node(std::size_t(tree.size()));
+    for (int number = 0; number < tree.size(); ++number)
+      for (int lane = 0; lane < int(tree.nodes()[number].count); ++lane)
+        of_node[std::size_t(number)][std::size_t(lane)] = farthestBelow(
+            tree, number, lane, [&](std::size_t vertex) -> Real { return of_vertex[vertex]; });
+    return of_node;
+  }
+  static exact::Triangle corners(const PlacedMesh<S>& mesh, int place) {
+    const auto points = mesh.pointsAt(unsigned(place));
+    return {exact::of(points[0]), exact::of(points[1]), exact::of(points[2])};
+  }
+
+  const exact::Placement placed_;
+  std::vector<Real> distances_;
+  std::vector<std::array<Real, 4>> reach1_, reach2_;
+  Real least_ = std::numeric_limits<Real>::max();
+  std::pair<int, int> nearest_{0, 0};
+};
+
+template <typename S>
+class NearestBounds : public testing::Test {
+ protected:
+  using P = Vector3<S>;
+
+  /// Eight to forty triangles, or of a given number of cells along a side, rough or smooth; or with
+  /// whole numbers as coordinates, so that many faces lie in one plane with others.
+  TriangleMesh<S> body(S size) { return body(size, 2 + random_.below(3)); }
+  TriangleMesh<S> body(S size, int side) {
+    TriangleMesh<S> mesh = random_.oneIn(2) ? plate<S>(side, side) : tube<S>(1 + side, side);
+    const bool is_lattice = random_.oneIn(3);
+    const S noise = random_.oneIn(2) ? S(0.2) : S(0.001);
+    for (P& p : mesh.vertices) {
+      p += noise * random_.point();
+      if (is_lattice)
+        for (int k = 0; k < 3; ++k) p[k] = std::round(p[k] * 4);
+      p *= size;
+    }
+    if (random_.oneIn(3)) shrink(mesh, size);
+    return mesh;
+  }
+  /// Of about the same size or not, beside each other or far apart; each somewhere in its own
+  /// coordinates.
+  JudgedPair<S> pair(double most_sizes_apart, double most_ratio, int side = 3) {
+    const S size1 = random_.size(-3, 1), size2 = size1 * random_.size(-most_ratio, most_ratio);
+    const S reach = std::max(size1, size2);
+    TriangleMesh<S> a = body(size1, side), b = body(size2, side + random_.below(2));
+    const P at1 = random_.point() * reach * random_.size(-1, 1),
+            at2 = random_.point() * reach * random_.size(-1, 1);
+    for (P& p : a.vertices) p += at1;
+    for (P& p : b.vertices) p += at2;
+    const fcl::Transform3<S> tf1 = random_.pose(reach);
+    fcl::Transform3<S> tf2 = fcl::Transform3<S>::Identity();
+    tf2.linear() = random_.oneIn(4) ? tf1.linear() : random_.rotation();
+    if (random_.oneIn(2)) {
+      const P away = random_.vectorOfSize(reach * random_.size(-3, most_sizes_apart));
+      tf2.translation() = tf1 * P(at1 + away) - tf2.linear() * at2;
+    } else {  // two vertices nearly meet
+      const P away = random_.vectorOfSize(std::min(size1, size2) * random_.size(-6, 0));
+      tf2.translation() = tf1 * P(anyOf(a) + away) - tf2.linear() * anyOf(b);
+    }
+    return {a, tf1, b, tf2};
+  }
+
+  /// All triangles become small, beside a large one: their positions have few digits for their
+  /// size.
+  void shrink(TriangleMesh<S>& mesh, S size) {
+    const S share = random_.size(-5, -2);
+    const P at = random_.point() * size;
+    for (P& p : mesh.vertices) p = at + share * p;
+    const std::size_t first = mesh.vertices.size();
+    for (int k = 0; k < 3; ++k) mesh.vertices.push_back(random_.point() * size);
+    mesh.triangles.emplace_back(first, first + 1, first + 2);
+  }
+  P anyOf(const TriangleMesh<S>& mesh) {
+    return mesh.vertices[std::size_t(random_.below(int(mesh.vertices.size())))];
+  }
+
+  /// Expects that no pair of boxes whose triangles are nearer than a distance would be pruned by
+  /// it.
+  void expectBoxesNearer(const JudgedPair<S>& pair) {
+    const RelativeFrame& frame = pair.trees.frame();
+    ASSERT_TRUE(frame.isInRange());
+    const BoxGaps gaps(pair.trees.first().scale());
+    const double scale = pair.trees.first().scale();
+    pair.forEachPair([&](int n1, int n2) {
+      const WideNode &a = pair.trees.first().nodes()[n1], &b = pair.trees.second().nodes()[n2];
+      const Gaps4x4 squared =
+          adaptive_bvh::squaredGaps(a.boxes, frame.isSame() ? b.boxes : frame(b.boxes));
+      for (int j = 0; j < int(b.count); ++j)
+        for (int i = 0; i < int(a.count); ++i) {
+          const Real d = pair.distance(n1, i, n2, j);
+          const auto above = double(d * (1 + Real(1e-15)) + Real(1e-300));
+          ASSERT_LT(squared(i, j), gaps.squaredGapFor(above));
+          if (!a.isLeaf() || !b.isLeaf()) continue;
+          ++pairs_;
+          pruned_ += std::sqrt(double(squared(i, j))) > double(d) / 2 * scale;
+        }
+    });
+  }
+  /// Expects that no bound of two triangles of leaves exceeds their distance.
+  void expectBlocksNearer(const JudgedPair<S>& pair, const fcl::Vector3d& direction) {
+    const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
+    LeafBlocks<S> blocks(pair.second, pair.trees);
+    blocks.lookAlong(adaptive_bvh::vectors::all(
+        fcl::Vector3d(tree1.coordinates().axes().transpose() * direction)));
+    const Real unit = 1 / Real(tree1.scale());
+    pair.forEachPair([&](int n1, int n2) {
+      const WideNode &a = tree1.nodes()[n1], &b = tree2.nodes()[n2];
+      if (!a.isLeaf() || !b.isLeaf()) return;
+      const TriangleBlock block = blocks(n1, n2);
+      const std::array<Float4, 4> bounds = {block.bounds<0>(), block.bounds<1>(), block.bounds<2>(),
+                                            block.bounds<3>()};
+      for (int j = 0; j < int(b.count); ++j)
+        for (int i = 0; i < int(a.count); ++i) {
+          const Real d = pair.distance(a.first + i, b.first + j);
+          const Real bound = (Real(bounds[std::size_t(j)][i]) - Real(blocks.error())) * unit;
+          ASSERT_LE(bound, d);
+          ++block_pairs_;
+          block_pruned_ += bound > d / 2;
+        }
+    });
+  }
+  /// Expects of some boxes that the largest limit at which they are separated is no larger than how
+  /// far apart they are, and nearly as large; and of one such limit that it is right for all boxes.
+  void expectLineNearer(JudgedPair<S>& pair, const fcl::Vector3d& direction) {
+    const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
+    const fcl::Vector3d d = tree1.coordinates().axes().transpose() * direction;
+    line_.compute(tree1, tree2, pair.trees.frame(), d);
+    pair.project(exact::of(d));
+    const double error = 1e-5 * (1 + tree1.scale() / tree2.scale());
+    double limit = 0;
+    for (int k = 0; k < 200; ++k) {
+      const int n1 = random_.below(tree1.size()), n2 = random_.below(tree2.size());
+      const int i = random_.below(int(tree1.nodes()[n1].count)),
+                j = random_.below(int(tree2.nodes()[n2].count));
+      const Real apart = pair.separation(n1, i, n2, j);
+      if (apart <= 0) continue;
+      double low = 0, high = 2 * double(apart);
+      while (high - low > 1e-12 * high) {
+        const double middle = (low + high) / 2;
+        line_.setLimit(middle);
+        (line_.apart(n1, n2) >> (4 * j + i) & 1 ? low : high) = middle;
+      }
+      ASSERT_LE(Real(low), apart);
+      ASSERT_GE(low, double(apart) * (1 - 1e-5) - error);
+      limit = low;
+    }
+    line_.setLimit(limit);
+    pair.forEachPair([&](int n1, int n2) {
+      const unsigned apart = line_.apart(n1, n2);
+      for (int j = 0; j < int(tree2.nodes()[n2].count); ++j)
+        for (int i = 0; i < int(tree1.nodes()[n1].count); ++i)
+          if (apart >> (4 * j + i) & 1) {
+            ASSERT_GE(pair.separation(n1, i, n2, j), Real(limit));
+            ++separated_;
+          }
+    });
+  }
+  /// Of boxes and blocks.
+  void expectNearer(const JudgedPair<S>& pair) {
+    expectBoxesNearer(pair);
+    expectBlocksNearer(pair, pair.line());
+    expectBlocksNearer(pair, random_.direction().template cast<double>());
+  }
+  /// Along the line between the middles, and any.
+  void expectLinesNearer(JudgedPair<S>& pair) {
+    const fcl::Vector3d middle = pair.first.geometry->aabb_center.template cast<double>(),
+                        other = pair.trees.toFirst()(pair.second.geometry->aabb_center);
+    if ((other - middle).norm() > 0) expectLineNearer(pair, (other - middle).normalized());
+    expectLineNearer(pair, random_.direction().template cast<double>());
+  }
+
+  RandomGeometry<S> random_{61};
+  LineSeparation line_;
+  long pairs_ = 0, pruned_ = 0, block_pairs_ = 0, block_pruned_ = 0, separated_ = 0;
+};
+
+TYPED_TEST_SUITE(NearestBounds, MeshScalars);
+
+/// Trees with coordinates of their own, side by side, and after they got common ones.
+TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
+  int same = 0;
+  for (int round = 0; round < 120 && !testing::Test::HasFailure(); ++round) {
+    SCOPED_TRACE(round);
+    auto pair = this->pair(0.3, 0.3);
+    pair.computeDistances();
+    this->expectNearer(pair);
+    pair.trees.align();
+    same += pair.trees.frame().isSame();
+    this->expectNearer(pair);
+  }
+  constexpr bool kIsDouble = std::is_same<TypeParam, double>::value;
+  EXPECT_GT(same, kIsDouble ? 80 : 8);
+  EXPECT_GT(this->pairs_, 20000);
+  EXPECT_GT(this->pruned_, this->pairs_ / 3) << "0 would be a lower bound, too";
+  EXPECT_GT(this->block_pruned_, this->block_pairs_ / 2);
+}
+
+/// Where single precision has hardly a digit for what two bodies are apart.
+TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesFarApartAndOfOtherSizes) {
+  for (int round = 0; round < 200 && !testing::Test::HasFailure(); ++round) {
+    SCOPED_TRACE(round);
+    auto pair = round % 2 ? this->pair(5, 0.3) : this->pair(1, 5);
+    pair.computeDistances();
+    this->expectNearer(pair);
+    pair.trees.align();
+    this->expectNearer(pair);
+  }
+  EXPECT_GT(this->pruned_, this->pairs_ / 2);
+  EXPECT_GT(this->block_pruned_, this->block_pairs_ / 2);
+}
+
+/// Along the line between two bodies, and any.
+TYPED_TEST(NearestBounds, SeparateOnlyWhatIsSoFarApart) {
+  for (int round = 0; round < 40 && !testing::Test::HasFailure(); ++round) {
+    SCOPED_TRACE(round);
+    auto pair = round % 3 ? this->pair(round % 2 ? 0.3 : 6, 0.5, 10) : this->pair(1, 4, 10);
+    this->expectLinesNearer(pair);
+    pair.trees.align();
+    this->expectLinesNearer(pair);
+  }
+  EXPECT_GT(this->separated_, 100000);
+}
+
+/// Where the line is the normal of both, the separation of nodes is their distance, so that little
+/// more than the error is missing.
+TYPED_TEST(NearestBounds, SeparateParallelPlatesByTheirDistance) {
+  using S = TypeParam;
+  long separated = 0, all = 0;
+  for (int round = 0; round < 100; ++round) {
+    TriangleMesh<S> low = plate<S>(3, 2), high = plate<S>(2, 3);
+    const S gap = this->random_.size(-3, 0);
+    for (Vector3<S>& p : high.vertices) p[2] += gap;
+    const fcl::Transform3<S> tf = this->random_.pose(1);
+    JudgedPair<S> pair(low, tf, high, tf);
+    this->expectLineNearer(pair, fcl::Vector3d::UnitZ());
+    this->line_.setLimit((double(gap) - 1e-5) * pair.trees.first().scale());
+    pair.forEachPair([&](int n1, int n2) {
+      const int lanes =
+          int(pair.first.tree().nodes()[n1].count) * int(pair.second.tree().nodes()[n2].count);
+      all += lanes;
+      unsigned apart = this->line_.apart(n1, n2);
+      for (; apart; apart &= apart - 1) ++separated;
+    });
+  }
+  EXPECT_GE(separated, all) << "lanes without a box count in addition";
+}
+
+/// Each number is that of the vertices below, up to its share of the error.
+TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
+  using S = TypeParam;
+  for (int round = 0; round < 60; ++round) {
+    const DeformableMesh<S> mesh(this->body(this->random_.size(-3, 3), 12));
+    const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
+    const WideTree& tree = placed.tree();
+    // As that of a second tree: of some length, rounded.
+    const double ratio = this->random_.size(-3, 3);
+    const fcl::Vector3d n = ratio * this->random_.direction().template cast<double>();
+    const auto along = [&](std::size_t vertex) -> Real {
+      const exact::Point x = exact::of(mesh.vertices()[vertex]) - exact::of(tree.origin());
+      return exact::of(n).dot(exact::of(tree.toBody()) * x);
+    };
+    Supports supports;
+    supports.compute(tree, Float4{float(n[0]), float(n[1]), float(n[2]), 0});
+    for (int number = 0; number < tree.size(); ++number)
+      for (int lane = 0; lane < int(tree.nodes()[number].count); ++lane)
+        ASSERT_LE(std::abs(Real(supports[number][lane]) - farthestBelow(tree, number, lane, along)),
+                  Real(Supports::kError) * Real(ratio));
+  }
+}
+
+/// The answer where single precision cannot express how two bodies lie, or their sizes: no lane
+/// without a triangle, and no pair of triangles too few.
+TYPED_TEST(NearestBounds, AreOfNoUseOutOfTheRangeOfSinglePrecision) {
+  using S = TypeParam;
+  const std::vector<double> exponents = std::is_same<S, double>::value
+                                            ? std::vector<double>{-60, -25, -12, 0, 12, 25, 60}
+                                            : std::vector<double>{-25, -12, 0, 7};
+  for (const double size : exponents)
+    for (const double apart : exponents) {
+      TriangleMesh<S> other = this->body(1);
+      for (Vector3<S>& p : other.vertices) p *= S(std::pow(10., size));
+      fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+      tf.translation()[0] = S(std::pow(10., apart));
+      tf.linear() = this->random_.rotation();
+      JudgedPair<S> pair(this->body(1), fcl::Transform3<S>::Identity(), other, tf);
+      pair.computeDistances();
+      const fcl::DistanceRequest<S> request;
+      fcl::DistanceResult<S> result;
+      NearestPair<S> nearest(pair.first, pair.second, {request, result});
+      NearestSearch<S>(pair.first, pair.second, nearest).run();
+      const double error = 1e-13 * (1 + std::pow(10., size) + std::pow(10., apart)) +
+                           2 * double(std::numeric_limits<S>::epsilon()) * double(pair.least());
+      ASSERT_NEAR(double(pair.least()), double(result.min_distance), error) << size << ' ' << apart;
+    }
+}
+
+/// Gaps that underflow when they are squared: two boxes that touch are never pruned.
+TEST(NearestBoxGaps, TouchingBoxesAreNotPrunedHoweverSmallTheLimit) {
+  for (const double scale : {1e-30, 1., 1e30})
+    for (const double distance : {0., 1e-300, 1e-40, 1e-20, 1e-10, 1e300})
+      EXPECT_GT(BoxGaps(scale).squaredGapFor(distance), 0);
+}
+
+}  // namespace nearest_search_test
+}  // namespace adaptive_bvh_test

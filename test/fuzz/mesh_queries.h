@@ -1,0 +1,268 @@
+#pragma once
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "fuzz/bytes.h"
+#include "support/brute_force.h"
+#include "support/quad_geometry.h"
+
+namespace adaptive_bvh_test {
+
+using adaptive_bvh::DeformableMeshd;
+
+/// In quadruple precision; of triangles that are smaller by `margin` around their middles.
+inline double distanceOf(const BodyView<double>& a, int i, const BodyView<double>& b, int j,
+                         const fcl::Transform3d& tf, double margin = 0) {
+  const auto triangle = [&](const BodyView<double>& model, int t, const fcl::Transform3d& place) {
+    quad::Triangle corners;
+    const fcl::Triangle& v = model.tri_indices[t];
+    const Point middle = (model.vertices[v[0]] + model.vertices[v[1]] + model.vertices[v[2]]) / 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point& x = model.vertices[v[int(k)]];
+      corners[k] = quad::of<double>(place * Point(x + margin * (middle - x)));
+    }
+    return corners;
+  };
+  return static_cast<double>(
+      quad::distance(triangle(a, i, fcl::Transform3d::Identity()), triangle(b, j, tf)));
+}
+
+/// What touches is reported, and only that, up to rounding. Of a pair within one model the
+/// smaller index comes first.
+inline void checkContacts(const BodyView<double>& a, const BodyView<double>& b,
+                          const fcl::Transform3d& tf, const std::set<std::pair<int, int>>& touching,
+                          const fcl::CollisionResultd& contacts) {
+  const bool own = a.geometry == b.geometry;
+  std::set<std::pair<int, int>> reported;
+  for (std::size_t c = 0; c < contacts.numContacts(); ++c) {
+    const int i = int(contacts.getContact(c).b1), j = int(contacts.getContact(c).b2);
+    REQUIRE(!own || i < j);
+    REQUIRE(reported.emplace(i, j).second);
+    REQUIRE(distanceOf(a, i, b, j, tf) < 1e-9);
+  }
+  for (const auto& [i, j] : touching) {
+    if (reported.count({i, j}) || (own && i >= j)) continue;
+    REQUIRE(!own && distanceOf(a, i, b, j, tf, 1e-9) > 0);  // barely, as placed
+  }
+}
+
+/// The pairs of triangles of all contacts.
+inline std::set<std::pair<int, int>> pairsOf(const fcl::CollisionResultd& result) {
+  std::set<std::pair<int, int>> pairs;
+  for (std::size_t c = 0; c < result.numContacts(); ++c)
+    pairs.emplace(int(result.getContact(c).b1), int(result.getContact(c).b2));
+  return pairs;
+}
+inline void checkFields(const fcl::CollisionResultd& result) {
+  for (std::size_t c = 0; c < result.numContacts(); ++c) {
+    const fcl::Contactd& contact = result.getContact(c);
+    REQUIRE(contact.pos.allFinite() && contact.normal.allFinite());
+    REQUIRE(std::isfinite(contact.penetration_depth));
+  }
+}
+
+inline bool arePlain(const Points& points) {
+  return std::all_of(points.begin(), points.end(), [](const Point& p) {
+    return isPlain(p[0]) && isPlain(p[1]) && isPlain(p[2]);
+  });
+}
+
+/// Queries of a mesh, each judged by brute force where coordinates are plain. One object serves one
+/// mesh, whatever happens to it in between.
+class MeshQueries {
+ public:
+  explicit MeshQueries(const DeformableMeshd& mesh) : mesh_(mesh), coherent_(mesh, obstacle()) {}
+
+  /// A body that does not change, to ask distances to.
+  static const DeformableMeshd& obstacle() {
+    static const DeformableMeshd mesh(tube<double>(3, 2));
+    return mesh;
+  }
+
+  void distance(Bytes& in, const fcl::Transform3d& tf) {
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    const bool is_kept = in.oneIn(2);
+    fcl::DistanceResultd result;
+    const fcl::DistanceRequestd request(true);
+    if (is_kept)
+      coherent_.distance(still, tf, request, result);
+    else
+      adaptive_bvh::distance<double>(&mesh_, still, &obstacle(), tf, request, result);
+    if (!isPlainFrame()) return;
+    const BruteForce<double> brute_force(mesh_, still, obstacle(), tf);
+    REQUIRE(std::abs(result.min_distance - brute_force.distance()) < 1e-9);
+    REQUIRE(brute_force.findError(result, still, 1e-9).empty());
+  }
+
+  /// Contacts have every field, are listed once by selfCollide, and do not depend on being asked
+  /// for.
+  void contacts(const fcl::Transform3d& tf) {
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    fcl::CollisionResultd plain, full, own, own_full;
+    const fcl::CollisionRequestd all(100000), with_contact(100000, true);
+    adaptive_bvh::collide<double>(&mesh_, still, &obstacle(), tf, all, plain);
+    selfCollide(mesh_, all, own, adaptive_bvh::NeighbourFilter::None);
+    if (!isPlainFrame()) return;
+    adaptive_bvh::collide<double>(&mesh_, still, &obstacle(), tf, with_contact, full);
+    selfCollide(mesh_, with_contact, own_full, adaptive_bvh::NeighbourFilter::None);
+    REQUIRE(pairsOf(plain) == pairsOf(full));
+    REQUIRE(pairsOf(own) == pairsOf(own_full));
+    REQUIRE(own_full.numContacts() == pairsOf(own_full).size());
+    checkFields(full);
+    checkFields(own_full);
+    checkContacts(mesh_, obstacle(), tf,
+                  BruteForce<double>(mesh_, still, obstacle(), tf).contacts(), plain);
+    checkContacts(mesh_, mesh_, still, BruteForce<double>(mesh_, still, mesh_, still).contacts(),
+                  own);
+  }
+
+  /// A coherent pair is asked far away once, and then near, step by step.
+  void excursion(Bytes& in) {
+    const double ways[] = {1e3, 1e9, 1e12, 1e13, 1e17, 1e20, 1e200, 1e300};
+    fcl::Transform3d tf = pose(in);
+    const double way = ways[in.below(8)], step = in.oneIn(2) ? 1e-5 : 1e-2;
+    if (!isPlainFrame()) return;
+    const auto ask = [&](const fcl::Transform3d& at) {
+      fcl::DistanceResultd result;
+      return coherent_.distance(fcl::Transform3d::Identity(), at, fcl::DistanceRequestd(), result);
+    };
+    ask(tf);
+    fcl::Transform3d far = tf;
+    far.translation()[0] = way;
+    ask(far);
+    for (int i = 0; i < 12; ++i) {
+      tf.translation()[i % 3] += step;
+      const double expected =
+          BruteForce<double>(mesh_, fcl::Transform3d::Identity(), obstacle(), tf).distance();
+      REQUIRE(std::abs(ask(tf) - expected) < 1e-9);
+    }
+  }
+
+  /// What is within a distance is what has such a distance, of all pairs; points agree with it.
+  void proximity(Bytes& in) {
+    const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
+    const double d = 0.125 * in.below(16);
+    const Point x = in.points(1)[0];
+    if (!isPlainFrame()) return;
+    adaptive_bvh::ProximityRequest<double> request;
+    request.distance = std::numeric_limits<double>::infinity();
+    request.enable_distances = true;
+    adaptive_bvh::TrianglePairs<double> all, near;
+    REQUIRE(pairsWithin(mesh_, still, obstacle(), tf, request, all) ==
+            std::size_t(numTriangles(mesh_)) * std::size_t(numTriangles(obstacle())));
+    request.distance = d;
+    pairsWithin(mesh_, still, obstacle(), tf, request, near);
+    const auto within = [&](double limit) {
+      return std::size_t(std::count_if(all.distances.begin(), all.distances.end(),
+                                       [&](double distance) { return distance <= limit; }));
+    };
+    REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
+    const bool is_nearer = isNearer(mesh_, still, obstacle(), tf, d);
+    REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
+    if (!x.allFinite()) return;
+    const auto closest = adaptive_bvh::closestPoint<double>(mesh_, x);
+    REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
+    if (!(closest.distance > 1e-6)) return;
+    const auto hit = adaptive_bvh::firstHit<double>(mesh_, x, Point(closest.point - x));
+    REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
+  }
+
+  /// A ray, most often with components that are 0 or -0: every triangle by the signs of volumes, in
+  /// quadruple precision. Where that has no digit left, the verdict is open.
+  void ray(Bytes& in) {
+    const Point origin = in.points(1)[0];
+    Point direction = in.points(1)[0];
+    for (int k = 0; k < 3; ++k)
+      if (in.oneIn(2)) direction[k] = in.oneIn(2) ? -0. : 0.;
+    if (!isPlainFrame() || direction.isZero(0)) return;
+    if (!isPlain(origin[0]) || !isPlain(origin[1]) || !isPlain(origin[2]) ||
+        !isPlain(direction[0]) || !isPlain(direction[1]) || !isPlain(direction[2]))
+      return;
+    const auto hit = adaptive_bvh::firstHit<double>(mesh_, origin, direction);
+    std::vector<adaptive_bvh::RayHit<double>> hits;
+    adaptive_bvh::rayHits<double>(mesh_, origin, direction, hits);
+    REQUIRE((hit.triangle >= 0) == !hits.empty());
+    if (!hits.empty()) REQUIRE(hits[0].triangle == hit.triangle && hits[0].t == hit.t);
+    REQUIRE(hit.t >= 0 && !std::signbit(hit.t));
+    const quad::Point from = quad::of<double>(origin), along = quad::of<double>(direction);
+    for (int t = 0; t < numTriangles(mesh_); ++t) {
+      const auto corner = [&](int k) {
+        return quad::of<double>(mesh_.vertices()[mesh_.triangles()[std::size_t(t)][k]]) - from;
+      };
+      const quad::Point p[3] = {corner(0), corner(1), corner(2)};
+      quad::Real sides[3], sum = 0;
+      bool is_open = false;
+      for (std::size_t k = 0; k < 3; ++k) {
+        sides[k] = quad::dot(along, quad::cross(p[k], p[(k + 1) % 3]));
+        is_open = is_open || quad::absolute(sides[k]) < 1e-25;
+        sum += sides[k];
+      }
+      const quad::Real volume = quad::dot(p[0], quad::cross(p[1], p[2]));
+      if (is_open || quad::absolute(volume) < 1e-25) continue;
+      const bool meets = (sides[0] > 0) == (sides[1] > 0) && (sides[1] > 0) == (sides[2] > 0) &&
+                         (sum > 0) == (volume > 0);
+      if (meets) REQUIRE(double(volume / sum) >= hit.t * (1 - 1e-9));
+      const bool is_hit = std::any_of(hits.begin(), hits.end(),
+                                      [&](const auto& found) { return found.triangle == t; });
+      REQUIRE(meets == is_hit);
+    }
+  }
+
+  /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
+  /// and no vertex that stays within its bounds brings anything together.
+  void continuous(Bytes& in) {
+    using Motion = adaptive_bvh::Motion<double>;
+    const Points& start = mesh_.vertices();
+    const Points end = in.points(in.oneIn(8) ? in.below(20) : numVertices(mesh_));
+    const fcl::Transform3d still = fcl::Transform3d::Identity(),
+                           end_tf = in.oneIn(2) ? pose(in) : still;
+    const double separation = in.oneIn(4) ? in.coordinate() : in.below(4) / 16.;
+    adaptive_bvh::FeaturePairs pairs, again;
+    adaptive_bvh::ImpactTimes times;
+    std::vector<double> safe, of_obstacle;
+    try {
+      const Motion motion(mesh_, start, end, still, end_tf);
+      const Points& of_rest = obstacle().vertices();
+      const Motion rest(obstacle(), of_rest, of_rest);
+      const adaptive_bvh::Impact first = earliestImpact(motion, separation);
+      REQUIRE(isUsable(end) && separation >= 0 && std::isfinite(separation));
+      const adaptive_bvh::Impact listed = earliestImpact(motion, separation, pairs);
+      candidates(motion, separation, again);
+      REQUIRE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
+      timesOfImpact(motion, pairs, separation, times);
+      double earliest = adaptive_bvh::Impact::kNever;
+      for (const auto* of : {&times.vertex_face, &times.edge_edge})
+        for (const double time : *of) earliest = std::min(earliest, time);
+      safeDisplacements(motion, rest, separation, safe, of_obstacle);
+      REQUIRE(safe.size() == start.size());
+      for (const double length : safe) REQUIRE(length >= 0);
+      REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
+      if (!isPlainFrame() || !arePlain(end)) return;
+      REQUIRE(first.time == earliest && listed.time == earliest);
+      if (!first.happens()) return;
+      REQUIRE(first.kind == listed.kind && first.pair == listed.pair);
+      REQUIRE(timeOfImpact(motion, first.kind, first.pair, separation) == first.time);
+    } catch (const std::invalid_argument&) {
+      REQUIRE(!isUsable(end) || end.size() != start.size() ||
+              !(separation >= 0 && std::isfinite(separation)));
+    }
+  }
+
+ private:
+  bool isPlainFrame() const { return arePlain(mesh_.vertices()); }
+
+  const DeformableMeshd& mesh_;
+  adaptive_bvh::CoherentDistance<double> coherent_;
+};
+
+}  // namespace adaptive_bvh_test
