@@ -630,7 +630,7 @@ TYPED_TEST(Deformable, HasADistanceFromBodiesFarAway) {
   using S = TypeParam;
   const bool is_float = std::is_same<S, float>::value;
   for (int round = 0; round < 60; ++round) {
-    const S way = S(std::pow(10., (is_float ? 0.6 : 5.) * round));
+    const S way = S(std::pow(10., (is_float ? 0.45 : 1.25) * round));
     const DeformableMesh<S> mesh(soup<S>(1 + round % 9, this->random_.engine()));
     adaptive_bvh::CoherentDistance<S> pair(mesh, this->tool_);
     fcl::Transform3<S> tf = randomPose<S>(this->random_.engine(), 1);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <shared_mutex>
 #include <thread>
 
@@ -308,12 +309,16 @@ TEST(ReadersAndWriters, ShareAModel) {
   std::vector<std::thread> threads;
   for (int reader = 0; reader < kReaders; ++reader)
     threads.emplace_back([&, reader] {
-      const AdaptiveModel &first = a, &second = b;
-      adaptive_bvh::CoherentDistance pair(first.mesh(), second.mesh());
+      std::optional<adaptive_bvh::CoherentDistanced> pair;
+      {
+        const std::shared_lock<std::shared_mutex> lock(mutex);
+        const AdaptiveModel &first = a, &second = b;
+        pair.emplace(first.mesh(), second.mesh());
+      }
       while (!done) {
         {
           const std::shared_lock<std::shared_mutex> lock(mutex);
-          const Frame found = ask(a, b, reader % 2 ? &pair : nullptr);
+          const Frame found = ask(a, b, reader % 2 ? &*pair : nullptr);
           const Frame& right = expected[std::size_t(now)];
           wrong += std::abs(found.distance - right.distance) > 1e-9 ||
                    std::abs(found.to_box - right.to_box) > 1e-6 ||

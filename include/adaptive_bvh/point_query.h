@@ -12,6 +12,8 @@ namespace adaptive_bvh {
 /// is in the mesh's own frame and unit, and computed in double precision for meshes of either
 /// precision.
 ///
+/// Coordinates of points may be as large as those of a mesh (deformable_mesh.h).
+///
 /// **Errors.** std::invalid_argument when a number is not finite, a direction is zero, a distance
 /// is negative or NaN.
 ///

@@ -169,7 +169,7 @@ class MeshQueries {
     REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
     const bool is_nearer = isNearer(mesh_, still, obstacle(), tf, d);
     REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
-    if (!x.allFinite()) return;
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e75) return;  // as far as a mesh may reach
     const auto closest = adaptive_bvh::closestPoint<double>(mesh_, x);
     REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
     if (!(closest.distance > 1e-6)) return;
