@@ -115,15 +115,15 @@ void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coo
 }
 
 template <typename S>
-void WideTree::refitNode(const fcl::Vector3<S>* vertices, int number) {
-  WideNode& node = nodes_[static_cast<std::size_t>(number)];
-  if (!node.isLeaf()) return refitInner(node);
+void WideTree::refitNode(const fcl::Vector3<S>* vertices, int node) {
+  WideNode& at = nodes_[static_cast<std::size_t>(node)];
+  if (!at.isLeaf()) return refitInner(at);
   const RoundedCoordinates coordinates(coordinates_);
-  for (int i = 0; i < node.count; ++i)
-    for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(node.first + i)))
+  for (int i = 0; i < at.count; ++i)
+    for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(at.first) + std::size_t(i)))
       coordinates(vertices[slots().vertices()[slot]].template cast<double>(), positions_[slot],
                   residuals_[slot]);
-  refitLeaf(node);
+  refitLeaf(at);
 }
 
 /// The root, or at or behind a node the first leaf with slots of a block that no leaf before it

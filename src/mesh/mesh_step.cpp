@@ -40,7 +40,7 @@ bool isUsable(const fcl::Vector3<S>& position) {
 template <typename S, typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
   for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3<S> x = positions[i];
+    const fcl::Vector3<S>& x = positions[i];  // of an array with strides a copy
     if (isUsable<S>(x)) continue;
     int k = 0;
     while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
@@ -89,7 +89,7 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const Po
       [&](std::size_t begin, std::size_t end) -> S {
         S most = 0;
         for (std::size_t v = begin; v < end; ++v) {
-          const fcl::Vector3<S> x = positions[v];
+          const fcl::Vector3<S>& x = positions[v];
           vertices[v] = x;
           const S dx = x[0] - middle[0], dy = x[1] - middle[1], dz = x[2] - middle[2];
           most = std::max(most, dx * dx + dy * dy + dz * dz);

@@ -8,7 +8,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// Of no box: less than any other, and its sum with one is finite.
-constexpr float kNowhere = -1e30f;
+constexpr float kLowest = -1e30f;
 
 }  // namespace
 
@@ -25,10 +25,11 @@ void Supports::compute(const WideTree& tree, const Float4& direction) {
   reaches_.resize(static_cast<std::size_t>(tree.size()));
   for (int n = tree.size(); n-- > 0;) {
     const WideNode& node = tree.nodes()[n];
-    Float4 reach = float4::all(kNowhere);
+    Float4 reach = float4::all(kLowest);
     for (int i = 0; i < int(node.count); ++i) {
       if (node.isLeaf()) {
-        const VertexIndices at = tree.slots().slotsOf(static_cast<std::size_t>(node.first + i));
+        const VertexIndices at =
+            tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
         reach[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
       } else {
         reach[i] = packs::largest(reaches_[static_cast<std::size_t>(node.below[i])]);
