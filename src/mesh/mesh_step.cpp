@@ -32,7 +32,7 @@ TaskPool poolOf(const MeshState<S>& state) {
 }
 
 template <typename S>
-bool isUsable(const fcl::Vector3<S>& position) {
+bool isUsablePosition(const fcl::Vector3<S>& position) {
   return position.cwiseAbs().maxCoeff() <= rounding::largestCoordinate<S>() && position.allFinite();
 }
 
@@ -41,7 +41,7 @@ template <typename S, typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
   for (std::size_t i = 0; i < count; ++i) {
     const fcl::Vector3<S>& x = positions[i];  // of an array with strides a copy
-    if (isUsable<S>(x)) continue;
+    if (isUsablePosition<S>(x)) continue;
     int k = 0;
     while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
     throw std::invalid_argument("DeformableMesh: coordinate " + std::string(1, "xyz"[k]) +
