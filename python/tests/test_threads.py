@@ -1,3 +1,5 @@
+import bisect
+import sys
 import threading
 import time
 
@@ -95,27 +97,32 @@ def test_others_run_meanwhile(what):
         else:
             mesh.update(frames[i % 2])
 
-    def timed(i):
-        start = time.perf_counter()
-        call(i)
-        return time.perf_counter() - start
-
-    alone = min(timed(i) for i in range(4))
-    gaps, done = [], threading.Event()
+    calls, ticks, done = [], [], threading.Event()
 
     def work():
-        for i in range(20):
+        for i in range(40):
+            start = time.perf_counter()
             call(i)
+            calls.append((start, time.perf_counter()))
         done.set()
 
-    thread = threading.Thread(target=work)
-    thread.start()
-    last = time.perf_counter()
-    while not done.is_set():
-        now = time.perf_counter()
-        gaps.append(now - last)
-        last = now
-    thread.join()
-    # With the GIL held this thread would stand still in each of the 20 calls.
-    stood_still = sum(gap > 0.5 * alone for gap in gaps)
-    assert stood_still < 10, (stood_still, alone)
+    call(0)
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(100)  # no thread gives the GIL away but by itself
+    try:
+        thread = threading.Thread(target=work)
+        thread.start()
+        while not done.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0)
+        thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+
+    def has_tick(start, end):
+        quarter = (end - start) / 4
+        at = bisect.bisect(ticks, start + quarter)
+        return at < len(ticks) and ticks[at] < end - quarter
+
+    # With the GIL held this thread would stand still in the middle of each call.
+    assert sum(has_tick(*one) for one in calls) >= 5
