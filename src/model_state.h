@@ -31,10 +31,6 @@ struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {
     return model.state_->tree;
   }
-  /// The model's type, after a repair of a tree that was changed without our update.
-  static fcl::NODE_TYPE repairedType(const AdaptiveBVHModel<BV>& model) {
-    return model.getNodeType();
-  }
 };
 
 }  // namespace detail

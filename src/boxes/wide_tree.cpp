@@ -10,11 +10,6 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr float kNowhere = 1e30f;  // stays finite when it is turned and scaled
-
-const Boxes4 kEmpty = {{float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere)},
-                       {float4::all(-kNowhere), float4::all(-kNowhere), float4::all(-kNowhere)}};
-
 /// Some binary nodes that make up one wide node.
 class Collapse {
  public:
@@ -74,7 +69,7 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
     depth_ = std::max(depth_, at.depth);
     const Collapse part(binary.nodes, at.node);
     const OrderedTree::Node& top = binary.nodes[static_cast<std::size_t>(at.node)];
-    WideNode node{kEmpty, {-1, -1, -1, -1}, -1, unsigned(part.count), -1};
+    WideNode node{kEmptyBoxes, {-1, -1, -1, -1}, -1, unsigned(part.count), -1};
     if (top.count <= 4) {
       node.first = static_cast<std::int32_t>(top.first);
       node.leaf = leaves++;
@@ -111,13 +106,14 @@ void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coo
     refitNodes(begin, end, is_shared, later_[static_cast<std::size_t>(part)]);
   });
   for (std::size_t part = later_.size(); part-- > 0;)
-    for (const int node : later_[part]) refitInner(nodes_[static_cast<std::size_t>(node)]);
+    for (const int node : later_[part])
+      refitInner(nodes_[static_cast<std::size_t>(node)], nodes_.data());
 }
 
 template <typename S>
 void WideTree::refitNode(const fcl::Vector3<S>* vertices, int node) {
   WideNode& at = nodes_[static_cast<std::size_t>(node)];
-  if (!at.isLeaf()) return refitInner(at);
+  if (!at.isLeaf()) return refitInner(at, nodes_.data());
   const RoundedCoordinates coordinates(coordinates_);
   for (int i = 0; i < at.count; ++i)
     for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(at.first) + std::size_t(i)))
@@ -183,7 +179,7 @@ void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& 
     else if (isLate(node.below[node.count - 1]))
       later.push_back(i);
     else
-      refitInner(node);
+      refitInner(node, nodes_.data());
   }
 }
 
@@ -203,23 +199,6 @@ void WideTree::refitLeaf(WideNode& node) const {
   const float4::Columns lows = float4::columns(low[0], low[1], low[2], low[3]);
   const float4::Columns highs = float4::columns(high[0], high[1], high[2], high[3]);
   node.boxes = {{lows.x, lows.y, lows.z}, {highs.x, highs.y, highs.z}};
-}
-
-void WideTree::refitInner(WideNode& node) const {
-  const Boxes4* below[4];
-  for (int i = 0; i < 4; ++i)
-    below[i] = i < node.count ? &nodes_[static_cast<std::size_t>(node.below[i])].boxes : &kEmpty;
-  for (int k = 0; k < 3; ++k) {
-    using float4::lower;
-    using float4::transposed;
-    using float4::upper;
-    const auto low =
-        transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
-    const auto high =
-        transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
-    node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
-    node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
-  }
 }
 
 template void WideTree::refit(const fcl::Vector3<float>*, const BodyCoordinates&, const TaskPool&);

@@ -29,6 +29,32 @@ struct alignas(128) WideNode {
 };
 static_assert(sizeof(WideNode) == 128, "no more than is read");
 
+/// Boxes around nothing. They stay finite when they are turned and scaled.
+constexpr float kNowhere = 1e30f;
+inline const Boxes4 kEmptyBoxes = {{{kNowhere, kNowhere, kNowhere, kNowhere},
+                                    {kNowhere, kNowhere, kNowhere, kNowhere},
+                                    {kNowhere, kNowhere, kNowhere, kNowhere}},
+                                   {{-kNowhere, -kNowhere, -kNowhere, -kNowhere},
+                                    {-kNowhere, -kNowhere, -kNowhere, -kNowhere},
+                                    {-kNowhere, -kNowhere, -kNowhere, -kNowhere}}};
+/// Sets the boxes of an inner node around those of the nodes below it.
+ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
+  using float4::lower;
+  using float4::transposed;
+  using float4::upper;
+  const Boxes4* below[4];
+  for (int i = 0; i < 4; ++i)
+    below[i] = i < node.count ? &nodes[node.below[i]].boxes : &kEmptyBoxes;
+  for (int k = 0; k < 3; ++k) {
+    const auto low =
+        transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
+    const auto high =
+        transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
+    node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
+    node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
+  }
+}
+
 /// What the trees of a mesh and of its copies have in common: which triangles lie where.
 struct LeafTriangles {
   VertexSlots slots;
@@ -103,7 +129,6 @@ class WideTree {
                      bool is_shared);
   void refitNodes(int begin, int end, bool is_shared, std::vector<int>& later);
   void refitLeaf(WideNode& node) const;
-  void refitInner(WideNode& node) const;
 
   std::shared_ptr<const LeafTriangles> triangles_;
   std::vector<WideNode> nodes_;  ///< those below a node follow it

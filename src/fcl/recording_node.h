@@ -24,7 +24,6 @@ class RecordingDistanceNode : public Node {
   explicit RecordingDistanceNode(const PairStatistics& statistics, const Args&... of_node)
       : Node(of_node...), statistics_(statistics) {}
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
-  void addBoxTests(long tests) { work_.box_tests += tests; }
 
   bool canStop(S distance) const override {
     parent_distance_ = distance;  // of the pair entered next, if it is entered
@@ -75,7 +74,6 @@ class RecordingCollisionNode : public Node {
  public:
   explicit RecordingCollisionNode(const PairStatistics& statistics) : statistics_(statistics) {}
   ~RecordingCollisionNode() override { statistics_.recordQuery(work_); }
-  void addBoxTests(long tests) { work_.box_tests += tests; }
 
   using Node::BVTesting;
   bool BVTesting(int b1, int b2) const override {

@@ -9,6 +9,20 @@
 
 namespace adaptive_bvh {
 
+/// The box around some positions, at least one.
+template <typename S>
+struct LocalBox {
+  LocalBox(const fcl::Vector3<S>* positions, std::size_t count)
+      : low(positions[0]), high(positions[0]) {
+    for (std::size_t i = 1; i < count; ++i) {
+      low = low.cwiseMin(positions[i]);
+      high = high.cwiseMax(positions[i]);
+    }
+  }
+
+  fcl::Vector3<S> low, high;
+};
+
 /// Sets the local box of a geometry, and its centre.
 template <typename S>
 void setLocalBox(fcl::CollisionGeometry<S>& geometry, const fcl::Vector3<S>& low,
@@ -45,11 +59,9 @@ class BoxAfterSome {
               fcl::CollisionGeometry<S>& geometry) const {
     fcl::Vector3<S> low = low_, high = high_;
     if (leaves_side_) {
-      low = high = vertices[0];
-      for (std::size_t i = 1; i < count; ++i) {
-        low = low.cwiseMin(vertices[i]);
-        high = high.cwiseMax(vertices[i]);
-      }
+      const LocalBox<S> all(vertices, count);
+      low = all.low;
+      high = all.high;
     }
     setLocalBox(geometry, low, high);
     const fcl::Vector3<S>& center = geometry.aabb_center;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -147,13 +146,9 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
   state.lineage = newNumber();
   state.axes.start(state.vertices, state.topology->leaves.slots);
 
-  fcl::Vector3<S> low = state.vertices[0], high = low;
-  for (const fcl::Vector3<S>& v : state.vertices) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
   const TaskPool alone(1);
-  setLocalBox(geometry, low, high);
+  const LocalBox<S> box(state.vertices.data(), state.vertices.size());
+  setLocalBox(geometry, box.low, box.high);
   writeAll(state, geometry, state.vertices, alone);
   refit(state, geometry, alone);
 }
@@ -199,14 +194,6 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
 
 namespace {
 
-/// Whether some of these positions lie in the array.
-template <typename S>
-bool overlap(const fcl::Vector3<S>* positions, std::size_t count,
-             const std::vector<fcl::Vector3<S>>& array) {
-  const std::less<const fcl::Vector3<S>*> before;
-  return before(positions, array.data() + array.size()) && before(array.data(), positions + count);
-}
-
 /// Whether the coordinates of a tree have room for a point: they are below 2.
 bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
   return coordinates(x).cwiseAbs().maxCoeff() < 2 - 1. / 1024;
@@ -225,7 +212,7 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const un
                                   " vertices");
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
   std::vector<fcl::Vector3<S>> aside;
-  if (overlap(positions, count, state.vertices)) {
+  if (overlap(positions, count, state.vertices.data(), state.vertices.size())) {
     aside.assign(positions, positions + count);
     positions = aside.data();
   }

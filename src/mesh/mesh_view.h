@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <functional>
 
 #include <fcl/common/types.h>
 #include <fcl/math/triangle.h>
@@ -10,6 +11,14 @@ namespace adaptive_bvh {
 
 /// The vertices of a triangle; a point is one with three equal ones.
 using VertexIndices = std::array<unsigned, 3>;
+
+/// Whether two arrays of points, of so many each, have memory in common.
+template <typename S>
+bool overlap(const fcl::Vector3<S>* a, std::size_t count_a, const fcl::Vector3<S>* b,
+             std::size_t count_b) {
+  const std::less<const fcl::Vector3<S>*> before;
+  return before(a, b + count_b) && before(b, a + count_a);
+}
 
 /// The primitives of a model (triangles, or points where `triangles` is null) and their positions,
 /// as FCL stores them. Owns nothing.

@@ -57,14 +57,12 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                    const CollisionQuery<S>& query) {
   const ContactNode<S> node(first, second, query, false);
   TreePair<S> trees(first, second);
-  if (!trees.frame().isPrecise()) return testAllPairs(first, second, node);
-  if (haveNearBoxes(trees, 0)) trees.align();
+  alignIfNear(trees, 0);
   const CandidateInput<S> input{
       first, second, trees.first(), trees.second(), node.toFirst(), NeighbourFilter::None, nullptr};
-  if (trees.frame().isSame())
-    search<false>(input, trees.frame().same(), node);
-  else
-    search<false>(input, trees.frame(), node);
+  searchInFrame(
+      trees, [&](const auto& frame) { search<false>(input, frame, node); },
+      [&] { testAllPairs(first, second, node); });
 }
 
 template <typename S>

@@ -22,10 +22,10 @@ struct CandidateInput {
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
 /// and by the hundred those are left out that are surely apart, four or eight at a time: first by
-/// their planes and edges, then by all axes of FCL's test. Where both trees have the same
-/// coordinates, positions and residuals serve for all of it (pair_stages.h); else the last look is
-/// at the model's own positions.
-/// FCL's test decides about the few of which that is uncertain.
+/// their planes and edges, then by all axes that can separate two triangles. Where both trees have
+/// the same coordinates, positions and residuals serve for all of it (pair_stages.h); else the last
+/// look is at the model's own positions. The exact test decides about the few of which that is
+/// uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
 ///   node.test(i, j)          the exact test of two triangles, by their indices; adds their

@@ -19,12 +19,15 @@ class ContactNode {
   /// tested as the first, and a pair has one contact.
   ContactNode(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
               const CollisionQuery<S>& query, bool is_self)
-      : first_(first),
+      : request(query.request),
+        result(&query.result),
+        first_(first),
         second_(second),
         to_first_(is_self ? RelativePlacement() : RelativePlacement(first.tf, second.tf)),
-        request(query.request),
-        result(&query.result),
         is_self_(is_self) {}
+
+  fcl::CollisionRequest<S> request;
+  fcl::CollisionResult<S>* result;
 
   const RelativePlacement& toFirst() const { return to_first_; }
   /// Two triangles that touch, neither of them thin.
@@ -42,12 +45,6 @@ class ContactNode {
 
   const PlacedMesh<S>&first_, &second_;
   const RelativePlacement to_first_;
-
- public:
-  fcl::CollisionRequest<S> request;
-  fcl::CollisionResult<S>* result;
-
- private:
   const bool is_self_;
 };
 

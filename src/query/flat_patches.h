@@ -12,8 +12,7 @@ namespace adaptive_bvh {
 /// Which nodes of a four-wide tree are surely flat enough that no two triangles below intersect, of
 /// those without a common vertex: seen along some direction all triangles face the viewer, and
 /// their contour does not come near itself. Then they cover no point twice (Volino and
-/// Magnenat-Thalmann 1994), and keep so far from each other that FCL's test says so, too:
-/// docs/bounds.md, 14.
+/// Magnenat-Thalmann 1994): docs/bounds.md, 14.
 class FlatPatches {
  public:
   FlatPatches(const WideTree& tree, const Contours& contours)

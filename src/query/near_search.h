@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <type_traits>
 
 #include "adaptive_bvh/feature_pairs.h"
@@ -13,26 +12,21 @@
 
 namespace adaptive_bvh {
 
-template <typename S, typename Frame>
-void searchAny(const WithinInput<S>& input, const Frame& frame, AnyPair& any) {
-  WithinSearch<false, S, Frame, AnyPair> search(input, frame, any);
-  runFromRoots(search);
-}
-
 /// Whether there is a pair at most so far apart, by boxes grown by that distance; `found` is the
 /// first.
 template <typename S>
 bool searchAny(const PairOfMeshes<S>& meshes, double distance, TrianglePair& found) {
   TreePair<S> trees(meshes.first, meshes.second);
-  if (haveNearBoxes(trees, distance)) trees.align();
+  alignIfNear(trees, distance);
   const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
   AnyPair any;
-  if (!trees.frame().isPrecise())
-    testAllPairs(input, any);
-  else if (trees.frame().isSame())
-    searchAny(input, trees.frame().same(), any);
-  else
-    searchAny(input, trees.frame(), any);
+  searchInFrame(
+      trees,
+      [&](const auto& frame) {
+        WithinSearch<false, S, std::decay_t<decltype(frame)>, AnyPair> search(input, frame, any);
+        runFromRoots(search);
+      },
+      [&] { testAllPairs(input, any); });
   if (any.found)
     found = {unsigned(input.tree1.triangle(any.pair.first)),
              unsigned(input.tree2.triangle(any.pair.second))};

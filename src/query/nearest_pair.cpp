@@ -69,7 +69,6 @@ void NearestPair<S>::addWitness(int triangle1, int triangle2) {
   const TriangleGap gap =
       triangles_.gap(first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
                      second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2)));
-  ++tests_;
   if (distanceAs<S>(gap.distance) < result_.min_distance)
     improve(gap, triangle1, triangle2);
   else
@@ -106,7 +105,6 @@ void NearestPair<S>::testPair(const Int4& first, const Int4& second, double boun
       return;
   }
   const TriangleGap gap = triangles_.gap(a, b);
-  ++tests_;
   if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, first[3], second[3]);
 }
 

@@ -42,8 +42,6 @@ class NearestPair {
   void test(unsigned open, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
-  /// Distances of triangles so far.
-  long tests() const { return tests_; }
   /// Whether the result has changed.
   bool isImproved() const { return improved_; }
 
@@ -61,7 +59,6 @@ class NearestPair {
   double limit_ = 0;
   S enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false;
-  long tests_ = 0;
 };
 
 extern template class NearestPair<float>;

@@ -38,8 +38,6 @@ template <typename S>
 NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                                 NearestPair<S>& nearest)
     : nearest_(nearest),
-      placed1_(first),
-      placed2_(second),
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
       nodes2_(trees_.second().nodes()),

@@ -37,7 +37,6 @@ class NearestSearch {
 
   /// All pairs of triangles, until the nearest pair is enough.
   void run();
-  long boxTests() const { return box_tests_; }
 
  private:
   /// Two nodes that are still to be searched, with the squared gap of their boxes.
@@ -56,7 +55,6 @@ class NearestSearch {
   const Boxes4& secondBoxes(int node);
 
   NearestPair<S>& nearest_;
-  const PlacedMesh<S>&placed1_, &placed2_;
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
   bool is_same_;  ///< whether both trees have the same coordinates

@@ -36,22 +36,34 @@ struct PairOfMeshes {
   }
 };
 
-/// Whether so many pairs of boxes are at most so far apart that it is worth to align the trees.
+/// Aligns the trees where so many pairs of boxes are at most so far apart that it is worth it.
 template <typename S>
-bool haveNearBoxes(const TreePair<S>& trees, double distance) {
+void alignIfNear(TreePair<S>& trees, double distance) {
   struct Counter {
     int left = 64;
     bool isDone() { return --left < 0; }
     static void foundLeaves(const WideNode&, const WideNode&, unsigned) {}
     static void foundLeaf(const WideNode&, unsigned) {}
   } counter;
-  if (!trees.frame().isPrecise()) return false;
+  if (!trees.frame().isPrecise()) return;
   const GrownFrame<RelativeFrame> frame(trees.frame(), distance * trees.first().scale());
   WideSearch<GrownFrame<RelativeFrame>, false, Counter> walk(
       trees.first().nodes(), trees.second().nodes(), frame, counter);
   const NodePair roots{0, 0};
   walk.runAnywhere({&roots, &roots + 1}, trees.first().depth() + trees.second().depth());
-  return counter.left < 0;
+  if (counter.left < 0) trees.align();
+}
+
+/// Calls search(frame) with how the second tree lies in the first: SameFrame or RelativeFrame; or
+/// testAll() where single precision cannot express it.
+template <typename S, typename Search, typename TestAll>
+void searchInFrame(const TreePair<S>& trees, const Search& search, const TestAll& testAll) {
+  if (!trees.frame().isPrecise())
+    testAll();
+  else if (trees.frame().isSame())
+    search(trees.frame().same());
+  else
+    search(trees.frame());
 }
 
 /// Whether balls around two meshes are farther apart.

@@ -8,7 +8,7 @@
 // everything below is a template of the pack, or always inlined.
 namespace adaptive_bvh {
 
-/// Two triangles, by their places in the order of the leaves of FCL's trees.
+/// Two triangles, by their places in the order of the leaves.
 struct LeafPair {
   unsigned first, second;
 };
@@ -65,7 +65,7 @@ class PairStages {
           return triangles.apartByPlanes(error) | triangles.apartByEdgeNormals(error);
         });
   }
-  /// By all axes of FCL's test.
+  /// By all axes that can separate two triangles.
   static void judge(const PairSource& from, const LeafPair* pairs, int size, const PairError& error,
                     PairVerdict* verdicts) {
     for (int i = 0; i < size; i += kLanes) {

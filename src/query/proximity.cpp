@@ -34,16 +34,12 @@ void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
 template <typename S, typename MakeSink>
 void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
   TreePair<S> trees(meshes.first, meshes.second);
-  if (haveNearBoxes(trees, distance)) trees.align();
+  alignIfNear(trees, distance);
   const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
   auto sink = makeSink(input);
-  const RelativeFrame& frame = trees.frame();
-  if (!frame.isPrecise())
-    testAllPairs(input, sink);
-  else if (frame.isSame())
-    collect<false>(input, frame.same(), sink);
-  else
-    collect<false>(input, frame, sink);
+  searchInFrame(
+      trees, [&](const auto& frame) { collect<false>(input, frame, sink); },
+      [&] { testAllPairs(input, sink); });
 }
 
 /// Of one with itself.

@@ -88,12 +88,6 @@ class SearchTasks {
 
   /// By task.
   const std::vector<Found>& found() const { return found_; }
-  /// Those that were made.
-  template <typename Do>
-  void forEachWorker(Do&& act) const {
-    for (const auto& worker : workers_)
-      if (worker) act(*worker);
-  }
 
  private:
   std::vector<Found> found_;

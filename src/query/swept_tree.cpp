@@ -7,11 +7,6 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr float kNone = 1e30f;
-
-const Boxes4 kEmpty = {{float4::all(kNone), float4::all(kNone), float4::all(kNone)},
-                       {float4::all(-kNone), float4::all(-kNone), float4::all(-kNone)}};
-
 /// At least x; x >= 0.
 float roundedUp(double x) {
   constexpr double kLargest = 1e20;  // boxes that reach as far overlap everything
@@ -20,7 +15,7 @@ float roundedUp(double x) {
 
 void refitLeaf(WideNode& node, const VertexSlots& slots, const Box* vertices) {
   Box boxes[4];
-  for (Box& box : boxes) box = {float4::all(kNone), float4::all(-kNone)};
+  for (Box& box : boxes) box = {float4::all(kNowhere), float4::all(-kNowhere)};
   for (int i = 0; i < node.count; ++i) {
     const VertexIndices at = slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
     boxes[i] = vertices[at[0]];
@@ -28,22 +23,6 @@ void refitLeaf(WideNode& node, const VertexSlots& slots, const Box* vertices) {
     boxes[i].add(vertices[at[2]]);
   }
   node.boxes = boxes4(boxes[0], boxes[1], boxes[2], boxes[3]);
-}
-
-void refitInner(WideNode& node, const WideNode* nodes) {
-  using float4::lower;
-  using float4::transposed;
-  using float4::upper;
-  const Boxes4* below[4];
-  for (int i = 0; i < 4; ++i) below[i] = i < node.count ? &nodes[node.below[i]].boxes : &kEmpty;
-  for (int k = 0; k < 3; ++k) {
-    const auto low =
-        transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
-    const auto high =
-        transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
-    node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
-    node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
-  }
 }
 
 }  // namespace
@@ -117,7 +96,7 @@ void SweptTree::refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
 }
 
 void SweptTree::refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf) {
-  const Box none = {float4::all(kNone), float4::all(-kNone)};
+  const Box none = {float4::all(kNowhere), float4::all(-kNowhere)};
   for (unsigned i = 0; i < leaf.num_vertices; i += 4) {
     const OwnedVertex* const v = &mesh.features->vertices()[4 * leaf.vertices + i];
     const auto box = [&](unsigned k) {

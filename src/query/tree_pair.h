@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <algorithm>
 
 #include "query/placed_mesh.h"
 #include "query/relative_frame.h"

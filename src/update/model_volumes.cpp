@@ -5,23 +5,25 @@
 namespace adaptive_bvh {
 namespace {
 
-using P = Pack<double>;
-constexpr int kPack = int(packs::kSize<double>);
+using Numbers = Pack<double>;
+constexpr int kAtOnce = int(packs::kSize<double>);
 
 /// Vectors as long as 1 up to rounding, from some that are up to 1e-5: the series of 1 / sqrt(n)
 /// about 1, whose next term is below 1e-15.
-ADAPTIVE_BVH_INLINE Vectors<P> unitVectors(const Vectors<P>& v) {
-  const P d = vectors::dot(v, v) - 1;
-  return vectors::scaled<P>(v, 1 - d * (0.5 - d * 0.375));
+ADAPTIVE_BVH_INLINE Vectors<Numbers> unitVectors(const Vectors<Numbers>& v) {
+  const Numbers d = vectors::dot(v, v) - 1;
+  return vectors::scaled<Numbers>(v, 1 - d * (0.5 - d * 0.375));
 }
 
-ADAPTIVE_BVH_INLINE P lanes(const Float4& v, int first) {
-  return P{double(v[first]), double(v[first + 1])};
+ADAPTIVE_BVH_INLINE Numbers lanes(const Float4& v, int first) {
+  return Numbers{double(v[first]), double(v[first + 1])};
 }
-ADAPTIVE_BVH_INLINE Vectors<P> turned(const fcl::Matrix3d& frame, const float4::Columns& v,
-                                      int first) {
-  const P x = lanes(v.x, first), y = lanes(v.y, first), z = lanes(v.z, first);
-  const auto row = [&](int k) -> P { return frame(k, 0) * x + frame(k, 1) * y + frame(k, 2) * z; };
+ADAPTIVE_BVH_INLINE Vectors<Numbers> turned(const fcl::Matrix3d& frame, const float4::Columns& v,
+                                            int first) {
+  const Numbers x = lanes(v.x, first), y = lanes(v.y, first), z = lanes(v.z, first);
+  const auto row = [&](int k) -> Numbers {
+    return frame(k, 0) * x + frame(k, 1) * y + frame(k, 2) * z;
+  };
   return {row(0), row(1), row(2)};
 }
 
@@ -49,13 +51,15 @@ void ModelVolumes<BV>::write(const BodyVolume (&volumes)[kLanes], BV* const* to,
   const float4::Columns axis0 = columns([](const BodyVolume&v) -> Float4 { return v.axes.x; }),
                         axis1 = columns([](const BodyVolume&v) -> Float4 { return v.axes.y; }),
                         corner = columns([](const BodyVolume&v) -> Float4 { return v.corner; });
-  for (int first = 0; first < count; first += kPack) {
-    const Vectors<P> x = unitVectors(turned(frame_.axes(), axis0, first)),
-                     askew = turned(frame_.axes(), axis1, first);
-    const P d = vectors::dot(x, askew);
-    const Vectors<P> y = unitVectors({askew.x - x.x * d, askew.y - x.y * d, askew.z - x.z * d});
-    const Vectors<P> z = vectors::cross(x, y), from_origin = turned(frame_.axes(), corner, first);
-    for (int k = 0; k < kPack && first + k < count; ++k) {
+  for (int first = 0; first < count; first += kAtOnce) {
+    const Vectors<Numbers> x = unitVectors(turned(frame_.axes(), axis0, first)),
+                           askew = turned(frame_.axes(), axis1, first);
+    const Numbers d = vectors::dot(x, askew);
+    const Vectors<Numbers> y =
+        unitVectors({askew.x - x.x * d, askew.y - x.y * d, askew.z - x.z * d});
+    const Vectors<Numbers> z = vectors::cross(x, y),
+                           from_origin = turned(frame_.axes(), corner, first);
+    for (int k = 0; k < kAtOnce && first + k < count; ++k) {
       fcl::Matrix3<S> axes;
       axes << S(x.x[k]), S(y.x[k]), S(z.x[k]), S(x.y[k]), S(y.y[k]), S(z.y[k]), S(x.z[k]),
           S(y.z[k]), S(z.z[k]);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "threads/stopwatch.h"
@@ -101,11 +100,9 @@ const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
     std::vector<fcl::Vector3<typename BV::S>>& aside) {
   using Point = fcl::Vector3<typename BV::S>;
-  const std::less<const Point*> before;
-  const Point* const end = input.positions + input.count;
   for (const Point* own : {model.vertices, model.prev_vertices})
-    if (own && before(input.positions, own + model.num_vertices) && before(own, end))
-      aside.assign(input.positions, end);
+    if (own && overlap(input.positions, input.count, own, std::size_t(model.num_vertices)))
+      aside.assign(input.positions, input.positions + input.count);
   return aside.empty() ? input.positions : aside.data();
 }
 

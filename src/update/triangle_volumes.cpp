@@ -65,7 +65,7 @@ struct AxesOfFour {
 }  // namespace
 
 /// The axes of a needle are off, so what they leave of a height is measured as well.
-void fitTriangles(const Triangles4& triangles, BodyVolume (&volumes)[kLanes]) {
+void fitTriangles(const CornersOf4& triangles, BodyVolume (&volumes)[kLanes]) {
   const auto& [p, q, r] = triangles;
   const Columns pq = difference(q, p), qr = difference(r, q), rp = difference(p, r);
   const Float4 none = float4::all(0), squares = dot(pq, pq), squares1 = dot(qr, qr),

@@ -5,12 +5,12 @@
 namespace adaptive_bvh {
 
 /// The corners of four triangles, a lane each.
-struct Triangles4 {
+struct CornersOf4 {
   float4::Columns p, q, r;
 };
 
 /// Their volumes: the rectangle on the longest edge, which has twice the area of the triangle, the
 /// least any rectangle has.
-void fitTriangles(const Triangles4& triangles, BodyVolume (&volumes)[kLanes]);
+void fitTriangles(const CornersOf4& triangles, BodyVolume (&volumes)[kLanes]);
 
 }  // namespace adaptive_bvh

@@ -30,7 +30,8 @@ template <typename S>
 template <typename BV>
 void VertexStates<S>::start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame) {
   frame_ = frame;
-  rotation_.start(target.model, target.tree.topology, frame.axes(), frame.scale());
+  rotation_.start(target.model.vertices, target.tree.topology.slots, frame.axes(),
+                  static_cast<double>(frame.scale()));
   readInPlace(target);
 }
 
@@ -85,8 +86,7 @@ template <typename S>
 template <typename BV>
 void VertexStates<S>::turn(const UpdateTarget<BV>& target, const Point* positions) {
   fcl::Matrix3d axes = target.tree.axes;
-  if (rotation_.turn(positions, target.model.aabb_center, axes))
-    target.tree.axes = orthonormal(axes);
+  if (rotation_.turn(positions, axes)) target.tree.axes = orthonormal(axes);
 }
 
 /// The model's positions as they stand, without motion.

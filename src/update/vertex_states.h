@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/best_fit_turn.h"
 #include "mesh/vertex_summary.h"
-#include "update/best_fit_rotation.h"
 #include "update/step_input.h"
 #include "update/update_target.h"
 #include "update/vertex_leaf_map.h"
@@ -82,7 +82,7 @@ class VertexStates {
   /// A motion of any size that most of the body shares in this step. What remains of a vertex's
   /// motion is small when the body hardly deforms, and so are its errors in single precision.
   Point common_ = Point::Zero();
-  BestFitRotation<S> rotation_;
+  BestFitTurn rotation_;
 };
 
 template <typename S>

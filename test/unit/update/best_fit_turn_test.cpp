@@ -1,14 +1,15 @@
 // The rotation of a body as a whole, found again from a few of its vertices.
-#include "update/best_fit_rotation.h"
+#include "mesh/best_fit_turn.h"
 
 #include <gtest/gtest.h>
 
 #include "support/random_geometry.h"
+#include "tree/topology.h"
 
 namespace adaptive_bvh_test {
-namespace best_fit_rotation_test {
+namespace best_fit_turn_test {
 
-using adaptive_bvh::BestFitRotation;
+using adaptive_bvh::BestFitTurn;
 using adaptive_bvh::Topology;
 
 template <typename S>
@@ -22,7 +23,7 @@ class BestFit : public testing::Test {
     model_.computeLocalAABB();
     topology_.adopt(model_);
     axes_ = axes;
-    fit_.start(model_, topology_, axes, 1);
+    fit_.start(model_.vertices, topology_.slots, axes, 1);
   }
 
   /// Places every vertex where map takes it from rest.
@@ -33,7 +34,7 @@ class BestFit : public testing::Test {
     model_.computeLocalAABB();
   }
 
-  bool turnsNow() { return fit_.turn(model_.vertices, model_.aabb_center, axes_); }
+  bool turnsNow() { return fit_.turn(model_.vertices, axes_); }
 
   static fcl::Matrix3<S> turn(double angle, const fcl::Vector3d& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix().template cast<S>();
@@ -43,7 +44,7 @@ class BestFit : public testing::Test {
   fcl::BVHModel<BV> model_;
   Topology topology_;
   fcl::Matrix3d axes_;
-  BestFitRotation<S> fit_;
+  BestFitTurn fit_;
 };
 
 using Scalars = testing::Types<float, double>;
@@ -147,5 +148,5 @@ TYPED_TEST(BestFit, SamplesAFewVerticesAllOver) {
   EXPECT_GE(this->fit_.bytes(), 12 * sizeof(unsigned));
 }
 
-}  // namespace best_fit_rotation_test
+}  // namespace best_fit_turn_test
 }  // namespace adaptive_bvh_test
