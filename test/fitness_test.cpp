@@ -131,7 +131,7 @@ TEST(Presets, AreTheRowsOfTable2) {
   expect(FitnessCriterion::ABOrBC, 1.359579, 0.891981, 0.590829);
   expect(FitnessCriterion::RefitAll, -1, -1, -1);
   expect(FitnessCriterion::RefitNone, -1, -1, -1);
-  EXPECT_EQ(FitnessCriterion::AD, RefitPolicy().criterion);
+  EXPECT_EQ(FitnessCriterion::A, RefitPolicy().criterion);
 }
 
 TEST(Presets, RefuseParametersThatMeanNothing) {

@@ -21,7 +21,7 @@ namespace adaptive_bvh {
 ///
 /// When no query recorded since the last update, B and D count as true for every node, C as false.
 enum class FitnessCriterion {
-  A,          ///< thesis i
+  A,          ///< thesis i, the default
   B,          ///< thesis ii; also how the thesis models Larsson and Akenine-Moeller (2006)
   AB,         ///< thesis iii
   BC,         ///< thesis iv
@@ -30,7 +30,7 @@ enum class FitnessCriterion {
   ABOrBC,     ///< thesis vii, the best of Table 2
   RefitAll,   ///< every node, every step: what FCL's top-down refit does
   RefitNone,  ///< never: nodes only inflate
-  AD,         ///< the default: what is too inflated, and therefore in the way
+  AD,         ///< what is too inflated, and therefore in the way
 };
 
 /// How an update keeps a volume that it does not refit around its moving triangles.
@@ -59,15 +59,16 @@ enum class InflationReference {
 /// AdaptiveBVHModel::setRefitPolicy at any time between two updates.
 ///
 /// No policy makes an answer wrong. It only moves work between the update and the query. The
-/// defaults are what the genetic search of `tune` found best on the five scenarios of the thesis,
-/// at thesis size and four times the triangles (docs/experiment.md); k and gamma are not used by
-/// this criterion, and are good values where one does. `tune` finds yours.
+/// defaults are what measured best on the five scenarios of the thesis and on others, at thesis
+/// size and up to 144 times the triangles (docs/experiment.md). A refit costs so little that no
+/// query needs to say where one is worth it. k and gamma are not used by this criterion, and are
+/// good values where one does. `tune` finds yours.
 struct RefitPolicy {
   /// Which combination of tests marks a node as unfit.
-  FitnessCriterion criterion = FitnessCriterion::AD;
+  FitnessCriterion criterion = FitnessCriterion::A;
 
   /// p_max of test A, a ratio >= 0: unfit when inflation / reference length exceeds it.
-  double max_inflation = 0.14;
+  double max_inflation = 0.1;
 
   /// k of test C, in [0, 1]: both children must be farther off than the parent by more than this
   /// share of the parent's inflation.

@@ -59,18 +59,6 @@ class BodyFrame {
   /// Bounds that error as a share of the largest component in the body: 2^-19 > 20 u.
   static constexpr float kError = 1.f / (1 << 19);
 
-  /// A difference of two points in the model's axes, in body units. Off by 2u relative, or by less
-  /// than 2^-59 in each component: what is smaller than `kLeast` must not vanish, because a motion
-  /// of zero is none. (A huge body may have tiny triangles.)
-  Float4 displacement(const Point& d) const {
-    Float4 v{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
-    const bool is_large =
-        std::abs(v[0]) >= kLeast || std::abs(v[1]) >= kLeast || std::abs(v[2]) >= kLeast;
-    if (!is_large && (d[0] != 0 || d[1] != 0 || d[2] != 0)) v[0] = kLeast;
-    return v;
-  }
-  static constexpr float kLeast = 1.f / (1ull << 60);
-
   const fcl::Matrix3d& axes() const { return axes_; }
   const Point& origin() const { return origin_; }
   /// Body units per unit of the mesh, a power of two: products with it are exact.

@@ -1,61 +1,43 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 
-#include <Eigen/Geometry>
+#include "geometry/axes.h"
 
-#include "geometry/axes4.h"
-
+// Also compiled for AVX2: see update/fit_kernels.h.
 namespace adaptive_bvh {
 
-/// A rotation in four bytes, off by less than 0.3 degrees: of its unit quaternion the
-/// three smaller components, in ten bits each, and which one is the largest.
+/// A rotation in eight bytes, off by less than 0.01 degrees: a unit quaternion in numbers of
+/// sixteen bits.
 class PackedRotation {
  public:
-  PackedRotation() : PackedRotation(Axes4()) {}
-  explicit PackedRotation(const Axes4& axes) {
-    Eigen::Matrix3f m;
-    m << axes.x[0], axes.y[0], axes.z[0], axes.x[1], axes.y[1], axes.z[1], axes.x[2], axes.y[2],
-        axes.z[2];
-    const Eigen::Vector4f q = Eigen::Quaternionf(m).normalized().coeffs();
-    int largest = 0;
-    q.cwiseAbs().maxCoeff(&largest);
-    bits_ = static_cast<std::uint32_t>(largest);
-    const float sign = q[largest] < 0 ? -1.f : 1.f;  // q and -q are one rotation
-    for (int k = 1; k < 4; ++k) {
-      const float share = sign * q[(largest + k) % 4] * kScale + kMiddle;
-      const float bounded = std::min(std::max(share, 0.f), 1023.f);
-      bits_ = bits_ << 10 | static_cast<std::uint32_t>(std::lround(bounded));
-    }
-  }
+  PackedRotation() = default;
+  /// Columns of a rotation matrix.
+  PackedRotation(const float (&x)[3], const float (&y)[3], const float (&z)[3]);
 
-  Axes4 axes() const {
-    const auto part = [&](int shift) {
-      return (float((bits_ >> shift) & 1023) - kMiddle) * (1 / kScale);
-    };
-    const unsigned largest = bits_ >> 30;
-    const float a = part(20), b = part(10), c = part(0);
-    float q[4];
-    q[(largest + 1) % 4] = a;
-    q[(largest + 2) % 4] = b;
-    q[(largest + 3) % 4] = c;
-    q[largest] = std::sqrt(std::max(1 - a * a - b * b - c * c, 0.f));
-    const float x = q[0], y = q[1], z = q[2], w = q[3];
-    const float xx = 2 * x * x, yy = 2 * y * y, zz = 2 * z * z, xy = 2 * x * y, xz = 2 * x * z,
-                yz = 2 * y * z, wx = 2 * w * x, wy = 2 * w * y, wz = 2 * w * z;
-    Axes4 axes;
-    axes.x = Float4{1 - yy - zz, xy + wz, xz - wy, 0};
-    axes.y = Float4{xy - wz, 1 - xx - zz, yz + wx, 0};
-    axes.z = Float4{xz + wy, yz - wx, 1 - xx - yy, 0};
-    return axes;
+  ADAPTIVE_BVH_INLINE Float4 quaternion() const {
+    return Float4{float(numbers_[0]), float(numbers_[1]), float(numbers_[2]), float(numbers_[3])} *
+           (1.f / kOne);
   }
 
  private:
-  static constexpr float kMiddle = 511.5f, kScale = 511.4f * 1.41421356f;
+  static constexpr int kOne = 32767;
 
-  std::uint32_t bits_;
+  std::int16_t numbers_[4] = {0, 0, 0, kOne};
 };
+
+/// Rotations from quaternions, which are not quite as long as 1 where their numbers were rounded:
+/// one step of Newton's method corrects that.
+template <typename P>
+ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const P& r) {
+  const P scale = 1.5f - 0.5f * (i * i + j * j + k * k + r * r);
+  const P x = i * scale, y = j * scale, z = k * scale, w = r * scale;
+  const P x2 = x + x, y2 = y + y, z2 = z + z;
+  const P xx = x2 * x, yy = y2 * y, zz = z2 * z, xy = x2 * y, xz = x2 * z, yz = y2 * z, wx = x2 * w,
+          wy = y2 * w, wz = z2 * w;
+  return {{1 - yy - zz, xy + wz, xz - wy},
+          {xy - wz, 1 - xx - zz, yz + wx},
+          {xz + wy, yz - wx, 1 - xx - yy}};
+}
 
 }  // namespace adaptive_bvh

@@ -32,6 +32,8 @@ class VertexSlots {
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }
+  /// Of those whose vertex has a triangle: they come first.
+  std::size_t used() const { return end_; }
   /// By slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 

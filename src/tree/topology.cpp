@@ -13,6 +13,7 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
   OrderedTree tree;
   tree.nodes.reserve(nodes);
+  links.resize(nodes);
   tree.primitives.resize((nodes + 1) / 2);
   for (int i = 0; i < model.getNumBVs(); ++i) {
     const fcl::BVNode<BV>& node = model.getBV(i);
@@ -20,6 +21,7 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
     tree.nodes.push_back({node.isLeaf() ? -1 : node.leftChild(),
                           node.isLeaf() ? -1 : node.rightChild(), first,
                           static_cast<unsigned>(node.num_primitives)});
+    links[static_cast<std::size_t>(i)] = node.isLeaf() ? -1 - int(first) : node.leftChild();
     if (node.isLeaf()) tree.primitives[first] = static_cast<unsigned>(node.primitiveId());
   }
   slots.adopt(tree, viewOf(model), static_cast<std::size_t>(model.num_vertices));

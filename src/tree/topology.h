@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include <fcl/geometry/bvh/BVH_model.h>
 
 #include "mesh/vertex_slots.h"
@@ -17,6 +20,15 @@ struct Topology {
   /// [first_primitive, + num_primitives).
   VertexSlots slots;
   int depth = 0;  ///< links from the root to the deepest leaf
+  /// By node: the left child, which the right one follows; of a leaf -1 less its index among the
+  /// leaves. (FCL's nodes are 136 bytes each.)
+  std::vector<std::int32_t> links;
+
+  bool isLeaf(int node) const { return links[static_cast<std::size_t>(node)] < 0; }
+  int left(int node) const { return links[static_cast<std::size_t>(node)]; }
+  int leafIndex(int node) const { return -1 - links[static_cast<std::size_t>(node)]; }
+  /// Of an inner node: its number among these.
+  std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
 
   template <typename BV>
   void adopt(const fcl::BVHModel<BV>& model);
@@ -24,7 +36,7 @@ struct Topology {
   /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
 
-  std::size_t bytes() const { return slots.bytes(); }
+  std::size_t bytes() const { return slots.bytes() + links.capacity() * sizeof(links[0]); }
 };
 
 }  // namespace adaptive_bvh

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
-#include "update/kept_axes.h"
-#include "update/model_volumes.h"
+#include "update/fit_kernels.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
-#include "volume/point_arrays.h"
+#include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
@@ -24,52 +24,49 @@ class BodyFit {
  public:
   using S = typename BV::S;
 
-  /// `previous`: by slot, the step before of two frames, or null.
-  BodyFit(const UpdateTarget<BV>& target, const VertexState* states,
-          const std::array<float, 4>* previous, KeptAxes* kept, const RefitPolicy& policy);
+  BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices, KeptAxes* kept,
+          const RefitPolicy& policy);
 
-  /// The volume around the triangles of a node.
-  BV operator()(int node);
-  /// Writes those of many nodes, `to[i]` of `nodes[i]`. Faster than one by one.
-  void operator()(const int* nodes, BV* const* to, int count);
+  /// Makes the volume of a node that around its triangles, at the latest in `finish`: nodes wait
+  /// for others of their kind.
+  void add(int node);
+  /// Returns the largest Volume::cornerSum of all volumes that were fitted.
+  S finish();
 
-  /// Begins to keep the axes of a volume with three triangles or more that was fitted to these
-  /// vertex states.
+  /// Begins to keep the axes of an inner node's volume that was fitted to these vertex states.
   void keepAxes(int node, const BV& bv);
 
  private:
-  ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const {
-    return float4::load(states_[slot].position);
-  }
-  bool isTriangle(int node) const {
-    return target_.model.getBV(node).num_primitives == 1 && !previous_;
-  }
-  void fitTriangles(const std::size_t (&leaves)[kLanes], BodyVolume (&volumes)[kLanes]) const;
-  BodyVolume fit(int node);
-  BodyVolume fitPair(std::size_t leaf);
-  Axes4 bestAxesOf(const VertexSlots::Set& below);
-  Axes4 nodeFrame(std::size_t first, std::size_t count) const;
-  template <bool kWithBox>
-  Ranges turnPoints(const VertexSlots::Set& below, const Axes4& axes);
-  Extents extentsAlong(const Axes4& axes, const VertexSlots::Set& below);
-  BodyVolume fitAlong(const Axes4& axes, const VertexSlots::Set& below) {
-    return volumeAlong(axes, extentsAlong(axes, below));
-  }
-  BodyVolume volumeAlong(const Axes4& axes, const Extents& extents) const {
-    return {axes, first_ + axes.combine(extents.corner[0], extents.corner[1], extents.corner[2]),
-            extents};
-  }
+  struct Group : FitGroup<S> {
+    int nodes[kMostLanes];
+  };
+
+  void addTo(Group& group, int node, FitFunction<S> fit);
+  void finish(Group& group, FitFunction<S> fit);
+  /// Of an inner node whose shape does not give its axes, or null.
+  KeptAxes* keptAxes(int node) const;
+  void makeRoom(std::size_t points);
+  /// Axes anew for a volume that has outgrown its own.
+  void renewAxes(const Group& group, int lane, float area);
+  Axes<Float4> bestAxesOf(const FitGroup<S>& of) const;
 
   const UpdateTarget<BV> target_;
-  const VertexSlots& slots_;
-  const VertexState* const states_;
-  const std::array<float, 4>* const previous_;
-  KeptAxes* const kept_;  ///< by BoxNodes::largeIndex
+  const Topology& topology_;
+  KeptAxes* const kept_;  ///< by Topology::innerIndex
   const float limit_;     ///< of the growth of a volume's surface
-  const BodyFrame<S>& frame_;
-  const ModelVolumes<BV> in_model_;
-  Float4 first_;                      ///< of the points of this fit
-  PointArrays<float>&points_, &few_;  ///< all along some axes, from the first; some of them
+  const double unit_;
+  const FitFunctions<S>& fits_;
+  FitSource source_;
+  std::vector<float>& work_;  ///< of the thread
+
+  /// Nodes of about as many triangles are worked on at once.
+  static constexpr int kSizes = 8;
+  Group triangles_, quads_, patches_[kSizes], others_;
+  double largest_corner_sum_ = 0;
 };
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class BodyFit<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

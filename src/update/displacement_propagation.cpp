@@ -53,8 +53,6 @@ template <typename BV>
 void DisplacementPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   const auto nodes = static_cast<std::size_t>(target.nodes());
   const std::size_t primitives = target.tree.topology.slots.leaves();
-  target.tree.boxes.reset();
-  target.tree.axes.setIdentity();
   target.tree.inflations = Inflations<S>();
   original_radius_.resize(nodes);
   latest_.assign(primitives, S(0));

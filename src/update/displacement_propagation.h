@@ -36,17 +36,16 @@ class DisplacementPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-  static constexpr bool kHasBoxes = false;
+  static constexpr bool kTakesSomeVertices = false;
+  using Summary = VertexSummary<S>;
 
   void reset(const UpdateTarget<BV>& target);
   void start(const UpdateTarget<BV>& target, const BV& root);
 
   struct Fit {
     const UpdateTarget<BV> target;
-    BV operator()(int node) const { return fitNode(target, node); }
-    void operator()(const int* nodes, BV* const* to, int count) const {
-      for (int i = 0; i < count; ++i) *to[i] = fitNode(target, nodes[i]);
-    }
+    void add(int node) const { target.volume(node) = fitNode(target, node); }
+    static S finish() { return 0; }  // of Volume::cornerSum: this propagation does not need it
   };
   static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
 
@@ -54,12 +53,12 @@ class DisplacementPropagation {
   static int readSize(const UpdateTarget<BV>& target) { return target.model.num_vertices; }
   VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                         int last);
-  void accept(const UpdateTarget<BV>&, S) {}
+  void accept(const UpdateTarget<BV>&, const Summary&) {}
   void discard() {}
-  static bool canFollow(const UpdateTarget<BV>&, S largest) { return std::isfinite(largest); }
+  static bool canFollow(S largest) { return std::isfinite(largest); }
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
-  static bool isInRange(const UpdateTarget<BV>&) { return true; }
+  static bool isInRange() { return true; }
 
   S inflation(const UpdateTarget<BV>& target, int node) const {
     return Volume<BV>::radius(target.volume(node)) - originalRadius(target, node);

@@ -1,12 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
-#include "update/node_motion.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 
@@ -18,7 +16,8 @@ namespace adaptive_bvh {
 template <typename S>
 struct Motions {
   const VertexState* states;
-  const std::array<float, 4>* previous;  ///< null where one frame is kept
+  const bool two_frames;
+  const S unit;  ///< of motions
   const fcl::Vector3<S> common;
 };
 
@@ -26,12 +25,12 @@ struct Motions {
 struct Subtree {
   int root;
   int first_pair, last_pair;  ///< left siblings
-  NodeMotion value;           ///< the root's, once the subtree is traversed
+  Box motion;                 ///< the root's, once the subtree is traversed
 };
 
-/// The rule of the traversal. Reads and writes plain arrays. (Eight lanes by AVX2
-/// took 4.5 ns a node in place of 5.1 on the thesis's scenarios at 16 times their triangles, and
-/// gained nothing at 64 times.)
+/// The rule of the traversal. Its values are the boxes of VertexState::motion, of all vertices
+/// below a node. Reads and writes plain arrays. (Eight lanes by AVX2 took 4.5 ns a node in place
+/// of 5.1 on the thesis's scenarios at 16 times their triangles, and gained nothing at 64 times.)
 ///
 /// With `kMarks` it marks the candidates for a refit.
 template <typename BV, bool kMarks>
@@ -42,65 +41,51 @@ class MotionRule {
   MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, const RefitPolicy& policy,
              Candidates& candidates)
       : fcl_nodes_(&target.model.getBV(0)),
-        slots_(target.tree.topology.slots),
+        topology_(target.tree.topology),
         motions_(motions),
-        boxes_(target.tree.boxes->nodes()),
         inflations_(target.tree.inflations.data()),
         has_common_motion_(!motions.common.isZero(0)),
-        unit_(target.tree.boxes->frame.unit()),
+        unit_(motions.unit),
         rounding_(target.tree.inflations.roundingOfMove()),
-        least_inflation_(leastInflation(target)),
+        least_inflation_(leastInflation(target, unit_)),
         side_share_(policy.reference == InflationReference::NodeSize ? S(0.5) : S(0)),
         least_factor_(S(leastUnfitFactor(policy)) * kBelow),
         marks_(candidates) {}
 
-  ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return boxes_.isLeaf(node); }
+  ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return topology_.isLeaf(node); }
 
-  ADAPTIVE_BVH_INLINE void known(int node, NodeMotion& value) const {
-    value.box = boxes_.box(node);
-    value.motion = {float4::all(0), float4::all(0)};
+  /// Nothing has moved below a node that is not traversed.
+  ADAPTIVE_BVH_INLINE static void known(int, Box& motion) {
+    motion = {float4::all(0), float4::all(0)};
   }
 
-  ADAPTIVE_BVH_INLINE void leaf(int node, NodeMotion& value) const {
-    const VertexIndices slots = slots_.slotsOf(static_cast<std::size_t>(boxes_.leafIndex(node)));
-    const VertexState& a = motions_.states[slots[0]];
-    value.box.low = value.box.high = float4::load(a.position);
-    value.motion.low = value.motion.high = float4::load(a.motion);
-    for (int k = 1; k < 3; ++k) {
-      const VertexState& b = motions_.states[slots[k]];
-      value.box.add(float4::load(b.position));
-      value.motion.add(float4::load(b.motion));
-    }
-    if (!motions_.previous) return;
-    // Two-frame update: the volume must hold the vertices where they were, which is motion 0.
-    for (unsigned slot : slots) value.box.add(float4::load(motions_.previous[slot].data()));
-    value.motion.add(float4::all(0));
+  ADAPTIVE_BVH_INLINE void leaf(int node, Box& motion) const {
+    const auto leaf = static_cast<std::size_t>(topology_.leafIndex(node));
+    const VertexIndices slots = topology_.slots.slotsOf(leaf);
+    motion.low = motion.high = float4::load(motions_.states[slots[0]].motion);
+    for (int k = 1; k < 3; ++k) motion.add(float4::load(motions_.states[slots[k]].motion));
+    // The volume must hold the vertices where they were, too, which is motion 0.
+    if (motions_.two_frames) motion.add(float4::all(0));
   }
 
-  ADAPTIVE_BVH_INLINE static void merge(NodeMotion& a, const NodeMotion& b) {
-    a.box.add(b.box);
-    a.motion.add(b.motion);
-  }
+  ADAPTIVE_BVH_INLINE static void merge(Box& a, const Box& b) { a.add(b); }
 
-  ADAPTIVE_BVH_INLINE void apply(int left, const NodeMotion& a, const NodeMotion& b) {
+  ADAPTIVE_BVH_INLINE void apply(int left, const Box& a, const Box& b) {
     const int ahead = std::max(left - 16, 0);
     prefetch(ahead);
     prefetch(ahead + 1);
-    const Float4 spreads = spreadsOf(a.motion, b.motion);
+    const Float4 spreads = spreadsOf(a, b);
     if (spreads[0] + spreads[2] > 0 || has_common_motion_) {
-      move(left, a.motion, spreads[0]);
-      move(left + 1, b.motion, spreads[2]);
+      move(left, a, spreads[0]);
+      move(left + 1, b, spreads[2]);
     }
     if constexpr (kMarks) marks_.mark(left, mayBeUnfit(left) | mayBeUnfit(left + 1) << 1);
-    boxes_.setBox(left, a.box);
-    boxes_.setBox(left + 1, b.box);
   }
 
-  ADAPTIVE_BVH_INLINE void applyRoot(const NodeMotion& root) {
-    const float spread = spreadsOf(root.motion, root.motion)[0];
-    if (spread > 0 || has_common_motion_) move(0, root.motion, spread);
+  ADAPTIVE_BVH_INLINE void applyRoot(const Box& root) {
+    const float spread = spreadsOf(root, root)[0];
+    if (spread > 0 || has_common_motion_) move(0, root, spread);
     if constexpr (kMarks) marks_.mark(-1, mayBeUnfit(0) << 1);
-    boxes_.setBox(0, root.box);
   }
 
   PropagationCounts counts() const { return counts_; }
@@ -108,11 +93,11 @@ class MotionRule {
  private:
   /// What positions may be rounded to, in body units: a radius that grows by no more is not counted
   /// as inflated.
-  static float leastInflation(const UpdateTarget<BV>& target) {
+  static float leastInflation(const UpdateTarget<BV>& target, S unit) {
     const fcl::AABB<S>& box = target.model.aabb_local;
     const S farthest = box.min_.cwiseAbs().sum() + box.max_.cwiseAbs().sum();
-    return float(4 * rounding::epsilon<S>() * (farthest + target.tree.inflations.coordinateSum()) *
-                 target.tree.boxes->frame.scale());
+    return float(4 * rounding::epsilon<S>() * (farthest + target.tree.inflations.coordinateSum()) /
+                 unit);
   }
 
   /// FCL's nodes are large: what the traversal needs of one lies on two cache lines. Saves 10 to 15
@@ -124,7 +109,7 @@ class MotionRule {
   /// Rounded up: let u = 2^-24. A motion of VertexState is off by 2u of itself, hence by 2u of the
   /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
   /// anything moves, `kFloor` covers what is too small for that: the components of motions below
-  /// BodyFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
+  /// ScaledFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
   ADAPTIVE_BVH_INLINE static Float4 spreadsOf(const Box& a, const Box& b) {
     const Float4 half = float4::all(0.5f);
     constexpr float kState = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
@@ -165,9 +150,8 @@ class MotionRule {
   static constexpr float kUp = 1 + 1.f / (1 << 20);  ///< rounds a sum up
 
   fcl::BVNode<BV>* const fcl_nodes_;
-  const VertexSlots& slots_;
+  const Topology& topology_;
   const Motions<S> motions_;
-  const BoxNodes<BoxNode> boxes_;
   float* const inflations_;
   const bool has_common_motion_;
   const S unit_, rounding_;
@@ -216,7 +200,7 @@ class AboveRule : public MotionRule<BV, kMarks> {
     return left_;
   }
   bool isTraversed(int node) const { return !find(node); }
-  void known(int node, NodeMotion& value) const { value = find(node)->value; }
+  void known(int node, Box& motion) const { motion = find(node)->motion; }
 
  private:
   const Subtree* find(int node) const {
@@ -237,15 +221,15 @@ class DirtyRule : public MotionRule<BV, false> {
   DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
             const RefitPolicy& policy, Candidates& candidates, const DirtyPairs& dirty)
       : MotionRule<BV, false>(target, motions, policy, candidates),
-        boxes_(target.tree.boxes->nodes()),
+        topology_(target.tree.topology),
         dirty_(dirty),
         left_(target.nodes()) {}
 
   int nextPair() { return left_ = dirty_.before(left_); }
-  bool isTraversed(int node) const { return dirty_.isDirty(boxes_.left(node)); }
+  bool isTraversed(int node) const { return dirty_.isDirty(topology_.left(node)); }
 
  private:
-  const BoxNodes<BoxNode> boxes_;
+  const Topology& topology_;
   const DirtyPairs& dirty_;
   int left_;
 };

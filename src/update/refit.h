@@ -31,7 +31,7 @@ struct RefitCounts {
 /// node is judged and refitted by itself: its children keep what they have. Without statistics (no
 /// recording query since the last update) tests B and D count as true for every node and test C as
 /// false. Several threads may use one each, on different nodes. `Method`: TranslationPropagation or
-/// DisplacementPropagation. Allocates nothing. Nothing is refitted before it is finished.
+/// DisplacementPropagation. Allocates nothing. Some are refitted only when it is finished.
 template <typename BV, typename Method>
 class Refitter {
  public:
@@ -56,10 +56,17 @@ class Refitter {
     found_[found_count_++] = node;
     if (found_count_ == kGroup) settle();
   }
+  /// Refits all nodes in [first, last).
+  void refitAll(int first, int last) {
+    for (int node = first; node < last; ++node) {
+      prefetch(std::min(node + kGroup, last - 1));
+      refit(node);
+    }
+  }
   /// Refits what was judged unfit.
   const RefitCounts<S>& finish() {
     settle();
-    refitUnfit();
+    counts_.corner_sum = fit_.finish();
     return counts_;
   }
 
@@ -80,9 +87,7 @@ class Refitter {
       if (!isUnfit(fitness, policy_) &&
           !(turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation))
         continue;
-      if (unfit_count_ == kGroup) refitUnfit();
-      unfit_[unfit_count_] = node;
-      volumes_[unfit_count_++] = &target_.volume(node);
+      refit(node);
     }
     found_count_ = 0;
   }
@@ -102,16 +107,13 @@ class Refitter {
     return fitness;
   }
 
-  void refitUnfit() {
-    fit_(unfit_, volumes_, unfit_count_);
-    for (int k = 0; k < unfit_count_; ++k) {
-      const fcl::BVNode<BV>& node = target_.model.getBV(unfit_[k]);
-      method_.refitted(target_, unfit_[k]);
-      target_.tree.refits.mark(unfit_[k]);
-      counts_ += {node.isLeaf(), !node.isLeaf(), node.num_primitives,
-                  Volume<BV>::cornerSum(node.bv), unfit_[k] == 0};
-    }
-    unfit_count_ = 0;
+  void refit(int node) {
+    fit_.add(node);
+    method_.refitted(target_, node);
+    target_.tree.refits.mark(node);
+    ++(target_.tree.topology.isLeaf(node) ? counts_.leaves : counts_.inner);
+    counts_.primitives += target_.model.getBV(node).num_primitives;
+    counts_.root |= node == 0;
   }
 
   const UpdateTarget<BV> target_;
@@ -121,8 +123,6 @@ class Refitter {
   typename Method::Fit fit_;
   const bool has_statistics_, only_visited_;
   int found_[kGroup], found_count_ = 0;  ///< to be judged
-  int unfit_[kGroup], unfit_count_ = 0;  ///< to be refitted
-  BV* volumes_[kGroup];                  ///< of these
   RefitCounts<S> counts_;
 };
 

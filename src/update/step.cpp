@@ -43,15 +43,15 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
 /// Moves and inflates all volumes. Returns false where they cannot follow: then all that is kept is
 /// to begin anew.
 template <typename BV, typename Scope>
-bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, typename BV::S largest,
+bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Scope::Summary& seen,
                  UpdateReport& report) {
   auto& method = scope.method();
-  if (!method.canFollow(target, largest)) return false;
-  method.accept(target, largest);
+  if (!method.canFollow(seen.largestDisplacement())) return false;
+  method.accept(target, seen);
   const PropagationCounts counts = scope.propagate();
   report.moved = counts.moved;
   report.inflated = counts.inflated;
-  return method.isInRange(target);
+  return method.isInRange();
 }
 
 /// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
@@ -77,7 +77,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   openStep(target.model, input.kind);
   scope.write(seen);
   report.displacement_seconds = watch.lap();
-  const bool followed = moveVolumes(target, scope, seen.largestDisplacement(), report);
+  const bool followed = moveVolumes(target, scope, seen, report);
   report.propagation_seconds = watch.lap();
   if (followed) {
     const auto refits = scope.refit();
@@ -123,7 +123,7 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
   using Point = fcl::Vector3<typename BV::S>;
   // Also those that are not read, because their vertex is named again.
   if (!usablePositions(input.positions, input.count)) return false;
-  if constexpr (Method::kHasBoxes) {
+  if constexpr (Method::kTakesSomeVertices) {
     if (!target.model.prev_vertices) {
       SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
       return run(target, state, some, input, report, watch);

@@ -45,6 +45,7 @@ template <typename BV, typename Method>
 class AllVertices {
  public:
   using S = typename BV::S;
+  using Summary = typename Method::Summary;
 
   AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
               const StepInput<S>& input, TaskPool& pool)
@@ -52,9 +53,9 @@ class AllVertices {
 
   Method& method() const { return method_; }
 
-  VertexSummary<S> read() {
+  Summary read() {
     method_.begin(target_, input_);
-    PerThread<VertexSummary<S>> seen(pool_.size());
+    PerThread<Summary> seen(pool_.size());
     pool_.forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int slot) {
       seen[slot].add(method_.read(target_, input_, first, last));
     });
@@ -95,7 +96,9 @@ class AllVertices {
     pool_.forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_, turn);
       const auto judge = [&](int node) { refitter.judge(node); };
-      if (marked)
+      if (policy_.criterion == FitnessCriterion::RefitAll)
+        refitter.refitAll(first, last);
+      else if (marked)
         marked->forEach(first, last, judge);
       else
         for (int node = first; node < last; ++node) judge(node);
@@ -109,7 +112,7 @@ class AllVertices {
  private:
   /// What refits look at: candidates, in words, or all nodes.
   const Candidates* candidates() const {
-    if constexpr (Method::kHasBoxes)
+    if constexpr (Method::kTakesSomeVertices)
       if (method_.candidates().isOn()) return &method_.candidates();
     return nullptr;
   }
@@ -127,6 +130,7 @@ class SomeVertices {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
+  using Summary = typename Method::Summary;
 
   SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
                const StepInput<S>& input, VertexLeafMap& leaves, DirtyPairs& dirty)
@@ -140,7 +144,7 @@ class SomeVertices {
 
   Method& method() const { return method_; }
 
-  VertexSummary<S> read() {
+  Summary read() {
     if (leaves_.empty()) {
       leaves_.adopt(target_.model, target_.tree.topology);
       resetDirty();

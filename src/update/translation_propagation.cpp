@@ -11,7 +11,7 @@ namespace {
 template <typename BV>
 Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
                                   const VertexStates<typename BV::S>& vertices) {
-  return {vertices.data(), model.prev_vertices ? vertices.previous() : nullptr,
+  return {vertices.data(), model.prev_vertices != nullptr, vertices.frame().unit(),
           vertices.commonTranslation()};
 }
 
@@ -29,7 +29,7 @@ std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
     if (node.isLeaf()) continue;
     if (i > 0 && node.num_primitives <= most) {
       const int pairs = node.num_primitives - 1;
-      subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), NodeMotion()});
+      subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), Box()});
     } else {
       open.push_back(node.leftChild());
       open.push_back(node.rightChild());  // comes off first: later pairs before earlier ones
@@ -43,8 +43,6 @@ std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
 template <typename BV>
 void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   AdaptiveTree<BV>& tree = target.tree;
-  if (!tree.boxes) tree.boxes.emplace();
-  tree.boxes->adopt(target.model);
   tree.inflations.reset(target.nodes());
   candidates_.reset(target.nodes());
   vertices_.reset(tree.topology.slots.size());
@@ -54,35 +52,31 @@ void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
 
 template <typename BV>
 void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
-  target.tree.boxes->frame = BodyFrame<S>(Volume<BV>::axes(root).template cast<double>(),
-                                          Volume<BV>::center(root), Volume<BV>::length(root) / 2);
-  target.tree.axes = target.tree.boxes->frame.axes();
-  vertices_.start(target, target.tree.boxes->frame);
-  TaskPool alone(1);
-  propagate(target, RefitPolicy(), alone);
-  refitted(target, 0);
+  vertices_.start(target, ScaledFrame<S>(Volume<BV>::center(root), Volume<BV>::length(root) / 2));
   target.tree.restartCoordinateSum(target.model);
   target.tree.inflations.include(Volume<BV>::cornerSum(root));
-  kept_.resize(static_cast<std::size_t>(target.tree.boxes->largeNodes()));
+  kept_.assign(target.tree.topology.slots.leaves() - 1, KeptAxes());
   BodyFit<BV> fits = fit(target, RefitPolicy());
   for (int i = 0; i < target.nodes(); ++i)
-    if (target.model.getBV(i).num_primitives > 2)
-      fits.keepAxes(i, i == 0 ? root : target.volume(i));
+    if (!target.tree.topology.isLeaf(i)) fits.keepAxes(i, i == 0 ? root : target.volume(i));
 }
 
 template <typename BV>
-void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, S largest) {
+void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, const Summary& seen) {
   AdaptiveTree<BV>& tree = target.tree;
-  if (tree.inflations.needsRestart(tree.boxes->frame.unit()))
-    tree.restartCoordinateSum(target.model);
-  tree.boxes->frame = vertices_.frame();
-  tree.inflations.extend(largest, vertices_.frame().unit());
-  vertices_.accept();
+  const S unit = vertices_.frame().unit();
+  if (tree.inflations.needsRestart(unit)) tree.restartCoordinateSum(target.model);
+  tree.inflations.extend(seen.largestDisplacement(), unit);
+  vertices_.accept(seen);
 }
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy, TaskPool& pool) {
+  if (policy.criterion == FitnessCriterion::RefitAll) {
+    candidates_.restart(false);
+    return {};
+  }
   candidates_.restart(!onlyVisitedAreUnfit(target.tree.statistics, policy));
   return candidates_.isOn() ? propagateAll<true>(target, policy, pool)
                             : propagateAll<false>(target, policy, pool);
@@ -107,16 +101,16 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
                                                                 const RefitPolicy& policy,
                                                                 TaskPool& pool) {
   std::vector<Subtree> subtrees = subtreesOf(target.model, 8 * pool.size());
-  std::vector<std::vector<NodeMotion>> stacks(static_cast<std::size_t>(pool.size()));
+  std::vector<std::vector<Box>> stacks(static_cast<std::size_t>(pool.size()));
   for (auto& stack : stacks) stack.resize(stack_.size());
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
     RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
                                subtree.first_pair, subtree.last_pair);
-    NodeMotion* stack = stacks[static_cast<std::size_t>(slot)].data();
+    Box* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
-    subtree.value = *--stack;
+    subtree.motion = *--stack;
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
   AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
@@ -148,7 +142,7 @@ NodeRange TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) {
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
   return vertices_.bytes() + candidates_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
-         stack_.capacity() * sizeof(NodeMotion);
+         stack_.capacity() * sizeof(Box);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;

@@ -8,15 +8,14 @@
 #include "update/body_fit.h"
 #include "update/candidates.h"
 #include "update/dirty_pairs.h"
-#include "update/node_motion.h"
 #include "update/update_target.h"
 #include "update/vertex_states.h"
 #include "volume/each_volume.h"
 
 namespace adaptive_bvh {
 
-/// Propagation::TranslationCompensated: renews all boxes, and moves and inflates every volume so
-/// that it encloses its triangles at their new positions.
+/// Propagation::TranslationCompensated: moves and inflates every volume so that it encloses its
+/// triangles at their new positions.
 ///
 /// Let every vertex below a node move by some d in the box [low, high] of displacements, c its
 /// centre and h half its diagonal. d = c + e with |e| <= h. A volume that held the vertex at p
@@ -34,16 +33,16 @@ class TranslationPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
-  /// Whether boxes are kept. Then a step may give some vertices only.
-  static constexpr bool kHasBoxes = true;
+  /// Whether a step of some vertices costs in proportion to these.
+  static constexpr bool kTakesSomeVertices = true;
+  using Summary = StepSummary<S>;
 
   /// Makes room for the tree's nodes and the model's vertices; `start` is to follow.
   void reset(const UpdateTarget<BV>& target);
   /// The refits of this step.
   using Fit = BodyFit<BV>;
   Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
-    return {target, vertices_.data(), target.model.prev_vertices ? vertices_.previous() : nullptr,
-            kept_.data(), policy};
+    return {target, vertices_, kept_.data(), policy};
   }
   /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
@@ -57,35 +56,31 @@ class TranslationPropagation {
   static int readSize(const UpdateTarget<BV>& target) {
     return static_cast<int>(target.tree.topology.slots.size());
   }
-  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
-                        int last) {
+  Summary read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first, int last) {
     return vertices_.read(target, input, first, last);
   }
   /// Of some vertices: see VertexStates.
   template <typename Moving>
-  VertexSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                            const VertexLeafMap& leaves, Moving&& moving) {
+  Summary readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                   const VertexLeafMap& leaves, Moving&& moving) {
     return vertices_.readSome(target, input, leaves, moving);
   }
   /// The step takes place; its largest displacement can be followed.
-  void accept(const UpdateTarget<BV>& target, S largest);
+  void accept(const UpdateTarget<BV>& target, const Summary& seen);
   /// The step does not take place, or nothing has moved.
   void discard() { vertices_.discard(); }
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
-  static bool canFollow(const UpdateTarget<BV>& target, S largest) {
-    return largest * target.tree.boxes->frame.scale() < S(kRange);
-  }
-  /// Renews all boxes, and moves and inflates all volumes.
+  bool canFollow(S largest) const { return largest * vertices_.frame().scale() < S(kRange); }
+  /// Moves and inflates all volumes; none where all are to be refitted.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
-  /// Moves and inflates the dirty nodes and the root, and renews their boxes. Nothing may have
-  /// moved below the other nodes.
+  /// Moves and inflates the dirty nodes and the root. Nothing may have moved below the other nodes.
   PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                                    const DirtyPairs& dirty);
   /// Whether single precision can still express the body's parts: false when the body has grown or
   /// shrunk to 2^30 times, or a 2^30th of, its size at `start`.
-  static bool isInRange(const UpdateTarget<BV>& target) {
-    const float extent = target.tree.boxes->root().largestCoordinate();
+  bool isInRange() const {
+    const float extent = vertices_.extent();
     return extent < kRange && extent > 1 / kRange;
   }
   /// Which nodes the last propagation left to be judged.
@@ -94,7 +89,7 @@ class TranslationPropagation {
 
   /// Radius of FCL's volume less its radius when last refitted.
   S inflation(const UpdateTarget<BV>& target, int node) const {
-    return S(target.tree.inflations.of(node)) * target.tree.boxes->frame.unit();
+    return S(target.tree.inflations.of(node)) * vertices_.frame().unit();
   }
   S originalRadius(const UpdateTarget<BV>& target, int node) const {
     return std::max(S(0), Volume<BV>::radius(target.volume(node)) - inflation(target, node));
@@ -120,8 +115,8 @@ class TranslationPropagation {
 
   VertexStates<S> vertices_;
   Candidates candidates_;
-  std::vector<KeptAxes> kept_;  ///< by BoxNodes::largeIndex
-  std::vector<NodeMotion> stack_;
+  std::vector<KeptAxes> kept_;  ///< by Topology::innerIndex
+  std::vector<Box> stack_;
   int next_turn_ = 0;  ///< a node
 };
 

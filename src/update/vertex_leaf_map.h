@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "tree/box_tree.h"
 #include "tree/topology.h"
 #include "update/dirty_pairs.h"
 
@@ -33,12 +32,11 @@ class VertexLeafMap {
   /// Calls visit(slot) for every slot of a vertex; more than once for some. None for a vertex
   /// without a triangle.
   template <typename Visit>
-  void forEachSlot(unsigned vertex, const VertexSlots& slots, const BoxNodes<const BoxNode>& nodes,
-                   Visit&& visit) const {
+  void forEachSlot(unsigned vertex, const Topology& topology, Visit&& visit) const {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
-      const int leaf = nodes.leafIndex(leaf_[static_cast<std::size_t>(i)]);
-      for (unsigned slot : slots.slotsOf(static_cast<std::size_t>(leaf)))
-        if (slots.vertices()[slot] == vertex) visit(slot);
+      const int leaf = topology.leafIndex(leaf_[static_cast<std::size_t>(i)]);
+      for (unsigned slot : topology.slots.slotsOf(static_cast<std::size_t>(leaf)))
+        if (topology.slots.vertices()[slot] == vertex) visit(slot);
     }
   }
 

@@ -28,42 +28,44 @@ fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInpu
 
 template <typename S>
 template <typename BV>
-void VertexStates<S>::start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame) {
+void VertexStates<S>::start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame) {
+  constexpr std::size_t kSamples = 12;
   frame_ = frame;
-  rotation_.start(target.model.vertices, target.tree.topology.slots, frame.axes(),
-                  static_cast<double>(frame.scale()));
+  const VertexSlots& slots = target.tree.topology.slots;
+  const std::size_t count = std::min(kSamples, slots.leaves());
+  samples_.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    samples_[i] = slots.verticesOf(i * slots.leaves() / count)[i % 3];
   readInPlace(target);
 }
 
 template <typename S>
 template <typename BV>
 void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
-  const BoxTree<S>& boxes = *target.tree.boxes;
-  frame_ = boxes.frame;
-  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, rotation_.samples());
+  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, samples_);
   if (input.indices) return;
   all_moving_ = true;
-  // Far from the origin of its boxes a body would lose digits.
-  frame_.moveOrigin(boxes.middle());
-  turn(target, input.positions);
-  if (target.tree.axes != frame_.axes()) frame_.turn(target.tree.axes);
+  const Float4 middle = body_.center();
+  frame_.moveOrigin(frame_.back(middle));
+  body_ = {body_.low - middle, body_.high - middle};
   if (input.kind == StepKind::TwoFrames) previous_.resize(states_.size() - 1);
 }
 
 template <typename S>
 template <typename BV>
-VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                                       int first, int last) {
+StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                                     int first, int last) {
   constexpr int kAhead = 8;  // the mesh's order is another
   // Locals, for the stores below could change what is read through pointers.
-  const BodyFrame<S> frame = frame_;
+  const ScaledFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;
   const Point* const present = target.model.vertices;
-  const unsigned* const vertices = target.tree.topology.slots.vertices().data();
-  const int end = static_cast<int>(target.tree.topology.slots.size());
+  const VertexSlots& slots = target.tree.topology.slots;
+  const unsigned* const vertices = slots.vertices().data();
+  const int end = static_cast<int>(slots.size()), used = static_cast<int>(slots.used());
   VertexState* const states = states_.data();
-  VertexSummary<S> seen;
+  StepSummary<S> seen;
   for (int i = first; i < last; ++i) {
     const unsigned ahead = vertices[std::min(i + kAhead, end - 1)];
     __builtin_prefetch(&positions[ahead]);
@@ -71,22 +73,18 @@ VertexSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const Ste
     const unsigned v = vertices[i];
     const Point to = positions[v], displacement = to - present[v];
     seen.add(to, displacement);
-    float4::store3(frame.toBodyFrame(to), states[i].position);
+    const Float4 position = frame(to);
+    if (i < used) seen.body.add(position);
+    float4::store3(position, states[i].position);
     float4::store3(frame.displacement(displacement - common), states[i].motion);
   }
   if (input.kind == StepKind::TwoFrames)
-    for (int i = first; i < last; ++i)
-      float4::store(frame.toBodyFrame(present[vertices[i]]),
-                    previous_[static_cast<std::size_t>(i)].data());
-  return VertexSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
-}
-
-/// Turns the tree's axes with the body to these positions, those of all vertices.
-template <typename S>
-template <typename BV>
-void VertexStates<S>::turn(const UpdateTarget<BV>& target, const Point* positions) {
-  fcl::Matrix3d axes = target.tree.axes;
-  if (rotation_.turn(positions, axes)) target.tree.axes = orthonormal(axes);
+    for (int i = first; i < last; ++i) {
+      const Float4 position = frame(present[vertices[i]]);
+      if (i < used) seen.body.add(position);
+      float4::store(position, previous_[static_cast<std::size_t>(i)].data());
+    }
+  return StepSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
 }
 
 /// The model's positions as they stand, without motion.
@@ -94,14 +92,20 @@ template <typename S>
 template <typename BV>
 void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {
   const fcl::BVHModel<BV>& model = target.model;
-  const std::vector<unsigned>& vertices = target.tree.topology.slots.vertices();
+  const VertexSlots& slots = target.tree.topology.slots;
+  const std::vector<unsigned>& vertices = slots.vertices();
   if (model.prev_vertices) previous_.resize(vertices.size());
+  body_ = StepSummary<S>().body;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const unsigned v = vertices[i];
-    float4::store3(frame_.toBodyFrame(model.vertices[v]), states_[i].position);
+    const Float4 position = frame_(model.vertices[v]);
+    if (i < slots.used()) body_.add(position);
+    float4::store3(position, states_[i].position);
     float4::store3(float4::all(0), states_[i].motion);
-    if (model.prev_vertices)
-      float4::store(frame_.toBodyFrame(model.prev_vertices[v]), previous_[i].data());
+    if (!model.prev_vertices) continue;
+    const Float4 before = frame_(model.prev_vertices[v]);
+    if (i < slots.used()) body_.add(before);
+    float4::store(before, previous_[i].data());
   }
   all_moving_ = true;
   stale_ = false;
@@ -120,11 +124,11 @@ void VertexStates<S>::forgetMotion() {
 template class VertexStates<float>;
 template class VertexStates<double>;
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                          \
-  template void VertexStates<BV::S>::start(const UpdateTarget<BV>&, const BodyFrame<BV::S>&); \
-  template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&); \
-  template VertexSummary<BV::S> VertexStates<BV::S>::read(const UpdateTarget<BV>&,            \
-                                                          const StepInput<BV::S>&, int, int); \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                            \
+  template void VertexStates<BV::S>::start(const UpdateTarget<BV>&, const ScaledFrame<BV::S>&); \
+  template void VertexStates<BV::S>::begin(const UpdateTarget<BV>&, const StepInput<BV::S>&);   \
+  template StepSummary<BV::S> VertexStates<BV::S>::read(const UpdateTarget<BV>&,                \
+                                                        const StepInput<BV::S>&, int, int);     \
   template void VertexStates<BV::S>::readInPlace(const UpdateTarget<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

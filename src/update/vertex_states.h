@@ -2,23 +2,31 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
+#include <limits>
 #include <vector>
 
-#include "mesh/best_fit_turn.h"
+#include "geometry/box.h"
+#include "geometry/scaled_frame.h"
 #include "mesh/vertex_summary.h"
 #include "update/step_input.h"
 #include "update/update_target.h"
 #include "update/vertex_leaf_map.h"
+#include "update/vertex_state.h"
 
 namespace adaptive_bvh {
 
-/// A vertex in this step: where it is, in body coordinates, and its motion beyond the common
-/// translation, in the model's axes and body units. Loads of four numbers take one of what follows
-/// in memory.
-struct VertexState {
-  float position[3];
-  float motion[3];
+/// What a step is, from its vertices.
+template <typename S>
+struct StepSummary : VertexSummary<S> {
+  /// Of all vertices with a triangle: their coordinates, of either frame where two are kept.
+  Box body{float4::all(std::numeric_limits<float>::max()),
+           float4::all(std::numeric_limits<float>::lowest())};
+
+  using VertexSummary<S>::add;
+  void add(const StepSummary& other) {
+    VertexSummary<S>::add(other);
+    body.add(other.body);
+  }
 };
 
 /// The vertex pass of TranslationPropagation: reads the positions of a step into the states that
@@ -31,40 +39,44 @@ class VertexStates {
   void reset(std::size_t slots) { states_.resize(slots + 1); }
   /// Begins anew, at the model's positions without motion, in a frame.
   template <typename BV>
-  void start(const UpdateTarget<BV>& target, const BodyFrame<S>& frame);
+  void start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame);
 
-  /// Before the positions of a step are read: chooses its frame and its common translation.
+  /// Before the positions of a step are read: chooses its frame and its common translation. The
+  /// origin follows the body: far from it, single precision would lose digits.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
   /// Reads the positions of the slots in [first, last), where all are given. Several threads may do
   /// so.
   template <typename BV>
-  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
-                        int last);
+  StepSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
+                      int last);
   /// Reads the positions of some vertices. Calls moving(vertex, position) once for each vertex
   /// named, with the last position given for it.
   template <typename BV, typename Moving>
-  VertexSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                            const VertexLeafMap& leaves, Moving&& moving);
+  StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                          const VertexLeafMap& leaves, Moving&& moving);
   /// The step does not take place: what was read is not the model's state.
   void discard() { stale_ = true; }
-  void accept() { stale_ = false; }
+  void accept(const StepSummary<S>& seen) {
+    stale_ = false;
+    body_ = seen.body;
+  }
 
-  /// Body coordinates of the step that is being read.
-  const BodyFrame<S>& frame() const { return frame_; }
+  /// The coordinates of the step that is being read.
+  const ScaledFrame<S>& frame() const { return frame_; }
+  /// The largest of them in the last step that took place.
+  float extent() const { return body_.largestCoordinate(); }
   const Point& commonTranslation() const { return common_; }
   const VertexState* data() const { return states_.data(); }
-  /// By slot, where two frames are kept: where it was in the step before, in body coordinates.
+  /// By slot, where two frames are kept: where it was in the step before.
   const std::array<float, 4>* previous() const { return previous_.data(); }
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(states_) + size(previous_) + size(moving_) + size(named_) + rotation_.bytes();
+    return size(states_) + size(previous_) + size(moving_) + size(named_) + size(samples_);
   }
 
  private:
-  template <typename BV>
-  void turn(const UpdateTarget<BV>& target, const Point* positions);
   template <typename BV>
   void readInPlace(const UpdateTarget<BV>& target);
   void forgetMotion();
@@ -78,24 +90,24 @@ class VertexStates {
   /// The states are not those of the model's present positions.
   bool stale_ = false;
 
-  BodyFrame<S> frame_;
+  ScaledFrame<S> frame_;
+  Box body_;  ///< of StepSummary
   /// A motion of any size that most of the body shares in this step. What remains of a vertex's
   /// motion is small when the body hardly deforms, and so are its errors in single precision.
   Point common_ = Point::Zero();
-  BestFitTurn rotation_;
+  std::vector<unsigned> samples_;  ///< vertices, spread over the body
 };
 
 template <typename S>
 template <typename BV, typename Moving>
-VertexSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target,
-                                           const StepInput<S>& input, const VertexLeafMap& leaves,
-                                           Moving&& moving) {
+StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                                         const VertexLeafMap& leaves, Moving&& moving) {
   if (stale_) readInPlace(target);
   forgetMotion();
   moving_.clear();
   all_moving_ = false;
-  const auto nodes = std::as_const(*target.tree.boxes).nodes();
-  VertexSummary<S> summary;
+  StepSummary<S> summary;
+  summary.body = body_;
   named_.resize((static_cast<std::size_t>(target.model.num_vertices) + 63) / 64);
   for (std::size_t i = input.count; i-- > 0;) {
     const unsigned v = input.indices[i];
@@ -105,8 +117,9 @@ VertexSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target,
     const Point displacement = to - target.model.vertices[v];
     summary.add(to, displacement);
     moving(v, to);
-    const Float4 position = frame_.toBodyFrame(to), motion = frame_.displacement(displacement);
-    leaves.forEachSlot(v, target.tree.topology.slots, nodes, [&](unsigned slot) {
+    const Float4 position = frame_(to), motion = frame_.displacement(displacement);
+    leaves.forEachSlot(v, target.tree.topology, [&](unsigned slot) {
+      summary.body.add(position);
       float4::store3(position, states_[slot].position);
       float4::store3(motion, states_[slot].motion);
       moving_.push_back(slot);

@@ -95,22 +95,6 @@ fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::fit(const MeshView<S>& mesh, const Vertex
   return fitBoth(mesh, primitives, count);
 }
 
-template <typename S>
-void Volume<fcl::OBBRSS<S>>::setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
-                                      const Extents& extents, S unit, S error) {
-  const Interval<float> ranges[3] = {extents.ranges.x, extents.ranges.y, extents.ranges.z};
-  RssPart::setAlong(bv.rss, axes, corner, extents, unit, error);
-  bv.obb.axis = axes;
-  Point to_middle;
-  for (int k = 0; k < 3; ++k) {
-    const S low = S(ranges[k].low), high = S(ranges[k].high);
-    to_middle[k] = ((low + high) / 2 - S(extents.corner[k])) * unit;
-    bv.obb.extent[k] = (high - low) / 2 * unit;
-  }
-  bv.obb.To = corner + axes * to_middle;
-  bv.obb.extent.array() += error + 2 * kAxes * bv.obb.extent.sum();
-}
-
 template struct Volume<fcl::OBBRSS<float>>;
 template struct Volume<fcl::OBBRSS<double>>;
 

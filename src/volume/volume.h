@@ -7,9 +7,9 @@
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/math/bv/RSS.h>
 
+#include "geometry/pack.h"
 #include "geometry/rounding.h"
 #include "mesh/mesh_view.h"
-#include "volume/extents.h"
 
 namespace adaptive_bvh {
 
@@ -97,16 +97,7 @@ struct Volume<fcl::RSS<S_>> {
   /// Of primitives that are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
 
-  /// Makes it the volume with these axes, orthonormal up to rounding, that has some extents in
-  /// units of `unit` and reaches `error` beyond them. `corner`: where Extents::corner is.
-  ADAPTIVE_BVH_INLINE static void setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
-                                           const Extents& extents, S unit, S error) {
-    for (int k = 0; k < 9; ++k) bv.axis.data()[k] = axes.data()[k];
-    for (int k = 0; k < 3; ++k) bv.To[k] = corner[k];
-    for (int k = 0; k < 2; ++k) bv.l[k] = S(extents.sides[k]) * unit;
-    bv.r = S(extents.radius) * unit + error;
-  }
-  /// Whether that needs Extents::ranges.
+  /// Whether a box is part of it.
   static constexpr bool kHasBox = false;
 
   /// \name Measures of tightness, in double precision
@@ -184,8 +175,6 @@ struct Volume<fcl::OBBRSS<S_>> {
 
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
-  static void setAlong(BV& bv, const fcl::Matrix3<S>& axes, const Point& corner,
-                       const Extents& extents, S unit, S error);
   static constexpr bool kHasBox = true;
 
   static double volume(const BV& bv) { return RssPart::volume(bv.rss); }

@@ -121,11 +121,20 @@ std::vector<MethodKind> adaptiveMethods() {
                true, note);
   };
   const RefitPolicy policy;
+  const auto of = [](FitnessCriterion criterion) {
+    RefitPolicy by;
+    by.criterion = criterion;
+    return by;
+  };
   return {
       meshRow("coherent", "DeformableMesh, CoherentDistance", true),
       meshRow("mesh", "DeformableMesh, adaptive_bvh::distance", false),
       row("recorded", "AdaptiveBVHModel, adaptive_bvh::distance", policy, true),
       row("drop-in", "AdaptiveBVHModel, fcl::distance", policy, false),
+      row("drop-in-all", "AdaptiveBVHModel that refits all, fcl::distance",
+          of(FitnessCriterion::RefitAll), false),
+      row("recorded-ad", "AdaptiveBVHModel by tests A and D, adaptive_bvh::distance",
+          of(FitnessCriterion::AD), true),
       row<ObbrssPair>("recorded-obbrss", "OBBRSS: adaptive_bvh::distance", policy, true,
                       MethodKind::Slow),
       row<ObbrssPair>("drop-in-obbrss", "OBBRSS: fcl::distance", policy, false, MethodKind::Slow),

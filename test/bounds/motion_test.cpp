@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
+#include "geometry/scaled_frame.h"
 #include "model_state.h"
 #include "query/rigid_motion.h"
 #include "support/exact_geometry.h"
@@ -13,12 +14,12 @@ namespace adaptive_bvh_test {
 namespace motion_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
-using adaptive_bvh::BodyFrame;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::Float4;
 using adaptive_bvh::Inflations;
 using adaptive_bvh::RefitPolicy;
 using adaptive_bvh::RigidMotion;
+using adaptive_bvh::ScaledFrame;
 using adaptive_bvh::Volume;
 using exact::Real;
 namespace rounding = adaptive_bvh::rounding;
@@ -168,7 +169,7 @@ TYPED_TEST(Motion, MovingAVolumeRoundsByNoMoreThanStated) {
   Inflations<S> bounds;
   bounds.reset(1);
   bounds.include(V::cornerSum(bv));
-  const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(0.25));
+  const ScaledFrame<S> frame(Vector3<S>::Zero(), S(0.25));
   const S unit = frame.unit();
   Real worst = 0;
   for (int step = 0; step < manySteps(300000); ++step) {

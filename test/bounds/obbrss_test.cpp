@@ -3,7 +3,7 @@
 // sphere is that of an RSS: rss_test.)
 #include <gtest/gtest.h>
 
-#include "geometry/axes4.h"
+#include "geometry/axes.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
@@ -109,16 +109,16 @@ TYPED_TEST(Obbrss, FitsHoldBothFramesOfATwoFrameUpdate) {
 /// The axes of a refit in single precision, for needles of any thinness, too.
 TYPED_TEST(Obbrss, AxesAlongNeedlesAreOrthonormal) {
   auto& random = this->random_;
-  const auto load = [](const Vector3<TypeParam>& v) -> adaptive_bvh::Float4 {
-    return adaptive_bvh::Float4{float(v[0]), float(v[1]), float(v[2]), 0};
-  };
   for (int round = 0; round < manySteps(20000); ++round) {
     const Vector3<TypeParam> along = random.vectorOfSize(random.size(-3, 1));
     const Vector3<TypeParam> aside =
         along * random.uniform() + random.vectorOfSize(random.size(-12, 0));
-    const adaptive_bvh::Axes4 axes = adaptive_bvh::axesAlong(load(along), load(aside));
+    namespace vectors = adaptive_bvh::vectors;
+    const auto axes = adaptive_bvh::axesAlong(vectors::all(along), vectors::all(aside));
     exact::Matrix frame;
-    for (int k = 0; k < 3; ++k) frame.row(k) << axes.x[k], axes.y[k], axes.z[k];
+    int k = 0;
+    for (const auto* axis : {&axes.x, &axes.y, &axes.z})
+      frame.col(k++) << axis->x[0], axis->y[0], axis->z[0];
     ASSERT_LE((frame.transpose() * frame - exact::Matrix::Identity()).cwiseAbs().maxCoeff(), 1e-6L);
     ASSERT_GT(frame.determinant(), 0);
   }

@@ -1,4 +1,4 @@
-// The states of vertices that the propagation reads, against BodyFrame and the positions given.
+// The states of vertices that the propagation reads, against ScaledFrame and the positions given.
 #include "update/vertex_states.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace adaptive_bvh_test {
 namespace vertex_states_test {
 
 using adaptive_bvh::AdaptiveTree;
-using adaptive_bvh::BodyFrame;
 using adaptive_bvh::Float4;
+using adaptive_bvh::ScaledFrame;
 using adaptive_bvh::StepInput;
 using adaptive_bvh::StepKind;
 using adaptive_bvh::UpdateTarget;
@@ -29,21 +29,15 @@ class States : public testing::Test {
     fillModel(plate<S>(9, 9), model_);
     model_.computeLocalAABB();
     tree_.adopt(model_);
-    tree_.boxes.emplace();
-    tree_.boxes->adopt(model_);
-    const BodyFrame<S> frame(Eigen::AngleAxisd(0.5, fcl::Vector3d::UnitZ()).toRotationMatrix(),
-                             P(S(0.5), S(0.5), 0), 3);
-    tree_.boxes->frame = frame;
-    tree_.axes = frame.axes();
     states_.reset(slots().size());
-    states_.start(UpdateTarget<BV>{model_, tree_}, frame);
+    states_.start(UpdateTarget<BV>{model_, tree_}, ScaledFrame<S>(P(S(0.5), S(0.5), 0), 3));
     positions_.assign(model_.vertices, model_.vertices + model_.num_vertices);
   }
 
   UpdateTarget<BV> target() { return {model_, tree_}; }
   const adaptive_bvh::VertexSlots& slots() const { return tree_.topology.slots; }
   int vertices() const { return model_.num_vertices; }
-  adaptive_bvh::VertexSummary<S> readAll(const StepInput<S>& input) {
+  adaptive_bvh::StepSummary<S> readAll(const StepInput<S>& input) {
     return states_.read(target(), input, 0, int(slots().size()));
   }
   StepInput<S> input(StepKind kind = StepKind::Replace) const {
@@ -60,7 +54,7 @@ class States : public testing::Test {
     for (std::size_t slot = 0; slot < slots().size(); ++slot) {
       if (slots().vertices()[slot] != unsigned(v)) continue;
       ++found;
-      expectSame(states_.frame().toBodyFrame(position), states_.data()[slot].position);
+      expectSame(states_.frame()(position), states_.data()[slot].position);
       expectSame(states_.frame().displacement(rest), states_.data()[slot].motion);
     }
     EXPECT_GT(found, 0);
@@ -133,14 +127,31 @@ TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
   EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
 }
 
-/// The origin of body coordinates follows the body, to the middle of its boxes.
-TYPED_TEST(States, TheFrameFollowsTheMiddleOfTheBoxes) {
+/// The origin follows the body, to its middle in the last step that took place; vertices without a
+/// triangle are none of the body.
+TYPED_TEST(States, TheFrameFollowsTheMiddleOfTheBody) {
   using S = TypeParam;
-  this->tree_.boxes->nodes().setBox(0, {Float4{1, 2, 3, 0}, Float4{3, 4, 5, 0}});
-  const Vector3<S> middle = this->tree_.boxes->frame.fromBodyFrame(Float4{2, 3, 4, 0});
+  const auto middle = [&] {
+    Vector3<S> low = this->positions_[0], high = low;
+    for (const auto& p : this->positions_) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    return Vector3<S>((low + high) / 2);
+  };
+  const Vector3<S> before = middle();
+  for (auto& p : this->positions_) p += Vector3<S>(1, 2, 3) + this->random_.point() / 10;
   this->states_.begin(this->target(), this->input());
-  EXPECT_EQ(middle, this->states_.frame().origin());
-  EXPECT_NE(middle, this->tree_.boxes->frame.origin()) << "of the step, not yet of the tree";
+  EXPECT_LT((before - this->states_.frame().origin()).norm(), 1e-6);
+  const auto seen = this->readAll(this->input());
+  this->states_.discard();
+  this->states_.begin(this->target(), this->input());
+  EXPECT_LT((before - this->states_.frame().origin()).norm(), 1e-6) << "it did not take place";
+  this->readAll(this->input());
+  this->states_.accept(seen);
+  EXPECT_NEAR(1.5, this->states_.extent(), 0.1) << "a way of 3, in units of 2";
+  this->states_.begin(this->target(), this->input());
+  EXPECT_LT((middle() - this->states_.frame().origin()).norm(), 1e-5);
 }
 
 /// Of two frames, where each vertex was stands beside where it is.
@@ -152,9 +163,8 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
   for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
   for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
-    this->expectSame(
-        this->states_.frame().toBodyFrame(this->model_.vertices[this->slots().vertices()[slot]]),
-        this->states_.previous()[slot].data());
+    this->expectSame(this->states_.frame()(this->model_.vertices[this->slots().vertices()[slot]]),
+                     this->states_.previous()[slot].data());
 }
 
 /// Some vertices: each is reported once, with the last of its positions; those named in the step
@@ -169,10 +179,11 @@ TYPED_TEST(States, ReadSomeVertices) {
                              indices.empty() ? &none : indices.data()};
     std::map<unsigned, Vector3<S>> seen;
     this->states_.begin(this->target(), input);
-    this->states_.readSome(this->target(), input, leaves, [&](unsigned v, const Vector3<S>& p) {
-      EXPECT_TRUE(seen.emplace(v, p).second) << v << " twice";
-    });
-    this->states_.accept();
+    const auto summary =
+        this->states_.readSome(this->target(), input, leaves, [&](unsigned v, const Vector3<S>& p) {
+          EXPECT_TRUE(seen.emplace(v, p).second) << v << " twice";
+        });
+    this->states_.accept(summary);
     for (const auto& [v, p] : seen) this->positions_[v] = p;
     for (int v = 0; v < this->vertices(); ++v)
       this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
