@@ -16,10 +16,10 @@ int threadsFor(const CandidateInput<S>& input, const ContactNode<S>& node) {
 }
 
 /// Adds the contacts of all tasks to the query's result, in their order.
-template <bool kIsSelf, typename S, typename Frame>
+template <typename S, typename Frame>
 void runTasks(const CandidateInput<S>& input, const Frame& frame, const ContactNode<S>& node,
               const WalkTasks& walks, const TaskPool& pool) {
-  using Worker = ContactWorker<kIsSelf, S, Frame>;
+  using Worker = ContactWorker<S, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
   ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
   auto& memory = workersMemory<typename Worker::Memory>(pool);
@@ -32,13 +32,12 @@ void runTasks(const CandidateInput<S>& input, const Frame& frame, const ContactN
       node.result->addContact(found.worker->contact(i));
 }
 
-/// `kIsSelf`: both are the same, each pair of triangles is to be tested once.
-template <bool kIsSelf, typename S, typename Frame>
+template <typename S, typename Frame>
 void search(const CandidateInput<S>& input, const Frame& frame, const ContactNode<S>& node) {
-  ContactSearch<kIsSelf, S, Frame> search(input, frame, node);
+  ContactSearch<S, Frame> search(input, frame, node);
   const TaskPool pool(threadsFor(input, node));
   runFromRoots(search, pool,
-               [&](const WalkTasks& walks) { runTasks<kIsSelf>(input, frame, node, walks, pool); });
+               [&](const WalkTasks& walks) { runTasks(input, frame, node, walks, pool); });
 }
 
 /// Every pair, where single precision cannot express how the meshes lie.
@@ -61,7 +60,7 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   const CandidateInput<S> input{
       first, second, trees.first(), trees.second(), node.toFirst(), NeighbourFilter::None, nullptr};
   searchInFrame(
-      trees, [&](const auto& frame) { search<false>(input, frame, node); },
+      trees, [&](const auto& frame) { search(input, frame, node); },
       [&] { testAllPairs(first, second, node); });
 }
 
@@ -71,7 +70,7 @@ void selfCollideMesh(const PlacedMesh<S>& mesh, const CollisionQuery<S>& query,
   const ContactNode<S> node(mesh, mesh, query, true);
   const FlatPatches flat(mesh.tree(), mesh.mesh.topology->contours);
   const bool may_skip = filter == NeighbourFilter::SharedVertex;
-  search<true, S>(
+  search<S>(
       {mesh, mesh, mesh.tree(), mesh.tree(), node.toFirst(), filter, may_skip ? &flat : nullptr},
       SameFrame(), node);
 }

@@ -7,6 +7,7 @@
 #include "query/flat_patches.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
+#include "query/wide_search.h"
 
 namespace adaptive_bvh {
 
@@ -36,9 +37,9 @@ template <typename S, typename Frame, typename Node>
 class CandidateTests {
  public:
   using Input = CandidateInput<S>;
-  using BoxFrame = Frame;
 
-  static const Frame& boxFrame(const Input&, const Frame& frame) { return frame; }
+  static BoxFrame boxFrame(const Input&, const Frame& frame) { return {frame.change(), 0}; }
+  static const FlatPatches* flat(const Input& input) { return input.flat; }
 
   CandidateTests(const CandidateInput<S>& input, const Frame& frame, Node& node)
       : in_(input),
@@ -55,10 +56,7 @@ class CandidateTests {
                          static_cast<unsigned>(b.first + (bit >> 2))};
     }
   }
-  void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return is_done_; }
-  /// Whether no pair of triangles below a node is worth to be found, in a search of one tree.
-  bool isFlat(int node) const { return in_.flat && in_.flat->contains(node); }
   /// Contacts are added to those that a result has.
   static void clear() {}
   /// Goes on with more pairs, whether or not there were contacts enough.

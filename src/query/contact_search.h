@@ -49,7 +49,7 @@ class ContactNode {
 };
 
 /// Its output is a ContactNode, which takes the contacts.
-template <bool kIsSelf, typename S, typename Frame>
-using ContactSearch = TriangleSearch<kIsSelf, CandidateTests<S, Frame, const ContactNode<S>>>;
+template <typename S, typename Frame>
+using ContactSearch = TriangleSearch<CandidateTests<S, Frame, const ContactNode<S>>>;
 
 }  // namespace adaptive_bvh

@@ -49,10 +49,10 @@ class ContactLimit {
 
 /// One thread's worker of a query for contacts (SearchTasks). It keeps contacts of its own, in each
 /// task as many at most as the query has room for.
-template <bool kIsSelf, typename S, typename Frame>
+template <typename S, typename Frame>
 class ContactWorker {
  public:
-  using Search = ContactSearch<kIsSelf, S, Frame>;
+  using Search = ContactSearch<S, Frame>;
   using Mark = std::size_t;
   using Memory = fcl::CollisionResult<S>;  ///< that is kept from query to query
 
@@ -75,7 +75,6 @@ class ContactWorker {
   }
 
   const fcl::Contact<S>& contact(std::size_t i) const { return contacts_.getContact(i); }
-  const Search& search() const { return search_; }
 
  private:
   fcl::CollisionResult<S>& contacts_;

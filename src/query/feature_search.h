@@ -5,7 +5,7 @@
 
 namespace adaptive_bvh {
 
-/// A visitor of WideSearch: from pairs of leaves it makes the pairs of features that their
+/// Takes what a WideSearch finds: from pairs of leaves it makes the pairs of features that their
 /// triangles own and whose boxes overlap, each once. Features that share a vertex are left out in
 /// one mesh.
 ///
@@ -13,14 +13,24 @@ namespace adaptive_bvh {
 ///   Visitor::faceVertex(t, v)   a triangle of the first, and an owned vertex of the second
 ///   Visitor::edgeEdge(e, f)     two owned edges
 template <bool kIsSelf, typename Visitor>
-class FeatureFinder {
+class FeatureFinder final : public LeafSink {
  public:
   FeatureFinder(const MovingMesh& first, const SweptTree& tree1, const MovingMesh& second,
                 const SweptTree& tree2, Visitor& visitor)
       : first_(first), second_(second), tree1_(tree1), tree2_(tree2), visitor_(visitor) {}
 
+  bool take(const LeavesFound* found, int count) override {
+    for (int i = 0; i < count; ++i)
+      if (kIsSelf && found[i].first == found[i].second)
+        within(*found[i].first);
+      else
+        between(*found[i].first, *found[i].second);
+    return false;
+  }
+
+ private:
   /// All pairs below two leaves.
-  ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned) {
+  ADAPTIVE_BVH_INLINE void between(const WideNode& a, const WideNode& b) {
     const FeatureLeaves::Leaf &of_a = tree1_.leaf(first_, a), &of_b = tree2_.leaf(second_, b);
     for (unsigned g = 0; g < of_a.vertexGroups(); ++g)
       forEach(overlaps(tree1_.vertexBoxes(of_a.vertices + g), b.boxes),
@@ -37,7 +47,7 @@ class FeatureFinder {
         edges(of_a.edges + g, of_b.edges + h, 0xffff);
   }
   /// Those within one leaf.
-  void foundLeaf(const WideNode& a, unsigned) {
+  void within(const WideNode& a) {
     const FeatureLeaves::Leaf& leaf = tree1_.leaf(first_, a);
     for (unsigned g = 0; g < leaf.vertexGroups(); ++g)
       forEach(overlaps(tree1_.vertexBoxes(leaf.vertices + g), a.boxes),
@@ -49,9 +59,6 @@ class FeatureFinder {
       for (unsigned h = g; h < leaf.edgeGroups(); ++h)
         edges(leaf.edges + g, leaf.edges + h, g == h ? kUpper : 0xffff);
   }
-  bool isDone() const { return false; }
-
- private:
   ADAPTIVE_BVH_INLINE void edges(unsigned g, unsigned h, unsigned mask) {
     forEach(overlaps(tree1_.edgeBoxes(g), tree2_.edgeBoxes(h)) & mask,
             [&](unsigned k, unsigned l) { edgeEdge(4 * g + k, 4 * h + l); });

@@ -5,7 +5,6 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "query/feature_search.h"
-#include "query/relative_frame.h"
 #include "query/search_tasks.h"
 
 namespace adaptive_bvh {
@@ -23,24 +22,22 @@ template <bool kIsSelf, typename Visitor>
 class FeatureWalk {
  public:
   FeatureWalk(const SweptPair& pair, Visitor& visitor)
-      : depth_(pair.first.depth + pair.second.depth),
-        finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
-        walk_(pair.tree1.nodes(), pair.tree2.nodes(), frame_, finder_),
+      : finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
+        walk_({pair.tree1.nodes(), pair.tree2.nodes(), pair.first.depth + pair.second.depth,
+               BoxFrame(nullptr, 0), kIsSelf}),
         visitor_(visitor) {}
   FeatureWalk(const FeatureWalk&) = delete;
   FeatureWalk& operator=(const FeatureWalk&) = delete;
 
   void clear() { visitor_.clear(); }
-  void run(const NodePairs& from) { walk_.run(from, depth_); }
+  void run(const NodePairs& from) { walk_.run(from, finder_); }
   void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
     walk_.split(pairs, enough, pool);
   }
 
  private:
-  const int depth_;
-  const SameFrame frame_{};
   FeatureFinder<kIsSelf, Visitor> finder_;
-  WideSearch<SameFrame, kIsSelf, FeatureFinder<kIsSelf, Visitor>> walk_;
+  WideSearch walk_;
   Visitor& visitor_;
 };
 

@@ -23,8 +23,9 @@ bool searchAny(const PairOfMeshes<S>& meshes, double distance, TrianglePair& fou
   searchInFrame(
       trees,
       [&](const auto& frame) {
-        WithinSearch<false, S, std::decay_t<decltype(frame)>, AnyPair> search(input, frame, any);
-        runFromRoots(search);
+        WithinSearch<S, std::decay_t<decltype(frame)>, AnyPair> search(input, frame, any);
+        const NodePair roots{0, 0};
+        search.run({&roots, &roots + 1});
       },
       [&] { testAllPairs(input, any); });
   if (any.found)

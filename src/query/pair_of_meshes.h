@@ -2,7 +2,7 @@
 
 #include "query/proximity_arguments.h"
 #include "query/tree_pair.h"
-#include "query/within_search.h"
+#include "query/within_tests.h"
 
 namespace adaptive_bvh {
 
@@ -39,19 +39,12 @@ struct PairOfMeshes {
 /// Aligns the trees where so many pairs of boxes are at most so far apart that it is worth it.
 template <typename S>
 void alignIfNear(TreePair<S>& trees, double distance) {
-  struct Counter {
-    int left = 64;
-    bool isDone() { return --left < 0; }
-    static void foundLeaves(const WideNode&, const WideNode&, unsigned) {}
-    static void foundLeaf(const WideNode&, unsigned) {}
-  } counter;
+  constexpr int kMany = 64;
   if (!trees.frame().isPrecise()) return;
-  const GrownFrame<RelativeFrame> frame(trees.frame(), distance * trees.first().scale());
-  WideSearch<GrownFrame<RelativeFrame>, false, Counter> walk(
-      trees.first().nodes(), trees.second().nodes(), frame, counter);
-  const NodePair roots{0, 0};
-  walk.runAnywhere({&roots, &roots + 1}, trees.first().depth() + trees.second().depth());
-  if (counter.left < 0) trees.align();
+  const BoxFrame frame(trees.frame().change(), distance * trees.first().scale());
+  const int depth = trees.first().depth() + trees.second().depth();
+  if (WideSearch({trees.first().nodes(), trees.second().nodes(), depth, frame}).hasMorePairs(kMany))
+    trees.align();
 }
 
 /// Calls search(frame) with how the second tree lies in the first: SameFrame or RelativeFrame; or

@@ -5,15 +5,40 @@
 #include "query/near_features.h"
 #include "query/near_pairs.h"
 #include "query/pair_of_meshes.h"
+#include "query/search_tasks.h"
 
 namespace adaptive_bvh {
 namespace {
 
+/// One thread's worker of a query for near pairs (SearchTasks), with a result of its own.
+template <typename S, typename Frame, typename Sink>
+class WithinWorker {
+ public:
+  using Search = WithinSearch<S, Frame, Sink>;
+  using Mark = typename Sink::Mark;
+  using Memory = typename Sink::Result;  ///< that is kept from query to query
+
+  /// `sink`: of the query.
+  WithinWorker(const WithinInput<S>& input, const Frame& frame, const Sink& sink, Memory& memory)
+      : sink_(sink.another(memory)), search_(input, frame, sink_) {
+    memory.clear();
+  }
+
+  Mark mark() const { return sink_.mark(); }
+  void run(const NodePairs& pairs, std::size_t) { search_.run(pairs); }
+
+  const Sink& sink() const { return sink_; }
+
+ private:
+  Sink sink_;
+  Search search_;
+};
+
 /// What all tasks find, in their order, becomes what the query's sink has.
-template <bool kIsSelf, typename S, typename Frame, typename Sink>
+template <typename S, typename Frame, typename Sink>
 void runTasks(const WithinInput<S>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
               const TaskPool& pool) {
-  using Worker = WithinWorker<kIsSelf, S, Frame, Sink>;
+  using Worker = WithinWorker<S, Frame, Sink>;
   auto& memory = workersMemory<typename Worker::Memory>(pool);
   SearchTasks<Worker> tasks;
   tasks.run(pool, walks, [&](std::size_t slot) {
@@ -22,12 +47,12 @@ void runTasks(const WithinInput<S>& input, const Frame& frame, Sink& sink, const
   sink.take(tasks.found(), pool);
 }
 
-template <bool kIsSelf, typename S, typename Frame, typename Sink>
+template <typename S, typename Frame, typename Sink>
 void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
-  WithinSearch<kIsSelf, S, Frame, Sink> search(input, frame, sink);
+  WithinSearch<S, Frame, Sink> search(input, frame, sink);
   const TaskPool pool(std::max(input.first.mesh.query_threads, input.second.mesh.query_threads));
   runFromRoots(search, pool,
-               [&](const WalkTasks& walks) { runTasks<kIsSelf>(input, frame, sink, walks, pool); });
+               [&](const WalkTasks& walks) { runTasks(input, frame, sink, walks, pool); });
 }
 
 /// Of two meshes.
@@ -38,7 +63,7 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
   const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
   auto sink = makeSink(input);
   searchInFrame(
-      trees, [&](const auto& frame) { collect<false>(input, frame, sink); },
+      trees, [&](const auto& frame) { collect(input, frame, sink); },
       [&] { testAllPairs(input, sink); });
 }
 
@@ -49,7 +74,7 @@ void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFi
   const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
   const WithinInput<S> input(placed, placed, TreePair<S>(placed, placed), distance, filter);
   auto sink = makeSink(input);
-  collect<true>(input, SameFrame(), sink);
+  collect(input, SameFrame(), sink);
 }
 
 }  // namespace

@@ -29,23 +29,19 @@ class WalkTasks {
   const std::vector<NodePair>& pairs_;
 };
 
-/// Calls search.run for the roots, after search.clear().
-template <typename Search>
-void runFromRoots(Search& search) {
-  const NodePair roots{0, 0};
-  search.clear();
-  search.run({&roots, &roots + 1});
-}
-/// As above; or, on several threads, runTasks(walks) for tasks that stand for these, where there
-/// are enough to be worth it: what they find takes the place of the results.
+/// Calls search.run for the roots, after search.clear(); or, on several threads, runTasks(walks)
+/// for tasks that stand for these, where there are enough to be worth it: what they find takes the
+/// place of the results.
 template <typename Search, typename RunTasks>
 void runFromRoots(Search& search, const TaskPool& pool, const RunTasks& runTasks) {
-  if (pool.size() == 1) return runFromRoots(search);
-  std::vector<NodePair> pairs{{0, 0}};
-  search.split(pairs, WalkTasks::kSize, pool);
-  if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
+  const NodePair roots{0, 0};
+  if (pool.size() > 1) {
+    std::vector<NodePair> pairs{roots};
+    search.split(pairs, WalkTasks::kSize, pool);
+    if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
+  }
   search.clear();
-  search.run({pairs.data(), pairs.data() + pairs.size()});
+  search.run({&roots, &roots + 1});
 }
 
 /// What workers keep from query to query, by slot: the calling thread has it.

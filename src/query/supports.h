@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "query/relative_frame.h"
+#include "query/tree_pair.h"
 
 namespace adaptive_bvh {
 

@@ -1,11 +1,104 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "boxes/wide_tree.h"
+#include "geometry/frame_change.h"
+#include "geometry/rigid.h"
 #include "query/placed_mesh.h"
-#include "query/relative_frame.h"
 
 namespace adaptive_bvh {
+
+/// Coordinates in a tree are below 2: no difference of two triangles side by side is longer.
+constexpr double kLongest = 12;
+
+/// The second tree of a pair as the first one sees it, where both are the same, or have the same
+/// coordinates.
+class SameFrame {
+ public:
+  static constexpr bool kIsIdentity = true;
+
+  SameFrame() = default;
+  /// `apart`: what the coordinates, and the placement of the second, may be off.
+  explicit SameFrame(double apart) : apart_(static_cast<float>(apart)) {}
+
+  float error() const { return WideTree::kPositionError + apart_; }
+  /// Of a position and its residual together.
+  float preciseError() const { return 2 * WideTree::kResidualError + apart_; }
+  static double longest() { return kLongest; }
+  static const FrameChange* change() { return nullptr; }
+  const Vector4x3& operator()(const Vector4x3& points) const { return points; }
+
+ private:
+  float apart_ = 0;
+};
+
+/// Takes what is in the second tree's coordinates to the first's: y = M y2 + t. A box becomes the
+/// box around it, larger by what the two trees and this computation may be off.
+class RelativeFrame {
+ public:
+  static constexpr bool kIsIdentity = false;
+  /// `to_first`: takes the second mesh to the first's frame.
+  RelativeFrame(const WideTree& first, const WideTree& second, const RelativePlacement& to_first)
+      : RelativeFrame(first.coordinates(), second.coordinates(), to_first) {}
+  RelativeFrame(const BodyCoordinates& first, const BodyCoordinates& second,
+                const RelativePlacement& to_first) {
+    const double ratio = first.scale / second.scale;
+    m_ = first.to_body * to_first.R * second.to_body.transpose() / (second.scale * second.scale);
+    t_ = first.to_body * (to_first.R * second.origin + to_first.T - first.origin);
+    // Coordinates in either tree are below 2.
+    in_double_ = 4 * first.scale *
+                 (3 * (second.origin.template lpNorm<1>() + 6 / second.scale) +
+                  to_first.T.template lpNorm<1>() + first.origin.template lpNorm<1>()) *
+                 std::numeric_limits<double>::epsilon();
+    const double t_sum = t_.template lpNorm<1>();
+    error_ = kUnit * (6 * 4 * ratio + 4 * t_sum) +
+             (1 + 2 * ratio) * static_cast<double>(WideTree::kPositionError) + in_double_;
+    longest_ = std::max(1., ratio);
+    // Sums of three coordinates are below 6.
+    apart_ = 2 * (6 * (m_ - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() +
+                  t_.cwiseAbs().maxCoeff()) +
+             in_double_;
+    is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
+    is_in_range_ = ratio > kLeast && ratio < kMost && t_sum < kMost;
+    change_ = FrameChange(m_, t_, 2 * error_ + 16 * kUnit * (4 * ratio + t_sum));
+  }
+
+  /// Whether single precision can express both.
+  bool isPrecise() const { return is_precise_; }
+  /// Whether squared gaps of boxes are within the range of single precision, and boxes of nothing
+  /// stay far from all others.
+  bool isInRange() const { return is_in_range_; }
+  /// Whether both trees have the same coordinates, but for what their boxes have to spare.
+  bool isSame() const { return apart_ <= kUnit; }
+  SameFrame same() const { return SameFrame(apart_); }
+  /// Of a component of a point of either, in the first's body units.
+  float error() const { return static_cast<float>(error_); }
+  /// The same of what is computed in double precision from the positions.
+  float preciseError() const { return static_cast<float>(in_double_); }
+  /// At least the largest difference of triangles side by side, in the first's body units.
+  double longest() const { return kLongest * longest_; }
+
+  const FrameChange* change() const { return &change_; }
+  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const { return change_(boxes); }
+  ADAPTIVE_BVH_INLINE Vector4x3 operator()(const Vector4x3& points) const {
+    return change_(points);
+  }
+  const fcl::Matrix3d& m() const { return m_; }
+  const fcl::Vector3d& t() const { return t_; }
+
+ private:
+  static constexpr double kUnit = 1. / (1 << 24);
+  static constexpr double kLeast = 1e-10, kMost = 1e15;
+
+  FrameChange change_;
+  fcl::Matrix3d m_;
+  fcl::Vector3d t_;
+  double error_, in_double_, longest_, apart_;
+  bool is_precise_, is_in_range_;
+};
 
 /// The trees of two placed meshes of one query. Their coordinates differ in general, and boxes grow
 /// when they are turned from one to the other. Where so much is to be searched that it pays, the

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "boxes/wide_tree.h"
-#include "geometry/scratch.h"
+#include "geometry/frame_change.h"
 #include "threads/task_pool.h"
 
 namespace adaptive_bvh {
+
+class FlatPatches;
 
 /// Which pairs of four and four boxes overlap: bit 4 j + i for box i of `a` and box j of `b`.
 ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
@@ -29,13 +30,6 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   return bits;
 }
 
-/// Whether a visitor leaves flat nodes out.
-template <typename Visitor, typename = void>
-struct SkipsFlatNodes : std::false_type {};
-template <typename Visitor>
-struct SkipsFlatNodes<Visitor, std::void_t<decltype(std::declval<Visitor&>().isFlat(0))>>
-    : std::true_type {};
-
 /// A node of each of two four-wide trees; of one tree with itself a node twice, too.
 struct NodePair {
   int first, second;
@@ -45,174 +39,89 @@ struct NodePairs {
   const NodePair *begin, *end;
 };
 
+/// How boxes of the second tree are compared with the first's.
+class BoxFrame {
+ public:
+  /// `change`: into the first's coordinates, or null where both have the same. `distance`: boxes
+  /// reach farther by it, in the first tree's units: so boxes of triangles that are at most so far
+  /// apart overlap. Of empty boxes nothing comes of it.
+  BoxFrame(const FrameChange* change, double distance)
+      : change_(change),
+        is_grown_(distance > 0),
+        by_(float4::all(static_cast<float>((distance < kMost ? distance : kMost) * kUp))) {}
+
+  bool isIdentity() const { return !change_ && !is_grown_; }
+  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
+    Boxes4 placed = change_ ? (*change_)(boxes) : boxes;
+    for (int k = 0; k < 3; ++k) {
+      placed.low[k] -= by_;
+      placed.high[k] += by_;
+    }
+    return placed;
+  }
+
+ private:
+  static constexpr double kMost = 1e20;              // far less than what an empty box lacks
+  static constexpr double kUp = 1 + 1. / (1 << 20);  // more than the rounding of d and two sums
+
+  const FrameChange* change_;
+  bool is_grown_;
+  Float4 by_;
+};
+
+/// What is searched: two trees, or one with itself.
+struct WideTrees {
+  const WideNode *first, *second;  ///< the roots
+  int depth;                       ///< of both, added
+  BoxFrame frame;
+  bool is_self = false;
+  /// Of one tree: inner nodes below which nothing need be found; or null.
+  const FlatPatches* flat = nullptr;
+};
+
+/// Two leaves with triangles whose boxes overlap, or one with itself: bit 4 j + i of `pairs` for
+/// triangle i of the first and j of the second.
+struct LeavesFound {
+  const WideNode *first, *second;
+  unsigned pairs;
+};
+
+/// Takes what a WideSearch finds, some at a time.
+class LeafSink {
+ public:
+  /// Returns whether that is enough.
+  virtual bool take(const LeavesFound* found, int count) = 0;
+
+ protected:
+  ~LeafSink() = default;
+};
+
 /// All pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself, from
 /// the roots or other pairs of nodes down, depth first. Where only one of two nodes is a leaf, its
 /// triangles are tested against the boxes of the other.
-///
-///   Visitor::foundLeaves(a, b, pairs), foundLeaf(a, pairs)
-///                          two leaves with such triangles, or one with itself; bit 4 j + i of
-///                          `pairs` for triangle i of `a` and j of `b`
-///   Visitor::isDone()      whether the answer is found
-///   Visitor::isFlat(node)  where it has this: of an inner node of one tree, whether nothing below
-///                          it need be found
-///   frame(boxes)           boxes of the second tree in the coordinates of the first
-///   Frame::kIsIdentity     whether that leaves them as they are
-template <typename Frame, bool kIsSelf, typename Visitor>
 class WideSearch {
  public:
-  WideSearch(const WideNode* first, const WideNode* second, const Frame& frame, Visitor& visitor)
-      : first_(first), second_(second), frame_(frame), visitor_(visitor) {}
+  explicit WideSearch(const WideTrees& trees) : trees_(trees) {}
 
-  /// `depth`: of both trees, added.
-  void run(const NodePairs& from, int depth) {
-    packs::hasAvx2() ? runWithAvx2(from, depth) : runAnywhere(from, depth);
-  }
+  /// Lets the sink take all that is found, until it has enough.
+  void run(const NodePairs& from, LeafSink& sink);
   /// The same code, compiled for every processor, and for those with AVX2: there it takes 2 to 5 %
   /// less time. The results are the same.
-  void runAnywhere(const NodePairs& from, int depth) { walk(from, depth); }
-  ADAPTIVE_BVH_WITH_AVX2 void runWithAvx2(const NodePairs& from, int depth) { walk(from, depth); }
+  void runAnywhere(const NodePairs& from, LeafSink& sink);
+  void runWithAvx2(const NodePairs& from, LeafSink& sink);
+
+  /// Whether from the roots down there are more than so many pairs of nodes whose boxes overlap.
+  bool hasMorePairs(int than);
 
   /// Puts the pairs below in the place of each pair, level by level, until there are `enough` of
-  /// them, or no more. To run from each, in their order, is to run from those that there were. The
-  /// visitor's isFlat is called on all threads.
-  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
-    std::vector<NodePair> lower;
-    for (bool changed = true; changed && pairs.size() < enough; pairs.swap(lower)) {
-      changed = false;
-      lower.clear();
-      const std::vector<std::uint8_t> flat = areFlat(pairs, pool);
-      for (std::size_t i = 0; i < pairs.size(); ++i) {
-        const NodePair pair = pairs[i];
-        if (first_[pair.first].isLeaf() && second_[pair.second].isLeaf()) {
-          lower.push_back(pair);
-          continue;
-        }
-        NodePair below[kMostBelow];
-        top_ = below;
-        if (isTwice(pair))
-          testNode(pair.first, flat[i]);
-        else
-          testPair(pair);
-        while (top_ != below) lower.push_back(*--top_);
-        changed = true;
-      }
-    }
-  }
-
-  long boxTests() const { return box_tests_; }
+  /// them, or no more. To run from each, in their order, is to run from those that there were.
+  /// Whether nodes are flat is found on all threads.
+  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool);
 
  private:
-  static constexpr int kMostBelow = 16;
+  class Walk;
 
-  ADAPTIVE_BVH_INLINE void walk(const NodePairs& from, int depth) {
-    // A pair that is left makes room for sixteen below it at most.
-    Scratch<NodePair> open(static_cast<std::size_t>(from.end - from.begin + kMostBelow * depth));
-    top_ = open.data();
-    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
-    while (top_ != open.data() && !visitor_.isDone()) {
-      const NodePair pair = *--top_;
-      test(pair);
-    }
-  }
-  static bool isTwice(const NodePair& pair) { return kIsSelf && pair.first == pair.second; }
-  ADAPTIVE_BVH_INLINE void test(const NodePair& pair) {
-    if (isTwice(pair))
-      testNode(pair.first, isFlat(pair.first));
-    else
-      testPair(pair);
-  }
-  ADAPTIVE_BVH_INLINE void push(int first, int second) {
-    *top_++ = {first, second};
-    prefetch(first_[first]);
-    prefetch(second_[second]);
-  }
-
-  /// Both cache lines.
-  ADAPTIVE_BVH_INLINE static void prefetch(const WideNode& node) {
-    __builtin_prefetch(&node);
-    __builtin_prefetch(node.below);
-  }
-
-  ADAPTIVE_BVH_INLINE void testPair(const NodePair& pair) {
-    const WideNode &a = first_[pair.first], &b = second_[pair.second];
-    const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
-    box_tests_ += a.count * b.count;
-    if (!bits) return;
-    if (a.isLeaf() && b.isLeaf())
-      visitor_.foundLeaves(a, b, bits);
-    else if (a.isLeaf())
-      forEach(anyOfSecond(bits), [&](int j, int) { push(pair.first, b.below[j]); });
-    else if (b.isLeaf())
-      forEach(anyOfFirst(bits), [&](int i, int) { push(a.below[i], pair.second); });
-    else
-      forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
-  }
-
-  /// The boxes of a node of the second tree. Pairs that follow each other often share it.
-  ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
-    if constexpr (Frame::kIsIdentity) return second_[node].boxes;
-    if (node != turned_node_) turned_ = frame_(second_[node].boxes);
-    turned_node_ = node;
-    return turned_;
-  }
-
-  /// A node of one tree against itself: every pair below once; none where it is flat.
-  void testNode(int number, bool is_flat) {
-    const WideNode& node = first_[number];
-    if (is_flat) return;
-    constexpr unsigned kUpper = 0x7310;  // i < j
-    const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
-    box_tests_ += node.count * (node.count - 1) / 2;
-    if (node.isLeaf()) return visitor_.foundLeaf(node, bits);
-    forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
-    for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
-  }
-
-  /// Never of a leaf.
-  ADAPTIVE_BVH_INLINE bool isFlat(int node) {
-    if constexpr (SkipsFlatNodes<Visitor>::value)
-      return !first_[node].isLeaf() && visitor_.isFlat(node);
-    else
-      return false;
-  }
-  std::vector<std::uint8_t> areFlat(const std::vector<NodePair>& pairs, const TaskPool& pool) {
-    std::vector<std::uint8_t> flat(pairs.size(), 0);
-    if constexpr (kIsSelf && SkipsFlatNodes<Visitor>::value)
-      pool.forEach(static_cast<int>(pairs.size()), [&](int i, int) {
-        const NodePair& pair = pairs[static_cast<std::size_t>(i)];
-        flat[static_cast<std::size_t>(i)] = isTwice(pair) && isFlat(pair.first);
-      });
-    return flat;
-  }
-
-  /// Of the bits of `overlaps`: which boxes of the first overlap any of the second; and of the
-  /// second, any of the first.
-  ADAPTIVE_BVH_INLINE static unsigned anyOfFirst(unsigned bits) {
-    return (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
-  }
-  ADAPTIVE_BVH_INLINE static unsigned anyOfSecond(unsigned bits) {
-    unsigned any = bits | bits >> 1;
-    any = (any | any >> 2) & 0x1111;
-    return (any | any >> 3 | any >> 6 | any >> 9) & 15;
-  }
-  /// From the last to the first, which is the order to push them in: so nodes are visited as they
-  /// lie in memory, and of a walk in tasks each thread mostly reads what it has refitted.
-  template <typename Do>
-  ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
-    while (bits) {
-      const int bit = 31 - __builtin_clz(bits);
-      bits ^= 1u << bit;
-      act(bit & 3, bit >> 2);
-    }
-  }
-
-  const WideNode *const first_, *const second_;
-  const Frame& frame_;
-  Visitor& visitor_;
-  NodePair* top_ = nullptr;
-  int turned_node_ = -1;
-  Boxes4 turned_;
-  long box_tests_ = 0;
+  const WideTrees trees_;
 };
 
 }  // namespace adaptive_bvh

@@ -8,36 +8,9 @@
 #include "geometry/triangle_gap.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
+#include "query/triangle_search.h"
 
 namespace adaptive_bvh {
-
-/// A frame whose boxes reach farther, by a distance d: boxes of triangles that are at most d apart
-/// overlap. Of empty boxes nothing comes of it.
-template <typename Frame>
-class GrownFrame {
- public:
-  static constexpr bool kIsIdentity = false;
-
-  /// `distance`: in the first tree's units.
-  GrownFrame(const Frame& frame, double distance)
-      : frame_(frame), by_(float4::all(static_cast<float>(std::min(distance, kMost) * kUp))) {}
-
-  ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
-    Boxes4 grown = frame_(boxes);
-    for (int k = 0; k < 3; ++k) {
-      grown.low[k] -= by_;
-      grown.high[k] += by_;
-    }
-    return grown;
-  }
-
- private:
-  static constexpr double kMost = 1e20;              // far less than what an empty box lacks
-  static constexpr double kUp = 1 + 1. / (1 << 20);  // more than the rounding of d and two sums
-
-  const Frame& frame_;
-  const Float4 by_;
-};
 
 /// What WithinTests is given of a query.
 template <typename S>
@@ -82,11 +55,11 @@ template <typename S, typename Frame, typename Sink>
 class WithinTests {
  public:
   using Input = WithinInput<S>;
-  using BoxFrame = GrownFrame<Frame>;
 
   static BoxFrame boxFrame(const Input& input, const Frame& frame) {
-    return {frame, input.distance * input.tree1.scale()};
+    return {frame.change(), input.distance * input.tree1.scale()};
   }
+  static const FlatPatches* flat(const Input&) { return nullptr; }
 
   WithinTests(const WithinInput<S>& input, const Frame& frame, Sink& sink)
       : in_(input),
@@ -106,7 +79,6 @@ class WithinTests {
     for (int j = 0; pairs; ++j, pairs >>= 4)
       if (const unsigned row = pairs & 15) testRow(a, b, j, row);
   }
-  void foundLeaf(const WideNode& a, unsigned pairs) { foundLeaves(a, a, pairs); }
   bool isDone() const { return sink_.isDone(); }
   void clear() { sink_.clear(); }
   void begin() {}
@@ -252,5 +224,9 @@ class WithinTests {
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
 };
+
+/// Its output is a sink, which takes the near pairs.
+template <typename S, typename Frame, typename Sink>
+using WithinSearch = TriangleSearch<WithinTests<S, Frame, Sink>>;
 
 }  // namespace adaptive_bvh

@@ -9,32 +9,36 @@
 #include <vector>
 
 #include "mesh/mesh_state.h"
-#include "query/within_tests.h"
 #include "support/random_geometry.h"
 
 namespace adaptive_bvh_test {
 namespace wide_search_test {
 
 using adaptive_bvh::Boxes4;
-using adaptive_bvh::GrownFrame;
+using adaptive_bvh::BoxFrame;
+using adaptive_bvh::FrameChange;
+using adaptive_bvh::LeavesFound;
 using adaptive_bvh::NodePair;
-using adaptive_bvh::SameFrame;
-using adaptive_bvh::WideNode;
 using adaptive_bvh::WideSearch;
 using adaptive_bvh::WideTree;
 
 using Pairs = std::vector<std::pair<int, int>>;
 
-/// The triangles that a walk finds.
-struct Listing {
+/// The triangles that a walk finds, up to so many.
+struct Listing : adaptive_bvh::LeafSink {
   Pairs pairs;
+  std::size_t enough = ~std::size_t(0);
+  bool was_told_more = false;  ///< after it had enough
 
-  void foundLeaves(const WideNode& a, const WideNode& b, unsigned bits) {
-    for (int bit = 0; bit < 16; ++bit)
-      if (bits >> bit & 1) pairs.emplace_back(a.first + (bit & 3), b.first + (bit >> 2));
+  bool take(const LeavesFound* found, int count) override {
+    was_told_more |= pairs.size() >= enough;
+    for (int i = 0; i < count; ++i)
+      for (int bit = 0; bit < 16; ++bit)
+        if (found[i].pairs >> bit & 1)
+          pairs.emplace_back(found[i].first->first + (bit & 3),
+                             found[i].second->first + (bit >> 2));
+    return pairs.size() >= enough;
   }
-  void foundLeaf(const WideNode& a, unsigned bits) { foundLeaves(a, a, bits); }
-  static bool isDone() { return false; }
 };
 
 /// A soup of triangles, and its tree.
@@ -60,8 +64,7 @@ class Soup {
 };
 
 /// Of all pairs of triangles those whose boxes overlap; each once where both trees are the same.
-template <typename Frame>
-Pairs overlapping(const Soup& first, const Soup& second, const Frame& frame) {
+Pairs overlapping(const Soup& first, const Soup& second, const BoxFrame& frame) {
   Pairs pairs;
   first.forEachTriangle([&](int i, const Boxes4& a, int lane1) {
     second.forEachTriangle([&](int j, const Boxes4& unplaced, int lane2) {
@@ -76,43 +79,54 @@ Pairs overlapping(const Soup& first, const Soup& second, const Frame& frame) {
   return pairs;
 }
 
-template <bool kIsSelf, typename Frame>
-void expectAllFound(const Soup& first, const Soup& second, const Frame& frame) {
-  using Search = WideSearch<Frame, kIsSelf, Listing>;
-  const NodePair roots{0, 0};
-  const int depth = first.tree.depth() + second.tree.depth();
-  const auto found = [&](auto run) {
+void expectAllFound(const Soup& first, const Soup& second, const BoxFrame& frame) {
+  const bool is_self = &first == &second;
+  const NodePair root{0, 0};
+  WideSearch search({first.tree.nodes(), second.tree.nodes(),
+                     first.tree.depth() + second.tree.depth(), frame, is_self});
+  const auto found = [&](auto run, std::vector<NodePair> from, std::size_t enough) {
     Listing listing;
-    Search search(first.tree.nodes(), second.tree.nodes(), frame, listing);
-    (search.*run)({&roots, &roots + 1}, depth);
-    return std::make_pair(listing.pairs, search.boxTests());
+    listing.enough = enough;
+    (search.*run)({from.data(), from.data() + from.size()}, listing);
+    EXPECT_FALSE(listing.was_told_more);
+    return listing.pairs;
   };
-  const auto anywhere = found(&Search::runAnywhere);
-  EXPECT_EQ(anywhere, found(&Search::run));
+  constexpr std::size_t kAll = ~std::size_t(0);
+  const Pairs anywhere = found(&WideSearch::runAnywhere, {root}, kAll);
+  EXPECT_EQ(anywhere, found(&WideSearch::run, {root}, kAll));
   if (adaptive_bvh::packs::hasAvx2()) {
-    EXPECT_EQ(anywhere, found(&Search::runWithAvx2));
+    EXPECT_EQ(anywhere, found(&WideSearch::runWithAvx2, {root}, kAll));
   }
-  Pairs sorted = anywhere.first;
+  Pairs sorted = anywhere;
   for (auto& pair : sorted)
-    if (kIsSelf && pair.first > pair.second) std::swap(pair.first, pair.second);
+    if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
   std::sort(sorted.begin(), sorted.end());
   EXPECT_EQ(overlapping(first, second, frame), sorted);
+
+  std::vector<NodePair> below{root};
+  search.split(below, 20, adaptive_bvh::TaskPool(1));
+  EXPECT_EQ(anywhere, found(&WideSearch::run, below, kAll)) << "in the same order";
+  const Pairs few = found(&WideSearch::run, {root}, 1);
+  ASSERT_EQ(few.empty(), anywhere.empty());
+  EXPECT_TRUE(std::equal(few.begin(), few.end(), anywhere.begin()));
+  EXPECT_FALSE(search.hasMorePairs(1 << 20));
+  EXPECT_EQ(anywhere.size() > 1000, search.hasMorePairs(40) && anywhere.size() > 1000);
 }
 
 TEST(WideSearch, FindsWhatOverlaps) {
   RandomGeometry<double> random(62);
-  const SameFrame same;
   std::size_t seen = 0;
   for (const int triangles : {1, 2, 4, 5, 17, 300}) {
     const Soup a(triangles, random), b(triangles + 3, random);
-    for (const double distance : {0., 0.01, 0.3}) {
-      const GrownFrame<SameFrame> grown(same, distance);
-      expectAllFound<false>(a, b, grown);
-      expectAllFound<true>(a, a, grown);
-      seen += overlapping(a, b, grown).size();
-    }
-    expectAllFound<false>(a, b, same);
-    expectAllFound<true>(a, a, same);
+    const FrameChange turned(random.rotation(), fcl::Vector3d(0.1, 0, 0), 1e-6);
+    for (const FrameChange* change : {static_cast<const FrameChange*>(nullptr), &turned})
+      for (const double distance : {0., 0.01, 0.3}) {
+        const BoxFrame frame(change, distance);
+        EXPECT_EQ(!change && distance == 0, frame.isIdentity());
+        expectAllFound(a, b, frame);
+        if (!change) expectAllFound(a, a, frame);
+        seen += overlapping(a, b, frame).size();
+      }
   }
   EXPECT_GT(seen, 1000u);
 }
