@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/leaf_slab.h"
 #include "geometry/triangle_block.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
@@ -21,7 +22,29 @@ class LeafBlocks {
   /// second. To be called first, and after the trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
-    second_of_ = -1;
+    second_of_ = slab_of_ = -1;
+  }
+  /// Which pairs of triangles of two leaves may be as near as a limit, in the first tree's units:
+  /// those whose first triangle is as near to a slab around the second leaf. On surfaces that lie
+  /// along each other few are, and a slab takes as long as to test two pairs. Bit 4 j + i for
+  /// triangle i of the first leaf and j of the second.
+  unsigned near(int first, int second, unsigned pairs, double limit) {
+    const RelativeFrame& frame = trees_.frame();
+    if (!frame.isPrecise()) return pairs;
+    Vector4x3 corners[3];
+    if (slab_of_ != second || slab_limit_ != limit) {
+      const WideTree& tree = trees_.second();
+      slab_of_ = second;
+      slab_limit_ = limit;
+      gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[second], corners);
+      if (!frame.isSame())
+        for (Vector4x3& corner : corners) corner = frame(corner);
+      slab_ = LeafSlab(corners, static_cast<float>(limit),
+                       frame.isSame() ? frame.same().error() : frame.error());
+    }
+    const WideTree& tree = trees_.first();
+    gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
+    return pairs & ~(0x1111 * slab_.apart(corners));
   }
   /// Of two leaves, by their numbers. Valid until the next call. Leaves of the second that follow
   /// each other often are the same.
@@ -86,7 +109,9 @@ class LeafBlocks {
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;
   Vector4x3 origin_, origin_rest_;
-  int second_of_ = -1;
+  int second_of_ = -1, slab_of_ = -1;
+  double slab_limit_ = 0;
+  LeafSlab slab_;
 };
 
 extern template class LeafBlocks<float>;

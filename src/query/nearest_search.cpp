@@ -158,6 +158,8 @@ void NearestSearch<S>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pair
 
 template <typename S>
 void NearestSearch<S>::testLeaves(const Pair& pair, unsigned open) {
+  open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
+  if (!open) return;
   const double unit = 1 / trees_.first().scale();
   nearest_.test(open, blocks_(pair.first, pair.second), unit, blocks_.error() * unit,
                 nodes1_[pair.first], nodes2_[pair.second]);

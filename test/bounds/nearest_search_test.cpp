@@ -263,6 +263,28 @@ class NearestBounds : public testing::Test {
         }
     });
   }
+  /// Expects that no pair of leaves' triangles that a slab leaves out is as near as the limit.
+  void expectSlabsNearer(const JudgedPair<S>& pair) {
+    const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
+    LeafBlocks<S> blocks(pair.second, pair.trees);
+    const double scale = tree1.scale();
+    pair.forEachPair([&](int n1, int n2) {
+      const WideNode &a = tree1.nodes()[n1], &b = tree2.nodes()[n2];
+      if (!a.isLeaf() || !b.isLeaf()) return;
+      const Real of = pair.distance(a.first + random_.below(int(a.count)),
+                                    b.first + random_.below(int(b.count)));
+      const double limit = double(of) * scale * double(random_.size(S(-0.3), S(0.1)));
+      const unsigned near = blocks.near(n1, n2, 0xffff, limit);
+      for (int j = 0; j < int(b.count); ++j)
+        for (int i = 0; i < int(a.count); ++i) {
+          const Real d = pair.distance(a.first + i, b.first + j) * Real(scale);
+          slab_pairs_ += d > Real(limit);
+          if (near >> (4 * j + i) & 1) continue;
+          ASSERT_GT(d, Real(limit));
+          ++slab_pruned_;
+        }
+    });
+  }
   /// Expects of some boxes that the largest limit at which they are separated is no larger than how
   /// far apart they are, and nearly as large; and of one such limit that it is right for all boxes.
   void expectLineNearer(JudgedPair<S>& pair, const fcl::Vector3d& direction) {
@@ -304,6 +326,7 @@ class NearestBounds : public testing::Test {
     expectBoxesNearer(pair);
     expectBlocksNearer(pair, pair.line());
     expectBlocksNearer(pair, random_.direction().template cast<double>());
+    expectSlabsNearer(pair);
   }
   /// Along the line between the middles, and any.
   void expectLinesNearer(JudgedPair<S>& pair) {
@@ -316,6 +339,7 @@ class NearestBounds : public testing::Test {
   RandomGeometry<S> random_{61};
   LineSeparation line_;
   long pairs_ = 0, pruned_ = 0, block_pairs_ = 0, block_pruned_ = 0, separated_ = 0;
+  long slab_pairs_ = 0, slab_pruned_ = 0;
 };
 
 TYPED_TEST_SUITE(NearestBounds, MeshScalars);
@@ -337,6 +361,7 @@ TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
   EXPECT_GT(this->pairs_, 20000);
   EXPECT_GT(this->pruned_, this->pairs_ / 3) << "0 would be a lower bound, too";
   EXPECT_GT(this->block_pruned_, this->block_pairs_ / 2);
+  EXPECT_GT(this->slab_pruned_, this->slab_pairs_ / 10);
 }
 
 /// Where single precision has hardly a digit for what two bodies are apart.
