@@ -3,10 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/body_frame.h"
+#include <fcl/common/types.h>
+
 #include "geometry/float4.h"
 
 namespace adaptive_bvh {
+
+/// The axes next to some that are nearly orthonormal (Gram and Schmidt).
+inline fcl::Matrix3d orthonormal(fcl::Matrix3d axes) {
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < k; ++j) axes.col(k) -= axes.col(j) * axes.col(j).dot(axes.col(k));
+    axes.col(k).normalize();
+  }
+  return axes;
+}
 
 /// The coordinates of a four-wide tree: y = scale R^T (x - origin), R a rotation, in double
 /// precision. The scale is a power of two.
@@ -18,12 +28,14 @@ struct BodyCoordinates {
   BodyCoordinates() = default;
   BodyCoordinates(const fcl::Matrix3d& axes, const fcl::Vector3d& from, double to_scale)
       : to_body(to_scale * axes.transpose()), origin(from), scale(to_scale) {}
-  /// Those of a frame, with a scale that brings `size`, in its units, to between 1 and 2.
-  template <typename S>
-  BodyCoordinates(const BodyFrame<S>& frame, float size)
-      : BodyCoordinates(
-            frame.axes(), frame.origin().template cast<double>(),
-            std::ldexp(static_cast<double>(frame.scale()), -std::ilogb(std::max(size, 1e-30f)))) {}
+  /// About a point, along axes that are orthonormal up to rounding, with the scale that brings a
+  /// length to between 1 and 2.
+  static BodyCoordinates about(const fcl::Vector3d& middle, const fcl::Matrix3d& along,
+                               double length) {
+    constexpr int kMost = 999;  // so that the scale and its inverse are numbers with all digits
+    const int exponent = length > 0 ? std::clamp(std::ilogb(length), -kMost, kMost) : 0;
+    return {orthonormal(along), middle, std::ldexp(1., -exponent)};
+  }
 
   fcl::Matrix3d axes() const { return to_body.transpose() / scale; }
   fcl::Vector3d operator()(const fcl::Vector3d& x) const { return to_body * (x - origin); }

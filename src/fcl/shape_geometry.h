@@ -15,6 +15,7 @@
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "geometry/cylinder_penetration.h"
 #include "geometry/triangle_shape.h"
 #include "query/shape_core.h"
 
@@ -48,6 +49,9 @@ struct Cylinder final : RoundSet {
   Point nearest(const Point& x) const override {
     const double r = std::hypot(x[0], x[1]), share = r > radius ? radius / r : 1;
     return {share * x[0], share * x[1], std::clamp(x[2], -half, half)};
+  }
+  Penetration penetration(const TrianglePoints<double>& triangle) const override {
+    return cylinderPenetration(triangle, radius, half);
   }
 };
 /// Its apex is at z = half, its base at -half.

@@ -303,6 +303,10 @@ class ExpandingPolytope {
 
 }  // namespace
 
+Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const {
+  return penetrationOf(triangle, *this);
+}
+
 Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
   const DifferenceSet differences(triangle, set);
   return ExpandingPolytope(differences).find();

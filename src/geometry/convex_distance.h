@@ -4,11 +4,22 @@
 
 namespace adaptive_bvh {
 
+/// How deep a triangle is in a convex set that it touches: the set moved by `depth` along `normal`,
+/// of length 1, is apart from the triangle, and no shorter motion would do.
+struct Penetration {
+  fcl::Vector3d normal;
+  double depth;
+  /// The shortest motion is at most so much shorter: certified by points of both.
+  double error;
+};
+
 /// A convex set, by its farthest points.
 class ConvexSet {
  public:
   /// A point of the set that is farthest along a direction, of any length > 0.
   virtual fcl::Vector3d support(const fcl::Vector3d& direction) const = 0;
+  /// How deep a triangle is in the set, which it touches: by penetrationOf, or a form of its own.
+  virtual Penetration penetration(const TrianglePoints<double>& triangle) const;
 
  protected:
   ~ConvexSet() = default;
@@ -26,15 +37,6 @@ struct ConvexGap {
 /// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most 2^-44 of the
 /// extent of both. Nearer than that counts as touching.
 ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set);
-
-/// How deep a triangle is in a convex set that it touches: the set moved by `depth` along `normal`,
-/// of length 1, is apart from the triangle, and no shorter motion would do.
-struct Penetration {
-  fcl::Vector3d normal;
-  double depth;
-  /// The shortest motion is at most so much shorter: certified by points of both.
-  double error;
-};
 
 /// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
 /// both.

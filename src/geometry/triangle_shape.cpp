@@ -191,7 +191,7 @@ bool FlatShape::touches(const Triangle& triangle, ShapeContact& contact) const {
 bool ConvexShape::touches(const Triangle& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
-  const Penetration way = penetrationOf(triangle, set_);
+  const Penetration way = set_.penetration(triangle);
   contact = {common.points.first, way.normal, way.depth};
   return true;
 }

@@ -70,7 +70,7 @@ class FlatShape final : public TriangleShape {
   const bool is_solid_;
 };
 
-/// A convex set with a volume, to which it refers. Depths are those of penetrationOf.
+/// A convex set with a volume, to which it refers. Depths are those of ConvexSet::penetration.
 class ConvexShape : public TriangleShape {
  public:
   explicit ConvexShape(const ConvexSet& set) : set_(set) {}

@@ -72,9 +72,9 @@ Part overParts(const TaskPool& pool, std::size_t size, const Find& find, const A
 template <typename S>
 BodyCoordinates coordinatesOf(const MeshState<S>& state,
                               const fcl::CollisionGeometry<S>& geometry) {
-  const BodyFrame<S> frame(state.axes.axes(), geometry.aabb_center, geometry.aabb_radius);
-  constexpr float kSlack = 1 + 1.f / (1 << 16);  // for what the radius is rounded by
-  return {frame, 4 * kSlack * static_cast<float>(geometry.aabb_radius * frame.scale())};
+  constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
+  return BodyCoordinates::about(geometry.aabb_center.template cast<double>(), state.axes.axes(),
+                                4 * kSlack * static_cast<double>(geometry.aabb_radius));
 }
 
 /// Writes the positions, and sets the radius of the ball around the middle that holds them.

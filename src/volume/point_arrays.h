@@ -33,18 +33,6 @@ class PointArrays {
       for (auto& numbers : numbers_) numbers[i] = numbers[0];
   }
 
-  /// Room for so many points, whose numbers are to be written by `setPack`.
-  void resize(std::size_t points) {
-    if (numbers_[0].size() < points) makeRoom((points / kGranule + 1) * kGranule);
-    size_ = points;
-  }
-  ADAPTIVE_BVH_INLINE void setPack(std::size_t i, const Pack<S>& x, const Pack<S>& y,
-                                   const Pack<S>& z) {
-    packs::store(x, &numbers_[0][i]);
-    packs::store(y, &numbers_[1][i]);
-    packs::store(z, &numbers_[2][i]);
-  }
-
   /// Every `stride`-th of some points.
   void assign(const PointArrays& points, std::size_t stride) {
     clear();
@@ -57,7 +45,8 @@ class PointArrays {
 
   /// Some points in a frame about the first of them.
   void assign(const PointArrays& points, const fcl::Matrix3<S>& frame) {
-    resize(points.size());
+    if (numbers_[0].size() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
+    size_ = points.size();
     const Point first = points[0];
     for (std::size_t i = 0; i < size_; i += packs::kSize<S>) {
       const Pack<S> x = points.pack(0, i) - first[0], y = points.pack(1, i) - first[1],

@@ -14,7 +14,7 @@
 namespace adaptive_bvh_test {
 namespace wide_tree_test {
 
-using adaptive_bvh::BodyFrame;
+using adaptive_bvh::BodyCoordinates;
 using adaptive_bvh::Int4;
 using adaptive_bvh::LeafTriangles;
 using adaptive_bvh::MeshView;
@@ -90,8 +90,9 @@ TYPED_TEST(Wide, HasEveryTriangleOnce) {
   using S = TypeParam;
   for (int triangles : {1, 2, 3, 4, 5, 9, 100, 700}) {
     this->adopt(soup<S>(triangles, this->random_.engine()));
-    const BodyFrame<S> frame(fcl::Matrix3d::Identity(), Vector3<S>::Zero(), S(4));
-    this->tree_.refit(this->mesh_.vertices.data(), {frame, 1}, TaskPool(1));
+    const auto coordinates =
+        BodyCoordinates::about(fcl::Vector3d::Zero(), fcl::Matrix3d::Identity(), 4);
+    this->tree_.refit(this->mesh_.vertices.data(), coordinates, TaskPool(1));
     this->expectRight();
     int leaves = 0;
     for (int i = 0; i < this->tree_.size(); ++i) {
@@ -111,13 +112,14 @@ TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
     for (Vector3<S>& p : mesh.vertices) p *= S(scale);
     const fcl::Matrix3d axes = randomPose<double>(this->random_.engine(), 0).linear();
     const Vector3<S> origin = Vector3<S>::Constant(S(0.5 * scale));
-    const BodyFrame<S> frame(axes, origin, S(scale));
-    float size = 0;
+    double size = 0;
     for (const Vector3<S>& p : mesh.vertices)
-      for (int k = 0; k < 3; ++k) size = std::max(size, std::abs(frame.toBodyFrame(p)[k]));
+      size = std::max(
+          size, (axes.transpose() * (p - origin).template cast<double>()).cwiseAbs().maxCoeff());
+    const auto coordinates = BodyCoordinates::about(origin.template cast<double>(), axes, size);
     for (int threads : {1, 3}) {
       this->adopt(mesh);
-      this->tree_.refit(this->mesh_.vertices.data(), {frame, size}, TaskPool(threads));
+      this->tree_.refit(this->mesh_.vertices.data(), coordinates, TaskPool(threads));
       this->expectRight();
     }
     // Node by node, those below first.
