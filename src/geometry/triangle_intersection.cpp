@@ -10,9 +10,24 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
+double largest(const Vector& v) { return v.lpNorm<Eigen::Infinity>(); }
+
+/// The sign of orientation(a, b, c, d), of which a determinant was computed of three differences,
+/// whose product of largest components is `size`.
+double signOf(double determinant, double size, const Vector& a, const Vector& b, const Vector& c,
+              const Vector& d) {
+  return orientations::isCertain(determinant, size) ? determinant : exactOrientation(a, b, c, d);
+}
+
+/// By det(b - a, c - a, a - x), of which the first two are the same for all points.
 std::array<double, 3> sidesOf(const Triangle& face, const Triangle& points) {
+  const Vector p = face[1] - face[0], q = face[2] - face[0], normal = p.cross(q);
+  const double size = largest(p) * largest(q);
   std::array<double, 3> sides;
-  for (std::size_t k = 0; k < 3; ++k) sides[k] = orientation(face[0], face[1], face[2], points[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector r = face[0] - points[k];
+    sides[k] = signOf(normal.dot(r), size * largest(r), face[0], face[1], face[2], points[k]);
+  }
   return sides;
 }
 
@@ -21,11 +36,15 @@ bool areInPlane(const std::array<double, 3>& sides) {
 }
 
 /// Whether the line from p to q meets the face or its sides, where it does not lie in the face's
-/// plane.
+/// plane. By det(q - p, y - p, x - p) for the sides of the face from x to y.
 bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
+  const Vector along = q - p, to[3] = {face[0] - p, face[1] - p, face[2] - p};
+  const double length = largest(along), sizes[3] = {largest(to[0]), largest(to[1]), largest(to[2])};
   bool is_left = false, is_right = false;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double side = orientation(p, q, face[k], face[(k + 1) % 3]);
+  for (std::size_t k = 0; k < 3 && !(is_left && is_right); ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const double side = signOf(along.dot(to[next].cross(to[k])), length * sizes[k] * sizes[next], p,
+                               q, face[k], face[next]);
     is_left = is_left || side > 0;
     is_right = is_right || side < 0;
   }

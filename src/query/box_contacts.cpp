@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "adaptive_bvh/self_collision.h"
+#include "geometry/rigid.h"
 #include "query/contact_tasks.h"
 #include "query/pair_of_meshes.h"
 
@@ -65,20 +67,28 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
 }
 
 template <typename S>
-void selfCollideMesh(const PlacedMesh<S>& mesh, const CollisionQuery<S>& query,
-                     NeighbourFilter filter) {
+std::size_t selfCollide(const DeformableMesh<S>& own, const fcl::Transform3<S>& tf,
+                        const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                        NeighbourFilter filter) {
+  requireRigid(tf);
+  const CollisionQuery<S> query{request, result};
+  if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
+  const PlacedMesh<S> mesh(own, tf);
   const ContactNode<S> node(mesh, mesh, query, true);
   const FlatPatches flat(mesh.tree(), mesh.mesh.topology->contours);
   const bool may_skip = filter == NeighbourFilter::SharedVertex;
   search<S>(
       {mesh, mesh, mesh.tree(), mesh.tree(), node.toFirst(), filter, may_skip ? &flat : nullptr},
       SameFrame(), node);
+  return result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                       \
-  template void collideMeshes(const PlacedMesh<S>&, const PlacedMesh<S>&, \
-                              const CollisionQuery<S>&);                  \
-  template void selfCollideMesh(const PlacedMesh<S>&, const CollisionQuery<S>&, NeighbourFilter);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
+  template void collideMeshes(const PlacedMesh<S>&, const PlacedMesh<S>&,                     \
+                              const CollisionQuery<S>&);                                      \
+  template std::size_t selfCollide(const DeformableMesh<S>&, const fcl::Transform3<S>&,       \
+                                   const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, \
+                                   NeighbourFilter);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE
