@@ -5,7 +5,8 @@ namespace adaptive_bvh {
 /// What the last update of a model did, and how long it took.
 struct UpdateReport {
   int nodes = 0;  ///< bounding volumes in the tree
-  /// Volumes that moved along with their triangles. With Propagation::Displacements none does.
+  /// Volumes that moved along with their triangles. With Propagation::Displacements none does, nor
+  /// with FitnessCriterion::RefitAll, which refits them in the same step.
   int moved = 0;
   /// Volumes whose radius the propagation changed, by more than the rounding of positions.
   int inflated = 0;

@@ -67,19 +67,19 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
 }
 
 template <typename S>
-std::size_t selfCollide(const DeformableMesh<S>& own, const fcl::Transform3<S>& tf,
+std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
                         NeighbourFilter filter) {
   requireRigid(tf);
   const CollisionQuery<S> query{request, result};
   if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
-  const PlacedMesh<S> mesh(own, tf);
-  const ContactNode<S> node(mesh, mesh, query, true);
-  const FlatPatches flat(mesh.tree(), mesh.mesh.topology->contours);
+  const PlacedMesh<S> placed(mesh, tf);
+  const ContactNode<S> node(placed, placed, query, true);
+  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours);
   const bool may_skip = filter == NeighbourFilter::SharedVertex;
-  search<S>(
-      {mesh, mesh, mesh.tree(), mesh.tree(), node.toFirst(), filter, may_skip ? &flat : nullptr},
-      SameFrame(), node);
+  search<S>({placed, placed, placed.tree(), placed.tree(), node.toFirst(), filter,
+             may_skip ? &flat : nullptr},
+            SameFrame(), node);
   return result.numContacts();
 }
 

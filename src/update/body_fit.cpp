@@ -84,13 +84,13 @@ const KeptAxes& noAxes() {
 
 template <typename BV>
 BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices,
-                     KeptAxes* kept, const RefitPolicy& policy)
+                     KeptAxes* kept, const RefitPolicy& policy, const FitFunctions<S>& functions)
     : target_(target),
       topology_(target.tree.topology),
       kept_(kept),
       limit_(1 + static_cast<float>(policy.axes_tolerance)),
       unit_(static_cast<double>(vertices.frame().unit())),
-      fits_(fitFunctions<S, Volume<BV>::kHasBox>()),
+      fits_(functions),
       source_{vertices.data(),
               target.model.prev_vertices ? vertices.previous()[0].data() : nullptr,
               coordinatesOf(vertices.frame(), vertices.extent(), askewAxes<BV>()),

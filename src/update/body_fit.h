@@ -24,10 +24,11 @@ class BodyFit {
  public:
   using S = typename BV::S;
 
+  /// `functions`: for so many lanes; volumes are the same for any number.
   BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices, KeptAxes* kept,
-          const RefitPolicy& policy);
+          const RefitPolicy& policy, const FitFunctions<S>& functions);
 
-  /// Makes the volume of a node that around its triangles, at the latest in `finish`: nodes wait
+  /// Makes a node's volume the one around its triangles, at the latest in `finish`: nodes wait
   /// for others of their kind.
   void add(int node);
   /// Returns the largest Volume::cornerSum of all volumes that were fitted.

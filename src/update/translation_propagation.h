@@ -41,8 +41,9 @@ class TranslationPropagation {
   void reset(const UpdateTarget<BV>& target);
   /// The refits of this step.
   using Fit = BodyFit<BV>;
-  Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy) {
-    return {target, vertices_, kept_.data(), policy};
+  Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+          const FitFunctions<S>& functions = fitFunctions<S, Volume<BV>::kHasBox>()) {
+    return {target, vertices_, kept_.data(), policy, functions};
   }
   /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);

@@ -7,8 +7,6 @@
 
 #include <Eigen/LU>
 
-#include <numeric>
-
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
@@ -114,6 +112,26 @@ class Body {
       visit(together, i);
       visit(alone, i);
     }
+  }
+
+  /// Expects the same volumes from four lanes as from as many as this processor has.
+  void expectSameInAnyLanes() {
+    RefitPolicy policy;
+    policy.axes_tolerance = 1e30;
+    constexpr bool kHasBox = adaptive_bvh::Volume<BV>::kHasBox;
+    using FourLanes = adaptive_bvh::FitKernels<adaptive_bvh::Float4>;
+    const auto volumes = [&](const adaptive_bvh::FitFunctions<S>& functions) {
+      auto fit = method_->fit(target(), policy, functions);
+      for (int i = 0; i < nodes(); ++i) fit.add(i);
+      fit.finish();
+      std::vector<BV> all;
+      for (int i = 0; i < nodes(); ++i) all.push_back(volume(i));
+      return all;
+    };
+    volumes(FourLanes::kFunctions<S, kHasBox>);  // where there was no surface, axes are chosen now
+    auto four = volumes(FourLanes::kFunctions<S, kHasBox>),
+         most = volumes(adaptive_bvh::fitFunctions<S, kHasBox>());
+    for (std::size_t i = 0; i < four.size(); ++i) expectSame(four[i], most[i]);
   }
 
   /// The largest excess of a vertex of the node's triangles over a volume; negative inside.
@@ -279,6 +297,20 @@ TYPED_TEST(BodyFits, HoldEveryVertexOfTheirTriangles) {
       }
     }
   EXPECT_GT(this->volumes_, 5000);
+}
+
+/// Of any number of lanes: nothing is fused, and each lane does what it would do alone.
+TYPED_TEST(BodyFits, AreTheSameInAnyNumberOfLanes) {
+  for (int round = 0; round < 4; ++round)
+    for (int kind = 0; kind < kKinds; ++kind) {
+      TriangleMesh<typename TypeParam::S> mesh = this->mesh(kind);
+      Body<TypeParam> body(mesh);
+      body.expectSameInAnyLanes();
+      this->deform(mesh.vertices, 1, typename TypeParam::S(0.3));
+      body.move(mesh.vertices, round == 3 ? StepKind::TwoFrames : StepKind::Replace);
+      body.expectSameInAnyLanes();
+      if (testing::Test::HasFatalFailure()) return;
+    }
 }
 
 /// Where positions are exact in body coordinates, all that is left are the operations of the fit in

@@ -210,7 +210,8 @@ JudgedShape<S> flat(const fcl::Vector3<S>& normal, S offset, bool is_solid) {
           },
           [=](const Point& m) {
             const Real cosine = m.dot(n) / length, sine = m.cross(n).norm() / length;
-            const bool is_along = sine < 1e-6L && (!is_solid || cosine > 0);
+            // No length takes a body out of a half-space along another direction.
+            const bool is_along = sine < 1e-12L && (!is_solid || cosine > 0);
             return is_along ? cosine * d : std::numeric_limits<Real>::infinity();
           }};
 }
