@@ -6,11 +6,11 @@
 
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/rigid.h"
-#include "geometry/triangle_gap.h"
+#include "base/rigid.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_mesh.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_test {
 namespace contact_search_test {

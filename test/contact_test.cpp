@@ -11,12 +11,12 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_gap.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/shapes.h"
 #include "support/test_volume.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_test {
 namespace contact_test {

@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "geometry/time_of_impact.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
+#include "triangles/time_of_impact.h"
 
 namespace adaptive_bvh_test {
 namespace continuous_collision_test {

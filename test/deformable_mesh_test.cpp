@@ -14,7 +14,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
-#include "mesh/mesh_state.h"
+#include "deformable/mesh_state.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"

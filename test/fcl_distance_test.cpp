@@ -4,9 +4,9 @@
 
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 
-#include "geometry/triangle_gap.h"
 #include "support/degenerate_triangles.h"
 #include "support/quad_geometry.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_test {
 namespace fcl_distance_test {

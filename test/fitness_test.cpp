@@ -1,5 +1,5 @@
 // The fitness tests of thesis 4.4 and the criteria of 4.5, by hand.
-#include "update/fitness.h"
+#include "volumes/fitness.h"
 
 #include <gtest/gtest.h>
 

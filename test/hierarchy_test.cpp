@@ -8,12 +8,12 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "hierarchy/edges.h"
+#include "hierarchy/links.h"
 #include "scenarios.h"
 #include "support/brute_force.h"
 #include "support/meshes.h"
 #include "support/trees.h"
-#include "tree/check.h"
+#include "volumes/check.h"
 
 namespace adaptive_bvh_test {
 namespace hierarchy_test {

@@ -9,7 +9,7 @@
 #include <functional>
 #include <random>
 
-#include "hierarchy/edges.h"
+#include "hierarchy/links.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
 

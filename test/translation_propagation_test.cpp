@@ -1,12 +1,12 @@
 // Propagation::TranslationCompensated by hand: a part that moves as a whole does not grow, one that
 // is strained grows by its own strain, and the numbers kept beside the tree say so.
-#include "update/translation_propagation.h"
+#include "volumes/translation_propagation.h"
 
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "model_state.h"
+#include "fcl/model_state.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"

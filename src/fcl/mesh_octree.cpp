@@ -1,4 +1,4 @@
-#include "fcl/mesh_octree.h"
+#include "fcl/mesh_pairs.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "fcl/octree_pair.h"
-#include "volume/each_volume.h"
+#include "volumes/each_volume.h"
 
 namespace adaptive_bvh {
 

@@ -4,11 +4,11 @@
 #if FCL_HAVE_OCTOMAP
 #include <fcl/geometry/octree/octree.h>
 
+#include "base/rigid.h"
 #include "fcl/cell_separation.h"
 #include "fcl/placed_model.h"
-#include "geometry/rigid.h"
-#include "geometry/triangle_shape.h"
 #include "query/placed_mesh.h"
+#include "triangles/triangle_shape.h"
 
 namespace adaptive_bvh {
 

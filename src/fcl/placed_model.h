@@ -4,9 +4,9 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "geometry/mesh_of_model.h"
+#include "mesh/mesh_view.h"
 #include "query/triangle_contacts.h"
-#include "tree/pair_statistics.h"
+#include "volumes/traversal_statistics.h"
 
 namespace adaptive_bvh {
 

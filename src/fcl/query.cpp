@@ -4,16 +4,13 @@
 #include <stdexcept>
 #include <typeinfo>
 
-#include "fcl/mesh_mesh.h"
-#include "fcl/mesh_octree.h"
-#include "fcl/mesh_shape.h"
-#include "fcl/supported_pairs.h"
-#include "geometry/rigid.h"
-#include "model_state.h"
+#include "base/rigid.h"
+#include "fcl/mesh_pairs.h"
+#include "fcl/model_state.h"
 #include "query/box_contacts.h"
 #include "query/close_triangles.h"
 #include "query/nearest_search.h"
-#include "query/unset_fields.h"
+#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "tree/pair_statistics.h"
+#include "volumes/traversal_statistics.h"
 
 namespace adaptive_bvh {
 

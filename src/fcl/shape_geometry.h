@@ -15,9 +15,9 @@
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 
-#include "geometry/cylinder_penetration.h"
-#include "geometry/triangle_shape.h"
-#include "query/shape_core.h"
+#include "fcl/shape_triangles.h"
+#include "triangles/convex_distance.h"
+#include "triangles/triangle_shape.h"
 
 namespace adaptive_bvh {
 

@@ -1,4 +1,4 @@
-#include "fcl/supported_pairs.h"
+#include "fcl/mesh_pairs.h"
 
 #include <stdexcept>
 #include <string>

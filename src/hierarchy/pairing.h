@@ -1,6 +1,6 @@
 #pragma once
 
-#include "hierarchy/group_graph.h"
+#include "hierarchy/links.h"
 
 namespace adaptive_bvh {
 

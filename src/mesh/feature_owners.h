@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "geometry/scratch.h"
+#include "base/scratch.h"
 #include "mesh/mesh_view.h"
 
 namespace adaptive_bvh {

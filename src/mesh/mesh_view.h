@@ -5,6 +5,7 @@
 #include <functional>
 
 #include <fcl/common/types.h>
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/triangle.h>
 
 namespace adaptive_bvh {
@@ -57,5 +58,14 @@ struct MeshView {
     for (int k = 0; k < verticesPerPrimitive(); ++k) forEachPositionOf(vertex(primitive, k), visit);
   }
 };
+
+template <typename BV>
+MeshView<typename BV::S> viewOf(const fcl::BVHModel<BV>& model) {
+  MeshView<typename BV::S> view;
+  view.vertices = model.vertices;
+  view.previous = model.prev_vertices;
+  view.triangles = model.num_tris > 0 ? model.tri_indices : nullptr;
+  return view;
+}
 
 }  // namespace adaptive_bvh

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/rigid.h"
-#include "query/contact_tasks.h"
-#include "query/pair_of_meshes.h"
+#include "base/rigid.h"
+#include "query/contact_search.h"
+#include "query/tree_pair.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "adaptive_bvh/self_collision.h"
-#include "geometry/triangle_differences.h"
-#include "query/flat_patches.h"
+#include "boxes/flat_patches.h"
+#include "boxes/wide_search.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
-#include "query/wide_search.h"
+#include "triangles/triangle_differences.h"
 
 namespace adaptive_bvh {
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "geometry/scratch.h"
-#include "query/pair_of_meshes.h"
+#include "base/scratch.h"
+#include "query/tree_pair.h"
 
 namespace adaptive_bvh {
 

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
-#include "geometry/rigid.h"
+#include "base/rigid.h"
 #include "query/nearest_search.h"
-#include "query/unset_fields.h"
+#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 

@@ -1,6 +1,6 @@
 #include "query/nearest_pair.h"
 
-#include "query/unset_fields.h"
+#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 namespace {

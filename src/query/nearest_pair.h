@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "geometry/triangle_block.h"
-#include "geometry/triangle_separation.h"
 #include "query/placed_mesh.h"
+#include "query/triangle_separation.h"
+#include "triangles/triangle_block.h"
 
 namespace adaptive_bvh {
 

@@ -2,11 +2,123 @@
 
 #include <vector>
 
-#include "query/leaf_blocks.h"
 #include "query/nearest_pair.h"
+#include "query/pair_corners.h"
 #include "query/supports.h"
+#include "query/tree_pair.h"
+#include "triangles/triangle_block.h"
 
 namespace adaptive_bvh {
+
+/// The triangles of a leaf of each of two trees for TriangleBlock: in the first tree's coordinates,
+/// from the first corner of the second leaf. Positions of the first tree count with their
+/// residuals; those of the second are placed in double precision. docs/bounds.md, 5.
+template <typename S>
+class LeafBlocks {
+ public:
+  LeafBlocks(const PlacedMesh<S>& second, const TreePair<S>& trees)
+      : placed2_(second), trees_(trees) {}
+  LeafBlocks(const LeafBlocks&) = delete;
+  LeafBlocks& operator=(const LeafBlocks&) = delete;
+
+  /// Bounds from now on look along a direction of length 1, or zero, too: from the first to the
+  /// second. To be called first, and after the trees were aligned.
+  void lookAlong(const Vector4x3& direction) {
+    direction_ = direction;
+    second_of_ = slab_of_ = -1;
+  }
+  /// Which pairs of triangles of two leaves may be as near as a limit, in the first tree's units:
+  /// those whose first triangle is as near to a slab around the second leaf. On surfaces that lie
+  /// along each other few are, and a slab takes as long as to test two pairs. Bit 4 j + i for
+  /// triangle i of the first leaf and j of the second.
+  unsigned near(int first, int second, unsigned pairs, double limit) {
+    const RelativeFrame& frame = trees_.frame();
+    if (!frame.isPrecise()) return pairs;
+    Vector4x3 corners[3];
+    if (slab_of_ != second || slab_limit_ != limit) {
+      const WideTree& tree = trees_.second();
+      slab_of_ = second;
+      slab_limit_ = limit;
+      gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[second], corners);
+      if (!frame.isSame())
+        for (Vector4x3& corner : corners) corner = frame(corner);
+      slab_ = LeafSlab(corners, static_cast<float>(limit),
+                       frame.isSame() ? frame.same().error() : frame.error());
+    }
+    const WideTree& tree = trees_.first();
+    gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
+    return pairs & ~(0x1111 * slab_.apart(corners));
+  }
+  /// Of two leaves, by their numbers. Valid until the next call. Leaves of the second that follow
+  /// each other often are the same.
+  TriangleBlock operator()(int first, int second) {
+    if (second_of_ != second) readSecond(second);
+    readFirst(trees_.first().nodes()[first]);
+    return {side1_, side2_};
+  }
+  /// By so much, in the first tree's units, a bound may be too large beyond what TriangleBlock
+  /// takes off.
+  double error() const {
+    return 4 * (double(trees_.frame().preciseError()) + 4 * double(WideTree::kResidualError));
+  }
+
+ private:
+  /// Sets the origin, rounded, and what the rounding took off it. Not by cast<float>() and back:
+  /// GCC 12 takes the two casts of a pair of numbers for none with -O3.
+  void setOrigin(const fcl::Vector3d& origin) {
+    const Pack<double> xy{origin[0], origin[1]}, z{origin[2], 0};
+    const Float4 rounded = float4::narrowed(xy, z);
+    origin_ = vectors::all(rounded);
+    origin_rest_ = vectors::all(
+        float4::narrowed(xy - float4::widenedXy(rounded), z - float4::widenedZw(rounded)));
+  }
+  void readFirst(const WideNode& leaf) {
+    const WideTree& tree = trees_.first();
+    Vector4x3 positions[3], residuals[3];
+    gatherLeaf(tree.slots(), tree.positions(), leaf, positions);
+    gatherLeaf(tree.slots(), tree.residuals(), leaf, residuals);
+    for (int c = 0; c < 3; ++c)
+      block1_.corner[c] = vectors::sum(vectors::difference(positions[c], origin_),
+                                       vectors::difference(residuals[c], origin_rest_));
+    side1_ = TriangleSides(block1_, direction_);
+  }
+  void readSecond(int number) {
+    second_of_ = number;
+    const WideNode& leaf = trees_.second().nodes()[number];
+    fcl::Vector3d corners[4][3];
+    for (int i = 0; i < 4; ++i) {
+      const TrianglePoints<double> points =
+          placed2_.pointsAt(static_cast<unsigned>(leaf.first + (i < int(leaf.count) ? i : 0)));
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[i][k] = trees_.first().coordinates()(trees_.toFirst()(points[k]));
+    }
+    const fcl::Vector3d origin = corners[0][0];
+    setOrigin(origin);
+    for (int k = 0; k < 3; ++k) {
+      Float4 seen[4];
+      for (int i = 0; i < 4; ++i) {
+        const fcl::Vector3d x = corners[i][k] - origin;
+        seen[i] =
+            Float4{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2]), 0};
+      }
+      block2_.corner[k] = float4::columns(seen[0], seen[1], seen[2], seen[3]);
+    }
+    side2_ = TriangleSides(block2_, direction_);
+  }
+
+  const PlacedMesh<S>& placed2_;
+  const TreePair<S>& trees_;
+  Vector4x3 direction_;
+  Triangles4 block1_, block2_;
+  TriangleSides side1_, side2_;
+  Vector4x3 origin_, origin_rest_;
+  int second_of_ = -1, slab_of_ = -1;
+  double slab_limit_ = 0;
+  LeafSlab slab_;
+};
+
+extern template class LeafBlocks<float>;
+extern template class LeafBlocks<double>;
 
 /// What gaps of boxes say, of two four-wide trees seen in the coordinates of the first. Boxes reach
 /// farther than their triangles by more than all that is rounded in both and in their differences,

@@ -2,8 +2,8 @@
 
 #include "adaptive_bvh/self_collision.h"
 #include "boxes/wide_tree.h"
-#include "geometry/triangle_differences.h"
 #include "query/pair_stages.h"
+#include "triangles/triangle_differences.h"
 
 namespace adaptive_bvh {
 

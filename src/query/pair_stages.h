@@ -1,7 +1,7 @@
 #pragma once
 
-#include "geometry/triangle_pairs.h"
-#include "mesh/leaf_slots.h"
+#include "hierarchy/leaf_slots.h"
+#include "triangles/triangle_pairs.h"
 
 // Compiled once for every processor and once for those with AVX2. For the second no function may be
 // shared with other sources, which the linker would then give to all: no standard library here, and

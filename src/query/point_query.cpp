@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "query/batches.h"
 #include "query/point_search.h"
 #include "query/ray_search.h"
 

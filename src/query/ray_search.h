@@ -3,10 +3,10 @@
 #include <cmath>
 #include <limits>
 
+#include "boxes/open_nodes.h"
 #include "boxes/wide_tree.h"
-#include "geometry/ray_triangle.h"
-#include "query/open_nodes.h"
 #include "query/placed_mesh.h"
+#include "triangles/ray_triangle.h"
 
 namespace adaptive_bvh {
 

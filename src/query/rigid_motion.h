@@ -2,7 +2,7 @@
 
 #include <fcl/geometry/collision_geometry.h>
 
-#include "geometry/rounding.h"
+#include "base/rounding.h"
 
 namespace adaptive_bvh {
 

@@ -7,11 +7,11 @@
 #include <fcl/narrowphase/collision_request.h>
 #include <fcl/narrowphase/collision_result.h>
 
-#include "geometry/rigid.h"
-#include "geometry/triangle_contact.h"
-#include "geometry/triangle_gap.h"
+#include "base/rigid.h"
 #include "mesh/mesh_view.h"
-#include "query/unset_fields.h"
+#include "query/placed_mesh.h"
+#include "triangles/triangle_contact.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
 

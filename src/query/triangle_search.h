@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <memory>
 #include <vector>
 
+#include "base/task_pool.h"
+#include "boxes/wide_search.h"
 #include "query/placed_mesh.h"
-#include "query/wide_search.h"
 
 namespace adaptive_bvh {
 
@@ -53,6 +56,87 @@ class TriangleSearch final : private LeafSink {
 
   Tests tests_;
   WideSearch walk_;
+};
+
+/// A walk cut into tasks, each some pairs of nodes, in the order in which one thread comes to them.
+class WalkTasks {
+ public:
+  static constexpr int kSize = 512;
+
+  /// At least kSize.
+  explicit WalkTasks(const std::vector<NodePair>& pairs) : pairs_(pairs) {}
+
+  int size() const { return kSize; }
+  NodePairs operator[](int task) const {
+    const auto at = [&](int i) {
+      return pairs_.data() + partBegin(static_cast<int>(pairs_.size()), kSize, i);
+    };
+    return {at(task), at(task + 1)};
+  }
+
+ private:
+  const std::vector<NodePair>& pairs_;
+};
+
+/// Calls search.run for the roots, after search.clear(); or, on several threads, runTasks(walks)
+/// for tasks that stand for these, where there are enough to be worth it: what they find takes the
+/// place of the results.
+template <typename Search, typename RunTasks>
+void runFromRoots(Search& search, const TaskPool& pool, const RunTasks& runTasks) {
+  const NodePair roots{0, 0};
+  if (pool.size() > 1) {
+    std::vector<NodePair> pairs{roots};
+    search.split(pairs, WalkTasks::kSize, pool);
+    if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
+  }
+  search.clear();
+  search.run({&roots, &roots + 1});
+}
+
+/// What workers keep from query to query, by slot: the calling thread has it.
+template <typename Memory>
+std::vector<Memory>& workersMemory(const TaskPool& pool) {
+  static thread_local std::vector<Memory> memory;
+  memory.resize(std::max(static_cast<std::size_t>(pool.size()), memory.size()));
+  return memory;
+}
+
+/// The tasks of a walk, run. Each thread has a worker, and notes which part of what it found is a
+/// task's: so all can be put together in the order of one thread.
+///
+///   worker.run(pairs, task)  searches at or below some pairs of nodes
+///   worker.mark()            how much it has found so far: a Worker::Mark
+template <typename Worker>
+class SearchTasks {
+ public:
+  /// What a task found: some of a worker's.
+  struct Found {
+    Worker* worker = nullptr;
+    typename Worker::Mark from{}, to{};
+  };
+
+  /// makeWorker(slot) returns a new worker in a std::unique_ptr, on its thread.
+  template <typename MakeWorker>
+  void run(const TaskPool& pool, const WalkTasks& walks, const MakeWorker& makeWorker) {
+    workers_.resize(static_cast<std::size_t>(pool.size()));
+    found_.resize(static_cast<std::size_t>(walks.size()));
+    pool.forEach(walks.size(), [&](int task, int slot) {
+      const auto at = static_cast<std::size_t>(task);
+      std::unique_ptr<Worker>& worker = workers_[static_cast<std::size_t>(slot)];
+      if (!worker) worker = makeWorker(static_cast<std::size_t>(slot));
+      found_[at].from = worker->mark();
+      worker->run(walks[task], at);
+      found_[at].to = worker->mark();
+      found_[at].worker = worker.get();
+    });
+  }
+
+  /// By task.
+  const std::vector<Found>& found() const { return found_; }
+
+ private:
+  std::vector<Found> found_;
+  std::vector<std::unique_ptr<Worker>> workers_;
 };
 
 }  // namespace adaptive_bvh

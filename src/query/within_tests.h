@@ -2,13 +2,13 @@
 
 #include <cstdint>
 
-#include "geometry/leaf_slab.h"
-#include "geometry/rigid.h"
-#include "geometry/triangle_distances4.h"
-#include "geometry/triangle_gap.h"
+#include "base/rigid.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
+#include "triangles/triangle_block.h"
+#include "triangles/triangle_distances4.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "contact_judge.h"
-#include "geometry/time_of_impact.h"
+#include "triangles/time_of_impact.h"
 
 namespace adaptive_bvh_bench {
 

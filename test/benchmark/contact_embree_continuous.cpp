@@ -6,9 +6,9 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "contact_continuous.h"
 #include "contact_pairs.h"
+#include "deformable/mesh_state.h"
 #include "embree_scene.h"
-#include "geometry/moving_pairs4.h"
-#include "mesh/mesh_state.h"
+#include "triangles/moving_pairs4.h"
 
 namespace adaptive_bvh_bench {
 namespace {

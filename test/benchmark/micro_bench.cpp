@@ -13,7 +13,7 @@
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
 #include "scenarios.h"
-#include "volume/volume.h"
+#include "volumes/volume.h"
 
 namespace {
 

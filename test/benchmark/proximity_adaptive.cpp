@@ -8,8 +8,8 @@
 #include "adaptive_bvh/proximity.h"
 #include "contact_judge.h"
 #include "fcl_support.h"
-#include "geometry/triangle_gap.h"
 #include "proximity_method.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_bench {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "contact_judge.h"
 #include "embree_scene.h"
-#include "geometry/feature_distance.h"
-#include "geometry/triangle_gap.h"
 #include "proximity_method.h"
+#include "triangles/feature_distance.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_bench {
 namespace {

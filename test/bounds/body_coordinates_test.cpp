@@ -1,5 +1,5 @@
 // BodyCoordinates: their scale and axes.
-#include "boxes/body_coordinates.h"
+#include "boxes/wide_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The depth of triangles in a cylinder: against the certified depth of any convex set, and against
 // motions in any direction.
-#include "geometry/cylinder_penetration.h"
+#include "triangles/convex_distance.h"
 
 #include <gtest/gtest.h>
 

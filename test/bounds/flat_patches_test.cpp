@@ -1,6 +1,6 @@
 // Of a node that FlatPatches calls flat no two triangles touch that have no vertex in common,
 // judged in quadruple precision; and surfaces that meet themselves are not called flat.
-#include "query/flat_patches.h"
+#include "boxes/flat_patches.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "mesh/mesh_state.h"
+#include "deformable/mesh_state.h"
 #include "support/brute_force.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/leaf_slab.h"
 #include "support/long_mode.h"
 #include "support/triangle_lanes.h"
+#include "triangles/triangle_block.h"
 
 namespace adaptive_bvh_test {
 namespace leaf_slab_test {

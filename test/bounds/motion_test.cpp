@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "geometry/scaled_frame.h"
-#include "model_state.h"
+#include "fcl/model_state.h"
 #include "query/rigid_motion.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "tree/inflations.h"
+#include "volumes/adaptive_tree.h"
+#include "volumes/vertex_states.h"
 
 namespace adaptive_bvh_test {
 namespace motion_test {

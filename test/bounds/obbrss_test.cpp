@@ -3,12 +3,12 @@
 // sphere is that of an RSS: rss_test.)
 #include <gtest/gtest.h>
 
-#include "geometry/axes.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "tree/inflations.h"
-#include "volume/volume.h"
+#include "volumes/adaptive_tree.h"
+#include "volumes/kept_axes.h"
+#include "volumes/volume.h"
 
 namespace adaptive_bvh_test {
 namespace obbrss_test {

@@ -1,9 +1,9 @@
 // ScaledFrame: what is lost on the way to the coordinates of a step and back.
-#include "geometry/scaled_frame.h"
+#include "volumes/vertex_states.h"
 
 #include <gtest/gtest.h>
 
-#include "geometry/rounding.h"
+#include "base/rounding.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 

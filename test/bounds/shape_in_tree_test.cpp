@@ -1,5 +1,5 @@
 // What a search of a mesh and a shape prunes by, against distances in long double.
-#include "query/shape_search.h"
+#include "fcl/shape_search.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Times of impact of moving features against the signs of polynomials and distances in long double.
-#include "geometry/time_of_impact.h"
+#include "triangles/time_of_impact.h"
 
 #include <gtest/gtest.h>
 
-#include "geometry/moving_pairs4.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
+#include "triangles/moving_pairs4.h"
 
 namespace adaptive_bvh_test {
 namespace time_of_impact_test {

@@ -1,5 +1,5 @@
 // TriangleBlock against the distances of its triangles in long double.
-#include "geometry/triangle_block.h"
+#include "triangles/triangle_block.h"
 
 #include <gtest/gtest.h>
 

@@ -2,9 +2,9 @@
 // distances in long double, with corners that are off by what is allowed.
 #include <gtest/gtest.h>
 
-#include "geometry/triangle_distances4.h"
 #include "support/long_mode.h"
 #include "support/triangle_lanes.h"
+#include "triangles/triangle_distances4.h"
 
 namespace adaptive_bvh_test {
 namespace triangle_distances4_test {

@@ -1,6 +1,6 @@
 // The distance of two triangles, and of a point and a triangle, is exact up to the error stated,
 // for triangles of every shape: against quadruple precision.
-#include "geometry/triangle_gap.h"
+#include "triangles/triangle_gap.h"
 
 #include <gtest/gtest.h>
 

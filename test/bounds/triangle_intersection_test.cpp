@@ -1,13 +1,13 @@
 // Whether two triangles have a common point is decided without any error, for triangles of every
 // shape: against whole numbers.
-#include "geometry/triangle_intersection.h"
+#include "triangles/triangle_intersection.h"
 
 #include <gtest/gtest.h>
 
-#include "geometry/orientation.h"
-#include "geometry/triangle_gap.h"
 #include "support/integer_triangles.h"
 #include "support/long_mode.h"
+#include "triangles/orientation.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_test {
 namespace triangle_intersection_test {

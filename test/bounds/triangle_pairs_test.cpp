@@ -1,17 +1,16 @@
 // What TrianglePairs4 calls certain, FCL's test says; and it is so in long double.
-#include "geometry/triangle_pairs.h"
+#include "triangles/triangle_pairs.h"
 
 #include <gtest/gtest.h>
 
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
-#include "boxes/body_coordinates.h"
 #include "boxes/wide_tree.h"
-#include "geometry/triangle_differences.h"
-#include "geometry/triangle_gap.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
+#include "triangles/triangle_differences.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh_test {
 namespace triangle_pairs_test {

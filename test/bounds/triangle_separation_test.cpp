@@ -1,5 +1,5 @@
 // TriangleSeparation against the distance of two triangles in long double.
-#include "geometry/triangle_separation.h"
+#include "query/triangle_separation.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/vectors.h"
+#include "base/vectors.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <limits>
+
+#include "base/float4.h"
+
+namespace adaptive_bvh {
+
+/// All points between two corners, sides along the axes.
+struct Box {
+  Float4 low, high;
+
+  ADAPTIVE_BVH_INLINE void add(const Box& other) {
+    low = float4::lower(low, other.low);
+    high = float4::upper(high, other.high);
+  }
+  ADAPTIVE_BVH_INLINE void add(const Float4& point) { add(Box{point, point}); }
+
+  ADAPTIVE_BVH_INLINE Float4 center() const { return (low + high) * float4::all(0.5f); }
+  ADAPTIVE_BVH_INLINE Float4 halfSides() const { return (high - low) * float4::all(0.5f); }
+
+  /// The largest |x|, |y| or |z| of all points.
+  float largestCoordinate() const {
+    return float4::largest(float4::upper(float4::absolute(low), float4::absolute(high)));
+  }
+};
+
+/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
+struct Boxes4 {
+  Float4 low[3], high[3];
+
+  ADAPTIVE_BVH_INLINE Box box(int lane) const {
+    return {Float4{low[0][lane], low[1][lane], low[2][lane], 0},
+            Float4{high[0][lane], high[1][lane], high[2][lane], 0}};
+  }
+};
+
+ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, const Box& d) {
+  const float4::Columns low = float4::columns(a.low, b.low, c.low, d.low),
+                        high = float4::columns(a.high, b.high, c.high, d.high);
+  return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+
+/// The largest squared gap, as computed below, of boxes that are `distance` apart: rounded up by
+/// more than squares and sums are.
+inline float squaredGapOf(double distance) {
+  constexpr double kFar = 1e15;  // its square is within single precision
+  constexpr double kLeast = 1e-37;
+  return distance < kFar ? static_cast<float>(distance * distance * (1 + 1. / (1 << 20)) + kLeast)
+                         : std::numeric_limits<float>::infinity();
+}
+
+/// The squared distances of four boxes to box `kLane` of four others, all in one frame.
+template <int kLane>
+ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
+  using float4::broadcast;
+  using float4::upper;
+  const Float4 zero = float4::all(0);
+  Float4 sum = zero;
+  for (int k = 0; k < 3; ++k) {
+    const Float4 gap = upper<Float4>(upper<Float4>(a.low[k] - broadcast<kLane>(b.high[k]),
+                                                   broadcast<kLane>(b.low[k]) - a.high[k]),
+                                     zero);
+    sum += gap * gap;
+  }
+  return sum;
+}
+
+/// Those of boxes i and j, four by four: row[j][i].
+struct Gaps4x4 {
+  Float4 row[4];
+
+  float operator()(int i, int j) const { return row[j][i]; }
+  /// The smallest of each i.
+  ADAPTIVE_BVH_INLINE Float4 least() const {
+    return float4::lower<Float4>(float4::lower<Float4>(row[0], row[1]),
+                                 float4::lower<Float4>(row[2], row[3]));
+  }
+  /// Bit 4 j + i where the gap of i and j is smaller.
+  ADAPTIVE_BVH_INLINE unsigned below(float gap) const {
+    unsigned bits = 0;
+    for (int j = 0; j < 4; ++j) bits |= float4::bits(row[j] < float4::all(gap)) << (4 * j);
+    return bits;
+  }
+};
+ADAPTIVE_BVH_INLINE Gaps4x4 squaredGaps(const Boxes4& a, const Boxes4& b) {
+  return {{squaredGaps<0>(a, b), squaredGaps<1>(a, b), squaredGaps<2>(a, b), squaredGaps<3>(a, b)}};
+}
+
+}  // namespace adaptive_bvh

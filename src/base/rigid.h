@@ -1,0 +1,55 @@
+#pragma once
+
+#include <stdexcept>
+#include <type_traits>
+
+#include <fcl/common/types.h>
+
+namespace adaptive_bvh {
+
+/// Takes points from one frame to another, y = R x + t, in double precision: every query places the
+/// second mesh in the frame of the first by these very numbers, so that all agree whether two
+/// triangles touch.
+struct RelativePlacement {
+  fcl::Matrix3d R = fcl::Matrix3d::Identity();
+  fcl::Vector3d T = fcl::Vector3d::Zero();
+
+  RelativePlacement() = default;
+  /// From the frame `from` to the frame `to`, both given in the world.
+  template <typename S>
+  RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
+    const fcl::Matrix3d back = to.linear().template cast<double>().transpose();
+    R = back * from.linear().template cast<double>();
+    T = back *
+        (from.translation().template cast<double>() - to.translation().template cast<double>());
+  }
+
+  template <typename S>
+  fcl::Vector3d operator()(const fcl::Vector3<S>& x) const {
+    return R * x.template cast<double>() + T;
+  }
+};
+
+/// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
+/// or mirror. So much may R^T R differ from the identity, for a rotation that was composed of many.
+template <typename S>
+void requireRigid(const fcl::Transform3<S>& tf) {
+  constexpr S kLargestError = std::is_same<S, float>::value ? S(1e-3) : S(1e-6);
+  const fcl::Matrix3<S> R = tf.linear();
+  const S error = (R.transpose() * R - fcl::Matrix3<S>::Identity()).squaredNorm();  // NaN stays NaN
+  const bool is_rotation =
+      error <= kLargestError * kLargestError && R.col(0).dot(R.col(1).cross(R.col(2))) > 0;
+  if (!is_rotation || !tf.translation().allFinite())
+    throw std::invalid_argument(
+        "adaptive_bvh: a transform is not a rigid motion: its rotation must be orthonormal (to "
+        "1e-6 "
+        "in double, 1e-3 in single precision) with determinant 1, and all numbers finite");
+}
+
+template <typename S>
+void requireDistance(S distance) {
+  if (!(distance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a distance to ask for is negative or not a number");
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,37 @@
+#include "base/task_pool.h"
+
+#ifdef ADAPTIVE_BVH_HAS_TBB
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace adaptive_bvh {
+
+#ifdef ADAPTIVE_BVH_HAS_TBB
+
+bool canRunTasks() { return true; }
+
+/// Isolated: while the caller waits it takes no other tasks of its arena, which may take long.
+void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept {
+  try {
+    tbb::this_task_arena::isolate([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<int>(0, count),
+          [&](const tbb::blocked_range<int>& range) {
+            for (int i = range.begin(); i < range.end(); ++i) call(with, i);
+          },
+          tbb::simple_partitioner());
+    });
+  } catch (...) {  // no memory, or no threads
+  }
+}
+
+#else
+
+bool canRunTasks() { return false; }
+
+void runTasks(int, void (*)(void*, int), void*) noexcept {}
+
+#endif
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,208 @@
+#include "boxes/wide_search.h"
+
+#include "base/scratch.h"
+#include "boxes/flat_patches.h"
+
+namespace adaptive_bvh {
+
+/// One walk: the pairs of nodes still to visit, and the leaves that were found and not yet taken.
+class WideSearch::Walk {
+ public:
+  static constexpr int kMostBelow = 16;
+
+  /// `open`: room for the pairs.
+  ADAPTIVE_BVH_INLINE Walk(const WideTrees& trees, NodePair* open)
+      : first_(trees.first),
+        second_(trees.second),
+        trees_(trees),
+        has_frame_(!trees.frame.isIdentity()),
+        bottom_(open),
+        top_(open) {}
+
+  /// `Sink`: a LeafSink.
+  template <typename Sink>
+  ADAPTIVE_BVH_INLINE void run(const NodePairs& from, Sink& sink) {
+    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
+    while (top_ != bottom_) {
+      visit(*--top_);
+      if (count_ == kBatch && takenBy(sink)) return;
+    }
+    if (count_ > 0) takenBy(sink);
+  }
+
+  /// Visits one pair; the pairs below it are put on top.
+  ADAPTIVE_BVH_INLINE void visit(const NodePair& pair) {
+    if (isTwice(pair))
+      testNode(pair.first, isFlat(pair.first));
+    else
+      testPair(pair);
+  }
+
+  bool isTwice(const NodePair& pair) const { return trees_.is_self && pair.first == pair.second; }
+  /// Never of a leaf.
+  bool isFlat(int node) const {
+    return trees_.flat && !first_[node].isLeaf() && trees_.flat->contains(node);
+  }
+
+  ADAPTIVE_BVH_INLINE void testPair(const NodePair& pair) {
+    const WideNode &a = first_[pair.first], &b = second_[pair.second];
+    const unsigned bits = overlaps(a.boxes, inFirst(pair.second));
+    if (!bits) return;
+    if (a.isLeaf() && b.isLeaf())
+      found_[count_++] = {&a, &b, bits};
+    else if (a.isLeaf())
+      forEach(anyOfSecond(bits), [&](int j, int) { push(pair.first, b.below[j]); });
+    else if (b.isLeaf())
+      forEach(anyOfFirst(bits), [&](int i, int) { push(a.below[i], pair.second); });
+    else
+      forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
+  }
+
+  /// A node of one tree against itself: every pair below once; none where it is flat.
+  void testNode(int number, bool is_flat) {
+    const WideNode& node = first_[number];
+    if (is_flat) return;
+    constexpr unsigned kUpper = 0x7310;  // i < j
+    const unsigned bits = overlaps(node.boxes, inFirst(number)) & kUpper;
+    if (node.isLeaf()) {
+      found_[count_++] = {&node, &node, bits};
+      return;
+    }
+    forEach(bits, [&](int i, int j) { push(node.below[i], node.below[j]); });
+    for (int i = node.count; i-- > 0;) push(node.below[i], node.below[i]);
+  }
+
+  bool isDone() const { return top_ == bottom_; }
+  NodePair pop() { return *--top_; }
+  /// Forgets the leaves that were found.
+  void forgetFound() { count_ = 0; }
+
+ private:
+  static constexpr int kBatch = 32;
+
+  template <typename Sink>
+  ADAPTIVE_BVH_INLINE bool takenBy(Sink& sink) {
+    const int count = count_;
+    count_ = 0;
+    return sink.take(found_, count);
+  }
+
+  ADAPTIVE_BVH_INLINE void push(int first, int second) {
+    *top_++ = {first, second};
+    prefetch(first_[first]);
+    prefetch(second_[second]);
+  }
+  /// Both cache lines.
+  ADAPTIVE_BVH_INLINE static void prefetch(const WideNode& node) {
+    __builtin_prefetch(&node);
+    __builtin_prefetch(node.below);
+  }
+
+  /// The boxes of a node of the second tree. Pairs that follow each other often share it.
+  ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
+    if (!has_frame_) return second_[node].boxes;
+    if (node != placed_node_) placed_ = trees_.frame(second_[node].boxes);
+    placed_node_ = node;
+    return placed_;
+  }
+
+  /// Of the bits of `overlaps`: which boxes of the first overlap any of the second; and of the
+  /// second, any of the first.
+  ADAPTIVE_BVH_INLINE static unsigned anyOfFirst(unsigned bits) {
+    return (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
+  }
+  ADAPTIVE_BVH_INLINE static unsigned anyOfSecond(unsigned bits) {
+    unsigned any = bits | bits >> 1;
+    any = (any | any >> 2) & 0x1111;
+    return (any | any >> 3 | any >> 6 | any >> 9) & 15;
+  }
+  /// From the last to the first, which is the order to push them in: so nodes are visited as they
+  /// lie in memory, and of a walk in tasks each thread mostly reads what it has refitted.
+  template <typename Do>
+  ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
+    while (bits) {
+      const int bit = 31 - __builtin_clz(bits);
+      bits ^= 1u << bit;
+      act(bit & 3, bit >> 2);
+    }
+  }
+
+  const WideNode *const first_, *const second_;
+  const WideTrees& trees_;
+  const bool has_frame_;
+  NodePair *const bottom_, *top_;
+  int placed_node_ = -1;
+  Boxes4 placed_;
+  LeavesFound found_[kBatch];
+  int count_ = 0;
+};
+
+namespace {
+
+/// A pair that is left makes room for sixteen below it at most.
+std::size_t roomFor(const WideTrees& trees, const NodePairs& from) {
+  constexpr int kMostBelow = 16;
+  return static_cast<std::size_t>(from.end - from.begin + kMostBelow * trees.depth);
+}
+
+}  // namespace
+
+void WideSearch::run(const NodePairs& from, LeafSink& sink) {
+  packs::hasAvx2() ? runWithAvx2(from, sink) : runAnywhere(from, sink);
+}
+
+void WideSearch::runAnywhere(const NodePairs& from, LeafSink& sink) {
+  Scratch<NodePair> open(roomFor(trees_, from));
+  Walk(trees_, open.data()).run(from, sink);
+}
+
+ADAPTIVE_BVH_WITH_AVX2 void WideSearch::runWithAvx2(const NodePairs& from, LeafSink& sink) {
+  Scratch<NodePair> open(roomFor(trees_, from));
+  Walk(trees_, open.data()).run(from, sink);
+}
+
+bool WideSearch::hasMorePairs(int than) {
+  const NodePair roots{0, 0};
+  const NodePairs from{&roots, &roots + 1};
+  Scratch<NodePair> open(roomFor(trees_, from));
+  Walk walk(trees_, open.data());
+  walk.visit(roots);
+  for (int visited = 1; !walk.isDone(); ++visited) {
+    if (visited > than) return true;
+    walk.visit(walk.pop());
+    walk.forgetFound();
+  }
+  return false;
+}
+
+void WideSearch::split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
+  std::vector<NodePair> lower;
+  std::vector<std::uint8_t> flat;
+  for (bool changed = true; changed && pairs.size() < enough; pairs.swap(lower)) {
+    changed = false;
+    lower.clear();
+    NodePair below[Walk::kMostBelow];
+    Walk walk(trees_, below);
+    flat.assign(pairs.size(), 0);
+    if (trees_.flat)
+      pool.forEach(static_cast<int>(pairs.size()), [&](int i, int) {
+        const NodePair& pair = pairs[static_cast<std::size_t>(i)];
+        flat[static_cast<std::size_t>(i)] = walk.isTwice(pair) && walk.isFlat(pair.first);
+      });
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const NodePair pair = pairs[i];
+      if (trees_.first[pair.first].isLeaf() && trees_.second[pair.second].isLeaf()) {
+        lower.push_back(pair);
+        continue;
+      }
+      if (walk.isTwice(pair))
+        walk.testNode(pair.first, flat[i] != 0);
+      else
+        walk.testPair(pair);
+      while (!walk.isDone()) lower.push_back(walk.pop());
+      changed = true;
+    }
+  }
+}
+
+}  // namespace adaptive_bvh

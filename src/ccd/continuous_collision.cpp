@@ -1,0 +1,260 @@
+#include "adaptive_bvh/continuous_collision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "base/rigid.h"
+#include "base/rounding.h"
+#include "ccd/continuous_search.h"
+#include "deformable/mesh_state.h"
+
+namespace adaptive_bvh {
+namespace {
+
+[[noreturn]] void refuseMotion(const std::string& what) {
+  throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
+}
+
+void requireSeparation(double separation) {
+  if (!(separation >= 0) || !std::isfinite(separation))
+    refuseMotion("the separation is " + std::to_string(separation) +
+                 "; 0 or a positive length is needed");
+}
+
+/// Positions in the world, in double precision; returns how far they may be from the exact ones.
+template <typename S>
+double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3<S>& tf,
+             std::vector<fcl::Vector3d>& world) {
+  world.resize(count);
+  const fcl::Matrix3d R = tf.linear().template cast<double>();
+  const fcl::Vector3d T = tf.translation().template cast<double>();
+  const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
+  double largest = 0, sum = 0;  // of a body coordinate; not a number where one is not
+  for (std::size_t i = 0; i < count; ++i) {
+    const fcl::Vector3d x = positions[i].template cast<double>();
+    world[i] = is_still ? x : fcl::Vector3d(R * x + T);
+    sum += world[i].lpNorm<1>() * 0;
+    largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
+  }
+  if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
+    refuseMotion("a position is not finite, or too large");
+  if (is_still) return 0;
+  return 8 * std::numeric_limits<double>::epsilon() *
+         (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
+}
+
+/// A mesh's part in a query.
+template <typename S>
+class MovingPart {
+ public:
+  struct Memory {
+    std::vector<fcl::Vector3d> start, end;
+  };
+
+  MovingPart(const Motion<S>& motion, Memory& memory) : state_(stateOf(*motion.mesh)) {
+    const std::size_t count = state_.vertices.size();
+    requireRigid(motion.start_tf);
+    requireRigid(motion.end_tf);
+    const double at_start = place(motion.start, count, motion.start_tf, memory.start);
+    const double at_end = place(motion.end, count, motion.end_tf, memory.end);
+    const MeshTopology& topology = *state_.topology;
+    mesh_ = {state_.tree.nodes(),
+             topology.leaves.corners.data(),
+             &topology.leaves.slots,
+             &topology.owners,
+             &topology.features,
+             memory.start.data(),
+             memory.end.data(),
+             topology.triangles.data(),
+             static_cast<unsigned>(count),
+             static_cast<unsigned>(topology.triangles.size()),
+             state_.tree.size(),
+             state_.tree.depth(),
+             std::max(at_start, at_end)};
+  }
+
+  const MovingMesh& mesh() const { return mesh_; }
+  int threads() const { return state_.query_threads; }
+
+ private:
+  const MeshState<S>& state_;
+  MovingMesh mesh_;
+};
+
+/// Calls ask(query) for two meshes, or one with itself.
+template <typename S, typename Ask>
+auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
+  static thread_local typename MovingPart<S>::Memory memory[2];
+  requireSeparation(separation);
+  const MovingPart<S> a(first, memory[0]);
+  if (!second) return ask(ContinuousQuery{a.mesh(), a.mesh(), separation, a.threads()});
+  const MovingPart<S> b(*second, memory[1]);
+  return ask(ContinuousQuery{a.mesh(), b.mesh(), separation, std::max(a.threads(), b.threads())});
+}
+
+void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePair& pair) {
+  const auto count = [](const MovingMesh& mesh, FeatureKind k, FeatureKind vertex) {
+    return k == vertex                  ? mesh.num_vertices
+           : k == FeatureKind::EdgeEdge ? 3 * mesh.num_triangles
+                                        : mesh.num_triangles;
+  };
+  if (query.isSelf() && kind == FeatureKind::FaceVertex)
+    refuseMotion("within one mesh a pair of a vertex and a face is a VertexFace");
+  if (pair.first >= count(query.first, kind, FeatureKind::VertexFace) ||
+      pair.second >= count(query.second, kind, FeatureKind::FaceVertex))
+    refuseMotion("a pair names a feature that is not there");
+}
+
+template <typename S>
+double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
+              const FeaturePair& pair, double separation) {
+  return withQuery(first, second, separation, [&](const ContinuousQuery& query) {
+    requirePair(query, kind, pair);
+    return movingFeatures(query.first, query.second, kind, pair).timeOfImpact(separation);
+  });
+}
+
+template <typename S>
+void timesOf(const Motion<S>& first, const Motion<S>* second, const FeaturePairs& pairs,
+             double separation, ImpactTimes& times) {
+  withQuery(first, second, separation, [&](const ContinuousQuery& query) {
+    const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& of) {
+      for (const FeaturePair& pair : of) requirePair(query, kind, pair);
+    };
+    require(FeatureKind::VertexFace, pairs.vertex_face);
+    require(FeatureKind::FaceVertex, pairs.face_vertex);
+    require(FeatureKind::EdgeEdge, pairs.edge_edge);
+    findTimes(query, pairs, times);
+  });
+}
+
+}  // namespace
+
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf)
+    : mesh(&moving),
+      start(moving.previousVertices().data()),
+      end(moving.vertices().data()),
+      start_tf(from_tf),
+      end_tf(to_tf) {
+  if (moving.previousVertices().empty())
+    refuseMotion(
+        "the mesh has no positions of the step before: call updateTwoFrames, or give both "
+        "positions");
+}
+
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
+                  const Transform& from_tf, const Transform& to_tf)
+    : mesh(&moving), start(from), end(to), start_tf(from_tf), end_tf(to_tf) {
+  if (count != moving.vertices().size())
+    refuseMotion(std::to_string(count) + " positions for " +
+                 std::to_string(moving.vertices().size()) + " vertices");
+  if (count > 0 && (!from || !to)) refuseMotion("a null pointer for positions");
+}
+
+template <typename S>
+Motion<S>::Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
+                  const Transform& from_tf, const Transform& to_tf)
+    : Motion(moving, from.data(), to.data(), from.size(), from_tf, to_tf) {
+  if (to.size() != from.size())
+    refuseMotion(std::to_string(from.size()) + " positions at the start, " +
+                 std::to_string(to.size()) + " at the end");
+}
+
+template <typename S>
+void candidates(const Motion<S>& first, const Motion<S>& second, double separation,
+                FeaturePairs& pairs) {
+  withQuery(first, &second, separation,
+            [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
+}
+template <typename S>
+void candidates(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
+  withQuery<S>(mesh, nullptr, separation,
+               [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
+}
+
+template <typename S>
+double timeOfImpact(const Motion<S>& first, const Motion<S>& second, FeatureKind kind,
+                    const FeaturePair& pair, double separation) {
+  return timeOf(first, &second, kind, pair, separation);
+}
+template <typename S>
+double timeOfImpact(const Motion<S>& mesh, FeatureKind kind, const FeaturePair& pair,
+                    double separation) {
+  return timeOf<S>(mesh, nullptr, kind, pair, separation);
+}
+
+template <typename S>
+void timesOfImpact(const Motion<S>& first, const Motion<S>& second, const FeaturePairs& pairs,
+                   double separation, ImpactTimes& times) {
+  timesOf(first, &second, pairs, separation, times);
+}
+template <typename S>
+void timesOfImpact(const Motion<S>& mesh, const FeaturePairs& pairs, double separation,
+                   ImpactTimes& times) {
+  timesOf<S>(mesh, nullptr, pairs, separation, times);
+}
+
+template <typename S>
+Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation) {
+  return withQuery(first, &second, separation,
+                   [](const ContinuousQuery& query) { return findEarliestImpact(query); });
+}
+template <typename S>
+Impact earliestImpact(const Motion<S>& mesh, double separation) {
+  return withQuery<S>(mesh, nullptr, separation,
+                      [](const ContinuousQuery& query) { return findEarliestImpact(query); });
+}
+
+template <typename S>
+Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation,
+                      FeaturePairs& pairs) {
+  return withQuery(first, &second, separation,
+                   [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
+}
+template <typename S>
+Impact earliestImpact(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
+  return withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+    return findEarliestImpact(query, pairs);
+  });
+}
+
+template <typename S>
+void safeDisplacements(const Motion<S>& first, const Motion<S>& second, double separation,
+                       std::vector<double>& of_first, std::vector<double>& of_second) {
+  withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
+    findSafeDisplacements(query, of_first, of_second);
+  });
+}
+template <typename S>
+void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<double>& of_vertices) {
+  withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+    findSafeDisplacements(query, of_vertices, of_vertices);
+  });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template struct Motion<S>;                                                                   \
+  template void candidates(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);         \
+  template void candidates(const Motion<S>&, double, FeaturePairs&);                           \
+  template double timeOfImpact(const Motion<S>&, const Motion<S>&, FeatureKind,                \
+                               const FeaturePair&, double);                                    \
+  template double timeOfImpact(const Motion<S>&, FeatureKind, const FeaturePair&, double);     \
+  template void timesOfImpact(const Motion<S>&, const Motion<S>&, const FeaturePairs&, double, \
+                              ImpactTimes&);                                                   \
+  template void timesOfImpact(const Motion<S>&, const FeaturePairs&, double, ImpactTimes&);    \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double);                  \
+  template Impact earliestImpact(const Motion<S>&, double);                                    \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);   \
+  template Impact earliestImpact(const Motion<S>&, double, FeaturePairs&);                     \
+  template void safeDisplacements(const Motion<S>&, const Motion<S>&, double,                  \
+                                  std::vector<double>&, std::vector<double>&);                 \
+  template void safeDisplacements(const Motion<S>&, double, std::vector<double>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

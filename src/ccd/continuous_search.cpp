@@ -1,0 +1,292 @@
+#include "ccd/continuous_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ccd/earliest_impact.h"
+#include "ccd/feature_search.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A visitor of FeatureFinder that shares the room between two features among their vertices, in
+/// proportion to how far they move. While a vertex moves by r at most, no point of a feature moves
+/// by more than the largest r of its vertices. What is shared out only becomes less, from how far
+/// each vertex moves.
+template <bool kIsSelf>
+class SafeDisplacements {
+ public:
+  SafeDisplacements(const SweptPair& pair, double separation, std::vector<double>& of_first,
+                    std::vector<double>& of_second)
+      : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {}
+
+  /// Where nothing is in the way.
+  static void setToMotion(const MovingMesh& mesh, std::vector<double>& safe) {
+    safe.resize(mesh.num_vertices);
+    for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
+  }
+
+  void vertexFace(unsigned v, unsigned t) {
+    const Int4& b = pair_.second.vertices[t];
+    const unsigned a = pair_.first.features->vertices()[v].vertex;
+    share(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
+  }
+  void faceVertex(unsigned t, unsigned v) {
+    const Int4& a = pair_.first.vertices[t];
+    const unsigned b = pair_.second.features->vertices()[v].vertex;
+    share(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
+  }
+  void edgeEdge(unsigned e, unsigned f) {
+    const unsigned *a = pair_.first.features->edges()[e].vertices,
+                   *b = pair_.second.features->edges()[f].vertices;
+    share(FeatureKind::EdgeEdge,
+          {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
+  }
+
+  /// Not on several threads: what it skips depends on the order.
+  SafeDisplacements forWorker(FeaturePairs&) const { return *this; }
+  void clear() {}
+  void finish() {}
+  struct Mark {};
+  Mark mark() const { return {}; }
+  template <typename Found>
+  void take(const std::vector<Found>&, const TaskPool&) {}
+
+ private:
+  struct Corner {
+    const fcl::Vector3d *start, *end;
+    double* safe;
+
+    double motion() const { return (*end - *start).norm(); }
+  };
+
+  Corner first(int v) const { return corner(pair_.first, first_, v); }
+  Corner second(int v) const { return corner(pair_.second, kIsSelf ? first_ : second_, v); }
+  static Corner corner(const MovingMesh& mesh, std::vector<double>& safe, int v) {
+    return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
+  }
+
+  /// At most the distance of two features: that of the balls around their corners.
+  static double distanceOfBalls(const std::array<Corner, 4>& c, std::size_t firsts) {
+    fcl::Vector3d middle[2] = {fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
+    for (std::size_t i = 0; i < 4; ++i)
+      middle[i >= firsts] += *c[i].start / double(i < firsts ? firsts : 4 - firsts);
+    double radius[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i)
+      radius[i >= firsts] =
+          std::max(radius[i >= firsts], (*c[i].start - middle[i >= firsts]).squaredNorm());
+    return (middle[0] - middle[1]).norm() - std::sqrt(radius[0]) - std::sqrt(radius[1]);
+  }
+
+  /// What the two may move by now, with some reserve for rounding.
+  double needs(const std::array<Corner, 4>& c, std::size_t firsts) const {
+    double safe[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
+    return (separation_ + safe[0] + safe[1]) * (1 + 1e-9) + 4 * error();
+  }
+  double error() const { return std::max(pair_.first.error, pair_.second.error); }
+
+  void share(FeatureKind kind, const std::array<Corner, 4>& c) {
+    const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
+    const double far = distanceOfBalls(c, firsts);
+    if (far * (1 - 1e-9) > needs(c, firsts) && far > 1e-6 * c[0].start->norm()) return;
+    double moves[2] = {0, 0};
+    for (std::size_t i = 0; i < 4; ++i)
+      moves[i >= firsts] = std::max(moves[i >= firsts], c[i].motion());
+    const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
+    const MovingFeatures still(kind, at, at, error());
+    const double room = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
+    const double sum = moves[0] + moves[1];
+    if (!(sum * (1 + 1e-12) > room)) return;
+    for (std::size_t i = 0; i < 4; ++i)
+      *c[i].safe = std::min(*c[i].safe, room * (moves[i >= firsts] / sum));
+  }
+
+  const SweptPair& pair_;
+  const double separation_;
+  std::vector<double>&first_, &second_;
+};
+
+/// The swept boxes of a query, in memory that the thread keeps.
+class SweptBoxes {
+ public:
+  explicit SweptBoxes(const ContinuousQuery& query)
+      : query_(query), frame_(query.first, query.second) {}
+
+  /// Each grown by half of the separation.
+  SweptPair sweep(const TimeInterval& interval) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      tree.refit(mesh, frame_, interval, query_.separation / 2);
+    });
+  }
+  /// Vertices as far from their starts as `of_first` and `of_second` say, or `most`.
+  SweptPair reach(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                  double most) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      const std::vector<double>& reaches = &mesh == &query_.first ? of_first : of_second;
+      tree.refitToReach(mesh, frame_, reaches, most, query_.separation / 2);
+    });
+  }
+  const SweptFrame& frame() const { return frame_; }
+
+ private:
+  template <typename Refit>
+  SweptPair pairAfter(Refit&& refit) {
+    static thread_local SweptTree trees[2];
+    refit(trees[0], query_.first);
+    if (!query_.isSelf()) refit(trees[1], query_.second);
+    return {query_.first, trees[0], query_.second, trees[query_.isSelf() ? 0 : 1]};
+  }
+
+  const ContinuousQuery& query_;
+  const SweptFrame frame_;
+};
+
+/// Means of some triangles.
+struct MeanLengths {
+  double motion = 0, edge = 0;
+
+  explicit MeanLengths(const MovingMesh& mesh) {
+    constexpr unsigned kSamples = 1024;
+    const unsigned step = mesh.num_triangles / kSamples + 1;
+    unsigned count = 0;
+    for (unsigned t = 0; t < mesh.num_triangles; t += step, ++count) {
+      const auto ends = edgeVertices(mesh.triangles, 3 * t);
+      motion += (mesh.end[ends[0]] - mesh.start[ends[0]]).norm();
+      edge += (mesh.start[ends[1]] - mesh.start[ends[0]]).norm();
+    }
+    motion /= count;
+    edge /= count;
+  }
+  double motionInEdges() const { return motion / std::max(edge, 1e-300); }
+};
+
+/// The first part of the motion that is searched: so short that vertices move by less than an
+/// edge's length. Swept boxes are small then; and once an impact is found nothing later is looked
+/// for.
+double firstPart(const ContinuousQuery& query) {
+  const double motion =
+      std::max(MeanLengths(query.first).motionInEdges(), MeanLengths(query.second).motionInEdges());
+  return motion < 1 ? 1 : std::max(1 / (2 * motion), 1. / 64);
+}
+
+template <bool kIsSelf>
+Impact earliestImpact(const ContinuousQuery& query) {
+  SweptBoxes boxes(query);
+  std::atomic<double> best{1};
+  TimeInterval part{0, firstPart(query)};
+  for (;;) {
+    const SweptPair pair = boxes.sweep(part);
+    EarliestImpact<kIsSelf> visitor(pair, boxes.frame(), part, query.separation, best);
+    searchFeatures<kIsSelf>(pair, visitor, query.threads);
+    if (visitor.impact().happens() || part.end == 1) return visitor.impact();
+    part = {part.end, part.end > 0.2 ? 1 : 4 * part.end};
+  }
+}
+
+/// All candidates and, where the whole motion is searched at once, the earliest impact.
+template <bool kIsSelf>
+Impact listAll(const ContinuousQuery& query, FeaturePairs& pairs) {
+  if (firstPart(query) < 1) {
+    findCandidates(query, pairs);
+    return earliestImpact<kIsSelf>(query);
+  }
+  SweptBoxes boxes(query);
+  std::atomic<double> best{1};
+  const SweptPair pair = boxes.sweep({});
+  const FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
+  ListsAndImpact<kIsSelf> visitor(lists, {pair, boxes.frame(), {}, query.separation, best});
+  searchFeatures<kIsSelf>(pair, visitor, query.threads);
+  return visitor.impact();
+}
+
+}  // namespace
+
+MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
+                              const FeaturePair& pair) {
+  using Corners = std::array<fcl::Vector3d, 4>;
+  const double error = std::max(first.error, second.error);
+  if (kind == FeatureKind::EdgeEdge) {
+    const auto a = edgeVertices(first.triangles, pair.first);
+    const auto b = edgeVertices(second.triangles, pair.second);
+    const auto corners = [&](const fcl::Vector3d* x, const fcl::Vector3d* y) -> Corners {
+      return {x[a[0]], x[a[1]], y[b[0]], y[b[1]]};
+    };
+    return {kind, corners(first.start, second.start), corners(first.end, second.end), error};
+  }
+  const bool swapped = kind == FeatureKind::FaceVertex;
+  const MovingMesh &points = swapped ? second : first, &faces = swapped ? first : second;
+  const unsigned vertex = swapped ? pair.second : pair.first;
+  const fcl::Triangle& t = faces.triangles[swapped ? pair.first : pair.second];
+  const auto corners = [&](const fcl::Vector3d* x, const fcl::Vector3d* y) -> Corners {
+    return {x[vertex], y[t[0]], y[t[1]], y[t[2]]};
+  };
+  return {kind, corners(points.start, faces.start), corners(points.end, faces.end), error};
+}
+
+void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
+  SweptBoxes boxes(query);
+  const SweptPair pair = boxes.sweep({});
+  const auto search = [&](auto is_self) {
+    constexpr bool kIsSelf = decltype(is_self)::value;
+    FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
+    searchFeatures<kIsSelf>(pair, lists, query.threads);
+  };
+  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+}
+
+void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times) {
+  const TaskPool pool(query.threads);
+  const auto find = [&](FeatureKind kind, const std::vector<FeaturePair>& of,
+                        std::vector<double>& to) {
+    constexpr int kPart = 256;
+    const int size = static_cast<int>(of.size());
+    to.resize(of.size());
+    pool.forEach((size + kPart - 1) / kPart, [&](int part, int) {
+      for (int i = part * kPart; i < std::min(size, (part + 1) * kPart); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        to[at] =
+            movingFeatures(query.first, query.second, kind, of[at]).timeOfImpact(query.separation);
+      }
+    });
+  };
+  find(FeatureKind::VertexFace, pairs.vertex_face, times.vertex_face);
+  find(FeatureKind::FaceVertex, pairs.face_vertex, times.face_vertex);
+  find(FeatureKind::EdgeEdge, pairs.edge_edge, times.edge_edge);
+}
+
+Impact findEarliestImpact(const ContinuousQuery& query) {
+  return query.isSelf() ? earliestImpact<true>(query) : earliestImpact<false>(query);
+}
+
+Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
+  return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
+}
+
+/// First of what is near: that leaves little to the vertices of most meshes, so that few pairs are
+/// within reach of each other in the end.
+void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
+                           std::vector<double>& of_second) {
+  SafeDisplacements<false>::setToMotion(query.first, of_first);
+  if (!query.isSelf()) SafeDisplacements<false>::setToMotion(query.second, of_second);
+  SweptBoxes boxes(query);
+  const auto search = [&](auto is_self, const SweptPair& pair) {
+    constexpr bool kIsSelf = decltype(is_self)::value;
+    SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
+    searchFeatures<kIsSelf>(pair, displacements, 1);
+  };
+  const auto largest = [](const std::vector<double>& lengths) {
+    return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
+  };
+  constexpr double kFarther = 4;
+  double reach = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
+  for (bool is_last = false; !is_last; reach *= kFarther) {
+    is_last = !(reach < std::max(largest(of_first), largest(of_second)) && reach > 0);
+    const SweptPair pair =
+        boxes.reach(of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : reach);
+    query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
+  }
+}
+
+}  // namespace adaptive_bvh

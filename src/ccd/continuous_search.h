@@ -1,0 +1,32 @@
+#pragma once
+
+#include "adaptive_bvh/continuous_collision.h"
+#include "ccd/swept_tree.h"
+#include "triangles/time_of_impact.h"
+
+// The queries of continuous_collision.h, of any models: `first` and `second` are the same object
+// for one mesh with itself.
+namespace adaptive_bvh {
+
+/// One or two meshes, and what is asked of them.
+struct ContinuousQuery {
+  const MovingMesh &first, &second;
+  double separation;
+  int threads;
+
+  bool isSelf() const { return &first == &second; }
+};
+
+/// Of a pair of features, by their numbers, which must be there.
+MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
+                              const FeaturePair& pair);
+
+void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs);
+void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times);
+Impact findEarliestImpact(const ContinuousQuery& query);
+/// And all candidates.
+Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
+void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
+                           std::vector<double>& of_second);
+
+}  // namespace adaptive_bvh

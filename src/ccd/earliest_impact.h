@@ -1,0 +1,221 @@
+#pragma once
+
+#include <atomic>
+
+#include "ccd/continuous_search.h"
+#include "ccd/feature_search.h"
+#include "triangles/moving_pairs4.h"
+
+namespace adaptive_bvh {
+
+/// The earlier of two; of equally early ones that with the smaller numbers.
+inline bool isEarlier(const Impact& a, const Impact& b) {
+  if (a.time != b.time) return a.time < b.time;
+  if (a.kind != b.kind) return a.kind < b.kind;
+  return a.pair < b.pair;
+}
+
+/// A visitor of FeatureFinder that looks for the earliest impact. Pairs are collected, and by the
+/// hundred those are left out that surely stay apart up to the earliest impact so far, four at a
+/// time in single precision; of the others the time of impact decides.
+template <bool kIsSelf>
+class EarliestImpact {
+ public:
+  /// `separation`: in the unit of the world. `best`: shared by the threads of a query.
+  EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
+                 double separation, std::atomic<double>& best)
+      : pair_(pair),
+        interval_(interval),
+        separation_(separation),
+        scaled_separation_(static_cast<float>(std::min(frame.scale * separation, 1e20)) *
+                           (1 + 1.f / (1 << 20))),
+        best_(best) {
+    impact_.time = MovingFeatures::kNever;
+  }
+
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    add<1>(points_, num_points_, {v, t});
+  }
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    add<1>(points_, num_points_, {v, t | kSwapped});
+  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) { add<2>(edges_, num_edges_, {e, f}); }
+
+  void clear() {}
+  void finish() {
+    testAll<1>(points_, num_points_);
+    testAll<2>(edges_, num_edges_);
+  }
+  const Impact& impact() const { return impact_; }
+  long pairs() const { return pairs_; }           ///< whose boxes overlap
+  long timeTests() const { return time_tests_; }  ///< of which the time of impact decided
+
+  EarliestImpact forWorker(FeaturePairs&) const { return EarliestImpact(*this); }
+  struct Mark {};
+  Mark mark() const { return {}; }
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool&) {
+    for (const Found& task : tasks) take(*task.worker);
+  }
+  void take(const EarliestImpact& worker) {
+    if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
+  }
+
+ private:
+  static constexpr unsigned kSize = 256;
+
+  /// Two owned edges; or an owned vertex and the place of a triangle, with kSwapped where that is
+  /// of the first mesh.
+  using Ref = FeaturePair;
+  static constexpr unsigned kSwapped = 1u << 31;
+
+  template <int kFirsts>
+  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kSize], unsigned& count, const Ref& ref) {
+    refs[count++] = ref;
+    if (count == kSize) testAll<kFirsts>(refs, count);
+  }
+
+  template <int kFirsts>
+  void testAll(Ref (&refs)[kSize], unsigned& count) {
+    pairs_ += count;
+    for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
+    for (unsigned i = 0; i < count; i += 4) {
+      unsigned apart = stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits());
+      for (unsigned k = 0; k < 4 && i + k < count; ++k)
+        if (!(apart >> k & 1)) test<kFirsts>(refs[i + k]);
+    }
+    count = 0;
+  }
+
+  MovingPairs4Limits limits() const {
+    const double until = std::min(best_.load(std::memory_order_relaxed), interval_.end);
+    const double share = (until - interval_.begin) / (interval_.end - interval_.begin);
+    return {scaled_separation_, std::max(pair_.tree1.positionError(), pair_.tree2.positionError()),
+            std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
+  }
+
+  /// The corners of a pair: their slots, and of which tree.
+  struct Slots {
+    const SweptTree *first, *second;
+    unsigned at[4];
+  };
+  template <int kFirsts>
+  ADAPTIVE_BVH_INLINE Slots slotsOf(const Ref& ref) const {
+    const MovingMesh &a = pair_.first, &b = pair_.second;
+    if (kFirsts == 2) {
+      const OwnedEdge &e = a.features->edges()[ref.first], &f = b.features->edges()[ref.second];
+      return {&pair_.tree1, &pair_.tree2, {e.slots[0], e.slots[1], f.slots[0], f.slots[1]}};
+    }
+    const bool swapped = ref.second & kSwapped;
+    const VertexIndices face = (swapped ? a : b).slots->slotsOf(ref.second & ~kSwapped);
+    return {swapped ? &pair_.tree2 : &pair_.tree1,
+            swapped ? &pair_.tree1 : &pair_.tree2,
+            {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
+  }
+
+  template <int kFirsts>
+  ADAPTIVE_BVH_INLINE MovingPairs4 gather(const Ref* refs) const {
+    const Slots slots[4] = {slotsOf<kFirsts>(refs[0]), slotsOf<kFirsts>(refs[1]),
+                            slotsOf<kFirsts>(refs[2]), slotsOf<kFirsts>(refs[3])};
+    MovingPairs4 all;
+    for (int c = 0; c < 4; ++c) {
+      const auto begin = [&](int k) -> const Float4& {
+        return (c < kFirsts ? slots[k].first : slots[k].second)->begins()[slots[k].at[c]];
+      };
+      const auto end = [&](int k) -> const Float4& {
+        return (c < kFirsts ? slots[k].first : slots[k].second)->ends()[slots[k].at[c]];
+      };
+      all.begin[c] = float4::columns(begin(0), begin(1), begin(2), begin(3));
+      all.end[c] = float4::columns(end(0), end(1), end(2), end(3));
+    }
+    return all;
+  }
+
+  template <int kFirsts>
+  void test(const Ref& ref) {
+    ++time_tests_;
+    Impact impact = numbersOf<kFirsts>(ref);
+    const double best = best_.load(std::memory_order_relaxed);
+    impact.time = movingFeatures(pair_.first, pair_.second, impact.kind, impact.pair)
+                      .timeOfImpact(separation_, std::min(best, interval_.end));
+    if (!(impact.time <= best) || !isEarlier(impact, impact_)) return;
+    impact_ = impact;
+    for (double now = best; impact.time < now && !best_.compare_exchange_weak(now, impact.time);) {
+    }
+  }
+
+  template <int kFirsts>
+  Impact numbersOf(const Ref& ref) const {
+    const MovingMesh &a = pair_.first, &b = pair_.second;
+    if (kFirsts == 2) {
+      FeaturePair edges = {a.features->edges()[ref.first].number,
+                           b.features->edges()[ref.second].number};
+      if (kIsSelf && edges.second < edges.first) std::swap(edges.first, edges.second);
+      return {0, FeatureKind::EdgeEdge, edges};
+    }
+    const bool swapped = ref.second & kSwapped;
+    const unsigned vertex = (swapped ? b : a).features->vertices()[ref.first].vertex;
+    const unsigned face = (*(swapped ? a : b).owners)[ref.second & ~kSwapped].triangle;
+    if (swapped && !kIsSelf) return {0, FeatureKind::FaceVertex, {face, vertex}};
+    return {0, FeatureKind::VertexFace, {vertex, face}};
+  }
+
+  const SweptPair& pair_;
+  const TimeInterval interval_;
+  const double separation_;
+  const float scaled_separation_;
+  std::atomic<double>& best_;
+  Impact impact_;
+  Ref points_[kSize], edges_[kSize];
+  unsigned num_points_ = 0, num_edges_ = 0;
+  long pairs_ = 0, time_tests_ = 0;
+};
+
+/// Both in one search: lists all pairs, and looks for the earliest impact.
+template <bool kIsSelf>
+class ListsAndImpact {
+ public:
+  ListsAndImpact(const FeatureLists<kIsSelf>& lists, const EarliestImpact<kIsSelf>& earliest)
+      : lists_(lists), earliest_(earliest) {}
+
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    lists_.vertexFace(v, t);
+    earliest_.vertexFace(v, t);
+  }
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    lists_.faceVertex(t, v);
+    earliest_.faceVertex(t, v);
+  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
+    lists_.edgeEdge(e, f);
+    earliest_.edgeEdge(e, f);
+  }
+  void clear() { lists_.clear(); }
+  void finish() { earliest_.finish(); }
+  const Impact& impact() const { return earliest_.impact(); }
+
+  ListsAndImpact forWorker(FeaturePairs& memory) const {
+    return {lists_.forWorker(memory), earliest_.forWorker(memory)};
+  }
+  using Mark = typename FeatureLists<kIsSelf>::Mark;
+  Mark mark() const { return lists_.mark(); }
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    struct Part {
+      FeatureLists<kIsSelf>* worker;
+      Mark from, to;
+    };
+    std::vector<Part> parts;
+    for (const Found& task : tasks) {
+      parts.push_back({&task.worker->lists_, task.from, task.to});
+      earliest_.take(task.worker->earliest_);
+    }
+    lists_.take(parts, pool);
+  }
+
+ private:
+  FeatureLists<kIsSelf> lists_;
+  EarliestImpact<kIsSelf> earliest_;
+};
+
+}  // namespace adaptive_bvh

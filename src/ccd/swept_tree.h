@@ -1,0 +1,92 @@
+#pragma once
+
+#include <vector>
+
+#include "base/box.h"
+#include "boxes/feature_leaves.h"
+
+namespace adaptive_bvh {
+
+/// A mesh whose vertices move on straight lines in the world: what a query between two frames
+/// reads, whatever the mesh's numbers are. Owns nothing.
+struct MovingMesh {
+  const WideNode* nodes;  ///< links only; boxes are not read
+  const Int4* vertices;   ///< of triangles, by place in the order of the leaves
+  const VertexSlots* slots;
+  const FeatureOwners* owners;
+  const FeatureLeaves* features;
+  const fcl::Vector3d *start, *end;  ///< by vertex
+  const fcl::Triangle* triangles;    ///< by index
+  unsigned num_vertices, num_triangles;
+  int num_nodes, depth;
+  double error;  ///< how far a position may be from the exact one
+};
+
+/// The coordinates in which boxes of moving meshes are compared: y = scale (x - origin), with axes
+/// of the world and a power of two that brings the largest coordinate to between 1 and 2.
+struct SweptFrame {
+  fcl::Vector3d origin;
+  double scale;
+
+  /// Of the positions at the start and the end of one or two meshes.
+  explicit SweptFrame(const MovingMesh& first, const MovingMesh& second);
+
+  ADAPTIVE_BVH_INLINE Float4 operator()(const fcl::Vector3d& x) const {
+    const fcl::Vector3d y = scale * (x - origin);
+    return Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
+  }
+};
+
+/// A part of the motion.
+struct TimeInterval {
+  double begin = 0, end = 1;
+};
+
+/// A four-wide tree of boxes in single precision around all that triangles sweep in an interval.
+/// Boxes of two meshes that do not overlap hold triangles that stay farther apart than the minimal
+/// separation: docs/bounds.md, 15.
+class SweptTree {
+ public:
+  /// Bounds the error of a component of a position in the frame.
+  static constexpr float kPositionError = 1.f / (1 << 22);
+
+  /// All boxes anew. `grown` is added to them on every side, in the unit of the world.
+  void refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
+             double grown);
+  /// As at the start, but each vertex anywhere within its own of `reaches`, or `most`, the less.
+  void refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
+                    const std::vector<double>& reaches, double most, double grown);
+
+  const WideNode* nodes() const { return nodes_.data(); }
+  int size() const { return static_cast<int>(nodes_.size()); }
+
+  /// What the features of a group sweep (FeatureLeaves). Lanes without one are empty.
+  const Boxes4& vertexBoxes(unsigned group) const { return vertex_boxes_[group]; }
+  const Boxes4& edgeBoxes(unsigned group) const { return edge_boxes_[group]; }
+  /// Of a node that is a leaf.
+  static const FeatureLeaves::Leaf& leaf(const MovingMesh& mesh, const WideNode& node) {
+    return mesh.features->leaves()[static_cast<std::size_t>(node.leaf)];
+  }
+
+  /// Its positions at the begin and the end of the interval, by slot.
+  const Float4* begins() const { return begins_.data(); }
+  const Float4* ends() const { return ends_.data(); }
+  /// Bounds the error of a component of these.
+  float positionError() const { return position_error_; }
+
+ private:
+  void resize(const MovingMesh& mesh);
+  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown);
+  void refitNodes(const MovingMesh& mesh);
+
+  void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
+
+  std::vector<WideNode> nodes_;
+  std::vector<Box> boxes_;  ///< what a vertex sweeps, by slot
+  std::vector<Boxes4> vertex_boxes_, edge_boxes_;
+  std::vector<Float4> begins_, ends_;
+  Float4 margin_;
+  float position_error_ = kPositionError;
+};
+
+}  // namespace adaptive_bvh

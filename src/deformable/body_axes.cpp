@@ -1,0 +1,136 @@
+#include "deformable/body_axes.h"
+
+#include <algorithm>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
+#include "mesh/vertex_summary.h"
+
+namespace adaptive_bvh {
+
+template <typename S>
+void BestFitTurn::start(const fcl::Vector3<S>* positions, const VertexSlots& slots,
+                        const fcl::Matrix3d& axes, double scale) {
+  axes_ = axes;
+  scale_ = scale;
+  const std::size_t triangles = slots.leaves();  // in the order of the leaves: near ones together
+  const std::size_t count = std::min(kSamples, triangles);
+  vertices_.clear();
+  vertices_.reserve(count);
+  for (std::size_t i = 0; i < count; ++i)
+    vertices_.push_back(slots.verticesOf(i * triangles / count)[i % 3]);
+  rest_ = last_ = samplesOf(positions);
+}
+
+template <typename S>
+bool BestFitTurn::turn(const fcl::Vector3<S>* positions, fcl::Matrix3d& axes) {
+  return turn(samplesOf(positions), axes);
+}
+
+/// The samples relative to their middle.
+template <typename S>
+auto BestFitTurn::samplesOf(const fcl::Vector3<S>* positions) const -> Samples {
+  Samples samples(3, static_cast<Eigen::Index>(vertices_.size()));
+  if (vertices_.empty()) return samples;
+  const fcl::Vector3d from = positions[vertices_[0]].template cast<double>();
+  for (std::size_t i = 0; i < vertices_.size(); ++i)
+    samples.col(static_cast<Eigen::Index>(i)) =
+        (positions[vertices_[i]].template cast<double>() - from) * scale_;
+  samples.colwise() -= fcl::Vector3d(samples.rowwise().mean());
+  return samples;
+}
+
+bool BestFitTurn::turn(const Samples& now, fcl::Matrix3d& axes) {
+  constexpr double kMoved = 1. / 1600, kFlat = 1e-4, kRigid = 0.999;
+  constexpr double kCosine = 0.98;  // 11 degrees
+  if (!((now - last_).squaredNorm() > kMoved * rest_.squaredNorm())) return false;
+  last_ = now;
+  const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
+                                            Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const auto& sizes = svd.singularValues();
+  if (!(sizes[1] > kFlat * sizes[0])) return false;  // on one line: no rotation
+  // Equal when the motion is rigid, by Cauchy and Schwarz. A body that bends does not turn as a
+  // whole.
+  if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
+  fcl::Matrix3d u = svd.matrixU();
+  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+  const fcl::Matrix3d turned = u * svd.matrixV().transpose() * axes_;
+  const double cosine = ((turned.transpose() * axes).trace() - 1) / 2;
+  if (!(cosine < kCosine)) return false;
+  axes = turned;
+  return true;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                            \
+  template void BestFitTurn::start(const fcl::Vector3<S>*, const VertexSlots&, \
+                                   const fcl::Matrix3d&, double);              \
+  template bool BestFitTurn::turn(const fcl::Vector3<S>*, fcl::Matrix3d&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+namespace {
+
+/// About half of the surface of the box around all vertices along some axes.
+template <typename S>
+double boxArea(const std::vector<fcl::Vector3<S>>& vertices, const fcl::Matrix3d& axes,
+               double scale) {
+  const fcl::Matrix3d to_axes = scale * axes.transpose();
+  const fcl::Vector3d from = vertices[0].template cast<double>();
+  fcl::Vector3d low = fcl::Vector3d::Zero(), high = low;
+  for (const fcl::Vector3<S>& v : vertices) {
+    const fcl::Vector3d x = to_axes * (v.template cast<double>() - from);
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  const fcl::Vector3d sides = high - low;
+  return sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0];
+}
+
+/// 1 / the largest extent of the body, or 1.
+template <typename S>
+double scaleOf(const std::vector<fcl::Vector3<S>>& vertices) {
+  const LocalBox<S> box(vertices.data(), vertices.size());
+  const double size =
+      (box.high.template cast<double>() - box.low.template cast<double>()).maxCoeff();
+  return size > 1e-290 ? 1 / size : 1;
+}
+
+template <typename S>
+fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3<S>>& vertices, double scale) {
+  const fcl::Vector3d from = vertices[0].template cast<double>();
+  fcl::Vector3d sum = fcl::Vector3d::Zero();
+  fcl::Matrix3d products = fcl::Matrix3d::Zero();
+  for (const fcl::Vector3<S>& v : vertices) {
+    const fcl::Vector3d x = scale * (v.template cast<double>() - from);
+    sum += x;
+    products += x * x.transpose();
+  }
+  const auto count = static_cast<double>(vertices.size());
+  const fcl::Vector3d mean = sum / count;
+  const fcl::Matrix3d covariance = products / count - mean * mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<fcl::Matrix3d> solver(covariance);
+  fcl::Matrix3d axes = solver.eigenvectors();
+  if (solver.info() != Eigen::Success || !axes.allFinite()) return fcl::Matrix3d::Identity();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
+}  // namespace
+
+template <typename S>
+void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots) {
+  const double scale = scaleOf(vertices);
+  constexpr double kWorth = 0.8;  // a share of the area
+  const fcl::Matrix3d principal = principalAxes(vertices, scale), own = fcl::Matrix3d::Identity();
+  const bool is_worth =
+      boxArea(vertices, principal, scale) < kWorth * boxArea(vertices, own, scale);
+  axes_ = is_worth ? principal : own;
+  turn_.start(vertices.data(), slots, axes_, scale);
+}
+
+template void BodyAxes::start(const std::vector<fcl::Vector3<float>>&, const VertexSlots&);
+template void BodyAxes::start(const std::vector<fcl::Vector3<double>>&, const VertexSlots&);
+
+}  // namespace adaptive_bvh

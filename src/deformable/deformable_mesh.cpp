@@ -1,0 +1,244 @@
+#include <stdexcept>
+#include <vector>
+
+#include "adaptive_bvh/deformable_mesh.h"
+#include "deformable/mesh_state.h"
+#include "deformable/mesh_step.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The places below each node: children behind their parent, and leaves side by side.
+struct Places {
+  std::vector<int> first, count;
+};
+bool findPlaces(const WideTree& tree, int triangles, Places& places, std::string& reason) {
+  const auto size = static_cast<std::size_t>(tree.size());
+  places = {std::vector<int>(size, 0), std::vector<int>(size, 0)};
+  for (int n = tree.size(); n-- > 0;) {
+    const WideNode& node = tree.nodes()[n];
+    const auto at = static_cast<std::size_t>(n);
+    reason = "node " + std::to_string(n) + " has wrong links";
+    if (node.count < 1 || node.count > 4) return false;
+    if (node.isLeaf()) {
+      places.first[at] = node.first;
+      places.count[at] = int(node.count);
+      continue;
+    }
+    for (int i = 0; i < int(node.count); ++i) {
+      if (node.below[i] <= n || node.below[i] >= tree.size()) return false;
+      const auto below = static_cast<std::size_t>(node.below[i]);
+      if (i == 0) places.first[at] = places.first[below];
+      if (places.first[below] != places.first[at] + places.count[at]) return false;
+      places.count[at] += places.count[below];
+    }
+  }
+  reason = "the leaves do not hold every triangle once";
+  if (places.first[0] != 0 || places.count[0] != triangles) return false;
+  std::vector<bool> is_taken(static_cast<std::size_t>(triangles), false);
+  for (int place = 0; place < triangles; ++place) {
+    const int triangle = tree.triangle(static_cast<unsigned>(place));
+    if (triangle < 0 || triangle >= triangles || is_taken[std::size_t(triangle)]) return false;
+    is_taken[std::size_t(triangle)] = true;
+  }
+  return true;
+}
+
+/// DeformableMesh::validate.
+template <typename S>
+bool checkMesh(const MeshState<S>& state, std::string* reason) {
+  using Vector3l = Eigen::Matrix<long double, 3, 1>;
+  const WideTree& tree = state.tree;
+  Places places;
+  std::string what;
+  const auto fail = [&] {
+    if (reason) *reason = what;
+    return false;
+  };
+  if (!findPlaces(tree, state.numTriangles(), places, what)) return fail();
+  const Eigen::Matrix<long double, 3, 3> to_body = tree.toBody().cast<long double>();
+  const auto holds = [&](const Boxes4& boxes, int lane, int place) {
+    const Int4& corners = tree.corners(static_cast<unsigned>(place));
+    for (int c = 0; c < 3; ++c) {
+      const Vector3l x = state.vertices[std::size_t(corners[c])].template cast<long double>();
+      const Vector3l y = to_body * (x - tree.origin().cast<long double>());
+      for (int k = 0; k < 3; ++k)
+        if (!(boxes.low[k][lane] <= y[k] && y[k] <= boxes.high[k][lane])) return false;
+    }
+    return true;
+  };
+  for (int n = 0; n < tree.size(); ++n) {
+    const WideNode& node = tree.nodes()[n];
+    for (int i = 0; i < int(node.count); ++i) {
+      const auto below = static_cast<std::size_t>(node.isLeaf() ? n : node.below[i]);
+      const int first = node.isLeaf() ? node.first + i : places.first[below],
+                last = first + (node.isLeaf() ? 1 : places.count[below]);
+      for (int place = first; place < last; ++place)
+        if (!holds(node.boxes, i, place)) {
+          what = "box " + std::to_string(i) + " of node " + std::to_string(n) +
+                 " does not contain triangle " +
+                 std::to_string(tree.triangle(static_cast<unsigned>(place)));
+          return fail();
+        }
+    }
+  }
+  return true;
+}
+
+void requireThreads(const char* call, int threads) {
+  if (threads < 1)
+    throw std::invalid_argument(std::string("DeformableMesh::") + call + ": " +
+                                std::to_string(threads) + " threads; at least 1 is needed");
+}
+
+void requireCount(std::size_t count, std::size_t vertices) {
+  if (count != vertices)
+    throw std::invalid_argument("DeformableMesh: " + std::to_string(count) +
+                                " positions given for " + std::to_string(vertices) + " vertices");
+}
+
+}  // namespace
+
+template <typename S>
+DeformableMesh<S>::DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles)
+    : state_(std::make_unique<MeshState<S>>()) {
+  build(std::move(vertices), std::move(triangles), *state_, *this);
+}
+
+template <typename S>
+DeformableMesh<S>::DeformableMesh(TriangleMesh<S> mesh)
+    : DeformableMesh(std::move(mesh.vertices), std::move(mesh.triangles)) {}
+
+template <typename S>
+DeformableMesh<S>::DeformableMesh(const DeformableMesh& other)
+    : fcl::CollisionGeometry<S>(other), state_(std::make_unique<MeshState<S>>(*other.state_)) {
+  state_->is_copy = true;
+}
+
+template <typename S>
+DeformableMesh<S>& DeformableMesh<S>::operator=(const DeformableMesh& other) {
+  if (this == &other) return *this;
+  if (state_)
+    *state_ = *other.state_;
+  else
+    state_ = std::make_unique<MeshState<S>>(*other.state_);
+  state_->is_copy = true;
+  fcl::CollisionGeometry<S>::operator=(other);
+  return *this;
+}
+
+template <typename S>
+DeformableMesh<S>::DeformableMesh(DeformableMesh&& other) noexcept = default;
+template <typename S>
+DeformableMesh<S>& DeformableMesh<S>::operator=(DeformableMesh&& other) noexcept = default;
+template <typename S>
+DeformableMesh<S>::~DeformableMesh() = default;
+
+template <typename S>
+auto DeformableMesh<S>::vertices() const -> const std::vector<Point>& {
+  return state_->vertices;
+}
+
+template <typename S>
+auto DeformableMesh<S>::previousVertices() const -> const std::vector<Point>& {
+  return state_->previous;
+}
+
+template <typename S>
+const std::vector<fcl::Triangle>& DeformableMesh<S>::triangles() const {
+  return state_->topology->triangles;
+}
+
+template <typename S>
+const MeshUpdate& DeformableMesh<S>::update(const Point* positions, std::size_t count) {
+  static_assert(sizeof(Point) == 3 * sizeof(S), "points lie side by side");
+  return updateStrided(reinterpret_cast<const S*>(positions), static_cast<Eigen::Index>(count), 3,
+                       1);
+}
+
+template <typename S>
+const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index count,
+                                                   Eigen::Index stride, Eigen::Index component) {
+  requireCount(static_cast<std::size_t>(count), state_->vertices.size());
+  takeStep<S>(*state_, *this, {data, stride, component}, false);
+  return state_->report;
+}
+
+template <typename S>
+const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point* positions,
+                                            std::size_t count) {
+  takeStep<S>(*state_, *this, indices, positions, count);
+  return state_->report;
+}
+
+template <typename S>
+const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
+  requireCount(count, state_->vertices.size());
+  takeStep<S>(*state_, *this, {reinterpret_cast<const S*>(positions)}, true);
+  return state_->report;
+}
+
+template <typename S>
+void DeformableMesh<S>::setPrevious(std::vector<Point> positions) {
+  state_->previous = std::move(positions);
+}
+
+template <typename S>
+const MeshUpdate& DeformableMesh<S>::lastUpdate() const {
+  return state_->report;
+}
+
+template <typename S>
+bool DeformableMesh<S>::validate(std::string* reason) const {
+  return checkMesh(*state_, reason);
+}
+
+template <typename S>
+void DeformableMesh<S>::setUpdateThreads(int threads) {
+  requireThreads("setUpdateThreads", threads);
+  state_->update_threads = threads;
+}
+
+template <typename S>
+void DeformableMesh<S>::setQueryThreads(int threads) {
+  requireThreads("setQueryThreads", threads);
+  state_->query_threads = threads;
+}
+
+template <typename S>
+std::size_t DeformableMesh<S>::bytes() const {
+  const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+  return sizeof(*this) + sizeof(*state_) + state_->topology->bytes() + size(state_->vertices) +
+         size(state_->previous) + state_->tree.bytes() + state_->moved.bytes() +
+         state_->axes.bytes();
+}
+
+template <typename S>
+void DeformableMesh<S>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
+  throw std::invalid_argument(
+      "DeformableMesh: the positions are a " + std::to_string(rows) + " x " +
+      std::to_string(columns) + " matrix; " +
+      (rows == 3 && columns == 3
+           ? "whether its rows or its columns are the vertices only its type can tell: pass an "
+             "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
+           : "3 x N or N x 3 is needed, for " + std::to_string(state_->vertices.size()) +
+                 " vertices"));
+}
+
+template <typename S>
+void DeformableMesh<S>::refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns) {
+  throw std::invalid_argument(std::string("DeformableMesh: the ") + what + " are a " +
+                              std::to_string(rows) + " x " + std::to_string(columns) +
+                              " matrix; N x 3 is needed");
+}
+
+template <typename S>
+void DeformableMesh<S>::refuseLengths(std::size_t indices, std::size_t positions) {
+  throw std::invalid_argument("DeformableMesh: " + std::to_string(positions) +
+                              " positions given for " + std::to_string(indices) + " indices");
+}
+
+template class DeformableMesh<float>;
+template class DeformableMesh<double>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,265 @@
+#include "deformable/mesh_step.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "boxes/wide_tree.h"
+#include "hierarchy/bottom_up.h"
+#include "mesh/vertex_summary.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// With fewer triangles, handing tasks to threads costs more than they gain.
+constexpr std::size_t kParallelTriangles = 50000;
+
+std::uint64_t newNumber() {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
+template <typename S>
+TaskPool poolOf(const MeshState<S>& state) {
+  const bool is_large = state.topology->triangles.size() >= kParallelTriangles;
+  return TaskPool(is_large ? state.update_threads : 1);
+}
+
+template <typename S>
+bool isUsablePosition(const fcl::Vector3<S>& position) {
+  return position.cwiseAbs().maxCoeff() <= rounding::largestCoordinate<S>() && position.allFinite();
+}
+
+/// Throws unless position i, of vertex indexOf(i), can be used for every i.
+template <typename S, typename Positions, typename IndexOf>
+void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const fcl::Vector3<S>& x = positions[i];  // of an array with strides a copy
+    if (isUsablePosition<S>(x)) continue;
+    int k = 0;
+    while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
+    throw std::invalid_argument("DeformableMesh: coordinate " + std::string(1, "xyz"[k]) +
+                                " of vertex " + std::to_string(indexOf(i)) + " is " +
+                                std::to_string(x[k]) + (std::isfinite(x[k]) ? ", too large" : ""));
+  }
+}
+
+/// What the parts of [0, size) find, on all threads, one after the other.
+template <typename Part, typename Find, typename Add>
+Part overParts(const TaskPool& pool, std::size_t size, const Find& find, const Add& add) {
+  std::vector<Part> parts(static_cast<std::size_t>(pool.size()) > 1 ? 8 * std::size_t(pool.size())
+                                                                    : 0);
+  if (parts.empty()) return find(std::size_t(0), size);
+  const auto count = static_cast<int>(parts.size());
+  pool.forEach(count, [&](int i, int) {
+    const auto begin = [&](int part) -> std::size_t {
+      return static_cast<std::size_t>(partBegin(static_cast<int>(size), count, part));
+    };
+    parts[static_cast<std::size_t>(i)] = find(begin(i), begin(i + 1));
+  });
+  Part all = parts[0];
+  for (std::size_t i = 1; i < parts.size(); ++i) add(all, parts[i]);
+  return all;
+}
+
+/// Along the body's axes, from its middle. Those of the body are below a half: there is room for
+/// another body of its size beside it (TreePair::align).
+template <typename S>
+BodyCoordinates coordinatesOf(const MeshState<S>& state,
+                              const fcl::CollisionGeometry<S>& geometry) {
+  constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
+  return BodyCoordinates::about(geometry.aabb_center.template cast<double>(), state.axes.axes(),
+                                4 * kSlack * static_cast<double>(geometry.aabb_radius));
+}
+
+/// Writes the positions, and sets the radius of the ball around the middle that holds them.
+template <typename S, typename Positions>
+void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const Positions& positions,
+              const TaskPool& pool) {
+  const fcl::Vector3<S> middle = geometry.aabb_center;
+  fcl::Vector3<S>* const vertices = state.vertices.data();
+  const S squared = overParts<S>(
+      pool, state.vertices.size(),
+      [&](std::size_t begin, std::size_t end) -> S {
+        S most = 0;
+        for (std::size_t v = begin; v < end; ++v) {
+          const fcl::Vector3<S>& x = positions[v];
+          vertices[v] = x;
+          const S dx = x[0] - middle[0], dy = x[1] - middle[1], dz = x[2] - middle[2];
+          most = std::max(most, dx * dx + dy * dy + dz * dz);
+        }
+        return most;
+      },
+      [](S& all, S part) { all = std::max(all, part); });
+  geometry.aabb_radius = std::sqrt(squared);
+}
+
+template <typename S>
+void refit(MeshState<S>& state, const fcl::CollisionGeometry<S>& geometry, const TaskPool& pool) {
+  state.tree.refit(state.vertices.data(), coordinatesOf(state, geometry), pool);
+  state.positions = newNumber();
+}
+
+/// Adds a motion, rounded up.
+template <typename S>
+void addTravel(MeshState<S>& state) {
+  if (state.is_copy) state.lineage = newNumber();
+  state.is_copy = false;
+  state.travel = rounding::sum(state.travel, state.report.largest_displacement);
+}
+
+}  // namespace
+
+template <typename S>
+void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+           MeshState<S>& state, fcl::CollisionGeometry<S>& geometry) {
+  if (triangles.empty()) throw std::invalid_argument("DeformableMesh: there are no triangles");
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (triangles[t][k] >= vertices.size())
+        throw std::invalid_argument("DeformableMesh: triangle " + std::to_string(t) +
+                                    " names vertex " + std::to_string(triangles[t][k]) + " of " +
+                                    std::to_string(vertices.size()));
+  requireUsable<S>(vertices, vertices.size(), [](std::size_t i) { return i; });
+  const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
+  const OrderedTree order(buildBottomUp(mesh, static_cast<unsigned>(triangles.size())));
+  auto topology = std::make_shared<MeshTopology>();
+  topology->leaves.slots.adopt(order, mesh, vertices.size());
+  topology->leaves.corners.resize(triangles.size());
+  for (std::size_t place = 0; place < triangles.size(); ++place) {
+    const VertexIndices v = mesh.verticesOf(order.primitives[place]);
+    topology->leaves.corners[place] =
+        Int4{int(v[0]), int(v[1]), int(v[2]), int(order.primitives[place])};
+  }
+  topology->owners.adopt(mesh, vertices.size(), order.primitives);
+  state.tree = WideTree(order, {topology, &topology->leaves});
+  topology->features.adopt(state.tree, topology->owners);
+  topology->contours.adopt(state.tree);
+  topology->triangles = std::move(triangles);
+  state.vertices = std::move(vertices);
+  state.topology = std::move(topology);
+  state.lineage = newNumber();
+  state.axes.start(state.vertices, state.topology->leaves.slots);
+
+  const TaskPool alone(1);
+  const LocalBox<S> box(state.vertices.data(), state.vertices.size());
+  setLocalBox(geometry, box.low, box.high);
+  writeAll(state, geometry, state.vertices, alone);
+  refit(state, geometry, alone);
+}
+
+template <typename S>
+void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
+              const PositionArray<S>& positions, bool two_frames) {
+  Stopwatch watch;
+  const TaskPool pool = poolOf(state);
+  const std::size_t count = state.vertices.size();
+  const VertexSummary<S> seen = overParts<VertexSummary<S>>(
+      pool, count,
+      [&](std::size_t begin, std::size_t end) {
+        VertexSummary<S> part;
+        const fcl::Vector3<S>* const vertices = state.vertices.data();
+        for (std::size_t v = begin; v < end; ++v) {
+          const fcl::Vector3<S> x = positions[v];
+          part.add(x, x - vertices[v]);
+        }
+        return part;
+      },
+      [](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
+  if (!seen.isSurelyUsable()) requireUsable<S>(positions, count, [](std::size_t i) { return i; });
+  state.report = MeshUpdate();
+  state.report.vertices = count;
+  state.report.largest_displacement = static_cast<double>(seen.largestDisplacement());
+  if (two_frames) {
+    state.previous.resize(count);
+    state.previous.swap(state.vertices);
+  }
+  if (seen.moved()) {
+    setLocalBox(geometry, seen.low, seen.high);
+    writeAll(state, geometry, positions, pool);
+    state.report.turned = state.axes.turn(state.vertices);
+    refit(state, geometry, pool);
+    addTravel(state);
+  } else if (two_frames) {
+    state.vertices = state.previous;
+  }
+  if (!two_frames) state.previous.clear();
+  state.report.seconds = watch.lap();
+}
+
+namespace {
+
+/// Whether the coordinates of a tree have room for a point: they are below 2.
+bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
+  return coordinates(x).cwiseAbs().maxCoeff() < 2 - 1. / 1024;
+}
+
+}  // namespace
+
+template <typename S>
+void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
+              const fcl::Vector3<S>* positions, std::size_t count) {
+  Stopwatch watch;
+  for (std::size_t i = 0; i < count; ++i)
+    if (indices[i] >= state.vertices.size())
+      throw std::invalid_argument("DeformableMesh: index " + std::to_string(indices[i]) +
+                                  " given for " + std::to_string(state.vertices.size()) +
+                                  " vertices");
+  requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
+  std::vector<fcl::Vector3<S>> aside;
+  if (overlap(positions, count, state.vertices.data(), state.vertices.size())) {
+    aside.assign(positions, positions + count);
+    positions = aside.data();
+  }
+  state.report = MeshUpdate();
+  state.report.vertices = count;
+  if (state.moved.isEmpty()) state.moved.adopt(state.tree, state.vertices.size());
+  BoxAfterSome<S> box(geometry);
+  bool has_moved = false, has_room = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    fcl::Vector3<S>& vertex = state.vertices[indices[i]];
+    const fcl::Vector3<S> to = positions[i];
+    if (vertex == to) continue;
+    box.move(vertex, to);
+    vertex = to;
+    state.moved.add(indices[i]);
+    has_moved = true;
+    has_room = has_room && fits(state.tree.coordinates(), to.template cast<double>());
+  }
+  state.previous.clear();
+  if (!has_moved) {
+    state.report.seconds = watch.lap();
+    return;
+  }
+  box.finish(state.vertices.data(), state.vertices.size(), geometry);
+  state.report.turned = state.axes.turn(state.vertices);
+  if (!has_room || state.report.turned) {
+    state.moved.refitAll([](int) {});
+    refit(state, geometry, poolOf(state));
+  } else {
+    state.moved.refitAll([&](int node) { state.tree.refitNode(state.vertices.data(), node); });
+    state.positions = newNumber();
+  }
+  const S largest =
+      std::sqrt(box.squaredDisplacement()) * (1 + 8 * rounding::epsilon<S>()) + rounding::tiny<S>();
+  state.report.largest_displacement = static_cast<double>(largest);
+  addTravel(state);
+  state.report.seconds = watch.lap();
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
+  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, MeshState<S>&, \
+                      fcl::CollisionGeometry<S>&);                                             \
+  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&,   \
+                         bool);                                                                \
+  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const unsigned*,           \
+                         const fcl::Vector3<S>*, std::size_t);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

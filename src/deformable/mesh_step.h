@@ -1,0 +1,38 @@
+#pragma once
+
+#include <fcl/geometry/collision_geometry.h>
+
+#include "deformable/mesh_state.h"
+
+namespace adaptive_bvh {
+
+/// New positions of a mesh, wherever they lie: position i begins at data + i * stride, and its
+/// components are `component` numbers apart.
+template <typename S>
+struct PositionArray {
+  const S* data;
+  std::ptrdiff_t stride = 3, component = 1;
+
+  fcl::Vector3<S> operator[](std::size_t i) const {
+    const S* const at = data + static_cast<std::ptrdiff_t>(i) * stride;
+    return {at[0], at[component], at[2 * component]};
+  }
+};
+
+/// Builds all that a mesh has of its vertices and triangles, which must be usable.
+template <typename S>
+void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+           MeshState<S>& state, fcl::CollisionGeometry<S>& geometry);
+
+/// A step of all vertices; `two_frames`: the present positions become those before. Throws where
+/// positions are not usable; nothing has changed then. `geometry`: whose local box follows.
+template <typename S>
+void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
+              const PositionArray<S>& positions, bool two_frames);
+
+/// A step of some vertices.
+template <typename S>
+void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
+              const fcl::Vector3<S>* positions, std::size_t count);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,45 @@
+#include "deformable/moved_leaves.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Calls visit(vertex, node) for every vertex of every leaf, each once.
+template <typename Visit>
+void forEachVertexOfLeaves(const WideTree& tree, const Visit& visit) {
+  for (int n = 0; n < tree.size(); ++n) {
+    const WideNode& node = tree.nodes()[n];
+    if (!node.isLeaf()) continue;
+    std::uint32_t seen[12];
+    int count = 0;
+    for (int i = 0; i < node.count; ++i)
+      for (int k = 0; k < 3; ++k) {
+        const auto vertex = static_cast<std::uint32_t>(tree.corners(unsigned(node.first + i))[k]);
+        bool is_new = true;
+        for (int j = 0; j < count; ++j) is_new = is_new && seen[j] != vertex;
+        if (!is_new) continue;
+        seen[count++] = vertex;
+        visit(vertex, static_cast<unsigned>(n));
+      }
+  }
+}
+
+}  // namespace
+
+void MovedLeaves::adopt(const WideTree& tree, std::size_t num_vertices) {
+  begins_.assign(num_vertices + 2, 0);  // shifted by one while they are filled
+  forEachVertexOfLeaves(tree, [&](unsigned vertex, unsigned) { ++begins_[vertex + 2]; });
+  for (std::size_t i = 2; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
+  nodes_.resize(begins_.back());
+  forEachVertexOfLeaves(
+      tree, [&](unsigned vertex, unsigned node) { nodes_[begins_[vertex + 1]++] = node; });
+  begins_.pop_back();
+  parents_.resize(static_cast<std::size_t>(tree.size()));
+  for (int n = 0; n < tree.size(); ++n) {
+    const WideNode& node = tree.nodes()[n];
+    for (int i = 0; i < node.count && !node.isLeaf(); ++i)
+      parents_[static_cast<std::size_t>(node.below[i])] = static_cast<unsigned>(n);
+  }
+  marked_.assign((static_cast<std::size_t>(tree.size()) + 63) / 64, 0);
+}
+
+}  // namespace adaptive_bvh

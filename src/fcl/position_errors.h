@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "base/rounding.h"
+
+// What AdaptiveBVHModel::update throws, in sentences that help.
+namespace adaptive_bvh {
+
+[[noreturn]] inline void refuseUpdate(const std::string& what) {
+  throw std::invalid_argument("AdaptiveBVHModel::update: " + what);
+}
+
+/// Names the first coordinate that is not finite or too large. positions[i] is vertex indices[i]'s,
+/// or vertex i's without indices. One of them must be such.
+template <typename S>
+[[noreturn]] void refuseCoordinate(const fcl::Vector3<S>* positions, const unsigned* indices) {
+  const auto usable = [](S x) { return std::abs(x) <= rounding::largestCoordinate<S>(); };
+  for (std::size_t i = 0;; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const S x = positions[i][k];
+      if (usable(x)) continue;
+      refuseUpdate("coordinate " + std::string(1, "xyz"[k]) + " of vertex " +
+                   std::to_string(indices ? indices[i] : i) + " is " + std::to_string(x) +
+                   (std::isfinite(x) ? ", too large" : "") +
+                   "; the model stays on its last positions");
+    }
+}
+
+/// Positions in a matrix that is neither 3 x N nor N x 3, or may be both.
+[[noreturn]] inline void refuseMatrix(Eigen::Index rows, Eigen::Index columns, int vertices) {
+  refuseUpdate(
+      "the positions are a " + std::to_string(rows) + " x " + std::to_string(columns) +
+      " matrix; " +
+      (rows == 3
+           ? "whether its rows or its columns are the vertices only its type can tell: pass "
+             "an Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
+           : "3 x N or N x 3 is needed, for " + std::to_string(vertices) + " vertices"));
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,192 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fcl/geometry/shape/box.h>
+
+#include "base/frame_change.h"
+#include "boxes/open_nodes.h"
+#include "fcl/shape_triangles.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+
+/// A shape as the boxes of a four-wide tree see it: how far they are at least, in the shape's axes
+/// and in their own. docs/bounds.md, 13.
+class ShapeInTree {
+ public:
+  template <typename S>
+  ShapeInTree(const ShapeCore& core, const fcl::Transform3<S>& shape_tf, const WideTree& tree,
+              const fcl::Transform3<S>& mesh_tf) {
+    const auto turnOf = [](const auto& tf) -> fcl::Matrix3d {
+      return tf.linear().template cast<double>();
+    };
+    const auto placeOf = [](const auto& tf) -> fcl::Vector3d {
+      return tf.translation().template cast<double>();
+    };
+    const double scale = tree.scale();
+    const fcl::Matrix3d to_core = core.axes.transpose() * turnOf(shape_tf).transpose();
+    const fcl::Matrix3d m =
+        to_core * turnOf(mesh_tf) * tree.toBody().transpose() / scale;  // times 1: a rotation
+    const fcl::Vector3d origin = turnOf(mesh_tf) * tree.origin() + placeOf(mesh_tf);
+    const fcl::Vector3d seen = to_core * (origin - placeOf(shape_tf));  // the tree's
+    // Coordinates begin at the core's nearest point to the tree, where single precision is densest.
+    const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
+    const fcl::Vector3d t = scale * (seen - nearest);
+    const double numbers =
+        tree.origin().template lpNorm<1>() + 6 / scale + placeOf(mesh_tf).template lpNorm<1>() +
+        placeOf(shape_tf).template lpNorm<1>() + nearest.template lpNorm<1>() + core.radius;
+    const double off = 16 * scale * numbers * double(std::numeric_limits<S>::epsilon());
+    const double margin = kUnit * (160 + 32 * t.template lpNorm<1>()) + off;
+    is_precise_ = margin < 1e6 && !core.low.hasNaN() && !core.high.hasNaN();
+    if (!is_precise_) return;
+    change_ = FrameChange(m, t, margin);
+    const fcl::Vector3d low = scale * (core.low - nearest), high = scale * (core.high - nearest);
+    setEnds(low, high, in_core_);
+    if (low.allFinite() && high.allFinite()) {
+      const fcl::Vector3d center = m.transpose() * ((low + high) / 2 - t);
+      const fcl::Vector3d half =
+          m.transpose().cwiseAbs() * (high - low) / 2 + fcl::Vector3d::Constant(margin);
+      setEnds(center - half, center + half, in_tree_);
+    } else {
+      setEnds(fcl::Vector3d::Constant(-kMost), fcl::Vector3d::Constant(kMost), in_tree_);
+    }
+    scale_ = scale;
+    radius_ = core.radius;
+  }
+
+  /// Whether single precision can express how they lie.
+  bool isPrecise() const { return is_precise_; }
+
+  /// Lower bounds of the squared distances of four boxes to the core.
+  ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
+    return float4::upper<Float4>(adaptive_bvh::squaredGaps<0>(boxes, in_tree_),
+                                 adaptive_bvh::squaredGaps<0>(change_(boxes), in_core_));
+  }
+  /// Which those of triangles do not exceed that are at most so far from the shape.
+  float squaredLimit(double distance) const {
+    const double limit = (distance + radius_) * scale_;
+    return limit < 0 ? -1 : squaredGapOf(limit);
+  }
+
+ private:
+  static constexpr double kUnit = 1. / (1 << 24);
+  /// Far more than any coordinate, and its square is within single precision.
+  static constexpr double kMost = 1e18;
+
+  /// Rounded outward.
+  static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& ends) {
+    const auto end = [](double x, double outward) -> Float4 {
+      x += outward * 2 * kUnit * std::abs(x);
+      return float4::all(static_cast<float>(std::max(-kMost, std::min(x, kMost))));
+    };
+    for (int k = 0; k < 3; ++k) {
+      ends.low[k] = end(low[k], -1);
+      ends.high[k] = end(high[k], 1);
+    }
+  }
+
+  FrameChange change_;        ///< from the tree's coordinates to the core's
+  Boxes4 in_core_, in_tree_;  ///< the core's box, four times
+  double scale_ = 1, radius_ = 0;
+  bool is_precise_;
+};
+
+/// A mesh and a shape in their places, by the mesh's four-wide tree. Where single precision cannot
+/// express how the two lie, every triangle is tested.
+template <typename S>
+class MeshShapeSearch {
+ public:
+  MeshShapeSearch(const PlacedMesh<S>& mesh, const TriangleShape& shape, const ShapeCore& core,
+                  const fcl::Transform3<S>& shape_tf)
+      : triangles({mesh.geometry, mesh.mesh.view(), mesh.tf}, mesh.mesh.numTriangles(), shape,
+                  shape_tf),
+        mesh_(mesh),
+        in_tree_(core, shape_tf, mesh.tree(), mesh.tf) {}
+
+  const ShapeTriangles<S> triangles;
+
+  /// Calls test(triangle) for those whose boxes touch the shape, in the order of the leaves, until
+  /// it returns true.
+  template <typename Test>
+  void touching(const Test& test) const {
+    if (!in_tree_.isPrecise()) return testAll(test);
+    const WideTree& tree = mesh_.tree();
+    const float limit = in_tree_.squaredLimit(0);
+    const Float4 in_order{0, 1, 2, 3};
+    OpenNodes open(tree.depth());
+    open.start();
+    while (!open.isEmpty()) {
+      const WideNode& at = tree.nodes()[open.pop().number];
+      unsigned lanes = lanesWithin(at, in_tree_.squaredGaps(at.boxes), limit);
+      if (!at.isLeaf()) open.push(at, lanes, in_order);
+      for (; at.isLeaf() && lanes; lanes &= lanes - 1)
+        if (test(triangleOf(at, __builtin_ctz(lanes)))) return;
+    }
+  }
+
+  /// Calls test(triangle) for those whose boxes may be nearer to the shape than query.result, the
+  /// nearest boxes first, until it returns true. The test updates that result.
+  template <typename Test>
+  void nearest(const DistanceQuery<S>& query, const Test& test) const {
+    if (!in_tree_.isPrecise()) return testAll(test);
+    // As FCL prunes.
+    const auto squaredLimit = [&]() -> float {
+      const S found = query.result.min_distance;
+      return in_tree_.squaredLimit(static_cast<double>(
+          std::max(found - query.request.abs_err, found / (1 + query.request.rel_err))));
+    };
+    const WideTree& tree = mesh_.tree();
+    float limit = squaredLimit();
+    OpenNodes open(tree.depth());
+    open.start();
+    while (!open.isEmpty()) {
+      const OpenNodes::Node next = open.pop();
+      if (next.key > limit) continue;
+      const WideNode& at = tree.nodes()[next.number];
+      const Float4 gaps = in_tree_.squaredGaps(at.boxes);
+      unsigned lanes = lanesWithin(at, gaps, limit);
+      if (!at.isLeaf()) open.push(at, lanes, gaps);
+      for (; at.isLeaf() && lanes; lanes &= lanesWithin(at, gaps, limit)) {
+        const int lane = leastLane(gaps, lanes);
+        lanes &= ~(1u << lane);
+        if (test(triangleOf(at, lane))) return;
+        limit = squaredLimit();
+      }
+    }
+  }
+
+  /// Of the whole mesh, for FCL's approximate cost.
+  void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
+    const fcl::AABB<S>& local = mesh_.geometry->aabb_local;
+    box = fcl::Box<S>(fcl::Vector3<S>(local.max_ - local.min_));
+    box_tf = mesh_.tf;
+    box_tf.translation() = mesh_.tf * local.center();
+  }
+
+ private:
+  template <typename Test>
+  void testAll(const Test& test) const {
+    for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
+      if (test(i)) return;
+  }
+  static unsigned lanesWithin(const WideNode& node, const Float4& gaps, float limit) {
+    return float4::bits(gaps <= float4::all(limit)) & ((1u << node.count) - 1);
+  }
+  static int leastLane(const Float4& gaps, unsigned lanes) {
+    int least = __builtin_ctz(lanes);
+    for (; lanes; lanes &= lanes - 1)
+      if (gaps[__builtin_ctz(lanes)] < gaps[least]) least = __builtin_ctz(lanes);
+    return least;
+  }
+  int triangleOf(const WideNode& leaf, int lane) const {
+    return mesh_.tree().triangle(static_cast<unsigned>(leaf.first + lane));
+  }
+
+  const PlacedMesh<S>& mesh_;
+  const ShapeInTree in_tree_;
+};
+
+}  // namespace adaptive_bvh

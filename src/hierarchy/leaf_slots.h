@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/pack.h"
+
+namespace adaptive_bvh {
+
+/// The slots of the three vertices of a leaf: see VertexSlots.
+struct LeafSlots {
+  unsigned block;          ///< its first slot
+  std::uint8_t offset[3];  ///< from there
+
+  ADAPTIVE_BVH_INLINE unsigned slot(int corner) const { return block + offset[corner]; }
+  ADAPTIVE_BVH_INLINE std::uint64_t bits() const {
+    constexpr std::uint64_t kOne = 1;
+    return kOne << (offset[0] & 63) | kOne << (offset[1] & 63) | kOne << (offset[2] & 63);
+  }
+};
+
+}  // namespace adaptive_bvh

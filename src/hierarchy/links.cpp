@@ -1,0 +1,259 @@
+#include "hierarchy/links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+namespace adaptive_bvh {
+
+Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
+  Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
+  Scratch<Link> result;
+  result.reserve(links.size());
+  Scratch<std::size_t> place(groups);  // of the link to a group, if at or past this bucket's
+  for (unsigned g = 0; g < groups; ++g) {
+    const std::size_t bucket = result.size();
+    for (const Link* i = by_first.begin(g); i != by_first.end(g); ++i) {
+      const Link& link = *i;
+      if (link.second == g) continue;
+      std::size_t& at = place[link.second];
+      if (at >= bucket && at < result.size() && result[at].second == link.second) {
+        result[at].weight += link.weight;
+      } else {
+        at = result.size();
+        result.push_back(link);
+      }
+    }
+  }
+  return result;
+}
+
+GroupGraph::GroupGraph(unsigned groups, const Scratch<Link>& links)
+    : start_(groups + 1, 0), neighbours_(2 * links.size() + 1) {
+  for (const Link& link : links) {
+    ++start_[link.first];
+    ++start_[link.second];
+  }
+  unsigned sum = 0;
+  for (unsigned& start : start_) start = sum += start;  // where the group's neighbours end
+  for (const Link& link : links) {
+    neighbours_[--start_[link.first]] = {link.second, link.weight};
+    neighbours_[--start_[link.second]] = {link.first, link.weight};
+  }
+  for (unsigned g = 0; g < groups; ++g)
+    std::sort(neighbours_.begin() + start_[g], neighbours_.begin() + start_[g + 1],
+              [](const Neighbour& a, const Neighbour& b) {
+                return a.weight != b.weight ? a.weight > b.weight : a.group < b.group;
+              });
+}
+
+namespace {
+
+/// A side of a triangle; from < to.
+struct Side {
+  unsigned from, to, triangle;
+};
+
+/// Rounds to 16 binary digits. On regular meshes edges are equally long except for rounding, which
+/// would otherwise decide which neighbour is better, and break rows of squares into a patchwork.
+/// Sums of rounded lengths are exact, so groups tie when their shapes do.
+double rounded(double length) {
+  int exponent;
+  const double mantissa = std::frexp(length, &exponent);
+  return std::ldexp(std::round(std::ldexp(mantissa, 16)), exponent - 16);
+}
+
+template <typename S>
+class EdgeLinks {
+ public:
+  EdgeLinks(const MeshView<S>& mesh, unsigned vertices, std::size_t sides)
+      : mesh_(mesh), vertices_(vertices) {
+    links_.reserve(sides / 2);
+  }
+
+  /// Links the triangles of equal sides. Returns the sides that have no equal.
+  Scratch<Side> link(const Scratch<Side>& sides) {
+    Buckets<Side> by_from(vertices_, sides, [](const Side& side) { return side.from; });
+    Scratch<Side> alone;
+    alone.reserve(sides.size());
+    for (unsigned v = 0; v < vertices_; ++v) {
+      Side *begin = by_from.begin(v), *const end = by_from.end(v);
+      sortBucket(begin, end);
+      for (Side* next; begin != end; begin = next) {
+        for (next = begin + 1; next != end && next->to == begin->to;) ++next;
+        if (next == begin + 1)
+          alone.push_back(*begin);
+        else
+          linkAll(begin, static_cast<std::size_t>(next - begin));
+      }
+    }
+    return alone;
+  }
+
+  Scratch<Link> take() { return std::move(links_); }
+
+ private:
+  static void sortBucket(Side* begin, Side* end) {
+    if (end - begin < 2) return;
+    std::sort(begin, end, [](const Side& a, const Side& b) {
+      return a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
+    });
+  }
+
+  void linkAll(const Side* sides, std::size_t count) {
+    const double length = rounded(
+        static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
+    const std::size_t reach = count <= 32 ? count : 16;
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = i + 1; j < std::min(count, i + 1 + reach); ++j)
+        if (sides[i].triangle != sides[j].triangle)  // a triangle may fold back on its own side
+          links_.push_back({sides[i].triangle, sides[j].triangle, length});
+  }
+
+  const MeshView<S>& mesh_;
+  unsigned vertices_;
+  Scratch<Link> links_;
+};
+
+Side side(unsigned a, unsigned b, unsigned triangle) {
+  return {std::min(a, b), std::max(a, b), triangle};
+}
+
+/// One number for all vertices at one position: that of the first such vertex. An open hash table.
+template <typename S>
+class PositionNames {
+ public:
+  PositionNames(const MeshView<S>& mesh, unsigned vertices)
+      : mesh_(mesh), names_(vertices, kEmpty) {
+    std::size_t slots = 16;
+    while (slots < 2 * std::size_t(vertices)) slots *= 2;
+    slots_.assign(slots, kEmpty);
+  }
+
+  unsigned of(unsigned vertex) {
+    unsigned& name = names_[vertex];
+    if (name == kEmpty) name = find(vertex);
+    return name;
+  }
+
+ private:
+  static constexpr unsigned kEmpty = ~0u;
+
+  unsigned find(unsigned vertex) {
+    const std::size_t mask = slots_.size() - 1;
+    for (std::size_t i = hash(mesh_.vertices[vertex]) & mask;; i = (i + 1) & mask) {
+      if (slots_[i] == kEmpty) slots_[i] = vertex;
+      if (mesh_.vertices[slots_[i]] == mesh_.vertices[vertex]) return slots_[i];
+    }
+  }
+
+  static std::size_t hash(const fcl::Vector3<S>& p) {
+    std::uint64_t h = 0;
+    for (int k = 0; k < 3; ++k) {
+      const S x = p[k] + S(0);  // -0, which equals 0, becomes 0
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &x, sizeof(x));
+      h = (h ^ bits) * 0x9E3779B97F4A7C15u;
+      h ^= h >> 32;
+    }
+    return static_cast<std::size_t>(h);
+  }
+
+  const MeshView<S>& mesh_;
+  Scratch<unsigned> names_;  // by vertex
+  Scratch<unsigned> slots_;
+};
+
+/// Renames the ends of sides by their positions and drops sides that have become points. False
+/// when all names stay.
+template <typename S>
+bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
+  PositionNames<S> name(mesh, vertices);
+  std::size_t kept = 0;
+  bool any = false;
+  for (const Side& s : sides) {
+    const Side renamed = side(name.of(s.from), name.of(s.to), s.triangle);
+    any |= renamed.from != s.from || renamed.to != s.to;
+    if (renamed.from != renamed.to) sides[kept++] = renamed;
+  }
+  sides.resize(kept);
+  return any;
+}
+
+}  // namespace
+
+template <typename S>
+Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
+  Scratch<Side> sides;
+  sides.reserve(3 * static_cast<std::size_t>(count));
+  unsigned vertices = 0;
+  for (unsigned t = 0; t < count; ++t) {
+    const VertexIndices corners = mesh.verticesOf(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const unsigned a = corners[k], b = corners[(k + 1) % 3];
+      vertices = std::max(vertices, a + 1);
+      if (a != b) sides.push_back(side(a, b, t));
+    }
+  }
+  EdgeLinks<S> links(mesh, vertices, sides.size());
+  Scratch<Side> border = links.link(sides);
+  if (mergeEqualPositions(mesh, vertices, border)) links.link(border);
+  return combined(count, links.take());
+}
+
+template Scratch<Link> sharedEdges(const MeshView<float>&, unsigned);
+template Scratch<Link> sharedEdges(const MeshView<double>&, unsigned);
+
+namespace {
+
+/// The low 21 bits of x, two zeros after each.
+std::uint64_t spread(std::uint64_t x) {
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x001f00000000ffff;
+  x = (x | x << 16) & 0x001f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  x = (x | x << 2) & 0x1249249249249249;
+  return x;
+}
+
+}  // namespace
+
+Scratch<unsigned> mortonOrder(const Scratch<AlignedBox>& boxes) {
+  AlignedBox all;
+  for (const AlignedBox& box : boxes) all.extend(box.center());
+  const double extent = boxes.empty() ? 0 : all.sizes().maxCoeff();
+  const double scale = extent > 1e-290 ? 0x1fffff / extent : 0;
+
+  Scratch<std::pair<std::uint64_t, unsigned>> keyed;
+  keyed.reserve(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Eigen::Vector3d cell = (boxes[i].center() - all.min()) * scale;
+    std::uint64_t code = 0;
+    for (int k = 0; k < 3; ++k) code |= spread(static_cast<std::uint64_t>(cell[k])) << k;
+    keyed.emplace_back(code, static_cast<unsigned>(i));
+  }
+  std::sort(keyed.begin(), keyed.end());
+  Scratch<unsigned> order;
+  order.reserve(keyed.size());
+  for (const auto& entry : keyed) order.push_back(entry.second);
+  return order;
+}
+
+Scratch<Link> proximityLinks(const Scratch<AlignedBox>& boxes_in_order) {
+  constexpr std::size_t kWindow = 4;
+  Scratch<Link> links;
+  links.reserve(kWindow * boxes_in_order.size());
+  for (std::size_t i = 0; i < boxes_in_order.size(); ++i)
+    for (std::size_t j = i + 1; j < std::min(boxes_in_order.size(), i + 1 + kWindow); ++j) {
+      const AlignedBox around = boxes_in_order[i].merged(boxes_in_order[j]);
+      links.push_back(
+          {static_cast<unsigned>(i), static_cast<unsigned>(j), -around.diagonal().squaredNorm()});
+    }
+  return links;
+}
+
+}  // namespace adaptive_bvh

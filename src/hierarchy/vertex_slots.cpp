@@ -1,0 +1,83 @@
+#include "hierarchy/vertex_slots.h"
+
+#include "base/scratch.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Numbers the vertices of one block after the other.
+class Numbering {
+ public:
+  explicit Numbering(std::size_t vertices) : block_(vertices, 0), number_(block_) {}
+
+  void beginBlock() {
+    ++blocks_;
+    count_ = 0;
+  }
+  /// The vertex's number in this block; a new one is the count so far.
+  unsigned operator()(unsigned v) {
+    if (block_[v] != blocks_) {
+      block_[v] = blocks_;
+      number_[v] = count_++;
+    }
+    return number_[v];
+  }
+  unsigned count() const { return count_; }
+  bool isNumbered(unsigned v) const { return block_[v] != 0; }
+
+ private:
+  Scratch<unsigned> block_, number_;  // by vertex: the last block that it was numbered in
+  unsigned blocks_ = 0, count_ = 0;
+};
+
+}  // namespace
+
+template <typename S>
+void VertexSlots::adopt(const OrderedTree& tree, const MeshView<S>& mesh,
+                        std::size_t num_vertices) {
+  Scratch<VertexIndices> corners(tree.primitives.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = mesh.verticesOf(tree.primitives[i]);
+  leaves_.resize(corners.size());
+  vertices_.clear();
+  vertices_.reserve(num_vertices);  // as many slots, or more
+  Numbering numbers(num_vertices);
+  const auto fits = [&](std::size_t first, std::size_t count) {
+    if (count > 2 * kBlock) return false;  // cheaper than counting; a mesh has fewer vertices
+    numbers.beginBlock();
+    for (std::size_t i = first; i < first + count; ++i)
+      for (unsigned v : corners[i]) numbers(v);
+    return numbers.count() <= kBlock;
+  };
+  const auto append = [&](std::size_t first, std::size_t count) {
+    const auto block = static_cast<unsigned>(vertices_.size());
+    numbers.beginBlock();
+    for (std::size_t i = first; i < first + count; ++i) {
+      leaves_[i].block = block;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const unsigned v = corners[i][k], offset = numbers(v);
+        if (block + offset == vertices_.size()) vertices_.push_back(v);
+        leaves_[i].offset[k] = static_cast<std::uint8_t>(offset);
+      }
+    }
+  };
+  Scratch<int> open(1, 0);
+  while (!open.empty()) {  // in the order of the leaves
+    const OrderedTree::Node& node = tree.nodes[static_cast<std::size_t>(open.back())];
+    open.pop_back();
+    if (node.isLeaf() || fits(node.first, node.count)) {
+      append(node.first, node.count);
+    } else {
+      open.push_back(node.right);
+      open.push_back(node.left);
+    }
+  }
+  end_ = static_cast<unsigned>(vertices_.size());
+  for (unsigned v = 0; v < static_cast<unsigned>(num_vertices); ++v)
+    if (!numbers.isNumbered(v)) vertices_.push_back(v);
+  vertices_.shrink_to_fit();
+}
+
+template void VertexSlots::adopt(const OrderedTree&, const MeshView<float>&, std::size_t);
+template void VertexSlots::adopt(const OrderedTree&, const MeshView<double>&, std::size_t);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/rigid.h"
+#include "base/rounding.h"
+#include "mesh/mesh_view.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+
+/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance.
+/// All in the frame of the first mesh, in double precision.
+template <typename S>
+class TriangleSeparation {
+ public:
+  using Point = fcl::Vector3d;
+
+  TriangleSeparation(const fcl::Vector3<S>* vertices1, const fcl::Vector3<S>* vertices2,
+                     const RelativePlacement& to_first)
+      : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
+
+  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
+  /// on the second; both in the first's frame. Points so near each other that squares underflow
+  /// have no line between them.
+  void lookAlong(const Point& from, const Point& to) {
+    const double length = (to - from).norm();
+    if (!(length > rounding::tiny<double>())) return;
+    const fcl::Matrix3d& R = to_first_.R;
+    from_ = from;
+    to_ = R.transpose() * (to - to_first_.T);
+    along1_ = (to - from) / length;
+    along2_ = R.transpose() * along1_;
+    offset_ = along1_.dot(R * to_ + to_first_.T - from);
+  }
+
+  /// The line's direction, of length 1; zero before there is one.
+  const Point& direction() const { return along1_; }
+
+  /// How far apart two triangles are along that line: a lower bound of their distance. Everything
+  /// is measured from the two points, so that near them, where it matters, hardly any digit is
+  /// lost.
+  double separation(const VertexIndices& a, const VertexIndices& b) const {
+    const auto on1 = [&](unsigned v) -> double { return along1_.dot(first(v) - from_); };
+    const auto on2 = [&](unsigned v) -> double { return along2_.dot(second(v) - to_); };
+    const double high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
+    const double low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
+    return low + offset_ - high;
+  }
+
+  /// The largest separation of two triangles along the line between their middles and along
+  /// either's normal. Stops at the first that reaches `limit`, > 0.
+  double separationNearby(const VertexIndices& a, const VertexIndices& b, double limit) const {
+    const Point near = first(a[0]);
+    Point p[3], q[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = first(a[k]) - near;
+      q[k] = to_first_(second(b[k])) - near;
+    }
+    double best = std::numeric_limits<double>::lowest();
+    const auto along = [&](const Point& d) {
+      const double length = d.norm();
+      if (!(length > rounding::tiny<double>())) return false;
+      const double p0 = d.dot(p[0]), p1 = d.dot(p[1]), p2 = d.dot(p[2]);
+      const double q0 = d.dot(q[0]), q1 = d.dot(q[1]), q2 = d.dot(q[2]);
+      const double forward = std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2);
+      const double backward = std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2);
+      best = std::max(best, std::max(forward, backward) / length);
+      return best >= limit;
+    };
+    along(q[0] + q[1] + q[2] - p[0] - p[1] - p[2]) || along((p[1] - p[0]).cross(p[2] - p[0])) ||
+        along((q[1] - q[0]).cross(q[2] - q[0]));
+    return best;
+  }
+
+  /// The distance of two triangles, and nearest points.
+  TriangleGap gap(const VertexIndices& a, const VertexIndices& b) const {
+    return gapOf({first(a[0]), first(a[1]), first(a[2])},
+                 {to_first_(second(b[0])), to_first_(second(b[1])), to_first_(second(b[2]))});
+  }
+
+ private:
+  Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
+  Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
+
+  const fcl::Vector3<S>*vertices1_, *vertices2_;
+  const RelativePlacement to_first_;
+  Point along1_ = Point::Zero(), along2_ = Point::Zero();  // the line, in either mesh's frame
+  Point from_ = Point::Zero(), to_ = Point::Zero();
+  double offset_ = 0;
+};
+
+}  // namespace adaptive_bvh

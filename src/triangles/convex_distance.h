@@ -1,0 +1,49 @@
+#pragma once
+
+#include "triangles/triangle_contact.h"
+
+namespace adaptive_bvh {
+
+/// How deep a triangle is in a convex set that it touches: the set moved by `depth` along `normal`,
+/// of length 1, is apart from the triangle, and no shorter motion would do.
+struct Penetration {
+  fcl::Vector3d normal;
+  double depth;
+  /// The shortest motion is at most so much shorter: certified by points of both.
+  double error;
+};
+
+/// A convex set, by its farthest points.
+class ConvexSet {
+ public:
+  /// A point of the set that is farthest along a direction, of any length > 0.
+  virtual fcl::Vector3d support(const fcl::Vector3d& direction) const = 0;
+  /// How deep a triangle is in the set, which it touches: by penetrationOf, or a form of its own.
+  virtual Penetration penetration(const TrianglePoints<double>& triangle) const;
+
+ protected:
+  ~ConvexSet() = default;
+};
+
+/// The nearest points of a triangle and a convex set. Where they have a common point, `points` are
+/// one, up to rounding, and the distance is 0.
+struct ConvexGap {
+  PointPair<double> points;
+  double distance;
+  /// The exact distance is at most so much less: certified by a plane between the two.
+  double error;
+};
+
+/// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most 2^-44 of the
+/// extent of both. Nearer than that counts as touching.
+ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set);
+
+/// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
+/// both.
+Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
+
+/// How deep a triangle is in a cylinder around the z axis, from -half to half, that it touches. By
+/// the directions in which the way out can be shortest: docs/bounds.md, 17.
+Penetration cylinderPenetration(const TrianglePoints<double>& triangle, double radius, double half);
+
+}  // namespace adaptive_bvh

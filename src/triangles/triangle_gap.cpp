@@ -1,0 +1,181 @@
+#include "triangles/triangle_gap.h"
+
+#include "triangles/orientation.h"
+#include "triangles/triangle_intersection.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Face = feature_distance::Face<double>;
+
+/// The nearest pair of points so far, one of each triangle.
+class NearestOfFeatures {
+ public:
+  NearestOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b)
+      : a_(a), b_(b) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      considerVertex(a[k], b_, pair_.first, pair_.second);
+      considerVertex(b[k], a_, pair_.second, pair_.first);
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) considerEdges(i, j);
+  }
+
+  const PointPair<double>& pair() const { return pair_; }
+  double squaredDistance() const { return least_; }
+
+ private:
+  void considerVertex(const fcl::Vector3d& vertex, const Face& face, fcl::Vector3d& at_vertex,
+                      fcl::Vector3d& at_face) {
+    fcl::Vector3d on_face;
+    const double square = face.nearest(vertex, on_face);
+    if (!(square < least_)) return;
+    least_ = square;
+    at_vertex = vertex;
+    at_face = on_face;
+  }
+  /// Their ends are vertices.
+  void considerEdges(std::size_t i, std::size_t j) {
+    const auto &u = a_.edge(i), &v = b_.edge(j);
+    const fcl::Vector3d &from = a_.corners()[i], &to = b_.corners()[j], between = to - from;
+    double s, t;
+    if (!feature_distance::nearestInside<double>(u, v, between, s, t)) return;
+    const double square = (between + t * v.along - s * u.along).squaredNorm();
+    if (!(square < least_)) return;
+    least_ = square;
+    pair_ = {from + s * u.along, to + t * v.along};
+  }
+
+  const Face a_, b_;
+  PointPair<double> pair_;
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
+/// Points whose distance is surely that of the triangles: the slab between the planes across the
+/// line from one to the other has each triangle on its side, up to a tolerance. So however the
+/// points were found, they are right. Tries the nearest points of all edges, and of corners and
+/// faces, at a fifth of the price of NearestOfFeatures, which does not depend on how narrow a face
+/// is.
+class SeparatedPoints {
+ public:
+  /// `extent`: of both triangles.
+  SeparatedPoints(const TrianglePoints<double>& a, const TrianglePoints<double>& b, double extent)
+      : a_(a), b_(b), tolerance_(kTolerance * extent), least_(kLeast * extent * kLeast * extent) {}
+
+  bool find() {
+    fcl::Vector3d u[3], v[3];
+    double uu[3], vv[3], inverse_uu[3], inverse_vv[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      u[k] = a_[(k + 1) % 3] - a_[k];
+      v[k] = b_[(k + 1) % 3] - b_[k];
+      uu[k] = u[k].squaredNorm();
+      vv[k] = v[k].squaredNorm();
+      if (!(uu[k] > kUnderflow && vv[k] > kUnderflow)) return false;
+      inverse_uu[k] = 1 / uu[k];
+      inverse_vv[k] = 1 / vv[k];
+    }
+    const auto clamped = [](double x) { return std::min(std::max(x, 0.), 1.); };
+    double best = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) {
+        const fcl::Vector3d w = b_[j] - a_[i];
+        const double uv = u[i].dot(v[j]), uw = u[i].dot(w), vw = v[j].dot(w),
+                     across = uu[i] * vv[j] - uv * uv;
+        double s = across > 0 ? clamped((uw * vv[j] - uv * vw) / across) : 0;
+        double t = (uv * s - vw) * inverse_vv[j];
+        if (t < 0 || t > 1) {
+          t = clamped(t);
+          s = clamped((uw + t * uv) * inverse_uu[i]);
+        }
+        const fcl::Vector3d way = w + t * v[j] - s * u[i];
+        const double square = way.squaredNorm();
+        if (!(square < best)) continue;
+        best = square;
+        const fcl::Vector3d on_a = s * u[i], on_b = t * v[j];
+        // The third corners decide nearly always.
+        if (u[(i + 2) % 3].dot(way) + on_a.dot(way) < -tolerance_ * way.lpNorm<1>() ||
+            v[(j + 2) % 3].dot(way) + on_b.dot(way) > tolerance_ * way.lpNorm<1>())
+          continue;
+        if (take(a_[i] + on_a, b_[j] + on_b, way)) return true;
+      }
+    return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
+  }
+
+  const PointPair<double>& points() const { return points_; }
+  double distance() const { return distance_; }
+
+ private:
+  static constexpr double kTolerance = 10 * 0x1p-53, kLeast = 16 * 0x1p-52, kUnderflow = 0x1p-900;
+
+  /// The corner that is nearest to the plane of a face, where all are on one side of it. `sign`: 1
+  /// where the face is a's.
+  bool findAbove(const TrianglePoints<double>& face, const fcl::Vector3d (&edges)[3],
+                 const TrianglePoints<double>& corners, double sign) {
+    const fcl::Vector3d normal = edges[0].cross(edges[1]);
+    const double square = normal.squaredNorm();
+    if (!(square > kUnderflow)) return false;
+    std::size_t nearest = 0;
+    std::array<double, 3> heights;
+    for (std::size_t k = 0; k < 3; ++k) {
+      heights[k] = normal.dot(corners[k] - face[0]);
+      if (std::fabs(heights[k]) < std::fabs(heights[nearest])) nearest = k;
+    }
+    if (!areOnOneSide(heights)) return false;
+    // The foot on the plane, by its barycentric coordinates: so it lies in the face.
+    const fcl::Vector3d& corner = corners[nearest];
+    double weights[3], sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      weights[k] = normal.dot(edges[k].cross(corner - face[k]));
+      if (weights[k] < 0) return false;
+      sum += weights[k];
+    }
+    const fcl::Vector3d foot =
+        face[0] + (weights[2] / sum) * edges[0] - (weights[0] / sum) * edges[2];
+    return sign > 0 ? take(foot, corner, corner - foot) : take(corner, foot, foot - corner);
+  }
+
+  /// Takes two points, one of each triangle, where all corners lie beyond them.
+  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& way) {
+    const double square = way.squaredNorm(), tolerance = tolerance_ * way.lpNorm<1>();
+    if (!(square > least_)) return false;
+    for (std::size_t k = 0; k < 3; ++k)
+      if ((a_[k] - on_a).dot(way) > tolerance || (b_[k] - on_b).dot(way) < -tolerance) return false;
+    points_ = {on_a, on_b};
+    distance_ = std::sqrt(square);
+    return true;
+  }
+
+  const TrianglePoints<double>&a_, &b_;
+  const double tolerance_, least_;
+  PointPair<double> points_;
+  double distance_ = 0;
+};
+
+double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  fcl::Vector3d low = a[0], high = a[0];
+  for (const TrianglePoints<double>* t : {&a, &b})
+    for (const fcl::Vector3d& x : *t) {
+      low = low.cwiseMin(x);
+      high = high.cwiseMax(x);
+    }
+  return (high - low).maxCoeff();
+}
+
+}  // namespace
+
+TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  SeparatedPoints separated(a, b, extentOf(a, b));
+  if (separated.find()) return {separated.points(), separated.distance()};
+  const TriangleIntersection common(a, b);
+  if (common.isCrossing()) return {common.crossing(), 0};
+  const NearestOfFeatures nearest(a, b);
+  if (common.exists()) return {nearest.pair(), 0};
+  constexpr double kLeast = std::numeric_limits<double>::denorm_min();
+  return {nearest.pair(), std::max(std::sqrt(nearest.squaredDistance()), kLeast)};
+}
+
+bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  return TriangleIntersection(a, b).exists();
+}
+
+}  // namespace adaptive_bvh

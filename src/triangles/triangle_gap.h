@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "triangles/feature_distance.h"
+#include "triangles/triangle_contact.h"
+
+namespace adaptive_bvh {
+
+/// The nearest points of two triangles and their distance.
+struct TriangleGap {
+  PointPair<double> points;
+  double distance;
+};
+
+/// A distance in S: 0 only where it is 0.
+template <typename S>
+S distanceAs(double distance) {
+  return distance > 0 ? std::max(static_cast<S>(distance), std::numeric_limits<S>::denorm_min())
+                      : S(0);
+}
+
+/// The exact distance up to 2^-46 of the extent of both triangles, the largest component of a
+/// difference of two corners, whatever their shapes. 0 where they have a common point, and only
+/// there: that is decided without any error (triangle_intersection.h). Then both points are a
+/// common point, up to rounding.
+TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+
+/// Whether that distance is 0.
+bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+
+/// Whether two triangles are surely farther apart than that, along a normal or a product of two
+/// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.
+inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+                             double distance) {
+  const std::array<fcl::Vector3d, 5> seen = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],
+                                             b[2] - a[0]};
+  double extent = 0;
+  for (const fcl::Vector3d& x : seen)
+    extent = std::max(extent, x.template lpNorm<Eigen::Infinity>());
+  const double enough = distance * (1 + 0x1p-40) + 0x1p-45 * extent;
+  const auto areFartherAlong = [&](const fcl::Vector3d& n) {
+    const double a1 = n.dot(seen[0]), a2 = n.dot(seen[1]);
+    const double b0 = n.dot(seen[2]), b1 = n.dot(seen[3]), b2 = n.dot(seen[4]);
+    const double gap = std::max(std::min({b0, b1, b2}) - std::max({0., a1, a2}),
+                                std::min({0., a1, a2}) - std::max({b0, b1, b2}));
+    return gap > enough * n.norm() + 0x1p-960;
+  };
+  const std::array<fcl::Vector3d, 3> a_edges = {seen[0], seen[1], seen[1] - seen[0]},
+                                     b_edges = {seen[3] - seen[2], seen[4] - seen[2],
+                                                seen[4] - seen[3]};
+  if (areFartherAlong(a_edges[0].cross(a_edges[1])) ||
+      areFartherAlong(b_edges[0].cross(b_edges[1])))
+    return true;
+  for (const fcl::Vector3d& e : a_edges)
+    for (const fcl::Vector3d& f : b_edges)
+      if (areFartherAlong(e.cross(f))) return true;
+  return false;
+}
+
+}  // namespace adaptive_bvh

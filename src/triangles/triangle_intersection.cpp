@@ -1,0 +1,176 @@
+#include "triangles/triangle_intersection.h"
+
+#include <algorithm>
+
+#include "triangles/orientation.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+using Triangle = TrianglePoints<double>;
+
+double largest(const Vector& v) { return v.lpNorm<Eigen::Infinity>(); }
+
+/// The sign of orientation(a, b, c, d), of which a determinant was computed of three differences,
+/// whose product of largest components is `size`.
+double signOf(double determinant, double size, const Vector& a, const Vector& b, const Vector& c,
+              const Vector& d) {
+  return orientations::isCertain(determinant, size) ? determinant : exactOrientation(a, b, c, d);
+}
+
+/// By det(b - a, c - a, a - x), of which the first two are the same for all points.
+std::array<double, 3> sidesOf(const Triangle& face, const Triangle& points) {
+  const Vector p = face[1] - face[0], q = face[2] - face[0], normal = p.cross(q);
+  const double size = largest(p) * largest(q);
+  std::array<double, 3> sides;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector r = face[0] - points[k];
+    sides[k] = signOf(normal.dot(r), size * largest(r), face[0], face[1], face[2], points[k]);
+  }
+  return sides;
+}
+
+bool areInPlane(const std::array<double, 3>& sides) {
+  return sides[0] == 0 && sides[1] == 0 && sides[2] == 0;
+}
+
+/// Whether the line from p to q meets the face or its sides, where it does not lie in the face's
+/// plane. By det(q - p, y - p, x - p) for the sides of the face from x to y.
+bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
+  const Vector along = q - p, to[3] = {face[0] - p, face[1] - p, face[2] - p};
+  const double length = largest(along), sizes[3] = {largest(to[0]), largest(to[1]), largest(to[2])};
+  bool is_left = false, is_right = false;
+  for (std::size_t k = 0; k < 3 && !(is_left && is_right); ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const double side = signOf(along.dot(to[next].cross(to[k])), length * sizes[k] * sizes[next], p,
+                               q, face[k], face[next]);
+    is_left = is_left || side > 0;
+    is_right = is_right || side < 0;
+  }
+  return is_left != is_right;
+}
+
+/// How far from p to q, on either side of the face's plane, that plane is. Without cancellation:
+/// the sides of needles have hardly a digit in double precision.
+double shareUpTo(const Triangle& face, const Vector& p, const Vector& q) {
+  ExactSum above, whole;
+  addOrientation(above, face[0], face[1], face[2], p);
+  addOrientation(whole, face[0], face[1], face[2], p);
+  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
+  return above.value() / whole.value();
+}
+
+/// Points of one plane, as seen along an axis that does not lie in that plane.
+class View {
+ public:
+  explicit View(int axis) : i_((axis + 1) % 3), j_((axis + 2) % 3) {}
+
+  int turn(const Vector& p, const Vector& q, const Vector& r) const {
+    return planarOrientation(p[i_], p[j_], q[i_], q[j_], r[i_], r[j_]);
+  }
+  bool isThin(const Triangle& t) const { return turn(t[0], t[1], t[2]) == 0; }
+
+  bool segmentsMeet(const Vector& p, const Vector& q, const Vector& r, const Vector& s) const {
+    const int at_r = turn(p, q, r), at_s = turn(p, q, s), at_p = turn(r, s, p),
+              at_q = turn(r, s, q);
+    if (at_r * at_s > 0 || at_p * at_q > 0) return false;
+    if (at_r || at_s || at_p || at_q) return true;
+    return overlap(p[i_], q[i_], r[i_], s[i_]) && overlap(p[j_], q[j_], r[j_], s[j_]);  // one line
+  }
+
+  /// The triangle is not thin.
+  bool contains(const Triangle& t, const Vector& x) const {
+    bool is_left = false, is_right = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int side = turn(t[k], t[(k + 1) % 3], x);
+      is_left = is_left || side > 0;
+      is_right = is_right || side < 0;
+    }
+    return is_left != is_right;
+  }
+
+ private:
+  static bool overlap(double p, double q, double r, double s) {
+    return std::max(p, q) >= std::min(r, s) && std::max(r, s) >= std::min(p, q);
+  }
+
+  int i_, j_;
+};
+
+/// An axis along which the triangle is not thin; 3 where it is a segment or a point.
+int axisAcross(const Triangle& t) {
+  int axis = 0;
+  while (axis < 3 && View(axis).isThin(t)) ++axis;
+  return axis;
+}
+
+/// Of two triangles in one plane, as seen along `axis`.
+bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
+  const View view(axis);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      if (view.segmentsMeet(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])) return true;
+  // If neither's boundary meets the other's, one may be inside the other.
+  return (!view.isThin(a) && view.contains(a, b[0])) || (!view.isThin(b) && view.contains(b, a[0]));
+}
+
+/// Of triangles that are both segments or points.
+bool segmentsMeet(const Triangle& a, const Triangle& b) {
+  const auto isBefore = [](const Vector& x, const Vector& y) {
+    return std::lexicographical_compare(x.data(), x.data() + 3, y.data(), y.data() + 3);
+  };
+  // On a line, this order is that along the line.
+  const auto [a_first, a_last] = std::minmax_element(a.begin(), a.end(), isBefore);
+  const auto [b_first, b_last] = std::minmax_element(b.begin(), b.end(), isBefore);
+  if (orientation(*a_first, *a_last, *b_first, *b_last) != 0) return false;
+  for (const Triangle& seen :
+       {Triangle{*a_first, *a_last, *b_first}, Triangle{*a_first, *a_last, *b_last},
+        Triangle{*b_first, *b_last, *a_first}, Triangle{*b_first, *b_last, *a_last}}) {
+    const int axis = axisAcross(seen);
+    if (axis < 3) return View(axis).segmentsMeet(*a_first, *a_last, *b_first, *b_last);
+  }
+  return !isBefore(*a_last, *b_first) && !isBefore(*b_last, *a_first);
+}
+
+}  // namespace
+
+TriangleIntersection::TriangleIntersection(const Triangle& a, const Triangle& b) : a_(a), b_(b) {
+  const Sides sides_of_b = sidesOf(a, b);
+  if (areOnOneSide(sides_of_b)) return;
+  const Sides sides_of_a = sidesOf(b, a);
+  if (areOnOneSide(sides_of_a)) return;
+  if (findCrossing(a, b, sides_of_a) || findCrossing(b, a, sides_of_b)) return;
+  const bool b_in_plane = areInPlane(sides_of_b), a_in_plane = areInPlane(sides_of_a);
+  if (!a_in_plane && !b_in_plane) return;
+  // A segment or a point has no plane: every point seems to be in it.
+  if (const int axis = axisAcross(a); axis < 3)
+    is_in_plane_ = b_in_plane && meetInPlane(a, b, axis);
+  else if (const int other_axis = axisAcross(b); other_axis < 3)
+    is_in_plane_ = a_in_plane && meetInPlane(a, b, other_axis);
+  else
+    is_in_plane_ = segmentsMeet(a, b);
+}
+
+bool TriangleIntersection::findCrossing(const Triangle& edges, const Triangle& face,
+                                        const Sides& sides) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const double above = sides[k], below = sides[next];
+    const bool is_across = (above > 0) != (below > 0) || (above < 0) != (below < 0);
+    if (!is_across || !passesThrough(edges[k], edges[next], face)) continue;
+    edges_ = &edges;
+    edge_ = k;
+    return true;
+  }
+  return false;
+}
+
+PointPair<double> TriangleIntersection::crossing() const {
+  const Triangle& face = edges_ == &a_ ? b_ : a_;
+  const Vector &p = (*edges_)[edge_], &q = (*edges_)[(edge_ + 1) % 3];
+  const Vector on_edge = p + shareUpTo(face, p, q) * (q - p), on_face = nearestPoint(face, on_edge);
+  return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,200 @@
+#pragma once
+
+#include <limits>
+
+#include "base/vectors.h"
+
+namespace adaptive_bvh {
+
+/// What the numbers of TrianglePairs4 may be off by, beside their rounding.
+struct PairError {
+  float position;  ///< of a component of a corner
+  float share;     ///< as above, as a share of the extent of the pair
+  float least;     ///< of a product: for numbers too small for FCL's test, or for this one
+  /// No error: "apart" shall mean farther than this, 0 or more.
+  float reach = 0;
+};
+
+/// What FCL's test says of pairs of triangles, where that is certain; a bit for each.
+struct PairVerdicts {
+  unsigned apart, touching;
+};
+
+/// Pairs of triangles p and q, as many as a pack has numbers, as FCL's test looks at them. It
+/// projects both on seventeen axes (the normals, the products of an edge of p and one of q, the
+/// products of edges and normals), and says that they are apart where their projections on one axis
+/// are. The same axes are tried here, in single precision: where the gap of two projections is
+/// larger than all that both computations can be off by, FCL finds a gap, too; where they overlap
+/// by more than that on every axis, FCL finds no gap. docs/bounds.md, 13.
+template <typename P>
+class PackedTrianglePairs {
+ public:
+  using Vector = Vectors<P>;
+
+  Vector p_edges[3], q_edges[3];  ///< k: from corner k to the next
+  Vector q[3];                    ///< corners, from the first corner of p
+
+  PackedTrianglePairs() = default;
+  ADAPTIVE_BVH_INLINE PackedTrianglePairs(const Vector (&p_corners)[3],
+                                          const Vector (&q_corners)[3]) {
+    for (int k = 0; k < 3; ++k) {
+      p_edges[k] = vectors::difference(p_corners[(k + 1) % 3], p_corners[k]);
+      q_edges[k] = vectors::difference(q_corners[(k + 1) % 3], q_corners[k]);
+      q[k] = vectors::difference(q_corners[k], p_corners[0]);
+    }
+  }
+
+  /// From corners in two numbers each, the second being what the first was rounded by.
+  ADAPTIVE_BVH_INLINE PackedTrianglePairs(const Vector (&p_corners)[3],
+                                          const Vector (&p_residuals)[3],
+                                          const Vector (&q_corners)[3],
+                                          const Vector (&q_residuals)[3])
+      : PackedTrianglePairs(p_corners, q_corners) {
+    const PackedTrianglePairs lost(p_residuals, q_residuals);
+    for (int k = 0; k < 3; ++k) {
+      p_edges[k] = vectors::sum(p_edges[k], lost.p_edges[k]);
+      q_edges[k] = vectors::sum(q_edges[k], lost.q_edges[k]);
+      q[k] = vectors::sum(q[k], lost.q[k]);
+    }
+  }
+
+  /// Which are apart along the normal of either: that leaves few.
+  ADAPTIVE_BVH_INLINE unsigned apartByPlanes(const PairError& error) const {
+    const Sizes sizes(*this, error);
+    const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
+    const Vector q_normal = vectors::cross(q_edges[0], q_edges[1]);
+    return packs::bits((gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.reachAlong(p_normal)) |
+                       (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.reachAlong(q_normal)));
+  }
+
+  /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
+  /// side on a smooth surface.
+  ADAPTIVE_BVH_INLINE unsigned apartByEdgeNormals(const PairError& error) const {
+    const Sizes sizes(*this, error);
+    const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
+    const Vector q_normal = vectors::cross(q_edges[0], q_edges[1]);
+    const P p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
+    P apart = packs::filled<P>(kLowest);
+    for (int i = 0; i < 3; ++i) {
+      const Vector p_axis = vectors::cross(p_edges[i], p_normal);
+      const Vector q_axis = vectors::cross(q_edges[i], q_normal);
+      const P p_gap = gap(p_axis) - (p_margin + sizes.reachAlong(p_axis));
+      const P q_gap = gap(q_axis) - (q_margin + sizes.reachAlong(q_axis));
+      apart = packs::upper(apart, packs::upper(p_gap, q_gap));
+    }
+    return packs::bits(apart > packs::filled<P>(0));
+  }
+
+  /// By all axes.
+  ADAPTIVE_BVH_INLINE PairVerdicts verdicts(const PairError& error) const {
+    using packs::upper;
+    using vectors::cross;
+    const Sizes sizes(*this, error);
+    const Vector p_normal = cross(p_edges[0], p_edges[1]);
+    const Vector q_normal = cross(q_edges[0], q_edges[1]);
+    // The largest of all gaps, less and plus its margin.
+    P low = packs::filled<P>(kLowest), high = low;
+    const auto add = [&](const P& gap, const P& margin, const Vector& axis) {
+      low = upper<P>(low, gap - (margin + sizes.reachAlong(axis)));
+      high = upper<P>(high, gap + margin);
+    };
+    const auto addAxis = [&](const Vector& axis, const P& margin) { add(gap(axis), margin, axis); };
+    add(gapAlongP(p_normal), sizes.margin(sizes.p), p_normal);
+    add(gapAlongQ(q_normal), sizes.margin(sizes.q), q_normal);
+    const P p_margin = sizes.marginOfThree(sizes.p), q_margin = sizes.marginOfThree(sizes.q);
+    for (int i = 0; i < 3; ++i) {
+      addAxis(cross(p_edges[i], p_normal), p_margin);
+      addAxis(cross(q_edges[i], q_normal), q_margin);
+    }
+    const P margin = sizes.margin(upper(sizes.p, sizes.q));
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) addAxis(cross(p_edges[i], q_edges[j]), margin);
+    const P zero = packs::filled<P>(0);
+    const unsigned solid =
+        packs::bits((vectors::size(p_normal) > sizes.p * sizes.p * packs::filled<P>(kThin)) &
+                    (vectors::size(q_normal) > sizes.q * sizes.q * packs::filled<P>(kThin)));
+    return {packs::bits(low > zero), packs::bits(high < zero) & solid};
+  }
+
+ private:
+  static constexpr float kLowest = std::numeric_limits<float>::lowest();
+  /// Triangles that are surely not thin (triangle_contact.h): of these FCL's test alone decides.
+  static constexpr float kThin = 1.f / (1 << 9);
+
+  /// Of the two triangles and of both together, at least; and what products of these are off by.
+  struct Sizes {
+    ADAPTIVE_BVH_INLINE Sizes(const PackedTrianglePairs& pairs, const PairError& e) {
+      p = largest(pairs.p_edges);
+      q = largest(pairs.q_edges);
+      extent = largest(pairs.q) + p + q;
+      position = packs::filled<P>(e.position) + extent * packs::filled<P>(e.share);
+      const P slack = position * packs::filled<P>(4);
+      p += slack;
+      q += slack;
+      extent += slack + slack + slack;
+      least = packs::filled<P>(e.least);
+      reach = e.reach;
+    }
+    /// Of a gap along the product of two edges of this size.
+    ADAPTIVE_BVH_INLINE P margin(const P& edge) const {
+      return edge * extent *
+                 (position * packs::filled<P>(80) + edge * packs::filled<P>(256 * kUnit)) +
+             least;
+    }
+    /// Along the product of three.
+    ADAPTIVE_BVH_INLINE P marginOfThree(const P& edge) const {
+      return edge * edge * extent *
+                 (position * packs::filled<P>(208) + edge * packs::filled<P>(640 * kUnit)) +
+             least;
+    }
+    /// How far apart projections on an axis are of what is as far apart as the reach along it, or
+    /// farther by rounding; with room for squares that underflow.
+    ADAPTIVE_BVH_INLINE P reachAlong(const Vector& axis) const {
+      if (!(reach > 0)) return packs::filled<P>(0);
+      const P length = packs::squareRoot(vectors::dot(axis, axis));
+      return packs::filled<P>(reach) *
+             (length * packs::filled<P>(1 + 1.f / (1 << 20)) + packs::filled<P>(1e-18f));
+    }
+    P p, q, extent, position, least;
+    float reach;
+
+   private:
+    static constexpr float kUnit = 1.f / (1 << 24);
+    ADAPTIVE_BVH_INLINE static P largest(const Vector (&v)[3]) {
+      return packs::upper(packs::upper(vectors::size(v[0]), vectors::size(v[1])),
+                          vectors::size(v[2]));
+    }
+  };
+
+  struct Range {
+    P low, high;
+  };
+  ADAPTIVE_BVH_INLINE static Range range(const P& a, const P& b, const P& c) {
+    using packs::lower;
+    using packs::upper;
+    return {lower(lower(a, b), c), upper(upper(a, b), c)};
+  }
+  ADAPTIVE_BVH_INLINE static P gap(const Range& a, const Range& b) {
+    return packs::upper<P>(a.low - b.high, b.low - a.high);
+  }
+  ADAPTIVE_BVH_INLINE Range pAlong(const Vector& axis) const {
+    return range(packs::filled<P>(0), vectors::dot(axis, p_edges[0]),
+                 -vectors::dot(axis, p_edges[2]));
+  }
+  ADAPTIVE_BVH_INLINE Range qAlong(const Vector& axis) const {
+    return range(vectors::dot(axis, q[0]), vectors::dot(axis, q[1]), vectors::dot(axis, q[2]));
+  }
+  ADAPTIVE_BVH_INLINE P gap(const Vector& axis) const { return gap(pAlong(axis), qAlong(axis)); }
+  /// Along the normal of p, or of q, on which that triangle is one point.
+  ADAPTIVE_BVH_INLINE P gapAlongP(const Vector& normal) const {
+    return gap({packs::filled<P>(0), packs::filled<P>(0)}, qAlong(normal));
+  }
+  ADAPTIVE_BVH_INLINE P gapAlongQ(const Vector& normal) const {
+    const P point = vectors::dot(normal, q[0]);
+    return gap(pAlong(normal), {point, point});
+  }
+};
+
+using TrianglePairs4 = PackedTrianglePairs<Float4>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "base/pack.h"
+
+namespace adaptive_bvh {
+
+/// Post-order (bottom-up) traversal, handing values up the tree:
+///
+///   rule.nextPair()            the left one of the next two siblings; last to first, then <= 0
+///   rule.isLeaf(node)
+///   rule.leaf(node, a)         makes `a` the value of a leaf
+///   rule.isTraversed(node)     whether the children of an inner node were among the pairs
+///   rule.known(node, a)        makes `a` the value of an inner node that is not traversed
+///   rule.apply(left, a, b)     works on two siblings, left and left + 1, after everything below
+///                              them; a and b are their values
+///   rule.merge(a, b)           makes `a` the value of their parent
+///   rule.applyRoot(a)          works on the root
+///
+/// Walking the pairs of siblings from the last to the first visits children before parents, and the
+/// subtree of a left sibling ends right after its pair (see Topology). So values wait on a stack,
+/// which needs Topology::stackCapacity.
+template <typename Value, typename Rule>
+ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& rule) {
+  if (rule.isLeaf(node))
+    rule.leaf(node, value);
+  else if (rule.isTraversed(node))
+    value = *--stack;
+  else
+    rule.known(node, value);
+}
+
+template <typename Value, typename Rule>
+ADAPTIVE_BVH_INLINE void traversePairs(Value*& stack, Rule& rule) {
+  Value a, b;
+  for (int left = rule.nextPair(); left > 0; left = rule.nextPair()) {
+    valueOf(left, a, stack, rule);  // its subtree came last
+    valueOf(left + 1, b, stack, rule);
+    rule.apply(left, a, b);
+    rule.merge(a, b);
+    *stack++ = a;
+  }
+}
+
+template <typename Value, typename Rule>
+ADAPTIVE_BVH_INLINE void traversePostOrder(Value* stack, Rule& rule) {
+  traversePairs(stack, rule);
+  Value a;
+  valueOf(0, a, stack, rule);
+  rule.applyRoot(a);
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,201 @@
+#pragma once
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "base/task_pool.h"
+#include "mesh/vertex_summary.h"
+#include "volumes/fitness.h"
+#include "volumes/local_bounds.h"
+#include "volumes/refit.h"
+#include "volumes/update_target.h"
+#include "volumes/vertex_leaf_map.h"
+
+namespace adaptive_bvh {
+
+/// One value for each slot of a TaskPool, on cache lines of their own.
+template <typename T>
+class PerThread {
+ public:
+  explicit PerThread(int threads) : others_(static_cast<std::size_t>(threads) - 1) {}
+  T& operator[](int thread) {
+    return thread == 0 ? first_ : others_[static_cast<std::size_t>(thread) - 1].value;
+  }
+  template <typename Add>
+  T sum(Add&& add) {
+    T all = first_;
+    for (const Slot& slot : others_) add(all, slot.value);
+    return all;
+  }
+
+ private:
+  struct alignas(64) Slot {
+    T value{};
+  };
+  T first_{};
+  std::vector<Slot> others_;
+};
+
+/// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
+/// a pool. `Method`: TranslationPropagation or DisplacementPropagation.
+template <typename BV, typename Method>
+class AllVertices {
+ public:
+  using S = typename BV::S;
+  using Summary = typename Method::Summary;
+
+  AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+              const StepInput<S>& input, TaskPool& pool)
+      : target_(target), method_(method), policy_(policy), input_(input), pool_(pool) {}
+
+  Method& method() const { return method_; }
+
+  Summary read() {
+    method_.begin(target_, input_);
+    PerThread<Summary> seen(pool_.size());
+    pool_.forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int slot) {
+      seen[slot].add(method_.read(target_, input_, first, last));
+    });
+    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+  }
+
+  void discard() { method_.discard(); }
+  /// Are these the positions that the model has? In a body that moves the comparison ends at the
+  /// first vertex that does.
+  bool isAtRest() const {
+    const fcl::BVHModel<BV>& model = target_.model;
+    return input_.kind == StepKind::Replace && !model.prev_vertices &&
+           std::memcmp(model.vertices, input_.positions, input_.count * sizeof(*model.vertices)) ==
+               0;
+  }
+
+  /// Also the local bounds.
+  void write(const VertexSummary<S>& seen) {
+    setLocalBox<S>(target_.model, seen.low, seen.high);
+    PerThread<S> squared(pool_.size());
+    pool_.forEachPart(
+        target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
+          const S found = writePositions(target_.model, input_.positions, first, last);
+          squared[thread] = std::max(squared[thread], found);
+        });
+    target_.model.aabb_radius =
+        std::sqrt(squared.sum([](S& all, S some) { all = std::max(all, some); }));
+  }
+
+  PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
+
+  RefitCounts<S> refit() {
+    if (policy_.criterion == FitnessCriterion::RefitNone) return {};
+    PerThread<RefitCounts<S>> counts(pool_.size());
+    const NodeRange turn = method_.nextTurn(target_);
+    const Candidates* const marked = candidates();
+    const int size = marked ? marked->words() : target_.nodes();
+    pool_.forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
+      Refitter<BV, Method> refitter(target_, method_, policy_, turn);
+      const auto judge = [&](int node) { refitter.judge(node); };
+      if (policy_.criterion == FitnessCriterion::RefitAll)
+        refitter.refitAll(first, last);
+      else if (marked)
+        marked->forEach(first, last, judge);
+      else
+        for (int node = first; node < last; ++node) judge(node);
+      counts[thread] += refitter.finish();
+    });
+    const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
+    target_.tree.inflations.include(all.corner_sum);
+    return all;
+  }
+
+ private:
+  /// What refits look at: candidates, in words, or all nodes.
+  const Candidates* candidates() const {
+    if constexpr (Method::kTakesSomeVertices)
+      if (method_.candidates().isOn()) return &method_.candidates();
+    return nullptr;
+  }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const StepInput<S>& input_;
+  TaskPool& pool_;
+};
+
+/// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
+template <typename BV, typename Method>
+class SomeVertices {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+  using Summary = typename Method::Summary;
+
+  SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+               const StepInput<S>& input, VertexLeafMap& leaves, DirtyPairs& dirty)
+      : target_(target),
+        method_(method),
+        policy_(policy),
+        input_(input),
+        leaves_(leaves),
+        dirty_(dirty),
+        box_(target.model) {}
+
+  Method& method() const { return method_; }
+
+  Summary read() {
+    if (leaves_.empty()) {
+      leaves_.adopt(target_.model, target_.tree.topology);
+      resetDirty();
+    }
+    method_.begin(target_, input_);
+    return method_.readSome(target_, input_, leaves_, [&](unsigned v, const Point& to) {
+      box_.move(target_.model.vertices[v], to);
+      leaves_.markAncestors(v, dirty_);
+    });
+  }
+
+  void discard() {
+    method_.discard();
+    resetDirty();
+  }
+  static bool isAtRest() { return false; }
+
+  /// Also the local bounds.
+  void write(const VertexSummary<S>&) {
+    for (std::size_t i = 0; i < input_.count; ++i)
+      target_.model.vertices[input_.indices[i]] = input_.positions[i];
+    box_.finish(target_.model.vertices, static_cast<std::size_t>(target_.model.num_vertices),
+                target_.model);
+  }
+
+  PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, dirty_); }
+
+  RefitCounts<S> refit() {
+    Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
+    const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
+    for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
+      if (may_refit) {
+        refitter.judge(left);
+        refitter.judge(left + 1);
+      }
+      dirty_.unset(left);
+    }
+    if (may_refit) refitter.judge(0);
+    const RefitCounts<S> counts = refitter.finish();
+    target_.tree.inflations.include(counts.corner_sum);
+    return counts;
+  }
+
+ private:
+  void resetDirty() { dirty_.reset(target_.tree.topology.slots.leaves() - 1); }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const StepInput<S>& input_;
+  VertexLeafMap& leaves_;
+  DirtyPairs& dirty_;
+  BoxAfterSome<S> box_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,171 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "adaptive_bvh/update_report.h"
+
+namespace adaptive_bvh {
+
+/// What recording queries did in a tree since its last update, for the fitness tests. Of a node:
+/// - visited (test B): a query went below it, or tested its triangle;
+/// - obstructing (test D): in such a visit the volume was tested, and its inflation may have been
+///   why it did not stop the query;
+/// - child gap (test C): how much farther off than the node both its children were. Test C requires
+///   a visit with alpha > t and beta > t. Over all visits that means: the largest min(alpha, beta)
+///   exceeds t. So one number a node is enough, and no query needs the policy. Ten binary digits of
+///   it are enough: it decides about work, not about answers.
+///
+/// All of it is one word a node, with the number of the update that it follows. An update clears
+/// everything by raising that number.
+///
+/// Queries hold the model const and run on many threads. They only raise words, by relaxed atomic
+/// operations, so their order does not matter and no lock is taken. Reading and clearing belong to
+/// the update, which the caller keeps apart from queries.
+class TraversalStatistics {
+ public:
+  TraversalStatistics() = default;
+  TraversalStatistics(const TraversalStatistics& other) { *this = other; }
+  TraversalStatistics& operator=(const TraversalStatistics& other) {
+    reset(other.size_);
+    epoch_ = other.epoch_;
+    for (int i = 0; i < size_; ++i)
+      words_[i].store(other.words_[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
+    setWork(other.work());
+    return *this;
+  }
+
+  /// Room for `nodes` nodes, none visited.
+  void reset(int nodes) {
+    if (nodes != size_)
+      words_ = std::make_unique<std::atomic<Word>[]>(static_cast<std::size_t>(nodes));
+    size_ = nodes;
+    epoch_ = kEpochs;
+    clear();
+  }
+
+  /// Forgets all visits and all work.
+  void clear() {
+    if (++epoch_ > kEpochs) {
+      for (int i = 0; i < size_; ++i) words_[i].store(0, std::memory_order_relaxed);
+      epoch_ = 1;
+    }
+    setWork(QueryWork());
+  }
+
+  /// Counts a query.
+  void recordQuery(const QueryWork& work) {
+    queries_.fetch_add(1, std::memory_order_relaxed);
+    box_tests_.fetch_add(work.box_tests, std::memory_order_relaxed);
+    bv_tests_.fetch_add(work.bv_tests, std::memory_order_relaxed);
+    leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
+  }
+  void recordVisit(int node) { raise(node, 0); }
+  /// A visit in which the test of the volume did not stop the query, maybe because of its
+  /// inflation.
+  void recordObstruction(int node) { raise(node, kObstructing); }
+  /// A visit, and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as none.
+  template <typename S>
+  void recordChildGap(int node, S gap) {
+    raise(node, gapBits(static_cast<float>(gap)));
+  }
+
+  /// Of recording queries since the last `clear`.
+  QueryWork work() const {
+    QueryWork work;
+    work.queries = queries_.load(std::memory_order_relaxed);
+    work.box_tests = box_tests_.load(std::memory_order_relaxed);
+    work.bv_tests = bv_tests_.load(std::memory_order_relaxed);
+    work.leaf_tests = leaf_tests_.load(std::memory_order_relaxed);
+    return work;
+  }
+  bool visited(int node) const { return seen(node) != 0; }
+  bool obstructing(int node) const { return (seen(node) & kObstructing) != 0; }
+  /// The largest min(alpha, beta), rounded down by less than one part in 1000; -infinity when no
+  /// visit had one.
+  float childGap(int node) const {
+    const Word bits = seen(node) & kGapMask;
+    return bits == 0 ? -std::numeric_limits<float>::infinity() : gapOf(bits);
+  }
+
+  std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(words_[0]); }
+
+ private:
+  /// From the top: the epoch, 12 bits, never 0; obstructing, 1; the child gap, 19.
+  using Word = std::uint32_t;
+  static constexpr int kGapBits = 19;
+  static constexpr Word kGapMask = (Word(1) << kGapBits) - 1;
+  static constexpr Word kObstructing = Word(1) << kGapBits;
+  static constexpr int kEpochShift = kGapBits + 1;
+  static constexpr Word kEpochs = (Word(1) << (32 - kEpochShift)) - 1;
+
+  /// The first bits of a number, ordered as the numbers are; 0 for NaN.
+  static Word gapBits(float gap) {
+    if (gap != gap) return 0;
+    Word bits;
+    std::memcpy(&bits, &gap, sizeof(bits));
+    bits = bits >> 31 ? ~bits : bits | Word(1) << 31;
+    return std::max(bits >> (32 - kGapBits), Word(1));
+  }
+  static float gapOf(Word ordered) {
+    ordered <<= 32 - kGapBits;
+    const Word bits = ordered >> 31 ? ordered & ~(Word(1) << 31) : ~ordered;
+    float gap;
+    std::memcpy(&gap, &bits, sizeof(gap));
+    return gap;
+  }
+
+  /// The word of a node that was visited since the last `clear`; 0 for one that was not.
+  Word seen(int node) const {
+    const Word word = words_[node].load(std::memory_order_relaxed);
+    return word >> kEpochShift == epoch_ ? word : 0;
+  }
+
+  void raise(int node, Word what) {
+    std::atomic<Word>& word = words_[node];
+    Word old = word.load(std::memory_order_relaxed);
+    for (;;) {
+      const Word now = old >> kEpochShift == epoch_ ? old : epoch_ << kEpochShift;
+      const Word next =
+          (now & ~kGapMask) | (what & kObstructing) | std::max(now & kGapMask, what & kGapMask);
+      if (next == old || word.compare_exchange_weak(old, next, std::memory_order_relaxed)) return;
+    }
+  }
+
+  void setWork(const QueryWork& work) {
+    queries_.store(work.queries, std::memory_order_relaxed);
+    box_tests_.store(work.box_tests, std::memory_order_relaxed);
+    bv_tests_.store(work.bv_tests, std::memory_order_relaxed);
+    leaf_tests_.store(work.leaf_tests, std::memory_order_relaxed);
+  }
+
+  int size_ = 0;
+  Word epoch_ = 1;
+  std::unique_ptr<std::atomic<Word>[]> words_;
+  std::atomic<int> queries_{0};
+  std::atomic<long> box_tests_{0}, bv_tests_{0}, leaf_tests_{0};
+};
+
+/// Where a query of two objects records its traversal. Null for a side that is not adaptive.
+struct PairStatistics {
+  TraversalStatistics* side[2] = {nullptr, nullptr};
+
+  void recordQuery(const QueryWork& work) const {
+    if (side[0]) side[0]->recordQuery(work);
+    if (side[1] && side[1] != side[0]) side[1]->recordQuery(work);
+  }
+  void recordVisit(int b1, int b2) const {
+    if (side[0]) side[0]->recordVisit(b1);
+    if (side[1]) side[1]->recordVisit(b2);
+  }
+  void recordObstruction(int b1, int b2) const {
+    if (side[0]) side[0]->recordObstruction(b1);
+    if (side[1]) side[1]->recordObstruction(b2);
+  }
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,135 @@
+// A walk over four-wide trees finds the pairs of triangles whose boxes overlap, each once: compiled
+// for every processor, and for those with AVX2.
+#include "boxes/wide_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "deformable/mesh_state.h"
+#include "support/random_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace wide_search_test {
+
+using adaptive_bvh::Boxes4;
+using adaptive_bvh::BoxFrame;
+using adaptive_bvh::FrameChange;
+using adaptive_bvh::LeavesFound;
+using adaptive_bvh::NodePair;
+using adaptive_bvh::WideSearch;
+using adaptive_bvh::WideTree;
+
+using Pairs = std::vector<std::pair<int, int>>;
+
+/// The triangles that a walk finds, up to so many.
+struct Listing : adaptive_bvh::LeafSink {
+  Pairs pairs;
+  std::size_t enough = ~std::size_t(0);
+  bool was_told_more = false;  ///< after it had enough
+
+  bool take(const LeavesFound* found, int count) override {
+    was_told_more |= pairs.size() >= enough;
+    for (int i = 0; i < count; ++i)
+      for (int bit = 0; bit < 16; ++bit)
+        if (found[i].pairs >> bit & 1)
+          pairs.emplace_back(found[i].first->first + (bit & 3),
+                             found[i].second->first + (bit >> 2));
+    return pairs.size() >= enough;
+  }
+};
+
+/// A soup of triangles, and its tree.
+class Soup {
+ public:
+  Soup(int triangles, RandomGeometry<double>& random)
+      : mesh_(soup<double>(triangles, random.engine())),
+        tree(adaptive_bvh::detail::MeshAccess<double>::state(mesh_).tree) {}
+
+  /// Calls act(triangle, its boxes, its lane).
+  template <typename Do>
+  void forEachTriangle(const Do& act) const {
+    for (int i = 0; i < tree.size(); ++i)
+      for (int lane = 0; tree.nodes()[i].isLeaf() && lane < tree.nodes()[i].count; ++lane)
+        act(tree.nodes()[i].first + lane, tree.nodes()[i].boxes, lane);
+  }
+
+ private:
+  const adaptive_bvh::DeformableMeshd mesh_;
+
+ public:
+  const WideTree& tree;
+};
+
+/// Of all pairs of triangles those whose boxes overlap; each once where both trees are the same.
+Pairs overlapping(const Soup& first, const Soup& second, const BoxFrame& frame) {
+  Pairs pairs;
+  first.forEachTriangle([&](int i, const Boxes4& a, int lane1) {
+    second.forEachTriangle([&](int j, const Boxes4& unplaced, int lane2) {
+      const Boxes4 b = frame(unplaced);
+      bool overlap = &first != &second || i < j;
+      for (int k = 0; k < 3; ++k)
+        overlap =
+            overlap && a.low[k][lane1] <= b.high[k][lane2] && b.low[k][lane2] <= a.high[k][lane1];
+      if (overlap) pairs.emplace_back(i, j);
+    });
+  });
+  return pairs;
+}
+
+void expectAllFound(const Soup& first, const Soup& second, const BoxFrame& frame) {
+  const bool is_self = &first == &second;
+  const NodePair root{0, 0};
+  WideSearch search({first.tree.nodes(), second.tree.nodes(),
+                     first.tree.depth() + second.tree.depth(), frame, is_self});
+  const auto found = [&](auto run, std::vector<NodePair> from, std::size_t enough) {
+    Listing listing;
+    listing.enough = enough;
+    (search.*run)({from.data(), from.data() + from.size()}, listing);
+    EXPECT_FALSE(listing.was_told_more);
+    return listing.pairs;
+  };
+  constexpr std::size_t kAll = ~std::size_t(0);
+  const Pairs anywhere = found(&WideSearch::runAnywhere, {root}, kAll);
+  EXPECT_EQ(anywhere, found(&WideSearch::run, {root}, kAll));
+  if (adaptive_bvh::packs::hasAvx2()) {
+    EXPECT_EQ(anywhere, found(&WideSearch::runWithAvx2, {root}, kAll));
+  }
+  Pairs sorted = anywhere;
+  for (auto& pair : sorted)
+    if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(overlapping(first, second, frame), sorted);
+
+  std::vector<NodePair> below{root};
+  search.split(below, 20, adaptive_bvh::TaskPool(1));
+  EXPECT_EQ(anywhere, found(&WideSearch::run, below, kAll)) << "in the same order";
+  const Pairs few = found(&WideSearch::run, {root}, 1);
+  ASSERT_EQ(few.empty(), anywhere.empty());
+  EXPECT_TRUE(std::equal(few.begin(), few.end(), anywhere.begin()));
+  EXPECT_FALSE(search.hasMorePairs(1 << 20));
+  EXPECT_EQ(anywhere.size() > 1000, search.hasMorePairs(40) && anywhere.size() > 1000);
+}
+
+TEST(WideSearch, FindsWhatOverlaps) {
+  RandomGeometry<double> random(62);
+  std::size_t seen = 0;
+  for (const int triangles : {1, 2, 4, 5, 17, 300}) {
+    const Soup a(triangles, random), b(triangles + 3, random);
+    const FrameChange turned(random.rotation(), fcl::Vector3d(0.1, 0, 0), 1e-6);
+    for (const FrameChange* change : {static_cast<const FrameChange*>(nullptr), &turned})
+      for (const double distance : {0., 0.01, 0.3}) {
+        const BoxFrame frame(change, distance);
+        EXPECT_EQ(!change && distance == 0, frame.isIdentity());
+        expectAllFound(a, b, frame);
+        if (!change) expectAllFound(a, a, frame);
+        seen += overlapping(a, b, frame).size();
+      }
+  }
+  EXPECT_GT(seen, 1000u);
+}
+
+}  // namespace wide_search_test
+}  // namespace adaptive_bvh_test
