@@ -62,7 +62,37 @@ class Directions {
   Vector edges_[3], difference_;
 };
 
+/// A lower bound of the first zero of a cubic polynomial on [0, 1], by its Bernstein coefficients:
+/// where their hull first meets zero; 1 where it does not, 0 where the polynomial begins there.
+double firstZero(const std::array<double, 4>& coefficients) {
+  if (!(coefficients[0] > 0)) return 0;
+  double zero = 1;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) {
+      const double above = coefficients[std::size_t(i)], below = coefficients[std::size_t(j)];
+      if (above > 0 && below <= 0)
+        zero = std::min(zero, (i + (j - i) * (above / (above - below))) / 3);
+    }
+  return zero;
+}
+
 }  // namespace
+
+/// A direction that turns: a curve of vectors of the second order, by its Bernstein coefficients,
+/// through three directions.
+struct MovingFeatures::Turn {
+  Point control[3];
+  double length;  ///< of no vector more
+
+  Turn(const Point& now, Point middle, Point later) {
+    if (middle.dot(now) < 0) middle = -middle;
+    if (later.dot(middle) < 0) later = -later;
+    control[0] = now;
+    control[1] = 2 * middle - (now + later) / 2;
+    control[2] = later;
+    length = std::max(1., control[1].norm() * (1 + 8 * kUnit));
+  }
+};
 
 MovingFeatures::MovingFeatures(FeatureKind kind, const Corners& start, const Corners& end,
                                double error)
@@ -100,37 +130,33 @@ double MovingFeatures::stepAlong(const Point& direction, const Corners& now, dou
   return step;
 }
 
-/// As above, along a direction that turns from the one at `now` to the one at `later`: for which
-/// share of the time between. The gap of two corners is a quadratic polynomial in time, which lies
-/// in the hull of its Bernstein coefficients.
-double MovingFeatures::shareAlong(const Point& direction, const Corners& now,
-                                  const Point& later_direction, const Corners& later,
+/// As above, along a direction that turns between two times: for which share of the time between.
+/// The gap of two corners is a cubic polynomial in time, which lies in the hull of its Bernstein
+/// coefficients.
+double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Corners& later,
                                   double target) const {
-  double places[4][4];  // now, now to later, later to now, later
-  for (std::size_t i = 0; i < 4; ++i) {
-    places[0][i] = direction.dot(now[i]);
-    places[1][i] = direction.dot(later[i]);
-    places[2][i] = later_direction.dot(now[i]);
-    places[3][i] = later_direction.dot(later[i]);
-  }
+  double places[3][2][4];  // along each control vector, now and later
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < 4; ++i) {
+      places[k][0][i] = turn.control[k].dot(now[i]);
+      places[k][1][i] = turn.control[k].dot(later[i]);
+    }
+  const double least = target * turn.length;
   double share = 1;
   for (int i = 0; i < firsts_; ++i)
     for (int j = firsts_; j < 4; ++j) {
-      const auto gap = [&](int k) { return places[k][i] - places[k][j] - target; };
-      const double first = gap(0), middle = (gap(1) + gap(2)) / 2, last = gap(3);
-      if (!(first > 0)) return 0;
-      if (last < 0) share = std::min(share, first / (first - last));
-      if (middle <= 0)
-        share = std::min(share, first / (2 * (first - middle)));
-      else if (last < 0)
-        share = std::min(share, (1 + middle / (middle - last)) / 2);
+      const auto gap = [&](int k, int end) {
+        return places[k][end][i] - places[k][end][j] - least;
+      };
+      share = std::min(share, firstZero({gap(0, 0), (gap(0, 1) + 2 * gap(1, 0)) / 3,
+                                         (2 * gap(1, 1) + gap(2, 0)) / 3, gap(2, 1)}));
     }
   return share;
 }
 
 double MovingFeatures::timeOfImpact(double separation, double until) const {
   // Nearly all pairs take fewer than 20. Edges that turn and stay nearly parallel and near each
-  // other take thousands; to end sooner would report an impact that never happens.
+  // other take hundreds; to end sooner would report an impact that never happens.
   constexpr int kMostSteps = 20000;
   const double target = separation * (1 + 4 * kUnit) + slack_;
   double t = 0, look = 4;  // so much farther than along one direction
@@ -148,10 +174,9 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
     if (!(t + step > t * (1 + 16 * kUnit))) return t;
     const double farther = std::min(t + look * step, 1.);
     const Corners later = at(farther);
-    const Point direction = directions[best];
-    Point turned = Directions(firsts_, later)[best];
-    if (turned.dot(direction) < 0) turned = -turned;
-    const double share = shareAlong(direction, now, turned, later, target);
+    const Turn turn(directions[best], Directions(firsts_, at((t + farther) / 2))[best],
+                    Directions(firsts_, later)[best]);
+    const double share = shareAlong(turn, now, later, target);
     look = share == 1 ? 8 * look : std::max(2., 2 * share * look);
     t = std::max(t + step, t + share * (1 - 4 * kUnit) * (farther - t));
   }

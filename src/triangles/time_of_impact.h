@@ -36,11 +36,12 @@ class MovingFeatures {
 
  private:
   using Corners = std::array<Point, 4>;
+  struct Turn;
 
   Corners at(double t) const;
   double stepAlong(const Point& direction, const Corners& now, double target) const;
-  double shareAlong(const Point& direction, const Corners& now, const Point& later_direction,
-                    const Corners& later, double target) const;
+  double shareAlong(const Turn& turn, const Corners& now, const Corners& later,
+                    double target) const;
   double gapAlong(const Point& direction, const Corners& now) const;
 
   int firsts_;  ///< corners of the first feature
