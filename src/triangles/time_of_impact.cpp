@@ -161,17 +161,18 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
   const double target = separation * (1 + 4 * kUnit) + slack_;
   double t = 0, look = 4;  // so much farther than along one direction
   for (int count = 0; count < kMostSteps; ++count) {
+    const double least = t * (1 + 16 * kUnit);  // a step that does not lead beyond it is none
     const Corners now = at(t);
     const Directions directions(firsts_, now);
     double step = 0;
     int best = 0;
     for (int k = 0; k < Directions::kCount; ++k) {
       const double along = stepAlong(directions[k], now, target) * (1 - 4 * kUnit);
-      if (t + along > until) return kNever;
+      if (t + along > std::max(until, least)) return kNever;
       if (along > step) best = k;
       step = std::max(step, along);
     }
-    if (!(t + step > t * (1 + 16 * kUnit))) return t;
+    if (!(t + step > least)) return t;
     const double farther = std::min(t + look * step, 1.);
     const Corners later = at(farther);
     const Turn turn(directions[best], Directions(firsts_, at((t + farther) / 2))[best],

@@ -150,19 +150,22 @@ TEST_F(TimeOfImpact, OfManyPairsThatStayNearlyParallel) {
   EXPECT_GT(impacts, manySteps(200));
 }
 
-/// A limit leaves the answer as it is, or says that there is none before.
+/// A limit leaves the answer as it is, or says that there is none before: also one that the answer
+/// is just below.
 TEST_F(TimeOfImpact, UpToALimit) {
   int before = 0;
-  for (int round = 0; round < 5000; ++round) {
+  for (int round = 0; round < manySteps(5000); ++round) {
     const Moving pair = this->pair(0);
     const double time = pair.features().timeOfImpact(0);
-    const double until = random_.uniform(0, 1);
-    const double limited = pair.features().timeOfImpact(0, until);
-    if (time <= until)
-      ASSERT_EQ(time, limited) << round;
-    else
-      ASSERT_TRUE(limited == MovingFeatures::kNever || limited == time) << round;
-    before += time <= until;
+    const double just_after = time * (1 + random_.below(20) * 1e-16);
+    for (const double until : {random_.uniform(0, 1), std::min(just_after, 1.)}) {
+      const double limited = pair.features().timeOfImpact(0, until);
+      if (time <= until)
+        ASSERT_EQ(time, limited) << round << " until " << until;
+      else
+        ASSERT_TRUE(limited == MovingFeatures::kNever || limited == time) << round;
+      before += time <= until;
+    }
   }
   EXPECT_GT(before, 100);
 }
