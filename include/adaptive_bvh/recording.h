@@ -17,6 +17,8 @@
 
 namespace adaptive_bvh {
 
+class BodySource;  ///< What is read of a mesh or model (src/recording/body.h).
+
 /// \file
 /// Component `recording`: a run of deforming bodies as one HTML page that plays it. The page holds
 /// all it needs (three.js, MIT licence, is in it): it opens in any browser, without a network.
@@ -161,7 +163,7 @@ class Recording {
 
   int bodies() const;         ///< how many were added
   int frames() const;         ///< how many were recorded
-  std::size_t bytes() const;  ///< what they take in memory, about; on the page 4/3 of it
+  std::size_t bytes() const;  ///< what they take in memory, about; on the page up to 4/3 of it
 
   /// Writes the page: one file of about 0.9 megabytes and 4/3 of `bytes()`. Throws
   /// std::logic_error when no frame was recorded, and std::runtime_error, which says why, when the
@@ -173,6 +175,8 @@ class Recording {
 
  private:
   struct State;
+  int add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf, const std::string& name);
+
   std::unique_ptr<State> state_;
 };
 

@@ -1,96 +1,90 @@
 #include "adaptive_bvh/policy_json.h"
 
-#include <initializer_list>
+#include <algorithm>
 #include <stdexcept>
+#include <type_traits>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 namespace adaptive_bvh {
 namespace {
 
-const char* nameOf(FitnessCriterion criterion) { return toString(criterion); }
+using nlohmann::json;
 
-const char* nameOf(InflationReference reference) {
-  return reference == InflationReference::NodeSize ? "node size" : "original radius";
+/// What the values of an enumeration are called, in their order.
+std::vector<std::string> namesOf(Propagation) {
+  return {"translation-compensated", "displacements"};
 }
-
-const char* nameOf(Propagation propagation) {
-  return propagation == Propagation::TranslationCompensated ? "translation-compensated"
-                                                            : "displacements";
+std::vector<std::string> namesOf(InflationReference) { return {"node size", "original radius"}; }
+std::vector<std::string> namesOf(FitnessCriterion) {
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(FitnessCriterion::AD); ++i)
+    names.emplace_back(toString(static_cast<FitnessCriterion>(i)));
+  return names;
 }
 
 template <typename Value>
-Value named(const std::string& name, std::initializer_list<Value> values, const char* what) {
-  for (const Value value : values)
-    if (name == nameOf(value)) return value;
-  throw std::invalid_argument("'" + name + "' is no " + what);
+json written(Value value) {
+  if constexpr (std::is_enum_v<Value>)
+    return namesOf(value)[static_cast<std::size_t>(value)];
+  else
+    return value;
 }
 
-FitnessCriterion criterionNamed(const std::string& name) {
-  return named(
-      name,
-      {FitnessCriterion::A, FitnessCriterion::B, FitnessCriterion::AB, FitnessCriterion::BC,
-       FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC,
-       FitnessCriterion::RefitAll, FitnessCriterion::RefitNone, FitnessCriterion::AD},
-      "fitness criterion");
-}
-InflationReference referenceNamed(const std::string& name) {
-  return named(name, {InflationReference::NodeSize, InflationReference::OriginalRadius},
-               "inflation reference");
-}
-Propagation propagationNamed(const std::string& name) {
-  return named(name, {Propagation::TranslationCompensated, Propagation::Displacements},
-               "propagation");
+template <typename Value>
+void read(const json& text, Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    const std::vector<std::string> names = namesOf(value);
+    const auto found = std::find(names.begin(), names.end(), text.get<std::string>());
+    if (found == names.end())
+      throw std::invalid_argument(text.dump() + " is none of " + json(names).dump());
+    value = static_cast<Value>(found - names.begin());
+  } else {
+    text.get_to(value);
+  }
 }
 
-nlohmann::json membersOf(const RefitPolicy& policy) {
-  return {{"propagation", nameOf(policy.propagation)},
-          {"criterion", toString(policy.criterion)},
-          {"max_inflation", policy.max_inflation},
-          {"child_distance_ratio", policy.child_distance_ratio},
-          {"min_inflation", policy.min_inflation},
-          {"reference", nameOf(policy.reference)},
-          {"axes_tolerance", policy.axes_tolerance},
-          {"leaf_radius_may_shrink", policy.leaf_radius_may_shrink}};
+/// Calls visit(name, member) for every member of a policy.
+template <typename Policy, typename Visit>
+void forEachMember(Policy& policy, Visit&& visit) {
+  visit("propagation", policy.propagation);
+  visit("criterion", policy.criterion);
+  visit("max_inflation", policy.max_inflation);
+  visit("child_distance_ratio", policy.child_distance_ratio);
+  visit("min_inflation", policy.min_inflation);
+  visit("reference", policy.reference);
+  visit("axes_tolerance", policy.axes_tolerance);
+  visit("leaf_radius_may_shrink", policy.leaf_radius_may_shrink);
 }
 
 /// Throws std::invalid_argument or nlohmann::json::exception.
-RefitPolicy policyFrom(const nlohmann::json& json) {
+RefitPolicy policyFrom(json members) {
+  if (!members.is_object()) throw std::invalid_argument("not an object");
   RefitPolicy policy;
-  if (!json.is_object()) throw std::invalid_argument("not an object");
-  for (const auto& [key, value] : json.items()) {
-    if (key == "criterion")
-      policy.criterion = criterionNamed(value.get<std::string>());
-    else if (key == "max_inflation")
-      policy.max_inflation = value;
-    else if (key == "child_distance_ratio")
-      policy.child_distance_ratio = value;
-    else if (key == "min_inflation")
-      policy.min_inflation = value;
-    else if (key == "propagation")
-      policy.propagation = propagationNamed(value.get<std::string>());
-    else if (key == "reference")
-      policy.reference = referenceNamed(value.get<std::string>());
-    else if (key == "axes_tolerance")
-      policy.axes_tolerance = value;
-    else if (key == "leaf_radius_may_shrink")
-      policy.leaf_radius_may_shrink = value;
-    else
-      throw std::invalid_argument("'" + key + "' is no member of a policy");
-  }
+  forEachMember(policy, [&](const char* name, auto& member) {
+    if (members.contains(name)) read(members[name], member);
+    members.erase(name);
+  });
+  if (!members.empty())
+    throw std::invalid_argument("'" + members.begin().key() + "' is no member of a policy");
   policy.check();
   return policy;
 }
 
 }  // namespace
 
-std::string toJson(const RefitPolicy& policy) { return membersOf(policy).dump(2); }
+std::string toJson(const RefitPolicy& policy) {
+  json members;
+  forEachMember(policy, [&](const char* name, auto member) { members[name] = written(member); });
+  return members.dump(2);
+}
 
 RefitPolicy policyFromJson(const std::string& text) {
   try {
-    const nlohmann::json json = nlohmann::json::parse(text);
-    const bool is_result = json.is_object() && json.contains("best");  // of `tune`
-    return policyFrom(is_result ? json["best"].at("policy") : json);
+    const json parsed = json::parse(text);
+    const bool is_result = parsed.is_object() && parsed.contains("best");  // of `tune`
+    return policyFrom(is_result ? parsed["best"].at("policy") : parsed);
   } catch (const std::exception& error) {
     throw std::invalid_argument(std::string("RefitPolicy from JSON: ") + error.what());
   }

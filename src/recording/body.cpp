@@ -1,50 +1,24 @@
 #include "body.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace adaptive_bvh {
 namespace {
 
-std::vector<std::uint32_t> cornersOf(const fcl::Triangle* triangles, std::size_t count) {
-  std::vector<std::uint32_t> corners;
-  for (std::size_t t = 0; t < count; ++t)
-    for (int k = 0; k < 3; ++k) corners.push_back(static_cast<std::uint32_t>(triangles[t][k]));
-  return corners;
-}
-
+/// A rectangle of a volume, whose first corner and axes are given.
 template <typename S>
-void setPlace(VolumeRecord& record, const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes,
-              const fcl::Vector3d& low) {
+VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes, S width,
+                       S height, const fcl::Vector3d& low) {
+  VolumeRecord record{};
   for (int k = 0; k < 3; ++k) {
     record.corner[k] = static_cast<float>(static_cast<double>(corner[k]) - low[k]);
     for (int side = 0; side < 2; ++side) record.axis[side][k] = static_cast<float>(axes(k, side));
   }
-}
-
-template <typename S>
-void setShape(VolumeRecord& record, const fcl::RSS<S>& rss, const fcl::Vector3d& low) {
-  setPlace<S>(record, rss.To, rss.axis, low);
-  for (int side = 0; side < 2; ++side) record.side[side] = static_cast<float>(rss.l[side]);
-  record.radius = static_cast<float>(rss.r);
-}
-
-template <typename S>
-void setShape(VolumeRecord& record, const fcl::OBBRSS<S>& volume, const fcl::Vector3d& low) {
-  const fcl::OBB<S>& box = volume.obb;
-  const fcl::Vector3<S> corner =
-      box.To - box.axis.col(0) * box.extent[0] - box.axis.col(1) * box.extent[1];
-  setPlace<S>(record, corner, box.axis, low);
-  for (int side = 0; side < 2; ++side) record.side[side] = static_cast<float>(2 * box.extent[side]);
-  record.radius = static_cast<float>(box.extent[2]);
-}
-
-template <typename S>
-const fcl::RSS<S>& sweptRectangle(const fcl::RSS<S>& rss) {
-  return rss;
-}
-template <typename S>
-const fcl::RSS<S>& sweptRectangle(const fcl::OBBRSS<S>& volume) {
-  return volume.rss;
+  record.side[0] = static_cast<float>(width);
+  record.side[1] = static_cast<float>(height);
+  return record;
 }
 
 /// The inflation factor of thesis 4.4.1, against InflationReference::NodeSize.
@@ -57,24 +31,43 @@ float inflationOf(const fcl::RSS<S>& rss, S original_radius) {
   return size > 0 ? static_cast<float>(inflation / size) : 1;
 }
 
+template <typename S>
+VolumeRecord recordOf(const fcl::RSS<S>& rss, S original_radius, const fcl::Vector3d& low) {
+  VolumeRecord record = rectangle<S>(rss.To, rss.axis, rss.l[0], rss.l[1], low);
+  record.radius = static_cast<float>(rss.r);
+  record.inflation = inflationOf(rss, original_radius);
+  return record;
+}
+template <typename S>
+VolumeRecord recordOf(const fcl::OBBRSS<S>& volume, S original_radius, const fcl::Vector3d& low) {
+  const fcl::OBB<S>& box = volume.obb;
+  const fcl::Vector3<S> corner =
+      box.To - box.axis.col(0) * box.extent[0] - box.axis.col(1) * box.extent[1];
+  VolumeRecord record = rectangle<S>(corner, box.axis, 2 * box.extent[0], 2 * box.extent[1], low);
+  record.radius = static_cast<float>(box.extent[2]);
+  record.inflation = inflationOf(volume.rss, original_radius);
+  return record;
+}
+
 /// The volumes of one model in one frame.
 template <typename BV>
 class VolumeReader {
  public:
   VolumeReader(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
-               const fcl::Vector3d& low, std::vector<VolumeRecord>& out)
-      : model_(model), choice_(choice), low_(low), out_(out) {
+               const fcl::Vector3d& low)
+      : model_(model), choice_(choice), low_(low) {
     // Also brings nodes up to date that were changed through a fcl::BVHModel reference.
     model_.getNodeType();
     if (choice_.refits) refitted_ = model_.refittedNodes();
   }
 
-  void read() {
+  std::vector<VolumeRecord> read() {
     readBelow(0, 0);
     const std::size_t all = refitted_.size(),
                       count = std::min(all, static_cast<std::size_t>(choice_.deeper_refits));
     for (std::size_t i = 0; i < count; ++i)
       add(refitted_[i * all / count], choice_.depth + 1, true);
+    return std::move(found_);
   }
 
  private:
@@ -92,120 +85,148 @@ class VolumeReader {
 
   void add(int node, int depth, bool refitted) {
     const fcl::BVNode<BV>& at = model_.getBV(node);
-    VolumeRecord record;
-    setShape(record, at.bv, low_);
-    record.inflation = inflationOf(sweptRectangle(at.bv), model_.originalRadius(node));
+    VolumeRecord record = recordOf(at.bv, model_.originalRadius(node), low_);
     record.depth = static_cast<float>(depth);
     record.leaf = at.isLeaf();
     record.refitted = refitted;
-    out_.push_back(record);
+    found_.push_back(record);
   }
 
   const AdaptiveBVHModel<BV>& model_;
   const VolumeChoice& choice_;
   const fcl::Vector3d& low_;
-  std::vector<VolumeRecord>& out_;
   std::vector<int> refitted_;
+  std::vector<VolumeRecord> found_;
 };
 
 template <typename BV>
-class ModelSource : public BodySource {
- public:
-  explicit ModelSource(const AdaptiveBVHModel<BV>& model) : model_(model) {}
-
-  int vertices() const override { return model_.num_vertices; }
-  int triangleCount() const override { return model_.num_tris; }
-  std::vector<std::uint32_t> triangles() const override {
-    return cornersOf(model_.tri_indices, static_cast<std::size_t>(model_.num_tris));
-  }
-  VolumeKind volumeKind() const override {
-    const bool swept = std::is_same<BV, fcl::RSS<typename BV::S>>::value;
-    return swept ? VolumeKind::SweptRectangle : VolumeKind::Box;
-  }
-  PointBlock appendPositions(Blob& blob) const override {
-    return appendPoints(model_.vertices, static_cast<std::size_t>(model_.num_vertices), blob);
-  }
-  void readVolumes(const VolumeChoice& choice, const fcl::Vector3d& low,
-                   std::vector<VolumeRecord>& out) const override {
-    if (model_.getNumBVs() > 0) VolumeReader<BV>(model_, choice, low, out).read();
-  }
-  UpdateReport lastUpdate() const override { return model_.lastUpdate(); }
-
- private:
-  const AdaptiveBVHModel<BV>& model_;
-};
-
-/// A body without volumes.
-class BareSource : public BodySource {
- public:
-  VolumeKind volumeKind() const override { return VolumeKind::None; }
-  void readVolumes(const VolumeChoice&, const fcl::Vector3d&,
-                   std::vector<VolumeRecord>&) const override {}
-};
+std::vector<VolumeRecord> volumesOf(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
+                                    const fcl::Vector3d& low) {
+  if (model.getNumBVs() == 0) return {};
+  return VolumeReader<BV>(model, choice, low).read();
+}
+template <typename Mesh>
+std::vector<VolumeRecord> volumesOf(const Mesh&, const VolumeChoice&, const fcl::Vector3d&) {
+  return {};
+}
 
 template <typename S>
-class DeformableSource : public BareSource {
- public:
-  explicit DeformableSource(const DeformableMesh<S>& mesh) : mesh_(mesh) {}
+const char* kindOfVolumes(const AdaptiveBVHModel<fcl::RSS<S>>&) {
+  return "swept rectangle";
+}
+template <typename S>
+const char* kindOfVolumes(const AdaptiveBVHModel<fcl::OBBRSS<S>>&) {
+  return "box";
+}
+template <typename Mesh>
+const char* kindOfVolumes(const Mesh&) {
+  return "none";
+}
 
-  int vertices() const override { return static_cast<int>(mesh_.vertices().size()); }
-  int triangleCount() const override { return static_cast<int>(mesh_.triangles().size()); }
-  std::vector<std::uint32_t> triangles() const override {
-    return cornersOf(mesh_.triangles().data(), mesh_.triangles().size());
-  }
-  PointBlock appendPositions(Blob& blob) const override {
-    return appendPoints(mesh_.vertices().data(), mesh_.vertices().size(), blob);
-  }
-  UpdateReport lastUpdate() const override {
-    UpdateReport report;
-    report.largest_displacement = mesh_.lastUpdate().largest_displacement;
-    report.displacement_seconds = mesh_.lastUpdate().seconds;
-    return report;
-  }
+template <typename BV>
+UpdateReport updateOf(const AdaptiveBVHModel<BV>& model) {
+  return model.lastUpdate();
+}
+template <typename S>
+UpdateReport updateOf(const DeformableMesh<S>& mesh) {
+  UpdateReport report;
+  report.largest_displacement = mesh.lastUpdate().largest_displacement;
+  report.displacement_seconds = mesh.lastUpdate().seconds;
+  return report;
+}
+UpdateReport updateOf(const TriangleMesh<double>&) { return UpdateReport(); }
 
- private:
-  const DeformableMesh<S>& mesh_;
+/// The vertices and triangles of a body.
+template <typename S>
+struct Surface {
+  const fcl::Vector3<S>* vertices;
+  std::size_t vertex_count;
+  const fcl::Triangle* triangles;
+  std::size_t triangle_count;
 };
 
-class StillSource : public BareSource {
- public:
-  explicit StillSource(const TriangleMesh<double>& mesh) : mesh_(mesh) {}
+template <typename BV>
+Surface<typename BV::S> surfaceOf(const AdaptiveBVHModel<BV>& model) {
+  return {model.vertices, static_cast<std::size_t>(model.num_vertices), model.tri_indices,
+          static_cast<std::size_t>(model.num_tris)};
+}
+template <typename S>
+Surface<S> surfaceOf(const DeformableMesh<S>& mesh) {
+  return {mesh.vertices().data(), mesh.vertices().size(), mesh.triangles().data(),
+          mesh.triangles().size()};
+}
+Surface<double> surfaceOf(const TriangleMesh<double>& mesh) {
+  return {mesh.vertices.data(), mesh.vertices.size(), mesh.triangles.data(), mesh.triangles.size()};
+}
 
-  int vertices() const override { return static_cast<int>(mesh_.vertices.size()); }
-  int triangleCount() const override { return static_cast<int>(mesh_.triangles.size()); }
-  std::vector<std::uint32_t> triangles() const override {
-    return cornersOf(mesh_.triangles.data(), mesh_.triangles.size());
+/// Kept is a type of mesh or model, or a reference to one.
+template <typename Kept>
+class SourceOf : public BodySource {
+ public:
+  explicit SourceOf(const Kept& source) : source_(source) {}
+
+  int vertexCount() const override { return static_cast<int>(surfaceOf(source_).vertex_count); }
+  int triangleCount() const override { return static_cast<int>(surfaceOf(source_).triangle_count); }
+  std::vector<std::uint32_t> corners() const override {
+    const auto surface = surfaceOf(source_);
+    std::vector<std::uint32_t> corners;
+    for (std::size_t t = 0; t < surface.triangle_count; ++t)
+      for (int k = 0; k < 3; ++k)
+        corners.push_back(static_cast<std::uint32_t>(surface.triangles[t][k]));
+    return corners;
   }
   PointBlock appendPositions(Blob& blob) const override {
-    return appendPoints(mesh_.vertices.data(), mesh_.vertices.size(), blob);
+    const auto surface = surfaceOf(source_);
+    return appendPoints(surface.vertices, surface.vertex_count, blob);
   }
-  UpdateReport lastUpdate() const override { return UpdateReport(); }
+  const char* volumeKind() const override { return kindOfVolumes(source_); }
+  std::vector<VolumeRecord> volumes(const VolumeChoice& choice,
+                                    const fcl::Vector3d& low) const override {
+    return volumesOf(source_, choice, low);
+  }
+  UpdateReport lastUpdate() const override { return updateOf(source_); }
 
  private:
-  const TriangleMesh<double> mesh_;
+  Kept source_;
 };
 
 }  // namespace
 
-template <typename BV>
-std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<BV>& model) {
-  return std::make_unique<ModelSource<BV>>(model);
-}
-
 template <typename S>
-std::unique_ptr<BodySource> sourceOf(const DeformableMesh<S>& mesh) {
-  return std::make_unique<DeformableSource<S>>(mesh);
+int Recording::add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                   const std::string& name) {
+  using Kept = const DeformableMesh<S>&;
+  return add(std::make_unique<SourceOf<Kept>>(mesh), tf.template cast<double>(), name);
 }
 
-std::unique_ptr<BodySource> sourceOf(const TriangleMesh<double>& mesh) {
-  return std::make_unique<StillSource>(mesh);
+template <typename BV>
+int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
+                   const std::string& name) {
+  if (model.getNumBVs() == 0)
+    throw std::invalid_argument("Recording::add: '" + name + "' has no triangles or is not built");
+  using Kept = const AdaptiveBVHModel<BV>&;
+  return add(std::make_unique<SourceOf<Kept>>(model), tf.template cast<double>(), name);
 }
 
-template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::RSS<float>>&);
-template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::RSS<double>>&);
-template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::OBBRSS<float>>&);
-template std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<fcl::OBBRSS<double>>&);
-template std::unique_ptr<BodySource> sourceOf(const DeformableMesh<float>&);
-template std::unique_ptr<BodySource> sourceOf(const DeformableMesh<double>&);
+int Recording::add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf,
+                   const std::string& name) {
+  for (const fcl::Vector3d& point : mesh.vertices)
+    if (!point.allFinite())
+      throw std::invalid_argument("Recording::add: a vertex of '" + name + "' is not finite");
+  return add(std::make_unique<SourceOf<TriangleMesh<double>>>(mesh), tf, name);
+}
+
+template int Recording::add(const AdaptiveBVHModel<fcl::RSS<float>>&, const fcl::Transform3f&,
+                            const std::string&);
+template int Recording::add(const AdaptiveBVHModel<fcl::RSS<double>>&, const fcl::Transform3d&,
+                            const std::string&);
+template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<float>>&, const fcl::Transform3f&,
+                            const std::string&);
+template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<double>>&, const fcl::Transform3d&,
+                            const std::string&);
+template int Recording::add(const DeformableMesh<float>&, const fcl::Transform3f&,
+                            const std::string&);
+template int Recording::add(const DeformableMesh<double>&, const fcl::Transform3d&,
+                            const std::string&);
 
 }  // namespace adaptive_bvh

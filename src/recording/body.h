@@ -1,11 +1,9 @@
 #pragma once
 
 #include <memory>
-#include <string>
+#include <vector>
 
-#include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/deformable_mesh.h"
-#include "adaptive_bvh/mesh.h"
+#include "adaptive_bvh/recording.h"
 #include "blob.h"
 
 namespace adaptive_bvh {
@@ -32,35 +30,23 @@ struct VolumeChoice {
   int deeper_refits;  ///< at most so many of the refitted ones below that depth
 };
 
-enum class VolumeKind { None, SweptRectangle, Box };
-
-/// What a frame reads of a body.
+/// What a frame reads of a body: a mesh or a model (body.cpp).
 class BodySource {
  public:
   virtual ~BodySource() = default;
 
-  virtual int vertices() const = 0;
-  virtual std::vector<std::uint32_t> triangles() const = 0;  ///< three indices each
+  virtual int vertexCount() const = 0;
   virtual int triangleCount() const = 0;
-  virtual VolumeKind volumeKind() const = 0;
-
+  virtual std::vector<std::uint32_t> corners() const = 0;  ///< three a triangle
   virtual PointBlock appendPositions(Blob& blob) const = 0;
+
+  /// "none", "swept rectangle" or "box".
+  virtual const char* volumeKind() const = 0;
   /// Parents first, then the deeper refits.
-  virtual void readVolumes(const VolumeChoice& choice, const fcl::Vector3d& low,
-                           std::vector<VolumeRecord>& out) const = 0;
-  /// Of a DeformableMesh without nodes: only its displacement and how long it took.
+  virtual std::vector<VolumeRecord> volumes(const VolumeChoice& choice,
+                                            const fcl::Vector3d& low) const = 0;
+  /// Of a DeformableMesh: only its displacement and how long it took.
   virtual UpdateReport lastUpdate() const = 0;
 };
-
-/// Reads a model, which is kept by reference.
-template <typename BV>
-std::unique_ptr<BodySource> sourceOf(const AdaptiveBVHModel<BV>& model);
-
-/// Reads a mesh, which is kept by reference.
-template <typename S>
-std::unique_ptr<BodySource> sourceOf(const DeformableMesh<S>& mesh);
-
-/// A copy of the mesh.
-std::unique_ptr<BodySource> sourceOf(const TriangleMesh<double>& mesh);
 
 }  // namespace adaptive_bvh

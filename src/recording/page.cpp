@@ -1,82 +1,44 @@
-#include <algorithm>
-#include <array>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <vector>
+#include "page.h"
 
-#include "page_parts.h"
-#include "run.h"
+#include <ostream>
+#include <string_view>
+
+// The files that are part of every page, one after the other. The assembler reads them: that takes
+// no time, whatever their size. CMake says where they are.
+#define ADAPTIVE_BVH_BEGIN(name)                                        \
+  ".global adaptive_bvh_page_" name "\n.hidden adaptive_bvh_page_" name \
+  "\nadaptive_bvh_page_" name ":\n"
+#define ADAPTIVE_BVH_FILE(name) ".incbin \"" name "\"\n"
+
+// clang-format off
+asm(".pushsection .rodata\n"
+    ADAPTIVE_BVH_BEGIN("template")
+    ADAPTIVE_BVH_FILE("page.html")
+    ADAPTIVE_BVH_BEGIN("style")
+    ADAPTIVE_BVH_FILE("page.css")
+    ADAPTIVE_BVH_BEGIN("script")  // in one scope, in this order
+    ADAPTIVE_BVH_FILE("data.js")
+    ADAPTIVE_BVH_FILE("scene.js")
+    ADAPTIVE_BVH_FILE("bodies.js")
+    ADAPTIVE_BVH_FILE("volumes.js")
+    ADAPTIVE_BVH_FILE("markers.js")
+    ADAPTIVE_BVH_FILE("chart.js")
+    ADAPTIVE_BVH_FILE("panel.js")
+    ADAPTIVE_BVH_FILE("player.js")
+    ADAPTIVE_BVH_BEGIN("three")
+    ADAPTIVE_BVH_FILE("three.min.js")
+    ADAPTIVE_BVH_BEGIN("end")
+    ".popsection\n");
+// clang-format on
+
+extern "C" const char adaptive_bvh_page_template[], adaptive_bvh_page_style[],
+    adaptive_bvh_page_script[], adaptive_bvh_page_three[], adaptive_bvh_page_end[];
 
 namespace adaptive_bvh {
 namespace {
 
-constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-/// Two base64 digits for every 12 bits.
-std::array<std::array<char, 2>, 4096> digitPairs() {
-  std::array<std::array<char, 2>, 4096> pairs{};
-  for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {kDigits[i >> 6], kDigits[i & 63]};
-  return pairs;
-}
-
-std::size_t base64Size(std::size_t bytes) { return (bytes + 2) / 3 * 4; }
-
-/// At most three bytes: the last ones. Missing digits are "=".
-void writeTail(const std::uint8_t* bytes, std::size_t count, std::ostream& out) {
-  if (count == 0) return;
-  const unsigned bits = unsigned(bytes[0]) << 16 | (count > 1 ? unsigned(bytes[1]) << 8 : 0u) |
-                        (count > 2 ? unsigned(bytes[2]) : 0u);
-  for (unsigned digit = 0; digit < 4; ++digit)
-    out.put(digit <= count ? kDigits[bits >> (18 - 6 * digit) & 63] : '=');
-}
-
-/// Bytes to base64, in any number of pieces.
-class Base64Writer {
- public:
-  explicit Base64Writer(std::ostream& out) : out_(out) {}
-
-  void write(const std::uint8_t* bytes, std::size_t count) {
-    for (; waiting_ > 0 && count > 0; --count) add(*bytes++);
-    while (count >= 3) {
-      const std::size_t groups = std::min(count / 3, text_.size() / 4);
-      writeGroups(bytes, groups);
-      bytes += 3 * groups;
-      count -= 3 * groups;
-    }
-    for (; count > 0; --count) add(*bytes++);
-  }
-  void finish() { writeTail(group_, waiting_, out_); }
-
- private:
-  /// To a group of three.
-  void add(std::uint8_t byte) {
-    group_[waiting_++] = byte;
-    if (waiting_ < 3) return;
-    waiting_ = 0;
-    writeGroups(group_, 1);
-  }
-  void writeGroups(const std::uint8_t* bytes, std::size_t groups) {
-    char* text = text_.data();
-    for (std::size_t i = 0; i < groups; ++i, bytes += 3, text += 4) {
-      const unsigned bits = unsigned(bytes[0]) << 16 | unsigned(bytes[1]) << 8 | bytes[2];
-      std::copy_n(pairs_[bits >> 12].data(), 2, text);
-      std::copy_n(pairs_[bits & 4095].data(), 2, text + 2);
-    }
-    out_.write(text_.data(), static_cast<std::streamsize>(4 * groups));
-  }
-
-  std::ostream& out_;
-  const std::array<std::array<char, 2>, 4096> pairs_ = digitPairs();
-  std::array<char, 4 * 4096> text_;
-  std::uint8_t group_[3];
-  std::size_t waiting_ = 0;
-};
-
-void writeBase64(const Blob& blob, std::ostream& out) {
-  Base64Writer writer(out);
-  for (const Blob::Part& part : blob.parts()) writer.write(part.bytes.get(), part.size);
-  writer.finish();
+std::string_view between(const char* begin, const char* end) {
+  return {begin, static_cast<std::size_t>(end - begin)};
 }
 
 std::string escaped(const std::string& text) {
@@ -92,59 +54,38 @@ std::string escaped(const std::string& text) {
   return html;
 }
 
-/// Padded, so that a page's size does not depend on the number of its digits.
-std::string padded(std::size_t number) {
-  std::string text = std::to_string(number);
-  return text + std::string(text.size() < 20 ? 20 - text.size() : 0, ' ');
+void writeBase64(const Blob& blob, std::ostream& out) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  static_assert(Blob::kUnit % 3 == 0, "base64 takes three bytes at a time");
+  for (const std::vector<std::uint8_t>& part : blob.parts()) {
+    std::string text(part.size() / 3 * 4, '=');
+    auto digit = text.begin();
+    for (std::size_t i = 0; i < part.size(); i += 3) {
+      const unsigned bits = unsigned(part[i]) << 16 | unsigned(part[i + 1]) << 8 | part[i + 2];
+      for (int shift = 18; shift >= 0; shift -= 6) *digit++ = kDigits[bits >> shift & 63];
+    }
+    out << text;
+  }
 }
-
-/// The template, cut at its {{names}}; what these stand for is filled in.
-class Page {
- public:
-  explicit Page(const Run& run)
-      : run_(run), title_(escaped(run.options.title)), json_(toJson(run)), size_(padded(0)) {
-    std::string_view rest = pageTemplate();
-    for (std::size_t begin; (begin = rest.find("{{")) != std::string_view::npos;) {
-      const std::size_t end = rest.find("}}", begin);
-      pieces_.push_back(rest.substr(0, begin));
-      pieces_.push_back(part(rest.substr(begin + 2, end - begin - 2)));
-      rest.remove_prefix(end + 2);
-    }
-    pieces_.push_back(rest);
-    std::size_t bytes = base64Size(run.blob.size());
-    for (const std::string_view piece : pieces_) bytes += piece.size();
-    const std::string size = padded(bytes);
-    std::copy(size.begin(), size.end(), size_.begin());
-  }
-
-  void write(std::ostream& out) const {
-    for (const std::string_view piece : pieces_) {
-      if (piece.data() == kData.data()) writeBase64(run_.blob, out);
-      out.write(piece.data(), static_cast<std::streamsize>(piece.size()));
-    }
-  }
-
- private:
-  /// Empty; known by its address.
-  static constexpr std::string_view kData = std::string_view("data").substr(0, 0);
-
-  std::string_view part(std::string_view name) const {
-    if (name == "title") return title_;
-    if (name == "bytes") return size_;
-    if (name == "style") return pageStyle();
-    if (name == "three") return threeScript();
-    if (name == "run") return json_;
-    if (name == "data") return kData;
-    return pageScript();
-  }
-
-  const Run& run_;
-  std::string title_, json_, size_;
-  std::vector<std::string_view> pieces_;  // into those, and into the library's own files
-};
 
 }  // namespace
 
-void writePage(const Run& run, std::ostream& out) { Page(run).write(out); }
+void writePage(const std::string& title, const std::string& run, const Blob& arrays,
+               std::ostream& out) {
+  std::string_view rest = between(adaptive_bvh_page_template, adaptive_bvh_page_style);
+  for (std::size_t begin; (begin = rest.find("{{")) != std::string_view::npos;) {
+    const std::size_t end = rest.find("}}", begin);
+    const std::string_view name = rest.substr(begin + 2, end - begin - 2);
+    out << rest.substr(0, begin);
+    if (name == "title") out << escaped(title);
+    if (name == "style") out << between(adaptive_bvh_page_style, adaptive_bvh_page_script);
+    if (name == "three") out << between(adaptive_bvh_page_three, adaptive_bvh_page_end);
+    if (name == "run") out << run;
+    if (name == "data") writeBase64(arrays, out);
+    if (name == "script") out << between(adaptive_bvh_page_script, adaptive_bvh_page_three);
+    rest.remove_prefix(end + 2);
+  }
+  out << rest;
+}
 
 }  // namespace adaptive_bvh

@@ -5,14 +5,20 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
-#include "run.h"
+#include <nlohmann/json.hpp>
+
+#include "body.h"
+#include "page.h"
 
 namespace adaptive_bvh {
 namespace {
+
+using nlohmann::json;
 
 constexpr int kDeepest = 20;
 
@@ -24,9 +30,24 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
+/// A body of the run, and what the last frame has of it.
+struct RecordedBody {
+  std::unique_ptr<BodySource> source;
+  std::string name;
+  int vertices = 0, triangles = 0;
+  fcl::Transform3d pose;
+  json description;  ///< what does not change over frames
+
+  PointBlock positions;
+  json written_pose;
+  const VolumeRecord* volumes = nullptr;            ///< in the Blob
+  std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
+  UpdateReport update;
+};
+
 /// The mesh or model of this body still has the vertices and triangles that it was added with.
 void checkCounts(const RecordedBody& body) {
-  const int vertices = body.source->vertices(), triangles = body.source->triangleCount();
+  const int vertices = body.source->vertexCount(), triangles = body.source->triangleCount();
   if (vertices == body.vertices && triangles == body.triangles) return;
   refuse("frame", "'" + body.name + "' has " + std::to_string(vertices) + " vertices and " +
                       std::to_string(triangles) + " triangles, and had " +
@@ -47,109 +68,150 @@ void checkClearance(const VertexValues& clearance, const std::vector<RecordedBod
     if (!std::isfinite(value)) refuse("frame", "a clearance is not finite");
 }
 
-/// Not the report that the frame before saw: even equal work does not take equal times.
+/// Not the report that the frame before saw: even equal work hardly takes equal times.
 bool isNew(const UpdateReport& now, const UpdateReport& before) {
-  return now.displacement_seconds != before.displacement_seconds ||
+  return now.largest_displacement != before.largest_displacement ||
+         now.displacement_seconds != before.displacement_seconds ||
          now.propagation_seconds != before.propagation_seconds ||
          now.refit_seconds != before.refit_seconds;
 }
 
-/// Numbers that are not finite count as left out. Contacts and clearance are left out, too.
-FrameResults definedNumbers(const FrameResults& results) {
-  FrameResults defined;
-  const auto number = [](const std::optional<double>& value) {
-    return value && std::isfinite(*value) ? value : std::nullopt;
-  };
-  defined.distance = number(results.distance);
-  defined.update_ms = number(results.update_ms);
-  defined.query_ms = number(results.query_ms);
-  for (const auto& pair : results.nearest_points)
-    if (pair[0].allFinite() && pair[1].allFinite()) defined.nearest_points.push_back(pair);
-  defined.contact_count = results.contact_count;
-  defined.note = results.note;
-  return defined;
+// ---- what a page reads (page/data.js) -----------------------------------------------------------
+
+/// JSON that may stand inside of a script element, which "</script>" would end.
+std::string textOf(const json& value) {
+  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  std::string escaped;
+  for (const char c : text)
+    if (c == '<')
+      escaped += "\\u003c";
+    else
+      escaped += c;
+  return escaped;
 }
 
-PointBlock appendFinite(const std::vector<fcl::Vector3d>& points, Blob& blob) {
-  std::vector<fcl::Vector3d> finite;
-  for (const fcl::Vector3d& point : points)
-    if (point.allFinite()) finite.push_back(point);
-  return appendPoints(finite.data(), finite.size(), blob);
+json asJson(const fcl::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+json asJson(const PointBlock& points) {
+  return {{"at", points.begin},
+          {"count", points.count},
+          {"low", asJson(points.low)},
+          {"size", asJson(points.size)}};
+}
+
+/// By columns: the images of x, y and z, and the origin.
+json asJson(const fcl::Transform3d& pose) {
+  json numbers;
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 3; ++row) numbers.push_back(pose(row, column));
+  return numbers;
+}
+
+json asJson(const UpdateReport& report) {
+  return {{"nodes", report.nodes},
+          {"refitted", report.refitted()},
+          {"moved", report.moved},
+          {"inflated", report.inflated},
+          {"displacement", report.largest_displacement}};
+}
+
+json appendClearance(const std::vector<double>& values, Blob& blob) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const std::size_t begin = blob.size();
+  auto* out = blob.extend<std::uint16_t>(values.size());
+  std::transform(values.begin(), values.end(), out, Steps(*low, *high - *low));
+  return {{"at", begin}, {"low", *low}, {"high", *high}};
+}
+
+/// What is not finite is left out.
+json resultsOf(const FrameResults& results, Blob& blob) {
+  json frame;
+  const auto set = [&frame](const char* name, const std::optional<double>& value) {
+    if (value && std::isfinite(*value)) frame[name] = *value;
+  };
+  set("distance", results.distance);
+  set("updateMs", results.update_ms);
+  set("queryMs", results.query_ms);
+  for (const auto& [a, b] : results.nearest_points)
+    if (a.allFinite() && b.allFinite())
+      frame["nearest"].push_back({a[0], a[1], a[2], b[0], b[1], b[2]});
+  if (results.contact_count) frame["contactCount"] = *results.contact_count;
+  std::vector<fcl::Vector3d> contacts;
+  std::copy_if(results.contacts.begin(), results.contacts.end(), std::back_inserter(contacts),
+               [](const fcl::Vector3d& point) { return point.allFinite(); });
+  if (!contacts.empty())
+    frame["contacts"] = asJson(appendPoints(contacts.data(), contacts.size(), blob));
+  if (!results.note.empty()) frame["note"] = results.note;
+  return frame;
 }
 
 }  // namespace
 
 struct Recording::State {
-  Run run;
-  std::vector<VolumeRecord> volumes;  ///< of one body in one frame
+  RecordingOptions options;
+  std::vector<RecordedBody> bodies;
+  int frame_count = 0;
+  std::string frames;  ///< as JSON, with commas between them
+  Blob blob;
 
-  int add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf, const std::string& name);
-  RecordedPose poseOf(std::size_t index);
-  void keepVolumes(const RecordedPose* before, RecordedPose& now);
+  std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
+  json record(RecordedBody& body);
+  void recordVolumes(RecordedBody& body, bool updated);
+  std::string runAsJson() const;
 };
 
-int Recording::State::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf,
-                          const std::string& name) {
-  checkPose("add", tf);
-  if (!run.frames.empty())
-    throw std::logic_error("Recording::add: frames have been recorded; add all bodies before");
-  const std::vector<std::uint32_t> corners = source->triangles();
-  const auto vertices = static_cast<std::size_t>(source->vertices());
-  if (corners.empty()) refuse("add", "'" + name + "' has no triangles");
-  for (const std::uint32_t corner : corners)
-    if (corner >= vertices) refuse("add", "a triangle of '" + name + "' names a missing vertex");
-
-  RecordedBody body;
-  body.name = name;
-  body.pose = tf;
-  body.vertices = source->vertices();
-  body.triangles = source->triangleCount();
-  body.small_indices = vertices <= std::numeric_limits<std::uint16_t>::max();
-  body.triangles_begin = run.blob.size();
-  if (body.small_indices) {
-    const std::vector<std::uint16_t> small(corners.begin(), corners.end());
-    run.blob.append(small.data(), small.size());
-  } else {
-    run.blob.append(corners.data(), corners.size());
-  }
-  body.source = std::move(source);
-  run.bodies.push_back(std::move(body));
-  return static_cast<int>(run.bodies.size()) - 1;
+std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& corners, bool small) {
+  const std::size_t begin = blob.size();
+  if (small)
+    blob.append(std::vector<std::uint16_t>(corners.begin(), corners.end()));
+  else
+    blob.append(corners);
+  return begin;
 }
 
-RecordedPose Recording::State::poseOf(std::size_t index) {
-  const RecordedBody& body = run.bodies[index];
-  const RecordedPose* before = run.frames.empty() ? nullptr : &run.frames.back().bodies[index];
-  RecordedPose now;
-  now.pose = body.pose;
-  now.update = body.source->lastUpdate();
-  now.updated = before ? isNew(now.update, before->update) : now.update.seconds() > 0;
+/// A body as it is now. What is as in the frame before is left out.
+json Recording::State::record(RecordedBody& body) {
+  json now;
+  const PointBlock positions = body.source->appendPositions(blob);
+  if (positions == body.positions)
+    blob.takeBack(positions.begin);
+  else
+    now["positions"] = asJson(body.positions = positions);
+  json pose = asJson(body.pose);
+  if (pose != body.written_pose) now["pose"] = body.written_pose = std::move(pose);
 
-  now.positions = body.source->appendPositions(run.blob);
-  if (before && samePoints(now.positions, before->positions)) {
-    run.blob.takeBack(run.blob.size() - now.positions.begin);
-    now.positions = before->positions;
-  }
-  volumes.clear();
-  if (run.options.volume_depth >= 0)
-    body.source->readVolumes({run.options.volume_depth, now.updated, run.options.deeper_refits},
-                             now.positions.low, volumes);
-  keepVolumes(before, now);
+  const UpdateReport update = body.source->lastUpdate();
+  const bool updated = isNew(update, body.update);
+  if (updated) now["update"] = asJson(body.update = update);
+  if (options.volume_depth >= 0) recordVolumes(body, updated);
+  now["volumes"] = {body.volumes_begin, body.volume_count};
   return now;
 }
 
-/// What was read, or what the frame before has when that is the same.
-void Recording::State::keepVolumes(const RecordedPose* before, RecordedPose& now) {
-  now.volume_count = volumes.size();
-  if (volumes.empty()) return;
-  if (before && before->volume_count == volumes.size() &&
-      std::memcmp(before->volumes, volumes.data(), volumes.size() * sizeof(VolumeRecord)) == 0) {
-    now.volumes = before->volumes;
-    now.volumes_begin = before->volumes_begin;
-  } else {
-    now.volumes_begin = run.blob.size();
-    now.volumes = run.blob.append(volumes.data(), volumes.size());
-  }
+void Recording::State::recordVolumes(RecordedBody& body, bool updated) {
+  const std::vector<VolumeRecord> volumes = body.source->volumes(
+      {options.volume_depth, updated, options.deeper_refits}, body.positions.low);
+  const std::size_t bytes = volumes.size() * sizeof(VolumeRecord);
+  if (volumes.size() == body.volume_count &&
+      (bytes == 0 || std::memcmp(volumes.data(), body.volumes, bytes) == 0))
+    return;
+  body.volume_count = volumes.size();
+  body.volumes_begin = blob.size();
+  body.volumes = blob.append(volumes);
+}
+
+std::string Recording::State::runAsJson() const {
+  json run = {{"format", 1},
+              {"title", options.title},
+              {"unit", options.unit},
+              {"volumeDepth", options.volume_depth},
+              {"framesPerSecond", options.frames_per_second},
+              {"up", asJson(options.up)},
+              {"dataBytes", blob.size()}};
+  for (const RecordedBody& body : bodies) run["bodies"].push_back(body.description);
+  std::string text = textOf(run);
+  text.pop_back();
+  return text + ",\"frames\":[" + frames + "]}";
 }
 
 Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<State>()) {
@@ -160,92 +222,83 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
   if (options.volume_depth > kDeepest)
     refuse("Recording", "volume_depth is at most " + std::to_string(kDeepest));
   if (options.deeper_refits < 0) refuse("Recording", "deeper_refits is negative");
-  state_->run.options = options;
+  state_->options = options;
 }
 
 Recording::~Recording() = default;
 Recording::Recording(Recording&&) noexcept = default;
 Recording& Recording::operator=(Recording&&) noexcept = default;
 
-template <typename S>
-int Recording::add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf,
                    const std::string& name) {
-  return state_->add(sourceOf(mesh), tf.template cast<double>(), name);
-}
+  checkPose("add", tf);
+  if (state_->frame_count > 0)
+    throw std::logic_error("Recording::add: frames have been recorded; add all bodies before");
+  const std::vector<std::uint32_t> corners = source->corners();
+  const int vertices = source->vertexCount(), triangles = source->triangleCount();
+  if (corners.empty()) refuse("add", "'" + name + "' has no triangles");
+  for (const std::uint32_t corner : corners)
+    if (corner >= static_cast<std::uint32_t>(vertices))
+      refuse("add", "a triangle of '" + name + "' names a missing vertex");
 
-template <typename BV>
-int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
-                   const std::string& name) {
-  if (model.getNumBVs() == 0) refuse("add", "'" + name + "' has no triangles or is not built");
-  return state_->add(sourceOf(model), tf.template cast<double>(), name);
-}
-
-int Recording::add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf,
-                   const std::string& name) {
-  for (const fcl::Vector3d& point : mesh.vertices)
-    if (!point.allFinite()) refuse("add", "a vertex of '" + name + "' is not finite");
-  return state_->add(sourceOf(mesh), tf, name);
+  const bool small = vertices <= std::numeric_limits<std::uint16_t>::max();
+  const json description = {{"name", name},
+                            {"vertices", vertices},
+                            {"triangles", triangles},
+                            {"indices", state_->appendCorners(corners, small)},
+                            {"indexBits", small ? 16 : 32},
+                            {"volumes", source->volumeKind()}};
+  RecordedBody body;
+  body.source = std::move(source);
+  body.name = name;
+  body.vertices = vertices;
+  body.triangles = triangles;
+  body.pose = tf;
+  body.description = description;
+  state_->bodies.push_back(std::move(body));
+  return bodies() - 1;
 }
 
 void Recording::place(int body, const fcl::Transform3d& tf) {
   if (body < 0 || body >= bodies())
     refuse("place", "body " + std::to_string(body) + ", of " + std::to_string(bodies()));
   checkPose("place", tf);
-  state_->run.bodies[static_cast<std::size_t>(body)].pose = tf;
+  state_->bodies[static_cast<std::size_t>(body)].pose = tf;
 }
 
 void Recording::frame(const FrameResults& results) {
-  Run& run = state_->run;
+  State& run = *state_;
   if (run.bodies.empty()) throw std::logic_error("Recording::frame: no body was added");
   for (const RecordedBody& body : run.bodies) checkCounts(body);
   for (const VertexValues& clearance : results.clearance) checkClearance(clearance, run.bodies);
 
-  RecordedFrame frame;
-  for (std::size_t body = 0; body < run.bodies.size(); ++body)
-    frame.bodies.push_back(state_->poseOf(body));
+  json frame = resultsOf(results, run.blob);
+  for (RecordedBody& body : run.bodies) frame["bodies"].push_back(run.record(body));
   for (const VertexValues& clearance : results.clearance)
-    frame.bodies[static_cast<std::size_t>(clearance.body)].clearance =
-        appendValues(clearance.values, run.blob);
-  frame.results = definedNumbers(results);
-  frame.contacts = appendFinite(results.contacts, run.blob);
-  run.frames.push_back(std::move(frame));
+    frame["bodies"][static_cast<std::size_t>(clearance.body)]["clearance"] =
+        appendClearance(clearance.values, run.blob);
+  if (run.frame_count++ > 0) run.frames += ',';
+  run.frames += textOf(frame);
 }
 
-int Recording::bodies() const { return static_cast<int>(state_->run.bodies.size()); }
-int Recording::frames() const { return static_cast<int>(state_->run.frames.size()); }
-
-std::size_t Recording::bytes() const {
-  const Run& run = state_->run;
-  return run.blob.size() + run.frames.size() * run.bodies.size() * sizeof(RecordedPose);
-}
+int Recording::bodies() const { return static_cast<int>(state_->bodies.size()); }
+int Recording::frames() const { return state_->frame_count; }
+std::size_t Recording::bytes() const { return state_->blob.size() + state_->frames.size(); }
 
 void Recording::write(std::ostream& out) const {
-  if (state_->run.frames.empty()) throw std::logic_error("Recording::write: no frame was recorded");
-  writePage(state_->run, out);
+  if (frames() == 0) throw std::logic_error("Recording::write: no frame was recorded");
+  writePage(state_->options.title, state_->runAsJson(), state_->blob, out);
 }
 
 void Recording::write(const std::string& path) const {
-  if (state_->run.frames.empty()) throw std::logic_error("Recording::write: no frame was recorded");
+  if (frames() == 0) throw std::logic_error("Recording::write: no frame was recorded");
   errno = 0;
   std::ofstream file(path, std::ios::binary);
-  if (file) writePage(state_->run, file);
+  if (file) write(file);
   file.close();
   if (!file)
     throw std::runtime_error("Recording::write: cannot write '" + path +
                              "': " + (errno ? std::strerror(errno) : "output failed"));
 }
-
-template int Recording::add(const AdaptiveBVHModel<fcl::RSS<float>>&, const fcl::Transform3f&,
-                            const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::RSS<double>>&, const fcl::Transform3d&,
-                            const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<float>>&, const fcl::Transform3f&,
-                            const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<double>>&, const fcl::Transform3d&,
-                            const std::string&);
-template int Recording::add(const DeformableMesh<float>&, const fcl::Transform3f&,
-                            const std::string&);
-template int Recording::add(const DeformableMesh<double>&, const fcl::Transform3d&,
-                            const std::string&);
 
 }  // namespace adaptive_bvh

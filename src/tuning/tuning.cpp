@@ -3,36 +3,67 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
+#include <initializer_list>
+#include <random>
 #include <stdexcept>
+#include <utility>
 
-#include <pagmo/algorithm.hpp>
-#include <pagmo/problem.hpp>
+#include <pagmo/utils/genetic_operators.hpp>
 
-#include "genetic.h"
-#include "json.h"
-#include "policy_parameters.h"
+#include "checkpoint.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// Where a search is, as it stands in the checkpoint.
-struct SearchState {
-  std::size_t criterion = 0;            // index of the one being searched
-  int generation = 0;                   // generations done of it
-  std::vector<pagmo::vector_double> x;  // its population; empty before the first
-  std::vector<pagmo::vector_double> f;
-  std::vector<TunedPolicy> done;  // of the criteria before it, and its best so far
+using Random = pagmo::detail::random_engine_type;
+
+void check(const Simulation& simulation, const TuningOptions& options) {
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) throw std::invalid_argument(std::string("tune: ") + what);
+  };
+  const auto isShare = [](double x) { return x >= 0 && x <= 1; };
+  require(bool(simulation), "there is no simulation");
+  require(options.population >= 2, "population must be at least 2");
+  require(options.generations >= 0, "generations must not be negative");
+  require(options.overlap >= 0 && options.overlap < 1, "overlap must be in [0, 1)");
+  require(isShare(options.crossover), "crossover must be in [0, 1]");
+  require(isShare(options.mutation), "mutation must be in [0, 1]");
+  require(!options.criteria.empty(), "there is no criterion to search");
+  for (const ParameterRange& range :
+       {options.max_inflation, options.child_distance_ratio, options.min_inflation})
+    require(range.low >= 0 && range.low <= range.high && std::isfinite(range.high),
+            "a parameter range must be finite, not negative, and in order");
+  options.base.check();
+}
+
+/// A parameter that is searched.
+struct Parameter {
+  double RefitPolicy::*member;
+  ParameterRange range;
 };
 
+/// The parameters that a criterion uses.
+std::vector<Parameter> parametersOf(FitnessCriterion criterion, const TuningOptions& options) {
+  using C = FitnessCriterion;
+  const auto isOneOf = [criterion](std::initializer_list<C> list) {
+    return std::find(list.begin(), list.end(), criterion) != list.end();
+  };
+  std::vector<Parameter> found;
+  if (isOneOf({C::A, C::AB, C::ABC, C::AOrBC, C::ABOrBC, C::AD}))
+    found.push_back({&RefitPolicy::max_inflation, options.max_inflation});
+  if (isOneOf({C::BC, C::ABC, C::AOrBC, C::ABOrBC})) {
+    found.push_back({&RefitPolicy::child_distance_ratio, options.child_distance_ratio});
+    found.push_back({&RefitPolicy::min_inflation, options.min_inflation});
+  }
+  return found;
+}
+
+/// The steady-state genetic algorithm of the thesis (GAlib's, with overlapping populations), one
+/// run a criterion, with pagmo's operators.
 class Search {
  public:
   Search(const Simulation& simulation, const TuningOptions& options)
-      : simulation_(simulation), options_(options) {
-    check();
-    cost_ = [this](const RefitPolicy& policy) { return evaluate(policy); };
-    if (!options_.checkpoint.empty()) load();
+      : simulation_(simulation), options_(options), state_(loadSearch(options)) {
     done_at_start_ = shareDone();
   }
 
@@ -43,56 +74,21 @@ class Search {
   }
 
  private:
-  void check() const {
-    const auto require = [](bool holds, const char* what) {
-      if (!holds) throw std::invalid_argument(std::string("tune: ") + what);
-    };
-    const auto isShare = [](double x) { return x >= 0 && x <= 1; };
-    require(bool(simulation_), "there is no simulation");
-    require(options_.population >= 2, "population must be at least 2");
-    require(options_.generations >= 0, "generations must not be negative");
-    require(options_.overlap >= 0 && options_.overlap < 1, "overlap must be in [0, 1)");
-    require(isShare(options_.crossover), "crossover must be in [0, 1]");
-    require(isShare(options_.mutation), "mutation must be in [0, 1]");
-    require(!options_.criteria.empty(), "there is no criterion to search");
-    for (const ParameterRange& range :
-         {options_.max_inflation, options_.child_distance_ratio, options_.min_inflation})
-      require(range.low >= 0 && range.low <= range.high && std::isfinite(range.high),
-              "a parameter range must be finite, not negative, and in order");
-    options_.base.check();
-  }
-
-  double evaluate(const RefitPolicy& policy) {
-    ++evaluations_;
-    const SimulationWork work = simulation_(policy);
-    const double cost = options_.objective == TuningObjective::MeasuredTime
-                            ? work.seconds
-                            : options_.costs.seconds(work);
-    if (!std::isfinite(cost)) throw std::runtime_error("tune: the simulation's cost is not finite");
-    return cost;
-  }
-
   /// Returns false when the user stops.
   bool searchCriterion() {
-    const PolicyParameters parameters(options_.criteria[state_.criterion], options_);
-    const int generations = parameters.none() ? 0 : options_.generations;
-    pagmo::population population = begin(parameters);
-    for (;;) {
-      remember(parameters, population);
-      if (state_.generation >= generations) break;
-      save();
+    parameters_ = parametersOf(options_.criteria[state_.criterion], options_);
+    const int generations = parameters_.empty() ? 0 : options_.generations;
+    if (state_.population.empty()) begin();
+    for (; state_.generation < generations; ++state_.generation) {
+      saveSearch(state_, options_);
       if (!report()) return false;
-      const pagmo::algorithm algorithm(
-          OverlappingGeneration(options_.overlap, options_.crossover, options_.mutation, seed()));
-      population = algorithm.evolve(population);
-      ++state_.generation;
+      evolve();
     }
     const bool go_on = report();
     ++state_.criterion;
     state_.generation = 0;
-    state_.x.clear();
-    state_.f.clear();
-    save();
+    state_.population.clear();
+    saveSearch(state_, options_);
     return go_on || state_.criterion == options_.criteria.size();
   }
 
@@ -101,37 +97,77 @@ class Search {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }
 
-  pagmo::population begin(const PolicyParameters& parameters) {
-    evaluations_ = 0;
-    if (parameters.none()) {
-      state_.x = {pagmo::vector_double()};
-      state_.f = {{evaluate(parameters.policyAt({}))}};
-      return {};
-    }
-    const pagmo::problem problem(TuningProblem{&parameters, &cost_});
-    if (state_.x.empty())
-      return pagmo::population(problem, pagmo::population::size_type(options_.population), seed());
-    pagmo::population population(problem, 0, seed());
-    for (std::size_t i = 0; i < state_.x.size(); ++i)
-      population.push_back(state_.x[i], state_.f[i]);
-    return population;
+  /// Policies from all over the ranges. Without parameters there is one.
+  void begin() {
+    Random random(seed());
+    state_.done.emplace_back();
+    std::vector<std::vector<double>> points(parameters_.empty() ? 1
+                                                                : std::size_t(options_.population));
+    for (std::vector<double>& x : points)
+      for (const Parameter& parameter : parameters_)
+        x.push_back(std::uniform_real_distribution<double>(parameter.range.low,
+                                                           parameter.range.high)(random));
+    add(points);
   }
 
-  void remember(const PolicyParameters& parameters, const pagmo::population& population) {
-    if (!parameters.none()) {
-      state_.x = population.get_x();
-      state_.f = population.get_f();
+  /// One generation: children of tournament-selected parents, by simulated binary crossover and
+  /// polynomial mutation, join the population. Then the worst leave it.
+  void evolve() {
+    Random random(seed());
+    std::pair<std::vector<double>, std::vector<double>> bounds;
+    for (const Parameter& parameter : parameters_) {
+      bounds.first.push_back(parameter.range.low);
+      bounds.second.push_back(parameter.range.high);
     }
-    const auto best =
-        std::size_t(std::min_element(state_.f.begin(), state_.f.end(),
-                                     [](const auto& a, const auto& b) { return a[0] < b[0]; }) -
-                    state_.f.begin());
-    state_.done.resize(state_.criterion + 1);
+    constexpr double kSpread = 10;  // distribution index of both operators, pagmo's default
+    const auto count = std::size_t(std::ceil((1 - options_.overlap) * options_.population));
+    std::vector<std::vector<double>> children;
+    while (children.size() < count) {
+      const std::vector<double>&mother = parent(random), &father = parent(random);
+      auto [one, other] =
+          pagmo::sbx_crossover(mother, father, bounds, 0, options_.crossover, kSpread, random);
+      for (std::vector<double>* child : {&one, &other}) {
+        pagmo::polynomial_mutation(*child, bounds, 0, options_.mutation, kSpread, random);
+        if (children.size() < count) children.push_back(*child);
+      }
+    }
+    add(children);
+    state_.population.resize(std::size_t(options_.population));
+  }
+
+  /// The better of any two.
+  const std::vector<double>& parent(Random& random) const {
+    std::uniform_int_distribution<std::size_t> anyone(0, state_.population.size() - 1);
+    const Individual &a = state_.population[anyone(random)], &b = state_.population[anyone(random)];
+    return a.cost <= b.cost ? a.x : b.x;
+  }
+
+  /// Adds to the population, whose best comes first.
+  void add(const std::vector<std::vector<double>>& points) {
+    for (const std::vector<double>& x : points)
+      state_.population.push_back({x, costOf(policyAt(x))});
+    std::stable_sort(state_.population.begin(), state_.population.end(),
+                     [](const Individual& a, const Individual& b) { return a.cost < b.cost; });
     TunedPolicy& tuned = state_.done.back();
-    tuned.policy = parameters.policyAt(state_.x[best]);
-    tuned.cost = state_.f[best][0];
-    tuned.evaluations += evaluations_;
-    evaluations_ = 0;
+    tuned.policy = policyAt(state_.population.front().x);
+    tuned.cost = state_.population.front().cost;
+    tuned.evaluations += static_cast<long>(points.size());
+  }
+
+  RefitPolicy policyAt(const std::vector<double>& x) const {
+    RefitPolicy policy = options_.base;
+    policy.criterion = options_.criteria[state_.criterion];
+    for (std::size_t i = 0; i < x.size(); ++i) policy.*parameters_[i].member = x[i];
+    return policy;
+  }
+
+  double costOf(const RefitPolicy& policy) const {
+    const SimulationWork work = simulation_(policy);
+    const double cost = options_.objective == TuningObjective::MeasuredTime
+                            ? work.seconds
+                            : options_.costs.seconds(work);
+    if (!std::isfinite(cost)) throw std::runtime_error("tune: the simulation's cost is not finite");
+    return cost;
   }
 
   double shareDone() const {
@@ -153,72 +189,10 @@ class Search {
     return options_.progress(progress);
   }
 
-  // ---- checkpoint -------------------------------------------------------------------------------
-
-  /// What must not change between stop and start.
-  nlohmann::json identity() const {
-    nlohmann::json json = {
-        {"population", options_.population},
-        {"generations", options_.generations},
-        {"overlap", options_.overlap},
-        {"crossover", options_.crossover},
-        {"mutation", options_.mutation},
-        {"seed", options_.seed},
-        {"base", asJson(options_.base)},
-        {"objective", options_.objective == TuningObjective::MeasuredTime ? "time" : "work"}};
-    for (FitnessCriterion criterion : options_.criteria)
-      json["criteria"].push_back(toString(criterion));
-    for (const ParameterRange& range :
-         {options_.max_inflation, options_.child_distance_ratio, options_.min_inflation})
-      json["ranges"].push_back({range.low, range.high});
-    const WorkCosts& c = options_.costs;
-    json["costs"] = {c.bv_test,       c.leaf_test,      c.propagated,
-                     c.refitted_leaf, c.refitted_inner, c.refitted_primitive};
-    return json;
-  }
-
-  void save() const {
-    if (options_.checkpoint.empty()) return;
-    nlohmann::json json = {{"options", identity()},
-                           {"criterion", state_.criterion},
-                           {"generation", state_.generation},
-                           {"x", state_.x},
-                           {"f", state_.f}};
-    for (const TunedPolicy& tuned : state_.done) json["done"].push_back(asJson(tuned));
-    const std::string draft = options_.checkpoint + ".new";  // a stop in between loses nothing
-    std::ofstream out(draft);
-    out << json.dump() << '\n';
-    out.close();
-    if (!out || std::rename(draft.c_str(), options_.checkpoint.c_str()) != 0)
-      throw std::runtime_error("tune: cannot write '" + options_.checkpoint + "'");
-  }
-
-  void load() {
-    std::ifstream in(options_.checkpoint);
-    if (!in) return;
-    const auto fail = [this](const std::string& why) {
-      throw std::runtime_error("tune: '" + options_.checkpoint + "' " + why);
-    };
-    try {
-      const nlohmann::json json = nlohmann::json::parse(in);
-      if (json.at("options") != identity()) fail("belongs to a search with other options");
-      state_.criterion = json.at("criterion");
-      state_.generation = json.at("generation");
-      state_.x = json.at("x").get<std::vector<pagmo::vector_double>>();
-      state_.f = json.at("f").get<std::vector<pagmo::vector_double>>();
-      for (const auto& tuned : json.at("done")) state_.done.push_back(tunedFrom(tuned));
-    } catch (const nlohmann::json::exception& error) {
-      fail(std::string("is no checkpoint: ") + error.what());
-    } catch (const std::invalid_argument& error) {
-      fail(std::string("is no checkpoint: ") + error.what());
-    }
-  }
-
   const Simulation& simulation_;
   const TuningOptions& options_;
-  std::function<double(const RefitPolicy&)> cost_;
   SearchState state_;
-  long evaluations_ = 0;
+  std::vector<Parameter> parameters_;  ///< of the criterion that is being searched
   double done_at_start_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
@@ -232,6 +206,7 @@ const TunedPolicy& TuningResult::best() const {
 }
 
 TuningResult tune(const Simulation& simulation, const TuningOptions& options) {
+  check(simulation, options);
   return Search(simulation, options).run();
 }
 

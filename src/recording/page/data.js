@@ -1,6 +1,6 @@
 // The run as it was recorded: JSON, and arrays of numbers in base64 beside it.
 const run = JSON.parse(document.getElementById("run").textContent);
-const pageBytes = parseInt(document.querySelector('meta[name="page-bytes"]').content, 10);
+const pageBytes = [...document.scripts].reduce((all, {text}) => all + text.length, 0);
 const kSteps = 65535;  // of a coordinate, along its side of the box
 const kVolumeNumbers = 16;
 
