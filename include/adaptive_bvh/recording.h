@@ -22,6 +22,7 @@ class BodySource;  ///< What is read of a mesh or model (src/recording/body.h).
 /// \file
 /// Component `recording`: a run of deforming bodies as one HTML page that plays it. The page holds
 /// all it needs (three.js, MIT licence, is in it): it opens in any browser, without a network.
+/// Needs nlohmann-json and three.js to build.
 ///
 ///     adaptive_bvh::Recording recording;
 ///     recording.add(hose, hose_pose, "hose");  // DeformableMeshes, or AdaptiveBVHModels
