@@ -60,7 +60,8 @@ class Steps {
 
   Steps(double low, double size) : low_(low), scale_(size > 0 ? kSteps / size : 0) {}
   std::uint16_t operator()(double number) const {
-    return static_cast<std::uint16_t>(static_cast<int>((number - low_) * scale_ + 0.5));
+    const double half_above = (number - low_) * scale_ + 0.5;
+    return static_cast<std::uint16_t>(static_cast<int>(half_above));
   }
 
  private:
