@@ -95,8 +95,15 @@ void NearestSearch<S>::align() {
   if (before >= 0) setLimit();
 }
 
+/// Along another line, where the last one told many pairs of nodes apart.
 template <typename S>
 void NearestSearch<S>::computeSupports() {
+  constexpr long kOneOf = 8;
+  if (has_supports_ && apart_pairs_ * kOneOf < near_pairs_) {
+    next_supports_ = std::numeric_limits<long>::max();
+    return;
+  }
+  near_pairs_ = apart_pairs_ = 0;
   line_.compute(trees_.first(), trees_.second(), trees_.frame(), direction_);
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + next_supports_);
@@ -120,7 +127,11 @@ void NearestSearch<S>::visit(const Pair& pair) {
   const Gaps4x4 gaps = squaredGaps(a.boxes, secondBoxes(pair.second));
   box_tests_ += a.count * b.count;
   unsigned open = gaps.below(limit2_);
-  if (has_supports_ && open) open &= ~line_.apart(pair.first, pair.second);
+  if (has_supports_ && open) {
+    open &= ~line_.apart(pair.first, pair.second);
+    ++near_pairs_;
+    apart_pairs_ += !open;
+  }
   if (!open) return;
   if (a.isLeaf() && b.isLeaf())
     testLeaves(pair, open);

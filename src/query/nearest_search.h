@@ -26,6 +26,9 @@ class LeafBlocks {
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
     second_of_ = slab_of_ = -1;
+    const BodyCoordinates& first = trees_.first().coordinates();
+    from_second_ = first.to_body * trees_.toFirst().R;
+    origin_of_second_ = first(trees_.toFirst().T);
   }
   /// Which pairs of triangles of two leaves may be as near as a limit, in the first tree's units:
   /// those whose first triangle is as near to a slab around the second leaf. On surfaces that lie
@@ -90,7 +93,7 @@ class LeafBlocks {
       const TrianglePoints<double> points =
           placed2_.pointsAt(static_cast<unsigned>(leaf.first + (i < int(leaf.count) ? i : 0)));
       for (std::size_t k = 0; k < 3; ++k)
-        corners[i][k] = trees_.first().coordinates()(trees_.toFirst()(points[k]));
+        corners[i][k] = from_second_ * points[k] + origin_of_second_;
     }
     const fcl::Vector3d origin = corners[0][0];
     setOrigin(origin);
@@ -109,6 +112,8 @@ class LeafBlocks {
   const PlacedMesh<S>& placed2_;
   const TreePair<S>& trees_;
   Vector4x3 direction_;
+  fcl::Matrix3d from_second_;  ///< takes the second mesh to the first tree's coordinates
+  fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;
   Vector4x3 origin_, origin_rest_;
@@ -180,7 +185,8 @@ class NearestSearch {
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
   bool has_supports_ = false;
   long next_supports_, next_alignment_;
-  int turned_node_ = -1;  ///< whose boxes these are
+  long near_pairs_ = 0, apart_pairs_ = 0;  ///< of nodes, and those that supports tell apart
+  int turned_node_ = -1;                   ///< whose boxes these are
   Boxes4 turned_;
   long box_tests_ = 0;
 };
