@@ -18,9 +18,16 @@ struct TriangleMesh {
 /// Makes vertices of exactly equal position one, and renumbers the triangles. The first of the
 /// equal ones stays; the order of the others is kept. Triangles that repeat a vertex for every face
 /// hide the connectivity of the surface, which the bottom-up build and `selfCollide` use.
-/// Defined for float and double. Every index must name a vertex.
+///
+/// With a tolerance, the vertices are gone through in their order. A vertex that is no farther than
+/// `tolerance` from one that was kept becomes the first such vertex; otherwise it is kept. So no
+/// vertex moves by more than the tolerance, and those that are kept are farther apart. Triangles of
+/// which two corners become one are removed then.
+///
+/// Defined for float and double. Every index must name a vertex. Throws std::invalid_argument when
+/// the tolerance is negative or not finite.
 template <typename S>
-void weldVertices(TriangleMesh<S>& mesh);
+void weldVertices(TriangleMesh<S>& mesh, S tolerance = 0);
 
 /// Builds `model` (any fcl::BVHModel, adaptive or plain; new or used) from the mesh: beginModel,
 /// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.
@@ -40,7 +47,7 @@ int fillModel(const TriangleMesh<S>& mesh, Model& model) {
   return code;
 }
 
-extern template void weldVertices(TriangleMesh<float>&);
-extern template void weldVertices(TriangleMesh<double>&);
+extern template void weldVertices(TriangleMesh<float>&, float);
+extern template void weldVertices(TriangleMesh<double>&, double);
 
 }  // namespace adaptive_bvh

@@ -2,40 +2,48 @@
 
 #include <string>
 
+#include "scene.h"
+
 namespace adaptive_bvh {
 
-/// \name One check a format, each in a file of its own
-/// What is wrong with the text (the bytes) of a file before assimp may read it; empty when nothing
-/// is.
+/// \name One reader a format, each in a file of its own
+/// Of the bytes of a file. They read positions as the file has them, in double, and throw
+/// std::runtime_error, saying what is wrong: a file announces more than it has bytes, ends early,
+/// or has words where numbers must be.
 /// \{
 
-/// Header and body are walked through; every element must be there.
-std::string findPlyError(const std::string& text);
+PolygonMesh readObj(const std::string& text);
 
-/// As text: facets of three vertices, all numbers; assimp would leak what it has read. Binary files
-/// are not checked further.
-std::string findStlError(const std::string& text);
+/// As text, whatever the case of its words, and without an `endsolid`; or binary, with bytes after
+/// the last triangle.
+PolygonMesh readStl(const std::string& bytes);
 
-/// No count may exceed the number of bytes, and most lines after the vertices must be faces.
-std::string findOffError(const std::string& text);
+/// As text or binary of either byte order; faces and triangle strips.
+PolygonMesh readPly(const std::string& bytes);
 
-/// The JSON text of glTF, version 1 or 2. It must be JSON, of few levels, without a key that an
-/// object has twice (readers disagree which one counts). Its nodes are a hierarchy by
-/// `findHierarchyError`; its meshes must not read the same data over and over; its extensions must
-/// not be nested so deep that assimp, which copies them, does not end.
-std::string findGltfError(const std::string& text);
+/// As text, with normals, colours or texture coordinates, which are left out.
+PolygonMesh readOff(const std::string& text);
 
-/// Binary glTF: no chunk may be longer than the file, and the first is checked as glTF.
-std::string findGlbError(const std::string& bytes);
+/// glTF 2 and 1, as text or binary; the path is where relative names of buffers begin. It must be
+/// JSON by `parseStrictly`. Accessors of integers are read as the file says
+/// (KHR_mesh_quantization); other required extensions that change positions are refused by name.
+Scene readGltf(const std::string& bytes, const std::string& path);
 
-/// XML: not too many levels, no declarations that could hide elements. The nodes of a Collada scene
-/// are a hierarchy by `findHierarchyError`, those included that instance each other. A Collada text
-/// is checked by `findColladaDataError` as well.
-std::string findXmlError(const std::string& text);
+/// Collada. Declares the axis that is up, and the unit.
+Scene readCollada(const std::string& text);
 
-/// Collada: arrays must have what accessors read of them, and lists of indices be numbers.
-std::string findColladaDataError(const std::string& text);
+/// Everything else, by assimp, in single precision.
+Scene readByAssimp(const std::string& path);
 
 /// \}
+
+/// One of the readers above, by the beginning of the file and then by the name's extension.
+Scene readScene(const std::string& path);
+
+/// The bytes of a regular file. Throws std::runtime_error when it is none or cannot be read.
+std::string readFile(const std::string& path);
+
+/// A pipe or a device can block forever, or never end. A link to a file is a regular one.
+bool isRegularFile(const std::string& path);
 
 }  // namespace adaptive_bvh

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "node_graph.h"
+#include "scene.h"
 
 namespace adaptive_bvh {
 namespace {

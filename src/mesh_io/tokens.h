@@ -1,41 +1,111 @@
 #pragma once
 
+#include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
+#include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace adaptive_bvh {
 
-/// As assimp sees it: no vertical tabs or form feeds.
-inline bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+inline bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+inline bool isLineEnd(char c) { return c == '\n' || c == '\r'; }
 
-/// Whether the whole word is one; "nan" and "inf" are.
-inline bool isNumber(const std::string& word) {
-  char* end = nullptr;
-  std::strtod(word.c_str(), &end);
-  return !word.empty() && *end == '\0';
+/// ASCII letters in lower case, whatever the locale.
+inline std::string inLowerCase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
 }
 
-/// A count as written; larger than any file when it is not one.
-inline std::uintmax_t countOf(const std::string& text) {
-  if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != text.npos)
-    return UINTMAX_MAX;
-  return std::stoull(text);
+/// The number that the whole word is, whatever the locale; nothing when it is none, or out of
+/// range.
+template <typename Number>
+std::optional<Number> parse(std::string_view word) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  Number number = 0;
+  const char* const end = word.data() + word.size();
+  const auto [at, error] = std::from_chars(word.data(), end, number);
+  if (word.empty() || at != end || error != std::errc()) return std::nullopt;
+  return number;
+}
+
+/// "nan" and "inf" are numbers. What is too large or too small for double becomes infinite or 0.
+inline std::optional<double> numberOf(std::string_view word) {
+  if (const std::optional<double> number = parse<double>(word)) return number;
+  if (const std::optional<long double> number = parse<long double>(word))
+    return static_cast<double>(*number);
+  return std::nullopt;
+}
+
+inline std::optional<std::int64_t> integerOf(std::string_view word) {
+  return parse<std::int64_t>(word);
 }
 
 /// Four bytes, little-endian.
-inline std::uint32_t wordAt(const std::string& bytes, std::size_t at) {
+inline std::uint32_t wordAt(std::string_view bytes, std::size_t at) {
   std::uint32_t word = 0;
   for (std::size_t k = 4; k-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[at + k]);
   return word;
 }
 
-/// What is wrong with a count of things in a file of so many bytes: each takes a byte at least.
-inline std::string findCountError(const std::string& things, const std::string& count,
-                                  std::size_t bytes) {
-  if (countOf(count) <= bytes) return "";
-  return "it announces '" + count + "' " + things + ", and has " + std::to_string(bytes) + " bytes";
+/// A text read word by word, or line by line. Keeps a view of the text.
+class Words {
+ public:
+  explicit Words(std::string_view text) : text_(text) {}
+
+  /// The next word; empty at the end.
+  std::string_view next() {
+    while (at_ < text_.size() && isSpace(text_[at_])) ++at_;
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && !isSpace(text_[at_])) ++at_;
+    return text_.substr(begin, at_ - begin);
+  }
+
+  /// What is left of the line; line ends are "\n", "\r\n" and "\r".
+  std::string_view restOfLine() {
+    const std::size_t begin = at_;
+    at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
+    const std::string_view line = text_.substr(begin, at_ - begin);
+    at_ = std::min(at_ + (text_.compare(at_, 2, "\r\n") == 0 ? 2 : 1), text_.size());
+    return line;
+  }
+
+  double number() {
+    const std::string_view word = next();
+    if (const std::optional<double> number = numberOf(word)) return *number;
+    fail("'" + std::string(word.substr(0, 40)) + "' is no number");
+  }
+
+  bool isAtEnd() const { return at_ >= text_.size(); }
+  std::size_t at() const { return at_; }
+
+  /// Throws std::runtime_error with the number of the line.
+  [[noreturn]] void fail(const std::string& reason) const {
+    const std::string_view before = text_.substr(0, at_);
+    std::size_t line = 1;
+    for (std::size_t i = 0; i + 1 < before.size(); ++i)
+      line += before[i] == '\n' || (before[i] == '\r' && before[i + 1] != '\n');
+    throw std::runtime_error("line " + std::to_string(line) + ": " + reason);
+  }
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+/// A count as written. Throws std::runtime_error when it is none, or more than the bytes of its
+/// file: each thing takes a byte at least.
+inline std::size_t countOf(const std::string& things, std::string_view count, std::size_t bytes) {
+  const std::optional<std::int64_t> number = integerOf(count);
+  if (number && *number >= 0 && static_cast<std::uint64_t>(*number) <= bytes)
+    return static_cast<std::size_t>(*number);
+  throw std::runtime_error("it announces '" + std::string(count.substr(0, 40)) + "' " + things +
+                           ", and has " + std::to_string(bytes) + " bytes");
 }
 
 }  // namespace adaptive_bvh

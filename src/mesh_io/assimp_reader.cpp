@@ -1,0 +1,86 @@
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/config.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+
+#include <stdexcept>
+
+#include "formats.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Also for the files that a mesh names.
+class RegularFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override { return isRegularFile(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return isRegularFile(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+};
+
+/// Numbers have 24 bits. Fewer than 8 of them for the shape, beside the distance from the origin,
+/// are refused: what the file has may be flat by now.
+void checkPrecision(const std::vector<fcl::Vector3d>& vertices) {
+  Eigen::AlignedBox3d box;
+  double largest = 0;
+  for (const fcl::Vector3d& p : vertices) {
+    box.extend(p);
+    largest = std::max(largest, p.lpNorm<Eigen::Infinity>());
+  }
+  if (!vertices.empty() && box.sizes().maxCoeff() < 0x1p-16 * largest)
+    throw std::runtime_error(
+        "its shape is small beside its distance from the origin, and this format is read in "
+        "single precision");
+}
+
+PolygonMesh polygonsOf(const aiMesh& source) {
+  PolygonMesh mesh;
+  for (unsigned v = 0; v < source.mNumVertices; ++v) {
+    const aiVector3D& p = source.mVertices[v];
+    mesh.vertices.emplace_back(p.x, p.y, p.z);
+  }
+  for (unsigned f = 0; f < source.mNumFaces; ++f) {
+    const aiFace& face = source.mFaces[f];
+    mesh.corners.insert(mesh.corners.end(), face.mIndices, face.mIndices + face.mNumIndices);
+    mesh.endFace();
+  }
+  checkPrecision(mesh.vertices);
+  return mesh;
+}
+
+SceneNode nodeOf(const aiNode& source) {
+  SceneNode node;
+  for (unsigned row = 0; row < 4; ++row)
+    for (unsigned column = 0; column < 4; ++column)
+      node.transform(row, column) = static_cast<double>(source.mTransformation[row][column]);
+  node.meshes.assign(source.mMeshes, source.mMeshes + source.mNumMeshes);
+  return node;
+}
+
+}  // namespace
+
+Scene readByAssimp(const std::string& path) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new RegularFiles);  // the importer's from now on
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  const aiScene* const source = importer.ReadFile(path, 0);
+  if (!source) throw std::runtime_error(importer.GetErrorString());
+  if (!source->mRootNode) throw std::runtime_error("the scene is empty");
+
+  Scene scene;
+  for (unsigned i = 0; i < source->mNumMeshes; ++i)
+    scene.meshes.push_back(polygonsOf(*source->mMeshes[i]));
+  // With an explicit list: nodes may be nested as deep as assimp can read.
+  std::vector<const aiNode*> nodes = {source->mRootNode};
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    scene.nodes.push_back(nodeOf(*nodes[n]));
+    for (unsigned i = 0; i < nodes[n]->mNumChildren; ++i) {
+      scene.nodes.back().children.push_back(nodes.size());
+      nodes.push_back(nodes[n]->mChildren[i]);
+    }
+  }
+  return scene;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,300 @@
+#include <map>
+#include <vector>
+
+#include "formats.h"
+#include "tokens.h"
+#include "xml.h"
+
+namespace adaptive_bvh {
+namespace {
+
+std::vector<double> numbersOf(const XmlElement& element) {
+  std::vector<double> numbers;
+  Words words(element.text);
+  for (std::string_view word; !(word = words.next()).empty();) {
+    const auto number = numberOf(word);
+    if (!number)
+      throw std::runtime_error("<" + element.name + "> has something else than numbers in it");
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::vector<double> numbersOf(const XmlElement& element, std::size_t count) {
+  std::vector<double> numbers = numbersOf(element);
+  if (numbers.size() != count)
+    throw std::runtime_error("<" + element.name + "> has not " + std::to_string(count) +
+                             " numbers");
+  return numbers;
+}
+
+std::vector<std::size_t> indicesOf(const XmlElement& list) {
+  std::vector<std::size_t> indices;
+  Words words(list.text);
+  for (std::string_view word; !(word = words.next()).empty();) {
+    const auto index = integerOf(word);
+    if (!index || *index < 0)
+      throw std::runtime_error("a list of indices has something else in it");
+    indices.push_back(static_cast<std::size_t>(*index));
+  }
+  if (!list.children.empty())
+    throw std::runtime_error("a list of indices has something else in it");
+  return indices;
+}
+
+Eigen::Matrix4d lookAt(const std::vector<double>& n) {
+  const Eigen::Vector3d eye(n[0], n[1], n[2]), target(n[3], n[4], n[5]), up(n[6], n[7], n[8]);
+  const Eigen::Vector3d back = (eye - target).normalized(), right = up.cross(back).normalized();
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topRows<3>() << right, back.cross(right), back, eye;
+  return matrix;
+}
+
+/// Of one element of a node; the identity when it is none.
+Eigen::Matrix4d transformOf(const XmlElement& element) {
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+  if (element.name == "translate") {
+    transform.translate(Eigen::Vector3d(numbersOf(element, 3).data()));
+  } else if (element.name == "scale") {
+    transform.scale(Eigen::Vector3d(numbersOf(element, 3).data()));
+  } else if (element.name == "rotate") {
+    const std::vector<double> n = numbersOf(element, 4);
+    const Eigen::Vector3d axis(n[0], n[1], n[2]);
+    if (!axis.isZero(0)) transform.rotate(Eigen::AngleAxisd(n[3] * M_PI / 180, axis.normalized()));
+  } else if (element.name == "matrix") {
+    return Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(numbersOf(element, 16).data());
+  } else if (element.name == "lookat") {
+    return lookAt(numbersOf(element, 9));
+  } else if (element.name == "skew") {
+    throw std::runtime_error("a node is skewed, which is not read");
+  }
+  return transform.matrix();
+}
+
+class ColladaReader {
+ public:
+  explicit ColladaReader(const std::string& text) : document_(parseXml(text)) { index(document_); }
+
+  Scene read() {
+    if (document_.name != "COLLADA") throw std::runtime_error("it is no Collada file");
+    readAsset(document_.child("asset"));
+    for (const XmlElement& library : document_.children)
+      for (const XmlElement& element : library.children)
+        if (isNode(element)) addNode(element);
+    linkInstances();
+    checkHierarchy(scene_.nodes);
+    scene_.root = rootNode();
+    return std::move(scene_);
+  }
+
+ private:
+  static bool isNode(const XmlElement& element) {
+    return element.name == "node" || element.name == "visual_scene";
+  }
+
+  void index(const XmlElement& element) {
+    if (element.attributes.count("id")) by_id_.emplace(element.attribute("id"), &element);
+    for (const XmlElement& child : element.children) index(child);
+  }
+
+  /// The element of that name which "#id" refers to.
+  const XmlElement& referred(const std::string& url, const std::string& name) const {
+    const auto found = by_id_.find(url.substr(std::min<std::size_t>(1, url.size())));
+    if (found == by_id_.end() || found->second->name != name)
+      throw std::runtime_error("there is no <" + name + "> '" + url + "' in it");
+    return *found->second;
+  }
+
+  void readAsset(const XmlElement& asset) {
+    const auto unit = numberOf(asset.child("unit").attribute("meter", "1"));
+    if (!unit || !(*unit > 0)) throw std::runtime_error("its unit is no length");
+    scene_.unit = *unit;
+    const std::string_view up = Words(asset.child("up_axis").text).next();
+    scene_.up = up == "X_UP" ? UpAxis::X : up == "Z_UP" ? UpAxis::Z : UpAxis::Y;
+  }
+
+  std::size_t addNode(const XmlElement& element) {
+    const std::size_t number = scene_.nodes.size();
+    scene_.nodes.emplace_back();
+    SceneNode node;
+    const std::string id = element.attribute("id"), name = element.attribute("name");
+    has_references_ |= id.find("&#") != id.npos || name.find("&#") != name.npos;
+    nodes_by_id_.emplace(id, number);
+    nodes_by_name_.emplace(name, number);
+    for (const XmlElement& child : element.children) {
+      node.transform *= transformOf(child);
+      if (child.name == "instance_geometry")
+        node.meshes.push_back(meshOf(referred(child.attribute("url"), "geometry")));
+      else if (child.name == "instance_controller")
+        node.meshes.push_back(meshOf(geometryOf(child.attribute("url"))));
+      else if (child.name == "instance_node")
+        instances_.emplace_back(number, child.attribute("url"));
+      else if (isNode(child))
+        node.children.push_back(addNode(child));
+    }
+    scene_.nodes[number] = std::move(node);
+    return number;
+  }
+
+  /// Of a skin, or of what is morphed: a geometry or another controller.
+  const XmlElement& geometryOf(const std::string& url) const {
+    std::string next = url;
+    for (std::size_t level = 0; level < kMostLevels; ++level) {
+      const auto found = by_id_.find(next.substr(std::min<std::size_t>(1, next.size())));
+      if (found == by_id_.end() || found->second->name != "controller") break;
+      const XmlElement& skin = found->second->child("skin");
+      next = (skin.name.empty() ? found->second->child("morph") : skin).attribute("source");
+    }
+    return referred(next, "geometry");
+  }
+
+  /// By id; by name where no node has that id, as some writers have it.
+  void linkInstances() {
+    if (!instances_.empty() && has_references_)
+      throw std::runtime_error(
+          "it instances nodes, and has character references in the names of some");
+    for (const auto& [parent, url] : instances_) {
+      if (url.find_first_of("&<>\"'") != url.npos)
+        throw std::runtime_error("it instances a node of no valid name");
+      const std::string id = url.substr(std::min<std::size_t>(1, url.size()));
+      const bool is_id = nodes_by_id_.count(id) != 0;
+      const auto found = (is_id ? nodes_by_id_ : nodes_by_name_).find(id);
+      if (found == nodes_by_name_.end())
+        throw std::runtime_error("it instances the unknown node '" + id + "'");
+      scene_.nodes[parent].children.push_back(found->second);
+    }
+  }
+
+  /// The visual scene that is instanced, or the first.
+  std::size_t rootNode() const {
+    const XmlElement& instance = document_.child("scene").child("instance_visual_scene");
+    const XmlElement& scene = instance.name.empty()
+                                  ? document_.child("library_visual_scenes").child("visual_scene")
+                                  : referred(instance.attribute("url"), "visual_scene");
+    const auto found = nodes_by_id_.find(scene.attribute("id"));
+    if (scene.name.empty() || found == nodes_by_id_.end())
+      throw std::runtime_error("it has no scene");
+    return found->second;
+  }
+
+  std::size_t meshOf(const XmlElement& geometry) {
+    const auto [found, is_new] = mesh_numbers_.emplace(&geometry, scene_.meshes.size());
+    if (is_new) {
+      scene_.meshes.emplace_back();
+      for (const XmlElement& primitive : geometry.child("mesh").children) addPrimitive(primitive);
+    }
+    return found->second;
+  }
+
+  void addPrimitive(const XmlElement& primitive) {
+    const std::string& kind = primitive.name;
+    if (kind != "triangles" && kind != "polylist" && kind != "polygons" && kind != "tristrips" &&
+        kind != "trifans")
+      return;
+    if (!primitive.child("ph").name.empty())
+      throw std::runtime_error("polygons with holes (<ph>) are not read");
+    std::size_t stride = 0, offset = 0;
+    const std::size_t first = addVertices(primitive, stride, offset);
+    const std::vector<std::size_t> sizes = indicesOf(primitive.child("vcount"));
+    std::size_t faces = 0;
+    for (const XmlElement& list : primitive.children) {
+      if (list.name != "p") continue;
+      const std::vector<std::size_t> indices = indicesOf(list);
+      std::vector<std::size_t> corners;
+      for (std::size_t i = offset; i < indices.size(); i += stride)
+        corners.push_back(first + indices[i]);
+      if (indices.size() % stride != 0) throw std::runtime_error("a list of indices ends early");
+      faces += addFaces(kind, sizes, corners);
+    }
+    const std::string count = primitive.attribute("count", std::to_string(faces));
+    if (kind[0] != 't' || kind == "triangles")
+      if (integerOf(count) != static_cast<std::int64_t>(faces))
+        throw std::runtime_error("it announces '" + count + "' faces, and has " +
+                                 std::to_string(faces));
+  }
+
+  /// Returns the number of the first one.
+  std::size_t addVertices(const XmlElement& primitive, std::size_t& stride, std::size_t& offset) {
+    std::string source;
+    for (const XmlElement& input : primitive.children) {
+      if (input.name != "input") continue;
+      const std::size_t its_offset = countOf("offsets", input.attribute("offset", "0"), 1000);
+      stride = std::max(stride, its_offset + 1);
+      if (input.attribute("semantic") != "VERTEX") continue;
+      offset = its_offset;
+      for (const XmlElement& data : referred(input.attribute("source"), "vertices").children)
+        if (data.attribute("semantic") == "POSITION") source = data.attribute("source");
+    }
+    PolygonMesh& mesh = scene_.meshes.back();
+    if (source != last_source_ || mesh.vertices.empty()) {
+      first_vertex_ = mesh.vertices.size();
+      addPositions(referred(source, "source"), mesh);
+      last_source_ = source;
+    }
+    return first_vertex_;
+  }
+
+  void addPositions(const XmlElement& source, PolygonMesh& mesh) const {
+    const XmlElement& accessor = source.child("technique_common").child("accessor");
+    const XmlElement& array = referred(accessor.attribute("source"), "float_array");
+    const std::vector<double> numbers = numbersOf(array);
+    const std::size_t size = numbers.size();
+    const std::size_t count = countOf("positions", accessor.attribute("count"), size),
+                      stride = countOf("numbers apart", accessor.attribute("stride", "1"), size),
+                      offset = countOf("numbers before", accessor.attribute("offset", "0"), size);
+    std::size_t places[3] = {0, 1, 2}, place = 0;
+    for (const XmlElement& param : accessor.children) {
+      const std::string name = param.attribute("name");
+      if (name.size() == 1 && name[0] >= 'X' && name[0] <= 'Z') places[name[0] - 'X'] = place;
+      ++place;
+    }
+    const std::size_t last = std::max({places[0], places[1], places[2]});
+    if (count > 0 && (last >= stride || offset + count * stride > size))
+      throw std::runtime_error("an accessor reaches past its array");
+    for (std::size_t i = 0; i < count; ++i) {
+      const double* const p = numbers.data() + offset + stride * i;
+      mesh.vertices.emplace_back(p[places[0]], p[places[1]], p[places[2]]);
+    }
+  }
+
+  /// Of one list. Returns how many.
+  std::size_t addFaces(const std::string& kind, const std::vector<std::size_t>& sizes,
+                       const std::vector<std::size_t>& corners) {
+    PolygonMesh& mesh = scene_.meshes.back();
+    const std::size_t before = mesh.sizes.size();
+    if (kind == "polygons" || kind == "polylist") {
+      std::size_t begin = 0;
+      for (const std::size_t size :
+           kind == "polygons" ? std::vector<std::size_t>{corners.size()} : sizes) {
+        if (size > corners.size() - begin) throw std::runtime_error("a list of indices ends early");
+        const auto first = corners.begin() + static_cast<std::ptrdiff_t>(begin);
+        mesh.corners.insert(mesh.corners.end(), first, first + static_cast<std::ptrdiff_t>(size));
+        mesh.endFace();
+        begin += size;
+      }
+    } else {
+      for (std::size_t i = 0; i + 2 < corners.size(); i += kind == "triangles" ? 3 : 1) {
+        const bool is_turned = kind == "tristrips" && i % 2 == 1;
+        mesh.addTriangle(corners[kind == "trifans" ? 0 : i + is_turned], corners[i + 1 - is_turned],
+                         corners[i + 2]);
+      }
+    }
+    return mesh.sizes.size() - before;
+  }
+
+  const XmlElement document_;
+  Scene scene_;
+  std::map<std::string, const XmlElement*> by_id_;
+  std::map<std::string, std::size_t> nodes_by_id_, nodes_by_name_;
+  std::map<const XmlElement*, std::size_t> mesh_numbers_;
+  std::vector<std::pair<std::size_t, std::string>> instances_;  ///< in which node, and the url
+  bool has_references_ = false;
+  std::string last_source_;       ///< of positions
+  std::size_t first_vertex_ = 0;  ///< of that source
+};
+
+}  // namespace
+
+Scene readCollada(const std::string& text) { return ColladaReader(text).read(); }
+
+}  // namespace adaptive_bvh

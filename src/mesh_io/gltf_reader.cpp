@@ -1,0 +1,357 @@
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <vector>
+
+#include "formats.h"
+#include "strict_json.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Json = nlohmann::json;
+
+const Json kNull;
+
+/// A member or an element; null where there is none. glTF 2 refers to things by index, glTF 1 by
+/// key.
+const Json& at(const Json& container, const Json& key) {
+  if (container.is_array() && key.is_number_unsigned()) {
+    const auto index = key.get<std::size_t>();
+    return index < container.size() ? container[index] : kNull;
+  }
+  if (!container.is_object() || !key.is_string()) return kNull;
+  const auto found = container.find(key.get_ref<const std::string&>());
+  return found == container.end() ? kNull : *found;
+}
+
+std::size_t countAt(const Json& container, const char* key, std::size_t otherwise = 0) {
+  const Json& value = at(container, key);
+  if (value.is_null()) return otherwise;
+  if (!value.is_number_unsigned())
+    throw std::runtime_error(std::string("a ") + key + " is no count");
+  return value.get<std::size_t>();
+}
+
+std::string textAt(const Json& container, const char* key) {
+  const Json& value = at(container, key);
+  return value.is_string() ? value.get<std::string>() : "";
+}
+
+/// Numbers of a list that has so many; the others stay where there is no list.
+template <std::size_t Size>
+void readNumbers(const Json& container, const char* key, double (&numbers)[Size]) {
+  const Json& list = at(container, key);
+  if (list.is_null()) return;
+  if (!list.is_array() || list.size() != Size ||
+      !std::all_of(list.begin(), list.end(), [](const Json& x) { return x.is_number(); }))
+    throw std::runtime_error(std::string("a ") + key + " has not " + std::to_string(Size) +
+                             " numbers");
+  for (std::size_t k = 0; k < Size; ++k) numbers[k] = list[k].get<double>();
+}
+
+Eigen::Matrix4d transformOf(const Json& node) {
+  double matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  double translation[3] = {}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
+  readNumbers(node, "matrix", matrix);
+  readNumbers(node, "translation", translation);
+  readNumbers(node, "rotation", rotation);
+  readNumbers(node, "scale", scale);
+  Eigen::Affine3d parts = Eigen::Affine3d::Identity();
+  parts.translate(Eigen::Vector3d(translation));
+  const Eigen::Quaterniond q(rotation[3], rotation[0], rotation[1], rotation[2]);
+  if (q.coeffs() != Eigen::Vector4d(0, 0, 0, 1)) parts.rotate(q.normalized());
+  parts.scale(Eigen::Vector3d(scale));
+  return Eigen::Matrix4d(matrix) * parts.matrix();
+}
+
+std::string fromBase64(std::string_view text) {
+  std::string bytes;
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text.substr(0, text.find('='))) {
+    const std::size_t digit =
+        std::string_view("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/")
+            .find(c);
+    if (digit == std::string_view::npos) throw std::runtime_error("a buffer is not in base64");
+    group = group << 6 | static_cast<std::uint32_t>(digit);
+    if ((bits += 6) < 8) continue;
+    bytes += static_cast<char>(group >> (bits -= 8) & 0xFF);
+  }
+  return bytes;
+}
+
+/// A name in a URI: "%20" is a blank.
+std::string fromUri(const std::string& uri) {
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const char* const end = uri.data() + std::min(i + 3, uri.size());
+    if (uri[i] == '%' &&
+        std::from_chars(uri.data() + i + 1, end, code, 16).ptr == uri.data() + i + 3) {
+      name += static_cast<char>(code);
+      i += 2;
+    } else {
+      name += uri[i];
+    }
+  }
+  return name;
+}
+
+/// Names of component types.
+enum { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
+
+template <typename Number>
+double numberAt(const char* bytes, bool is_normalized) {
+  Number number;
+  std::memcpy(&number, bytes, sizeof(number));
+  const auto value = static_cast<double>(number);
+  if (!is_normalized) return value;
+  return std::max(value / static_cast<double>(std::numeric_limits<Number>::max()), -1.);
+}
+
+double componentAt(const char* bytes, std::size_t type, bool is_normalized) {
+  switch (type) {
+    case kByte: return numberAt<std::int8_t>(bytes, is_normalized);
+    case kUnsignedByte: return numberAt<std::uint8_t>(bytes, is_normalized);
+    case kShort: return numberAt<std::int16_t>(bytes, is_normalized);
+    case kUnsignedShort: return numberAt<std::uint16_t>(bytes, is_normalized);
+    case kUnsignedInt: return numberAt<std::uint32_t>(bytes, is_normalized);
+    default: return numberAt<float>(bytes, false);
+  }
+}
+
+std::size_t bytesOf(std::size_t type) {
+  if (type == kByte || type == kUnsignedByte) return 1;
+  if (type == kShort || type == kUnsignedShort) return 2;
+  if (type == kUnsignedInt || type == kFloat) return 4;
+  throw std::runtime_error("an accessor has the unknown component type " + std::to_string(type));
+}
+
+/// Extensions that say nothing of positions.
+bool isHarmless(const std::string& extension) {
+  for (const char* prefix :
+       {"KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_xmp",
+        "EXT_texture_", "EXT_lights_", "MSFT_texture_", "KHR_binary_glTF"})
+    if (extension.rfind(prefix, 0) == 0) return true;
+  return false;
+}
+
+class GltfReader {
+ public:
+  GltfReader(const std::string& json, std::string binary, const std::string& path)
+      : gltf_(parseStrictly(json)),
+        binary_(std::move(binary)),
+        folder_(path.substr(0, path.find_last_of('/') + 1)) {}
+
+  Scene read() {
+    for (const Json& extension : at(gltf_, "extensionsRequired"))
+      if (extension.is_string() && !isHarmless(extension.get<std::string>()))
+        throw std::runtime_error("it requires the extension " + extension.get<std::string>() +
+                                 ", which is not read");
+    addNodes();
+    checkHierarchy(scene_.nodes);  // before meshes are read
+    for (const Json& mesh : at(gltf_, "meshes")) {
+      scene_.meshes.emplace_back();
+      for (const Json& primitive : at(mesh, "primitives")) addPrimitive(primitive);
+    }
+    scene_.up = UpAxis::Y;
+    return std::move(scene_);
+  }
+
+ private:
+  /// Numbers for what refers to the elements of a list.
+  static std::map<Json, std::size_t> numbersOf(const Json& list) {
+    std::map<Json, std::size_t> numbers;
+    for (const auto& item : list.items())
+      numbers.emplace(list.is_object() ? Json(item.key()) : Json(numbers.size()), numbers.size());
+    return numbers;
+  }
+
+  static void addNumber(const std::map<Json, std::size_t>& numbers, const Json& key,
+                        std::size_t first, std::vector<std::size_t>& list) {
+    const auto found = numbers.find(key);
+    if (found != numbers.end()) list.push_back(first + found->second);
+  }
+
+  /// The first node is the scene.
+  void addNodes() {
+    const Json &nodes = at(gltf_, "nodes"), &scenes = at(gltf_, "scenes");
+    const auto node_numbers = numbersOf(nodes), mesh_numbers = numbersOf(at(gltf_, "meshes"));
+    const auto addAll = [](const auto& numbers, const Json& keys, std::size_t first, auto& list) {
+      for (const Json& key : keys) addNumber(numbers, key, first, list);
+    };
+    const Json& named = at(gltf_, "scene");
+    const Json& scene = at(scenes, named.is_null() && scenes.is_array() ? Json(0u) : named);
+    scene_.nodes.emplace_back();
+    addAll(node_numbers, at(scene, "nodes"), 1, scene_.nodes[0].children);
+    for (const Json& source : nodes) {
+      SceneNode node;
+      node.transform = transformOf(source);
+      node.is_skinned = !at(source, "skin").is_null() || !at(source, "skeletons").is_null();
+      addNumber(mesh_numbers, at(source, "mesh"), 0, node.meshes);
+      addAll(mesh_numbers, at(source, "meshes"), 0, node.meshes);  // of glTF 1
+      addAll(node_numbers, at(source, "children"), 1, node.children);
+      scene_.nodes.push_back(std::move(node));
+    }
+  }
+
+  void addPrimitive(const Json& primitive) {
+    const Json& positions = at(at(primitive, "attributes"), "POSITION");
+    const std::size_t mode = countAt(primitive, "mode", countAt(primitive, "primitive", 4));
+    if (mode < 4 || positions.is_null()) return;  // points and lines
+    const std::vector<double> coordinates = read(positions, 3);
+    PolygonMesh& mesh = scene_.meshes.back();
+    const std::size_t first = mesh.vertices.size();
+    for (std::size_t i = 0; i < coordinates.size(); i += 3)
+      mesh.vertices.emplace_back(coordinates[i], coordinates[i + 1], coordinates[i + 2]);
+
+    const Json& indices = at(primitive, "indices");
+    std::vector<std::size_t> corners;
+    if (indices.is_null())
+      for (std::size_t v = first; v < mesh.vertices.size(); ++v) corners.push_back(v);
+    else
+      for (const double index : read(indices, 1))
+        corners.push_back(first + indexOf(index, coordinates.size() / 3));
+    addTriangles(corners, mode, mesh);
+  }
+
+  static std::size_t indexOf(double index, std::size_t vertices) {
+    if (index >= 0 && index < static_cast<double>(vertices)) return static_cast<std::size_t>(index);
+    throw std::runtime_error("a triangle names vertex " + std::to_string(index) + " of " +
+                             std::to_string(vertices));
+  }
+
+  /// A list (mode 4), a strip (5) or a fan.
+  static void addTriangles(const std::vector<std::size_t>& corners, std::size_t mode,
+                           PolygonMesh& mesh) {
+    for (std::size_t i = 0; i + 2 < corners.size(); i += mode == 4 ? 3 : 1) {
+      const bool is_turned = mode == 5 && i % 2 == 1;
+      mesh.addTriangle(corners[mode == 6 ? 0 : i + is_turned], corners[i + 1 - is_turned],
+                       corners[i + 2]);
+    }
+  }
+
+  /// An accessor's numbers, `width` for each element.
+  std::vector<double> read(const Json& key, std::size_t width) {
+    const Json& accessor = at(at(gltf_, "accessors"), key);
+    const std::string type = width == 3 ? "VEC3" : "SCALAR";
+    if (textAt(accessor, "type") != type)
+      throw std::runtime_error("an accessor is not of type " + type);
+    const std::size_t count = countAt(accessor, "count");
+    const bool is_normalized = at(accessor, "normalized") == Json(true);
+    std::vector<double> numbers;
+    if (const Json& view = at(accessor, "bufferView"); !view.is_null()) {
+      numbers =
+          readView(accessor, view, countAt(accessor, "componentType"), count, width, is_normalized);
+    } else {
+      addElements(count, 0);
+      numbers.resize(count * width);
+    }
+    const Json& sparse = at(accessor, "sparse");
+    if (sparse.is_null()) return numbers;
+    const Json &where = at(sparse, "indices"), &values = at(sparse, "values");
+    const std::size_t changes = countAt(sparse, "count");
+    const std::vector<double> indices = readView(
+        where, at(where, "bufferView"), countAt(where, "componentType"), changes, 1, false);
+    const std::vector<double> changed =
+        readView(values, at(values, "bufferView"), countAt(accessor, "componentType"), changes,
+                 width, is_normalized);
+    for (std::size_t i = 0; i < changes; ++i)
+      std::copy_n(changed.data() + width * i, width,
+                  numbers.data() + width * indexOf(indices[i], count));
+    return numbers;
+  }
+
+  std::vector<double> readView(const Json& source, const Json& view_key, std::size_t type,
+                               std::size_t count, std::size_t width, bool is_normalized) {
+    const Json& view = at(at(gltf_, "bufferViews"), view_key);
+    const std::string_view buffer = bufferOf(at(view, "buffer"));
+    const std::size_t size = bytesOf(type) * width;
+    std::size_t stride = countAt(view, "byteStride", countAt(source, "byteStride"));
+    if (stride == 0) stride = size;
+    const std::size_t view_offset = countAt(view, "byteOffset"),
+                      offset = countAt(source, "byteOffset");
+    const std::size_t length = countAt(view, "byteLength");
+    // In this order, nothing overflows.
+    if (view_offset > buffer.size() || length > buffer.size() - view_offset)
+      throw std::runtime_error("a part of a buffer reaches past its end");
+    if (count > 0 && (offset > length || size > length - offset ||
+                      count - 1 > (length - offset - size) / stride))
+      throw std::runtime_error("an accessor reaches past its part of a buffer");
+    addElements(count, buffer.size());
+
+    std::vector<double> numbers;
+    numbers.reserve(count * width);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t k = 0; k < width; ++k)
+        numbers.push_back(
+            componentAt(buffer.data() + view_offset + offset + stride * i + k * bytesOf(type), type,
+                        is_normalized));
+    return numbers;
+  }
+
+  /// Meshes may share accessors, and accessors the bytes of a buffer.
+  void addElements(std::size_t count, std::size_t bytes) {
+    const std::size_t most = std::max(kMostElements, kMostElementsPerElement * bytes);
+    if (count > most || (elements_ += count) > most)
+      throw std::runtime_error("its meshes read the same data so often that more than " +
+                               std::to_string(most) + " vertices and indices come of it");
+  }
+
+  /// Each is read once.
+  std::string_view bufferOf(const Json& key) {
+    const auto known = buffers_.find(key);
+    if (known != buffers_.end()) return known->second;
+    const Json& buffer = at(at(gltf_, "buffers"), key);
+    const std::string uri = textAt(buffer, "uri");
+    if (uri.empty() || uri == "data:,") return binary_;
+    std::string& bytes = buffers_[key];
+    if (uri.rfind("data:", 0) == 0)
+      bytes = fromBase64(std::string_view(uri).substr(std::min(uri.find(','), uri.size() - 1) + 1));
+    else
+      bytes = readFile(folder_ + fromUri(uri));
+    return bytes;
+  }
+
+  const Json gltf_;
+  const std::string binary_;  ///< the buffer of a binary file
+  const std::string folder_;
+  std::map<Json, std::string> buffers_;
+  std::size_t elements_ = 0;  ///< read so far
+  Scene scene_;
+};
+
+/// After a header of three words, chunks of JSON and of bytes. In version 1 a header of five words,
+/// JSON, and bytes.
+Scene readBinary(const std::string& bytes, const std::string& path) {
+  const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
+  std::string parts[2];
+  std::size_t at = 12;
+  for (std::string& part : parts) {
+    if (at == 12 && bytes.size() < 20) throw std::runtime_error("its header does not end");
+    if (bytes.size() < at + 8) break;
+    const std::size_t length = wordAt(bytes, at);
+    at += 8;
+    if (length > bytes.size() - at)
+      throw std::runtime_error("it announces a chunk of " + std::to_string(length) +
+                               " bytes, and has " + std::to_string(bytes.size() - at));
+    part = bytes.substr(at, length);
+    at += length;
+    if (is_old) {
+      parts[1] = bytes.substr(at);
+      break;
+    }
+  }
+  return GltfReader(parts[0], std::move(parts[1]), path).read();
+}
+
+}  // namespace
+
+Scene readGltf(const std::string& bytes, const std::string& path) {
+  if (bytes.compare(0, 4, "glTF") == 0) return readBinary(bytes, path);
+  return GltfReader(bytes, "", path).read();
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,52 @@
+#include "formats.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The statement at the beginning of a line, and the lines after it that a backslash adds.
+std::string readStatement(Words& lines) {
+  std::string statement(lines.restOfLine());
+  while (!statement.empty() && statement.back() == '\\' && !lines.isAtEnd()) {
+    statement.back() = ' ';
+    statement += lines.restOfLine();
+  }
+  return statement.substr(0, statement.find('#'));
+}
+
+/// Of "7", "7/1", "7//3" and "7/1/3". Counted from 1, or from the last one back.
+std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words& lines) {
+  const auto index = integerOf(corner.substr(0, corner.find('/')));
+  if (!index || *index == 0) lines.fail("'" + std::string(corner) + "' is no corner of a face");
+  const auto vertex = *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(vertices);
+  if (vertex < 0) lines.fail("a face names a vertex before the first");
+  return static_cast<std::size_t>(vertex);
+}
+
+}  // namespace
+
+PolygonMesh readObj(const std::string& text) {
+  PolygonMesh mesh;
+  Words lines(text);
+  while (!lines.isAtEnd()) {
+    const std::string statement = readStatement(lines);
+    Words words(statement);
+    const std::string_view keyword = words.next();
+    if (keyword == "v") {
+      fcl::Vector3d p;
+      for (double& x : p) {
+        const auto number = numberOf(words.next());
+        if (!number) lines.fail("a vertex has not three numbers");
+        x = *number;
+      }
+      mesh.vertices.push_back(p);
+    } else if (keyword == "f") {
+      for (std::string_view corner; !(corner = words.next()).empty();)
+        mesh.corners.push_back(vertexOf(corner, mesh.vertices.size(), lines));
+      mesh.endFace();
+    }
+  }
+  return mesh;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,96 @@
+#include "formats.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The words of the next line that has any, without comments; false at the end.
+bool nextLine(Words& text, std::string_view& line) {
+  while (!text.isAtEnd()) {
+    line = text.restOfLine();
+    line = line.substr(0, line.find('#'));
+    if (!Words(line).next().empty()) return true;
+  }
+  return false;
+}
+
+/// The words of a header that may be spread over lines.
+class Header {
+ public:
+  explicit Header(Words& text) : text_(text) {}
+
+  std::string_view next() {
+    std::string_view word = line_.next(), line;
+    while (word.empty() && nextLine(text_, line)) word = (line_ = Words(line)).next();
+    return word;
+  }
+  /// The number of edges may be missing, or be alone on a line.
+  void skipEdges() {
+    Words after = text_;
+    std::string_view line;
+    if (!line_.next().empty() || !nextLine(after, line)) return;
+    Words words(line);
+    words.next();
+    if (words.next().empty()) text_ = after;
+  }
+
+ private:
+  Words& text_;
+  Words line_{""};
+};
+
+/// Letters for what vertices have besides; 4 where they have four coordinates.
+std::string prefixOf(std::string_view keyword) {
+  const std::size_t off = keyword.find("OFF");
+  if (off == keyword.npos || off + 3 != keyword.size() ||
+      keyword.find_first_not_of("STCN4") != off + (keyword[off] == 'O' ? 0 : 1))
+    throw std::runtime_error("'" + std::string(keyword.substr(0, 40)) +
+                             "' is no first word of OFF that is read");
+  return std::string(keyword.substr(0, off));
+}
+
+fcl::Vector3d readVertex(std::string_view line, bool is_homogeneous, const Words& text) {
+  Words words(line);
+  Eigen::Vector4d p(0, 0, 0, 1);
+  for (int k = 0; k < (is_homogeneous ? 4 : 3); ++k) {
+    const auto number = numberOf(words.next());
+    if (!number) text.fail("a vertex has not enough numbers");
+    p[k] = *number;
+  }
+  return p.hnormalized();
+}
+
+void readFace(std::string_view line, const Words& text, PolygonMesh& mesh) {
+  Words words(line);
+  const auto corners = integerOf(words.next());
+  if (!corners || *corners < 0) text.fail("a face does not begin with the number of its corners");
+  for (std::int64_t k = 0; k < *corners; ++k) {
+    const auto vertex = integerOf(words.next());
+    if (!vertex || *vertex < 0) text.fail("a face has not as many corners as it announces");
+    mesh.corners.push_back(static_cast<std::size_t>(*vertex));
+  }
+  mesh.endFace();
+}
+
+}  // namespace
+
+PolygonMesh readOff(const std::string& bytes) {
+  Words text(bytes);
+  Header header(text);
+  const bool is_homogeneous = prefixOf(header.next()).find('4') != std::string::npos;
+  const std::size_t vertices = countOf("vertices", header.next(), bytes.size()),
+                    faces = countOf("faces", header.next(), bytes.size());
+  header.skipEdges();
+
+  PolygonMesh mesh;
+  for (std::string_view line; mesh.sizes.size() < faces;) {
+    if (!nextLine(text, line)) text.fail("it has fewer vertices or faces than it announces");
+    if (mesh.vertices.size() < vertices)
+      mesh.vertices.push_back(readVertex(line, is_homogeneous, text));
+    else
+      readFace(line, text, mesh);
+  }
+  return mesh;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,225 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "formats.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+namespace {
+
+struct Type {
+  char kind = 0;  ///< 'i' signed, 'u' unsigned, 'f' floating; 0 for a word that is no type
+  std::size_t bytes = 0;
+};
+
+Type typeOf(std::string_view name) {
+  static const struct {
+    const char *name, *other;
+    Type type;
+  } kTypes[] = {{"char", "int8", {'i', 1}},     {"uchar", "uint8", {'u', 1}},
+                {"short", "int16", {'i', 2}},   {"ushort", "uint16", {'u', 2}},
+                {"int", "int32", {'i', 4}},     {"uint", "uint32", {'u', 4}},
+                {"float", "float32", {'f', 4}}, {"double", "float64", {'f', 8}}};
+  for (const auto& known : kTypes)
+    if (name == known.name || name == known.other) return known.type;
+  return {};
+}
+
+struct Property {
+  std::string name;
+  Type count;  ///< of a list
+  Type value;
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  std::string format;
+  std::vector<Element> elements;
+  std::size_t end = 0;  ///< where the body begins
+};
+
+Property readProperty(Words& words) {
+  Property property;
+  std::string_view type = words.next();
+  const bool is_list = type == "list";
+  if (is_list) {
+    property.count = typeOf(words.next());
+    type = words.next();
+  }
+  property.value = typeOf(type);
+  property.name = words.next();
+  if (property.value.kind == 0 ||
+      (is_list && (property.count.kind == 0 || property.count.kind == 'f')))
+    throw std::runtime_error("its header has a property of no known type");
+  return property;
+}
+
+Header readHeader(const std::string& bytes) {
+  Header header;
+  Words lines(bytes);
+  for (;;) {
+    if (lines.isAtEnd()) throw std::runtime_error("its header does not end");
+    Words words(lines.restOfLine());
+    const std::string_view keyword = words.next();
+    if (keyword == "format") {
+      header.format = words.next();
+    } else if (keyword == "element") {
+      const std::string name(words.next());
+      header.elements.push_back(
+          {name, countOf("elements '" + name + "'", words.next(), bytes.size()), {}});
+    } else if (keyword == "property") {
+      if (header.elements.empty()) lines.fail("a property has no element");
+      header.elements.back().properties.push_back(readProperty(words));
+    } else if (keyword == "end_header") {
+      break;
+    }
+  }
+  header.end = lines.at();
+  // Where lines end with "\r" alone, a "\n" is the first byte of the body.
+  if (bytes.compare(header.end - 2, 2, "\r\n") == 0 && bytes.find("\r\n") == header.end - 2)
+    --header.end;
+  return header;
+}
+
+void checkVertices(const Element& element) {
+  for (const char* name : {"x", "y", "z"})
+    if (std::none_of(element.properties.begin(), element.properties.end(),
+                     [&](const Property& p) { return p.name == name && p.count.kind == 0; }))
+      throw std::runtime_error(std::string("its vertices have no property ") + name);
+}
+
+/// The numbers of the body, one after another.
+class Body {
+ public:
+  Body(std::string_view bytes, const std::string& format)
+      : bytes_(bytes), words_(bytes), is_ascii_(format == "ascii") {
+    is_big_endian_ = format == "binary_big_endian";
+    if (!is_ascii_ && !is_big_endian_ && format != "binary_little_endian")
+      throw std::runtime_error("its header names no known format");
+  }
+
+  double next(const Type& type) { return is_ascii_ ? words_.number() : nextBinary(type); }
+
+ private:
+  double nextBinary(const Type& type) {
+    if (type.bytes > bytes_.size() - at_) throw std::runtime_error("it ends early");
+    std::uint64_t bits = 0;
+    for (std::size_t k = 0; k < type.bytes; ++k)
+      bits = bits << 8 |
+             static_cast<unsigned char>(bytes_[at_ + (is_big_endian_ ? k : type.bytes - 1 - k)]);
+    at_ += type.bytes;
+    if (type.kind == 'f' && type.bytes == 4)
+      return numberIn<float>(static_cast<std::uint32_t>(bits));
+    if (type.kind == 'f') return numberIn<double>(bits);
+    const auto unsigned_value = static_cast<double>(bits);
+    const bool is_negative = type.kind == 'i' && bits >> (8 * type.bytes - 1) != 0;
+    return is_negative ? unsigned_value - std::ldexp(1., 8 * static_cast<int>(type.bytes))
+                       : unsigned_value;
+  }
+
+  template <typename Number, typename Bits>
+  static double numberIn(Bits bits) {
+    Number number;
+    std::memcpy(&number, &bits, sizeof(number));
+    return number;
+  }
+
+  const std::string_view bytes_;
+  std::size_t at_ = 0;
+  Words words_;
+  const bool is_ascii_;
+  bool is_big_endian_;
+};
+
+class PlyReader {
+ public:
+  explicit PlyReader(const std::string& bytes)
+      : header_(readHeader(bytes)),
+        body_(std::string_view(bytes).substr(header_.end), header_.format),
+        bytes_(bytes.size()) {}
+
+  PolygonMesh read() {
+    for (const Element& element : header_.elements) {
+      if (element.name == "vertex") checkVertices(element);
+      for (std::size_t i = 0; i < element.count; ++i) try {
+          readElement(element);
+        } catch (const std::runtime_error& error) {
+          throw std::runtime_error("element " + std::to_string(i) + " of " +
+                                   std::to_string(element.count) + " '" + element.name +
+                                   "': " + error.what());
+        }
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void readElement(const Element& element) {
+    const bool is_vertex = element.name == "vertex";
+    fcl::Vector3d p = fcl::Vector3d::Zero();
+    for (const Property& property : element.properties) {
+      if (property.count.kind != 0) {
+        readList(property);
+        if (element.name == "face" && isIndices(property)) addFace();
+        if (element.name == "tristrips" && isIndices(property)) addStrips();
+        continue;
+      }
+      const double value = body_.next(property.value);
+      for (int k = 0; k < 3 && is_vertex; ++k)
+        if (property.name.size() == 1 && property.name[0] == "xyz"[k]) p[k] = value;
+    }
+    if (is_vertex) mesh_.vertices.push_back(p);
+  }
+
+  static bool isIndices(const Property& property) {
+    return property.name == "vertex_indices" || property.name == "vertex_index";
+  }
+
+  void readList(const Property& property) {
+    const double count = body_.next(property.count);
+    if (!(count >= 0 && count <= static_cast<double>(bytes_)))
+      throw std::runtime_error("a list has more values than the file has bytes");
+    list_.clear();
+    while (static_cast<double>(list_.size()) < count) list_.push_back(body_.next(property.value));
+  }
+
+  static std::size_t vertexOf(double index) {
+    if (!(index >= 0 && index < 0x1p53)) throw std::runtime_error("a corner names no vertex");
+    return static_cast<std::size_t>(index);
+  }
+
+  void addFace() {
+    for (const double index : list_) mesh_.corners.push_back(vertexOf(index));
+    mesh_.endFace();
+  }
+
+  /// A negative number ends a strip. Every other triangle is turned over.
+  void addStrips() {
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+      if (list_[i] < 0) begin = i + 1;
+      if (i < begin + 2 || list_[i] < 0) continue;
+      const std::size_t odd = (i - begin) % 2;
+      mesh_.addTriangle(vertexOf(list_[i - 2 + odd]), vertexOf(list_[i - 1 - odd]),
+                        vertexOf(list_[i]));
+    }
+  }
+
+  const Header header_;
+  Body body_;
+  const std::size_t bytes_;
+  PolygonMesh mesh_;
+  std::vector<double> list_;
+};
+
+}  // namespace
+
+PolygonMesh readPly(const std::string& bytes) { return PlyReader(bytes).read(); }
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,128 @@
+#include "scene.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace adaptive_bvh {
+namespace {
+
+using Matrix4d = Eigen::Matrix4d;
+using Mesh = TriangleMesh<double>;
+
+struct NodeState {
+  enum { New, Open, Done } state = New;
+  std::size_t children_done = 0;
+  std::size_t levels = 1;      ///< of its subtree
+  std::size_t placements = 1;  ///< nodes of its subtree, once for each way that leads to them
+};
+
+void place(const Mesh& source, const Matrix4d& transform, Mesh& mesh) {
+  const std::size_t offset = mesh.vertices.size();
+  for (const fcl::Vector3d& p : source.vertices)
+    mesh.vertices.emplace_back((transform * p.homogeneous()).head<3>());
+  const bool mirrored = transform.topLeftCorner<3, 3>().determinant() < 0;
+  for (fcl::Triangle t : source.triangles) {
+    if (mirrored) std::swap(t[1], t[2]);
+    mesh.triangles.emplace_back(offset + t[0], offset + t[1], offset + t[2]);
+  }
+}
+
+/// What the nodes make of the meshes, in vertices and triangles.
+class PlacedElements {
+ public:
+  explicit PlacedElements(const std::vector<Mesh>& meshes) {
+    std::size_t own = 0;
+    for (const Mesh& mesh : meshes) own += elementsOf(mesh);
+    most_ = std::max(kMostElements, kMostElementsPerElement * own);
+  }
+
+  void add(const Mesh& mesh) {
+    if ((sum_ += elementsOf(mesh)) > most_)
+      throw std::runtime_error("its nodes place meshes so often that more than " +
+                               std::to_string(most_) + " vertices and triangles come of them");
+  }
+
+ private:
+  static std::size_t elementsOf(const Mesh& mesh) {
+    return mesh.vertices.size() + mesh.triangles.size();
+  }
+
+  std::size_t sum_ = 0, most_;
+};
+
+/// "mesh 2: " before what is wrong with one of several.
+Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
+  try {
+    return triangulate(std::move(mesh));
+  } catch (const std::runtime_error& error) {
+    if (count == 1) throw;
+    throw std::runtime_error("mesh " + std::to_string(number) + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+/// Depth first with an explicit stack: children are done before their parents.
+void checkHierarchy(const std::vector<SceneNode>& graph) {
+  const std::size_t most_placements =
+      std::max(kMostPlacements, kMostPlacementsPerNode * graph.size());
+  std::vector<NodeState> nodes(graph.size());
+  std::vector<std::size_t> path;
+  for (std::size_t root = 0; root < graph.size(); ++root) {
+    if (nodes[root].state == NodeState::New) path.push_back(root);
+    while (!path.empty()) {
+      const std::vector<std::size_t>& children = graph[path.back()].children;
+      NodeState& node = nodes[path.back()];
+      node.state = NodeState::Open;
+      if (node.children_done == children.size()) {
+        node.state = NodeState::Done;
+        path.pop_back();
+        continue;
+      }
+      const std::size_t next = children[node.children_done];
+      const NodeState& child = nodes[next];
+      if (child.state == NodeState::Open)
+        throw std::runtime_error("a node is among its own descendants");
+      if (child.state == NodeState::New) {
+        path.push_back(next);
+        continue;
+      }
+      ++node.children_done;
+      node.levels = std::max(node.levels, child.levels + 1);
+      node.placements += child.placements;  // each at most the limit: no overflow
+      if (node.levels > kMostLevels)
+        throw std::runtime_error("its nodes are nested in more than " +
+                                 std::to_string(kMostLevels) + " levels");
+      if (node.placements > most_placements)
+        throw std::runtime_error("its nodes name each other so often that more than " +
+                                 std::to_string(most_placements) + " come of them");
+    }
+  }
+}
+
+Mesh flatten(Scene scene, const Matrix4d& root) {
+  checkHierarchy(scene.nodes);
+  std::vector<Mesh> meshes;
+  for (PolygonMesh& mesh : scene.meshes)
+    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh)));
+
+  Mesh result;
+  PlacedElements placed(meshes);
+  std::vector<std::pair<std::size_t, Matrix4d>> stack = {{scene.root, root}};
+  while (!stack.empty()) {
+    const auto [number, parent] = stack.back();
+    const SceneNode& node = scene.nodes[number];
+    const Matrix4d transform = parent * node.transform;
+    stack.pop_back();
+    for (const std::size_t mesh : node.meshes) {
+      placed.add(meshes[mesh]);
+      place(meshes[mesh], node.is_skinned ? root : transform, result);
+    }
+    for (std::size_t i = node.children.size(); i-- > 0;)  // the first child is next
+      stack.emplace_back(node.children[i], transform);
+  }
+  return result;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,134 @@
+#include "xml.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "scene.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// As XML has it: a line break or a tab in a value is a space.
+std::string withPlainSpaces(std::string value) {
+  for (std::size_t at = 0; (at = value.find("\r\n", at)) != value.npos;) value.erase(at, 1);
+  std::replace_if(value.begin(), value.end(), isSpace, ' ');
+  return value;
+}
+
+class XmlParser {
+ public:
+  explicit XmlParser(const std::string& text) : text_(text) {}
+
+  XmlElement parse() {
+    XmlElement document;
+    open_ = {&document};
+    for (;;) {
+      const std::size_t bracket = std::min(text_.find('<', at_), text_.size());
+      if (open_.size() > 1) open_.back()->text.append(text_, at_, bracket - at_);
+      at_ = bracket;
+      if (at_ >= text_.size()) break;
+      if (!skipOther()) readTag();
+    }
+    if (open_.size() > 1 || document.children.empty())
+      throw std::runtime_error("its XML text ends within an element");
+    return std::move(document.children.front());
+  }
+
+ private:
+  /// What is no element: a comment, an instruction, a section of plain text, the document type.
+  bool skipOther() {
+    for (const auto& [begin, end] :
+         {std::pair<const char*, const char*>{"<!--", "-->"}, {"<?", "?>"}, {"<![CDATA[", "]]>"}}) {
+      if (text_.compare(at_, std::string_view(begin).size(), begin) != 0) continue;
+      const std::size_t from = at_;
+      at_ = std::min(text_.find(end, from), text_.size());
+      at_ = std::min(at_ + std::string_view(end).size(), text_.size());
+      if (begin[2] == '[') open_.back()->text.append(text_, from, at_ - from);
+      return true;
+    }
+    if (text_.compare(at_, 2, "<!") != 0) return false;
+    if (readToEndOfTag().find('[') != std::string::npos)
+      throw std::runtime_error("its document type has declarations");
+    return true;
+  }
+
+  /// What is between the brackets; quoted brackets do not count.
+  std::string readToEndOfTag() {
+    const std::size_t begin = ++at_;
+    char quote = '\0';
+    for (; at_ < text_.size() && (quote || text_[at_] != '>'); ++at_)
+      if (quote ? text_[at_] == quote : text_[at_] == '"' || text_[at_] == '\'')
+        quote = quote ? '\0' : text_[at_];
+    if (at_ >= text_.size()) throw std::runtime_error("its XML text ends within a tag");
+    return text_.substr(begin, at_++ - begin);
+  }
+
+  void readTag() {
+    std::string tag = readToEndOfTag();
+    if (tag[0] == '/') {
+      if (open_.size() == 1 || Words(tag).next().substr(1) != open_.back()->name)
+        throw std::runtime_error("an element ends that is not open: '" + tag.substr(1, 40) + "'");
+      open_.pop_back();
+      return;
+    }
+    const bool is_empty = !tag.empty() && tag.back() == '/';
+    if (is_empty) tag.pop_back();
+    open_.back()->children.emplace_back();
+    XmlElement& element = open_.back()->children.back();
+    readAttributes(tag, element);
+    open_.push_back(&element);
+    if (open_.size() - 1 > kMostLevels)
+      throw std::runtime_error("its elements are nested in more than " +
+                               std::to_string(kMostLevels) + " levels");
+    if (is_empty) open_.pop_back();
+  }
+
+  static void readAttributes(const std::string& tag, XmlElement& element) {
+    const auto skip = [&](std::size_t at) {
+      while (at < tag.size() && isSpace(tag[at])) ++at;
+      return at;
+    };
+    std::size_t at = 0;
+    while (at < tag.size() && !isSpace(tag[at])) ++at;
+    element.name = tag.substr(0, at);
+    for (at = skip(at); at < tag.size(); at = skip(at)) {
+      const std::size_t name = at;
+      while (at < tag.size() && !isSpace(tag[at]) && tag[at] != '=') ++at;
+      const std::size_t name_end = at;
+      at = skip(at);
+      if (at >= tag.size() || tag[at] != '=') break;
+      at = skip(at + 1);
+      const std::size_t end = at < tag.size() ? tag.find(tag[at], at + 1) : tag.npos;
+      if (end == tag.npos) break;
+      element.attributes.emplace(tag.substr(name, name_end - name),
+                                 withPlainSpaces(tag.substr(at + 1, end - at - 1)));
+      at = end + 1;
+    }
+  }
+
+  const std::string& text_;
+  std::size_t at_ = 0;
+  std::vector<XmlElement*> open_;  ///< the document, and the elements that have not ended
+};
+
+}  // namespace
+
+const XmlElement& XmlElement::child(const std::string& wanted) const {
+  static const XmlElement kNone;
+  for (const XmlElement& element : children)
+    if (element.name == wanted) return element;
+  return kNone;
+}
+
+std::string XmlElement::attribute(const std::string& wanted, const std::string& otherwise) const {
+  const auto found = attributes.find(wanted);
+  return found == attributes.end() ? otherwise : found->second;
+}
+
+XmlElement parseXml(const std::string& text) {
+  if (text.find('\0') != text.npos) throw std::runtime_error("its text is not in UTF-8");
+  return XmlParser(text).parse();
+}
+
+}  // namespace adaptive_bvh
