@@ -163,11 +163,11 @@ TEST(Gltf, ExtensionsThatAreNestedTooDeepAreRefused) {
   const auto extension = [](int levels) {
     return R"({"mesh":0,"extensions":{"a":)" + repeated("[", levels) + repeated("]", levels) + "}}";
   };
-  gltf.nodes = extension(8);
+  gltf.nodes = extension(60);  // some readers copy such things 2^60 times
   const TemporaryFile file("extension.glb", gltf.glb());
   EXPECT_EQ("", reasonOf(file.path()));
-  gltf.nodes = extension(60);  // assimp copies 2^60 times
-  expectRefused(gltf, "extensions");
+  gltf.nodes = extension(600);
+  expectRefused(gltf, "levels");
 }
 
 TEST(Gltf, NamesInAnotherEncodingAreNoError) {
@@ -282,7 +282,6 @@ TEST(ColladaHierarchy, IsNotHiddenByWhatStandsForCharacters) {
   EXPECT_TRUE(isRefusedCollada(std::string("<\0?\0", 4), "UTF-8"));
 }
 
-// assimp would append a zero for ever where it expects an index.
 TEST(Collada, ListsOfIndicesThatHideTextAreRefused) {
   const std::string scene = "<node>" + kGeometry + "</node>";
   for (const char* indices : {"<p>x 1 2</p>", "<p><!-- a --> x 1 2</p>", "<p> <![CDATA[x]]></p>",

@@ -161,8 +161,11 @@ TEST(LoadMesh, NamesPathAndReasonOfWhatItCannotUse) {
   EXPECT_FALSE(reasonOf(xml.path()).empty());
   const TemporaryFile nan("nan.ply", ply(3, 1, "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"));
   EXPECT_NE(std::string::npos, reasonOf(nan.path()).find("not finite"));
-  const TemporaryFile huge("huge.obj", "v 0 0 0\nv 1e60 0 0\nv 0 1 0\nf 1 2 3\n");
+  const TemporaryFile huge("huge.obj", "v 0 0 0\nv 1e400 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_NE(std::string::npos, reasonOf(huge.path()).find("not finite"));
+  const TemporaryFile large("large.obj", "v 0 0 0\nv 1e60 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(1e60, loadMesh<double>(large.path()).vertices[1].x());
+  EXPECT_THROW(loadMesh<float>(large.path()), adaptive_bvh::MeshLoadError);
 }
 
 TEST(FillModel, TakesNewAndUsedModelsOfEitherKind) {

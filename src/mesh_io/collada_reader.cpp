@@ -82,7 +82,6 @@ class ColladaReader {
       for (const XmlElement& element : library.children)
         if (isNode(element)) addNode(element);
     linkInstances();
-    checkHierarchy(scene_.nodes);
     scene_.root = rootNode();
     return std::move(scene_);
   }
@@ -153,6 +152,7 @@ class ColladaReader {
     if (!instances_.empty() && has_references_)
       throw std::runtime_error(
           "it instances nodes, and has character references in the names of some");
+    std::string unknown;
     for (const auto& [parent, url] : instances_) {
       if (url.find_first_of("&<>\"'") != url.npos)
         throw std::runtime_error("it instances a node of no valid name");
@@ -160,9 +160,13 @@ class ColladaReader {
       const bool is_id = nodes_by_id_.count(id) != 0;
       const auto found = (is_id ? nodes_by_id_ : nodes_by_name_).find(id);
       if (found == nodes_by_name_.end())
-        throw std::runtime_error("it instances the unknown node '" + id + "'");
-      scene_.nodes[parent].children.push_back(found->second);
+        unknown = id;
+      else
+        scene_.nodes[parent].children.push_back(found->second);
     }
+    checkHierarchy(scene_.nodes);
+    if (!unknown.empty())
+      throw std::runtime_error("it instances the unknown node '" + unknown + "'");
   }
 
   /// The visual scene that is instanced, or the first.

@@ -14,6 +14,9 @@ using Json = nlohmann::json;
 
 const Json kNull;
 
+/// Counts are cut to it where they are added up.
+constexpr std::size_t kMostCount = std::size_t{1} << 40;
+
 /// A member or an element; null where there is none. glTF 2 refers to things by index, glTF 1 by
 /// key.
 const Json& at(const Json& container, const Json& key) {
@@ -152,6 +155,7 @@ class GltfReader {
                                  ", which is not read");
     addNodes();
     checkHierarchy(scene_.nodes);  // before meshes are read
+    checkSharing();
     for (const Json& mesh : at(gltf_, "meshes")) {
       scene_.meshes.emplace_back();
       for (const Json& primitive : at(mesh, "primitives")) addPrimitive(primitive);
@@ -195,6 +199,24 @@ class GltfReader {
       addAll(node_numbers, at(source, "children"), 1, node.children);
       scene_.nodes.push_back(std::move(node));
     }
+  }
+
+  /// Meshes may share accessors, and accessors the bytes of a buffer.
+  void checkSharing() {
+    std::size_t elements = 0, bytes = 0;
+    const auto add = [&](const Json& accessor) {
+      elements += std::min(countAt(at(at(gltf_, "accessors"), accessor), "count"), kMostCount);
+    };
+    for (const Json& mesh : at(gltf_, "meshes"))
+      for (const Json& primitive : at(mesh, "primitives")) {
+        add(at(at(primitive, "attributes"), "POSITION"));
+        add(at(primitive, "indices"));
+      }
+    for (const auto& buffer : numbersOf(at(gltf_, "buffers")))
+      bytes += bufferOf(buffer.first).size();
+    if (elements > std::max(kMostElements, kMostElementsPerElement * bytes))
+      throw std::runtime_error("its meshes read the same data so often that " +
+                               std::to_string(elements) + " vertices and indices come of it");
   }
 
   void addPrimitive(const Json& primitive) {
@@ -246,7 +268,6 @@ class GltfReader {
       numbers =
           readView(accessor, view, countAt(accessor, "componentType"), count, width, is_normalized);
     } else {
-      addElements(count, 0);
       numbers.resize(count * width);
     }
     const Json& sparse = at(accessor, "sparse");
@@ -280,7 +301,6 @@ class GltfReader {
     if (count > 0 && (offset > length || size > length - offset ||
                       count - 1 > (length - offset - size) / stride))
       throw std::runtime_error("an accessor reaches past its part of a buffer");
-    addElements(count, buffer.size());
 
     std::vector<double> numbers;
     numbers.reserve(count * width);
@@ -290,14 +310,6 @@ class GltfReader {
             componentAt(buffer.data() + view_offset + offset + stride * i + k * bytesOf(type), type,
                         is_normalized));
     return numbers;
-  }
-
-  /// Meshes may share accessors, and accessors the bytes of a buffer.
-  void addElements(std::size_t count, std::size_t bytes) {
-    const std::size_t most = std::max(kMostElements, kMostElementsPerElement * bytes);
-    if (count > most || (elements_ += count) > most)
-      throw std::runtime_error("its meshes read the same data so often that more than " +
-                               std::to_string(most) + " vertices and indices come of it");
   }
 
   /// Each is read once.
@@ -319,7 +331,6 @@ class GltfReader {
   const std::string binary_;  ///< the buffer of a binary file
   const std::string folder_;
   std::map<Json, std::string> buffers_;
-  std::size_t elements_ = 0;  ///< read so far
   Scene scene_;
 };
 

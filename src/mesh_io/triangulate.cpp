@@ -71,6 +71,8 @@ class EarClipping {
       if (isSuperfluous(v)) return true;
       if (!isEar(v)) return false;
       ears.push_back({previous_[v], v, next_[v]});
+      std::rotate(ears.back().begin(), std::min_element(ears.back().begin(), ears.back().end()),
+                  ears.back().end());
       return true;
     });
     return left_ <= 2;
@@ -144,15 +146,20 @@ class Triangulation {
  public:
   /// False where there is none.
   bool run(const std::vector<fcl::Vector3d>& corners) {
-    const auto [x, y] = planeOf(corners);
-    return runIn(corners, x, y) || runIn(corners, y, x);
+    const int axis = axisOf(corners);
+    for (int k = axis; k < axis + 3; ++k) {
+      const int x = (k + 1) % 3, y = (k + 2) % 3;
+      if (!runIn(corners, x, y) && !runIn(corners, y, x)) return false;
+      if (!ears_.empty()) return true;
+    }
+    return true;  // without area, however it is seen
   }
   const std::vector<Ear>& ears() const { return ears_; }
 
  private:
-  /// Differences are taken from the first corner: few digits are lost far from the origin. The sign
-  /// can still be wrong, of a polygon that is almost a line.
-  std::array<int, 2> planeOf(const std::vector<fcl::Vector3d>& corners) {
+  /// The axis along which the normal is largest. Differences are taken from the first corner: few
+  /// digits are lost far from the origin.
+  static int axisOf(const std::vector<fcl::Vector3d>& corners) {
     fcl::Vector3d normal = fcl::Vector3d::Zero();
     double size = 0;
     for (const fcl::Vector3d& p : corners)
@@ -161,8 +168,7 @@ class Triangulation {
       normal += ((corners[k] - corners[0]) / size).cross((corners[k + 1] - corners[0]) / size);
     int axis;
     normal.cwiseAbs().maxCoeff(&axis);
-    const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-    return normal[axis] < 0 ? std::array<int, 2>{y, x} : std::array<int, 2>{x, y};
+    return axis;
   }
 
   bool runIn(const std::vector<fcl::Vector3d>& corners, int x, int y) {
