@@ -200,7 +200,7 @@ void addSlit(Random& random, Outline& outline) {
   const std::size_t at = random() % outline.size();
   const Cell from = outline[at];
   Cell tip = from;
-  (isHeads(random) ? tip.x : tip.y) += below(random, 5) - 2;
+  (isHeads(random) ? tip.x : tip.y) += (isHeads(random) ? 1 : -1) * (1 + below(random, 2));
   outline.insert(outline.begin() + std::ptrdiff_t(at) + 1, {tip, from});
 }
 
@@ -210,7 +210,7 @@ Outline withOtherCorners(Random& random, const Outline& outline) {
   for (std::size_t k = 0; k < outline.size(); ++k) {
     const Cell a = outline[(k + outline.size() - 1) % outline.size()], b = outline[k],
                c = outline[(k + 1) % outline.size()];
-    const bool is_straight = cross(a, b, c) == 0 && !(a == c);
+    const bool is_straight = cross(a, b, c) == 0 && !(a == b || b == c || c == a);
     if (is_straight && isHeads(random)) continue;
     result.push_back(b);
     if (random() % 16 == 0) result.push_back(b);

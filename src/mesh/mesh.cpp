@@ -39,8 +39,8 @@ class KeptVertices {
     }
     std::size_t first = otherwise;
     for (int cell = 0; cell < 27; ++cell) {
-      const Key<S> key = {centre[0] + S(cell % 3 - 1), centre[1] + S(cell / 3 % 3 - 1),
-                          centre[2] + S(cell / 9 - 1)};
+      const int x = cell % 3 - 1, y = cell / 3 % 3 - 1, z = cell / 9 - 1;
+      const Key<S> key = {centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)};
       const auto [begin, end] = cells_.equal_range(key);
       for (auto kept = begin; kept != end; ++kept)
         if ((vertices[kept->second] - p).norm() <= tolerance_)

@@ -22,7 +22,7 @@ PolygonMesh readStl(const std::string& bytes);
 PolygonMesh readPly(const std::string& bytes);
 
 /// As text, with normals, colours or texture coordinates, which are left out.
-PolygonMesh readOff(const std::string& text);
+PolygonMesh readOff(const std::string& bytes);
 
 /// glTF 2 and 1, as text or binary; the path is where relative names of buffers begin. It must be
 /// JSON by `parseStrictly`. Accessors of integers are read as the file says

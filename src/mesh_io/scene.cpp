@@ -64,16 +64,16 @@ Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
 }  // namespace
 
 /// Depth first with an explicit stack: children are done before their parents.
-void checkHierarchy(const std::vector<SceneNode>& graph) {
+void checkHierarchy(const std::vector<SceneNode>& nodes) {
   const std::size_t most_placements =
-      std::max(kMostPlacements, kMostPlacementsPerNode * graph.size());
-  std::vector<NodeState> nodes(graph.size());
+      std::max(kMostPlacements, kMostPlacementsPerNode * nodes.size());
+  std::vector<NodeState> states(nodes.size());
   std::vector<std::size_t> path;
-  for (std::size_t root = 0; root < graph.size(); ++root) {
-    if (nodes[root].state == NodeState::New) path.push_back(root);
+  for (std::size_t root = 0; root < nodes.size(); ++root) {
+    if (states[root].state == NodeState::New) path.push_back(root);
     while (!path.empty()) {
-      const std::vector<std::size_t>& children = graph[path.back()].children;
-      NodeState& node = nodes[path.back()];
+      const std::vector<std::size_t>& children = nodes[path.back()].children;
+      NodeState& node = states[path.back()];
       node.state = NodeState::Open;
       if (node.children_done == children.size()) {
         node.state = NodeState::Done;
@@ -81,7 +81,7 @@ void checkHierarchy(const std::vector<SceneNode>& graph) {
         continue;
       }
       const std::size_t next = children[node.children_done];
-      const NodeState& child = nodes[next];
+      const NodeState& child = states[next];
       if (child.state == NodeState::Open)
         throw std::runtime_error("a node is among its own descendants");
       if (child.state == NodeState::New) {

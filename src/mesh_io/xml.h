@@ -13,9 +13,9 @@ struct XmlElement {
   std::vector<XmlElement> children;
 
   /// The first element of that name; an empty one where there is none.
-  const XmlElement& child(const std::string& name) const;
+  const XmlElement& child(const std::string& wanted) const;
   /// An attribute; `otherwise` where there is none.
-  std::string attribute(const std::string& name, const std::string& otherwise = "") const;
+  std::string attribute(const std::string& wanted, const std::string& otherwise = "") const;
 };
 
 /// The root of an XML text in UTF-8. Comments and instructions are skipped. Throws
