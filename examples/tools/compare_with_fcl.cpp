@@ -21,6 +21,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "clock.h"
+#include "mesh_options.h"
 #include "motion.h"
 #include "run_page.h"
 
@@ -34,6 +35,7 @@ using Mesh = adaptive_bvh::TriangleMesh<double>;
 struct Options {
   std::string mesh_a, mesh_b, to, csv, page, volume = "rss";
   int frames = 200;
+  adaptive_bvh::MeshLoadOptions load;
 };
 
 struct Cost {
@@ -149,12 +151,13 @@ struct Input {
 
   explicit Input(const Options& options) {
     const std::string data = ADAPTIVE_BVH_EXAMPLE_DATA;
-    adaptive_bvh::MeshLoadOptions keep_vertices;
+    adaptive_bvh::MeshLoadOptions keep_vertices = options.load;
     keep_vertices.weld = options.to.empty();
     const bool own_mesh = !options.mesh_a.empty(), own_floor = !options.mesh_b.empty();
     a = adaptive_bvh::loadMesh<double>(own_mesh ? options.mesh_a : data + "/helmet.obj",
                                        keep_vertices);
-    b = adaptive_bvh::loadMesh<double>(own_floor ? options.mesh_b : data + "/plate.ply");
+    b = adaptive_bvh::loadMesh<double>(own_floor ? options.mesh_b : data + "/plate.ply",
+                                       options.load);
     if (own_mesh && !own_floor) tools::placeBelow(b.vertices, a.vertices);
     if (options.to.empty()) return;
     const Mesh pose = adaptive_bvh::loadMesh<double>(options.to, keep_vertices);
@@ -267,6 +270,7 @@ int main(int argc, char** argv) {
   app.add_option("--csv", options.csv, "Write a row per frame to this file");
   app.add_option("--page", options.page, "Then record the run as a page that plays it")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  tools::addMeshOptions(app, options.load);
   try {
     app.parse(argc, argv);
     if (options.volume == "obbrss")

@@ -13,6 +13,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/mesh_io.h"
 #include "coloured_parts.h"
+#include "mesh_options.h"
 #include "scenarios.h"
 
 namespace {
@@ -27,13 +28,14 @@ struct Options {
   int depth = 3, resolution = 1;
   bool patches = false;
   HierarchyStrategy strategy = HierarchyStrategy::BottomUp;
+  adaptive_bvh::MeshLoadOptions load;
 };
 
 Mesh meshNamed(const Options& options) {
   if (options.mesh == "helmet") return scenarios::helmet(options.resolution).mesh();
   if (options.mesh == "cable") return scenarios::cable(options.resolution).mesh();
   if (options.mesh == "plate") return scenarios::plate(options.resolution).mesh();
-  return adaptive_bvh::loadMesh<double>(options.mesh);
+  return adaptive_bvh::loadMesh<double>(options.mesh, options.load);
 }
 
 /// The surface of a rectangle-swept sphere: a globe cut along two meridian planes, its quarters
@@ -140,6 +142,7 @@ int main(int argc, char** argv) {
   app.add_option("--strategy", options.strategy, "How the tree is built")
       ->transform(CLI::CheckedTransformer(std::map<std::string, HierarchyStrategy>{
           {"top-down", HierarchyStrategy::TopDown}, {"bottom-up", HierarchyStrategy::BottomUp}}));
+  tools::addMeshOptions(app, options.load);
   try {
     app.parse(argc, argv);
     if (options.volume == "obbrss")

@@ -18,6 +18,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
+#include "mesh_options.h"
 #include "scenarios.h"
 
 namespace {
@@ -71,11 +72,12 @@ void addScenarios(int resolution, std::vector<Recording>& recordings) {
 }
 
 /// A sequence of meshes of one topology beside an obstacle that stands still.
-Recording sequenceRecording(const std::vector<std::string>& files, const std::string& obstacle) {
-  MeshLoadOptions keep;
+Recording sequenceRecording(const std::vector<std::string>& files, const std::string& obstacle,
+                            const MeshLoadOptions& load) {
+  MeshLoadOptions keep = load;
   keep.weld = false;  // frames pair their vertices by number
   Recording recording;
-  recording.second = loadMesh<double>(obstacle);
+  recording.second = loadMesh<double>(obstacle, load);
   recording.first = loadMesh<double>(files.front(), keep);
   for (std::size_t i = 1; i < files.size(); ++i) {
     recording.first_frames.push_back(loadMesh<double>(files[i], keep).vertices);
@@ -113,6 +115,7 @@ int main(int argc, char** argv) {
   options.progress = report;
   std::vector<std::string> sequence;
   std::string obstacle, out;
+  MeshLoadOptions load;
   std::vector<int> resolutions = {1};
   std::vector<FitnessCriterion> criteria;
   bool time = false, thesis_measure = false, calibrate = false;
@@ -131,6 +134,7 @@ int main(int argc, char** argv) {
   app.add_flag("--thesis-measure", thesis_measure, "Inflation against the original radius alone");
   app.add_option("--checkpoint", options.checkpoint, "Go on from here, if it is there");
   app.add_option("--out", out, "Write the result as JSON");
+  tools::addMeshOptions(app, load);
   try {
     app.parse(argc, argv);
     if (sequence.empty() != obstacle.empty() || sequence.size() == 1)
@@ -151,7 +155,7 @@ int main(int argc, char** argv) {
     if (sequence.empty())
       for (int resolution : resolutions) addScenarios(resolution, recordings);
     else
-      recordings.push_back(sequenceRecording(sequence, obstacle));
+      recordings.push_back(sequenceRecording(sequence, obstacle, load));
     const Simulation simulation = [&](const RefitPolicy& policy) {
       SimulationWork sum;
       for (const Recording& recording : recordings) sum += recording.run(policy);

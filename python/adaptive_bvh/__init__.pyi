@@ -1,5 +1,5 @@
 import os
-from typing import Any, Dict, Protocol, Tuple, Union, overload
+from typing import Any, Dict, Optional, Protocol, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,17 @@ class Mesh:
     def faces(self) -> npt.NDArray[np.int64]: ...
 
 def load_mesh(
-    path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]], *, weld: bool = True
+    path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]],
+    *,
+    weld: bool = True,
+    weld_tolerance: float = 0.0,
+    up: Optional[Literal["x", "y", "z"]] = None,
+    metres: bool = True,
+    scale: float = 1.0,
 ) -> Mesh: ...
-def weld_vertices(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
+def weld_vertices(
+    vertices: npt.ArrayLike, faces: npt.ArrayLike, tolerance: float = 0.0
+) -> Mesh: ...
 
 class MeshUpdate:
     @property

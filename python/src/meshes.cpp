@@ -1,6 +1,9 @@
 #include "meshes.h"
 
+#include <optional>
 #include <string>
+
+#include <pybind11/stl.h>
 
 #include "arrays.h"
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
@@ -11,16 +14,24 @@ namespace adaptive_bvh::python {
 namespace {
 
 constexpr const char* kLoadMesh =
-    R"(Reads a triangle mesh: OBJ, STL, PLY, DAE (Collada), glTF and what else assimp reads.
+    R"(Reads a triangle mesh: OBJ, STL, PLY, OFF, DAE (Collada), glTF and what else assimp reads.
 
 path: a string, bytes or a path object.
-weld: makes vertices of exactly equal position one, which most formats repeat for every face.
-Returns a Mesh. Raises MeshLoadError, a ValueError, when the file cannot be used.)";
+weld: makes vertices of equal position one, which most formats repeat for every face.
+weld_tolerance: positions no farther apart count as equal, in the unit of the result.
+up: 'x', 'y' or 'z' turns the mesh until the axis that its file declares as up (Collada, glTF) is
+this one; None keeps the axes of the file.
+metres: multiplies by the unit that the file declares (Collada).
+scale: multiplies all positions, after the unit.
+Returns a Mesh. Raises MeshLoadError, a ValueError, when the file cannot be used; ValueError when an
+option is out of range.)";
 
 constexpr const char* kWeldVertices =
-    R"(Makes vertices of exactly equal position one, and renumbers the faces.
+    R"(Makes vertices of equal position one, and renumbers the faces.
 
-vertices: (N, 3). faces: (M, 3) integers. Returns a Mesh. Neighbours that share vertices make a
+vertices: (N, 3). faces: (M, 3) integers. tolerance: a vertex no farther than this from one that was
+kept becomes the first such vertex, and faces of which two corners become one are removed. Returns a
+Mesh. Neighbours that share vertices make a
 mesh cheaper to query, and self_collide leaves them out.)";
 
 /// Python's Mesh.
@@ -39,20 +50,33 @@ MeshArrays arraysOf(TriangleMesh<double>&& mesh) {
   return arrays;
 }
 
-MeshArrays weldOf(const py::object& vertices, const py::object& faces) {
+MeshArrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
   TriangleMesh<double> mesh = meshFrom(vertices, faces);
   {
     const py::gil_scoped_release nogil;
-    weldVertices(mesh);
+    weldVertices(mesh, tolerance);
   }
   return arraysOf(std::move(mesh));
 }
 
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
-MeshArrays loadOf(const py::object& path, bool weld) {
+UpAxis upAxisFrom(const std::optional<std::string>& name) {
+  if (!name) return UpAxis::AsInFile;
+  if (*name == "x") return UpAxis::X;
+  if (*name == "y") return UpAxis::Y;
+  if (*name == "z") return UpAxis::Z;
+  throw py::value_error("up must be 'x', 'y', 'z' or None, not '" + *name + "'");
+}
+
+MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
+                  const std::optional<std::string>& up, bool metres, double scale) {
   const std::string name = pathFrom(path);
   MeshLoadOptions options;
   options.weld = weld;
+  options.weld_tolerance = weld_tolerance;
+  options.up = upAxisFrom(up);
+  options.metres = metres;
+  options.scale = scale;
   TriangleMesh<double> mesh;
   {
     const py::gil_scoped_release nogil;
@@ -65,7 +89,8 @@ void bindLoadError(py::module_& module) {
   py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
 }
 #else
-MeshArrays loadOf(const py::object& path, bool) {
+MeshArrays loadOf(const py::object& path, bool, double, const std::optional<std::string>&, bool,
+                  double) {
   throw std::runtime_error("cannot read " + pathFrom(path) +
                            ": adaptive_bvh was built without assimp");
 }
@@ -103,8 +128,10 @@ void bindMeshes(py::module_& module) {
       .def_readonly("faces", &MeshArrays::faces,
                     "(M, 3) int64, counter-clockwise seen from outside.");
   module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
-             kLoadMesh);
-  module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"), kWeldVertices);
+             py::arg("weld_tolerance") = 0., py::arg("up") = py::none(), py::arg("metres") = true,
+             py::arg("scale") = 1., kLoadMesh);
+  module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"),
+             py::arg("tolerance") = 0., kWeldVertices);
 }
 
 }  // namespace adaptive_bvh::python

@@ -308,3 +308,38 @@ def test_load_mesh_and_weld(tmp_path):
     for path in (None, 3, "a\0b"):
         with pytest.raises((TypeError, ValueError)):
             ab.load_mesh(path)
+
+
+def test_load_mesh_options(tmp_path):
+    scene = tmp_path / "scene.dae"
+    scene.write_text(
+        """<COLLADA><asset><unit meter="0.5"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="a" count="9">2 4 6 0 0 0 0.25 0 0</float_array><technique_common>
+<accessor source="#a" count="3" stride="3"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
+<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
+</library_geometries><library_visual_scenes><visual_scene id="s"><node>
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+    )
+    for options, first in (
+        ({}, [1, 2, 3]),
+        ({"metres": False}, [2, 4, 6]),
+        ({"up": "z"}, [1, 2, 3]),
+        ({"up": "y"}, [1, 3, -2]),
+        ({"up": "x", "scale": 2}, [6, -2, -4]),
+    ):
+        np.testing.assert_array_equal(ab.load_mesh(scene, **options).vertices[0], first)
+    assert len(ab.load_mesh(scene).vertices) == 3
+    with pytest.raises(ab.MeshLoadError, match="no triangles left"):
+        ab.load_mesh(scene, weld_tolerance=0.2)
+    for bad in ({"up": "w"}, {"scale": 0}, {"scale": float("nan")}, {"weld_tolerance": -1}):
+        with pytest.raises(ValueError):
+            ab.load_mesh(scene, **bad)
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1e-9, 0], [1, 1, 0], [0, 1, 1e-9]]
+    welded = ab.weld_vertices(vertices, [[0, 1, 2], [3, 4, 5], [1, 3, 4]], tolerance=1e-8)
+    np.testing.assert_array_equal(welded.vertices, np.delete(vertices, (3, 5), axis=0))
+    np.testing.assert_array_equal(welded.faces, [[0, 1, 2], [1, 3, 2]])
+    with pytest.raises(ValueError):
+        ab.weld_vertices(vertices, [[0, 1, 2]], tolerance=-1)

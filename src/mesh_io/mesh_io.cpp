@@ -57,6 +57,7 @@ TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options
   for (const fcl::Vector3d& p : mesh.vertices)
     if (!p.cast<S>().allFinite()) fail(path, "a coordinate is not finite");
   if (options.weld) weldVertices(mesh, options.weld_tolerance);
+  if (mesh.triangles.empty()) fail(path, "there are no triangles left when vertices are welded");
   result.triangles = std::move(mesh.triangles);
   result.vertices.reserve(mesh.vertices.size());
   for (const fcl::Vector3d& p : mesh.vertices) result.vertices.push_back(p.cast<S>());
