@@ -357,6 +357,85 @@ TEST(GltfOfVersion1, IsReadAsTextAndBinary) {
   expectRead("one.glb", binary + json + buffer);
 }
 
+// ---- Collada ------------------------------------------------------------------------------------
+
+/// One geometry; the scene as given.
+std::string collada(const std::string& primitives, const std::string& scenes) {
+  return "<?xml version='1.0'?>\n<!-- a --><COLLADA><library_geometries><geometry id='g'><mesh>"
+         "<source id='p'><float_array id='a' count='12'>9 0 0 0 9 1 0 0 9 0 2 0</float_array>"
+         "<technique_common><accessor source='#a' count='3' stride='4'><param/>"
+         "<param name='X'/><param name='Y'/><param name='Z'/></accessor></technique_common>"
+         "</source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices>" +
+         primitives + "</mesh></geometry></library_geometries>" + scenes + "</COLLADA>";
+}
+
+const std::string kInput = "<input semantic='VERTEX' source='#v' offset='1'/>";
+const std::string kScene =
+    "<library_visual_scenes><visual_scene id='s'><node><instance_geometry url='#g'/></node>"
+    "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#s'/></scene>";
+
+TEST(Collada, IsReadInItsVariants) {
+  for (const char* primitive : {"triangles count='1'", "trifans", "tristrips", "polygons count='1'",
+                                "polylist count='1'"}) {
+    const std::string name = std::string(primitive).substr(0, std::string(primitive).find(' '));
+    const std::string count = name == "polylist" ? "<vcount>3</vcount>" : "";
+    expectRead("primitives.dae", collada("<" + std::string(primitive) + ">" + kInput + count +
+                                             "<p>9 0 9 1 9 2</p></" + name + ">",
+                                         kScene));
+  }
+  const std::string triangles = "<triangles count='1'>" + kInput + "<p>9 0 9 1 9 2</p></triangles>";
+  const std::string library = "<library_visual_scenes><visual_scene>",
+                    end = "</visual_scene></library_visual_scenes>";
+  const std::string geometry = "<instance_geometry url='#g'/>";
+  // A node with the id of its geometry; a scene that nothing names, after a node without an id.
+  expectRead("ids.dae", collada(triangles, library + "<node id='g'>" + geometry + "</node>" + end));
+  expectRead("scene.dae", collada(triangles, "<library_nodes><node/></library_nodes>" + library +
+                                                 "<node>" + geometry + "</node>" + end));
+  expectRead("skin.dae",
+             collada(triangles,
+                     "<library_controllers><controller id='c'><skin source='#m'/></controller>"
+                     "<controller id='m'><morph source='#g'/></controller></library_controllers>" +
+                         library + "<node><instance_controller url='#c'/></node>" + end));
+  expectRead("turns.dae",
+             collada(triangles, library +
+                                    "<node><matrix>0 -1 0 1  1 0 0 0  0 0 1 0  0 0 0 1</matrix>"
+                                    "<matrix>0 1 0 0  -1 0 0 1  0 0 1 0  0 0 0 1</matrix>"
+                                    "<lookat>0 0 0 0 0 -1 0 1 0</lookat>" +
+                                    geometry + "</node>" + end));
+}
+
+TEST(Collada, IsRefusedByName) {
+  const std::string triangles = "<triangles count='1'>" + kInput + "<p>9 0 9 1 9 2</p></triangles>";
+  const auto scene = [](const std::string& node) {
+    return "<library_visual_scenes><visual_scene><node>" + node +
+           "</node></visual_scene></library_visual_scenes>";
+  };
+  const std::string geometry = "<instance_geometry url='#g'/>";
+  expectRefused("skew.dae", collada(triangles, scene("<skew>1 0 0 0 0 1 0</skew>" + geometry)),
+                "skewed");
+  expectRefused("holes.dae",
+                collada("<polygons count='1'>" + kInput + "<ph><p>9 0</p></ph></polygons>", kScene),
+                "holes");
+  expectRefused("count.dae", collada(replaced(triangles, "count='1'", "count='2'"), kScene),
+                "announces '2' faces, and has 1");
+  expectRefused("cut.dae", collada(replaced(triangles, " 2<", "<"), kScene), "ends early");
+  expectRefused("geometry.dae", collada(triangles, scene("<instance_geometry url='#h'/>")),
+                "no <geometry> '#h'");
+  expectRefused("node.dae",
+                collada(triangles, scene("<instance_node url='#n'/>" + geometry) +
+                                       "<extra><a><node id='n'/></a></extra>"),
+                "unknown node '#n'");
+  expectRefused("numbers.dae", collada(triangles, scene("<scale>1 2</scale>" + geometry)),
+                "<scale> has not 3 numbers");
+  expectRefused(
+      "past.dae",
+      replaced(collada(triangles, kScene), "count='3' stride='4'", "count='4' stride='4'"),
+      "past its array");
+  expectRefused("no_scene.dae", collada(triangles, ""), "no scene");
+  expectRefused("tags.dae", collada(triangles + "</p>", kScene), "not open: 'p'");
+  expectRefused("root.dae", "<x3d/>", "no Collada file");
+}
+
 // ---- by content ---------------------------------------------------------------------------------
 
 TEST(LoadMesh, KnowsFilesWithoutAnExtensionByTheirContent) {

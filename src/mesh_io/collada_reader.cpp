@@ -91,17 +91,21 @@ class ColladaReader {
     return element.name == "node" || element.name == "visual_scene";
   }
 
+  /// Some writers give a node the id of its geometry.
   void index(const XmlElement& element) {
-    if (element.attributes.count("id")) by_id_.emplace(element.attribute("id"), &element);
+    if (element.attributes.count("id"))
+      by_id_.emplace(element.name + '#' + element.attribute("id"), &element);
     for (const XmlElement& child : element.children) index(child);
   }
 
-  /// The element of that name which "#id" refers to.
+  /// The element of that name which "#id" refers to; null where there is none.
+  const XmlElement* find(const std::string& name, const std::string& url) const {
+    const auto found = by_id_.find(name + url);
+    return found == by_id_.end() ? nullptr : found->second;
+  }
   const XmlElement& referred(const std::string& url, const std::string& name) const {
-    const auto found = by_id_.find(url.substr(std::min<std::size_t>(1, url.size())));
-    if (found == by_id_.end() || found->second->name != name)
-      throw std::runtime_error("there is no <" + name + "> '" + url + "' in it");
-    return *found->second;
+    if (const XmlElement* const element = find(name, url)) return *element;
+    throw std::runtime_error("there is no <" + name + "> '" + url + "' in it");
   }
 
   void readAsset(const XmlElement& asset) {
@@ -118,7 +122,7 @@ class ColladaReader {
     SceneNode node;
     const std::string id = element.attribute("id"), name = element.attribute("name");
     has_references_ |= id.find("&#") != id.npos || name.find("&#") != name.npos;
-    nodes_by_id_.emplace(id, number);
+    node_numbers_.emplace(&element, number);
     nodes_by_name_.emplace(name, number);
     for (const XmlElement& child : element.children) {
       node.transform *= transformOf(child);
@@ -139,10 +143,10 @@ class ColladaReader {
   const XmlElement& geometryOf(const std::string& url) const {
     std::string next = url;
     for (std::size_t level = 0; level < kMostLevels; ++level) {
-      const auto found = by_id_.find(next.substr(std::min<std::size_t>(1, next.size())));
-      if (found == by_id_.end() || found->second->name != "controller") break;
-      const XmlElement& skin = found->second->child("skin");
-      next = (skin.name.empty() ? found->second->child("morph") : skin).attribute("source");
+      const XmlElement* const controller = find("controller", next);
+      if (!controller) break;
+      const XmlElement& skin = controller->child("skin");
+      next = (skin.name.empty() ? controller->child("morph") : skin).attribute("source");
     }
     return referred(next, "geometry");
   }
@@ -156,13 +160,15 @@ class ColladaReader {
     for (const auto& [parent, url] : instances_) {
       if (url.find_first_of("&<>\"'") != url.npos)
         throw std::runtime_error("it instances a node of no valid name");
-      const std::string id = url.substr(std::min<std::size_t>(1, url.size()));
-      const bool is_id = nodes_by_id_.count(id) != 0;
-      const auto found = (is_id ? nodes_by_id_ : nodes_by_name_).find(id);
-      if (found == nodes_by_name_.end())
-        unknown = id;
+      const XmlElement* const node = find("node", url);
+      const auto known = node_numbers_.find(node ? node : find("visual_scene", url));
+      const auto named = nodes_by_name_.find(url.substr(std::min<std::size_t>(1, url.size())));
+      if (known != node_numbers_.end())
+        scene_.nodes[parent].children.push_back(known->second);
+      else if (named != nodes_by_name_.end())
+        scene_.nodes[parent].children.push_back(named->second);
       else
-        scene_.nodes[parent].children.push_back(found->second);
+        unknown = url;
     }
     checkHierarchy(scene_.nodes);
     if (!unknown.empty())
@@ -175,9 +181,8 @@ class ColladaReader {
     const XmlElement& scene = instance.name.empty()
                                   ? document_.child("library_visual_scenes").child("visual_scene")
                                   : referred(instance.attribute("url"), "visual_scene");
-    const auto found = nodes_by_id_.find(scene.attribute("id"));
-    if (scene.name.empty() || found == nodes_by_id_.end())
-      throw std::runtime_error("it has no scene");
+    const auto found = node_numbers_.find(&scene);
+    if (found == node_numbers_.end()) throw std::runtime_error("it has no scene");
     return found->second;
   }
 
@@ -277,20 +282,19 @@ class ColladaReader {
         begin += size;
       }
     } else {
-      for (std::size_t i = 0; i + 2 < corners.size(); i += kind == "triangles" ? 3 : 1) {
-        const bool is_turned = kind == "tristrips" && i % 2 == 1;
-        mesh.addTriangle(corners[kind == "trifans" ? 0 : i + is_turned], corners[i + 1 - is_turned],
-                         corners[i + 2]);
-      }
+      using Layout = PolygonMesh::Layout;
+      mesh.addTriangles(corners, kind == "triangles"   ? Layout::List
+                                 : kind == "tristrips" ? Layout::Strip
+                                                       : Layout::Fan);
     }
     return mesh.sizes.size() - before;
   }
 
   const XmlElement document_;
   Scene scene_;
-  std::map<std::string, const XmlElement*> by_id_;
-  std::map<std::string, std::size_t> nodes_by_id_, nodes_by_name_;
-  std::map<const XmlElement*, std::size_t> mesh_numbers_;
+  std::map<std::string, const XmlElement*> by_id_;  ///< "name#id"
+  std::map<std::string, std::size_t> nodes_by_name_;
+  std::map<const XmlElement*, std::size_t> node_numbers_, mesh_numbers_;
   std::vector<std::pair<std::size_t, std::string>> instances_;  ///< in which node, and the url
   bool has_references_ = false;
   std::string last_source_;       ///< of positions

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <vector>
 
+#include "binary_number.h"
 #include "formats.h"
 #include "strict_json.h"
 #include "tokens.h"
@@ -102,34 +102,24 @@ std::string fromUri(const std::string& uri) {
   return name;
 }
 
-/// Names of component types.
-enum { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
-
-template <typename Number>
-double numberAt(const char* bytes, bool is_normalized) {
-  Number number;
-  std::memcpy(&number, bytes, sizeof(number));
-  const auto value = static_cast<double>(number);
-  if (!is_normalized) return value;
-  return std::max(value / static_cast<double>(std::numeric_limits<Number>::max()), -1.);
-}
-
-double componentAt(const char* bytes, std::size_t type, bool is_normalized) {
-  switch (type) {
-    case kByte: return numberAt<std::int8_t>(bytes, is_normalized);
-    case kUnsignedByte: return numberAt<std::uint8_t>(bytes, is_normalized);
-    case kShort: return numberAt<std::int16_t>(bytes, is_normalized);
-    case kUnsignedShort: return numberAt<std::uint16_t>(bytes, is_normalized);
-    case kUnsignedInt: return numberAt<std::uint32_t>(bytes, is_normalized);
-    default: return numberAt<float>(bytes, false);
+BinaryType typeOf(std::size_t component_type) {
+  switch (component_type) {
+    case 5120: return {'i', 1};
+    case 5121: return {'u', 1};
+    case 5122: return {'i', 2};
+    case 5123: return {'u', 2};
+    case 5125: return {'u', 4};
+    case 5126: return {'f', 4};
+    default:
+      throw std::runtime_error("an accessor has the unknown component type " +
+                               std::to_string(component_type));
   }
 }
 
-std::size_t bytesOf(std::size_t type) {
-  if (type == kByte || type == kUnsignedByte) return 1;
-  if (type == kShort || type == kUnsignedShort) return 2;
-  if (type == kUnsignedInt || type == kFloat) return 4;
-  throw std::runtime_error("an accessor has the unknown component type " + std::to_string(type));
+/// From -1 to 1, or 0 to 1, of the integers of a type.
+double normalized(double number, BinaryType type) {
+  const int digits = 8 * static_cast<int>(type.bytes) - (type.kind == 'i' ? 1 : 0);
+  return type.kind == 'f' ? number : std::max(number / (std::ldexp(1., digits) - 1), -1.);
 }
 
 /// Extensions that say nothing of positions.
@@ -236,7 +226,8 @@ class GltfReader {
     else
       for (const double index : read(indices, 1))
         corners.push_back(first + indexOf(index, coordinates.size() / 3));
-    addTriangles(corners, mode, mesh);
+    using Layout = PolygonMesh::Layout;
+    mesh.addTriangles(corners, mode == 4 ? Layout::List : mode == 5 ? Layout::Strip : Layout::Fan);
   }
 
   static std::size_t indexOf(double index, std::size_t vertices) {
@@ -245,58 +236,41 @@ class GltfReader {
                              std::to_string(vertices));
   }
 
-  /// A list (mode 4), a strip (5) or a fan.
-  static void addTriangles(const std::vector<std::size_t>& corners, std::size_t mode,
-                           PolygonMesh& mesh) {
-    for (std::size_t i = 0; i + 2 < corners.size(); i += mode == 4 ? 3 : 1) {
-      const bool is_turned = mode == 5 && i % 2 == 1;
-      mesh.addTriangle(corners[mode == 6 ? 0 : i + is_turned], corners[i + 1 - is_turned],
-                       corners[i + 2]);
-    }
-  }
-
   /// An accessor's numbers, `width` for each element.
   std::vector<double> read(const Json& key, std::size_t width) {
     const Json& accessor = at(at(gltf_, "accessors"), key);
-    const std::string type = width == 3 ? "VEC3" : "SCALAR";
-    if (textAt(accessor, "type") != type)
-      throw std::runtime_error("an accessor is not of type " + type);
+    const std::string form = width == 3 ? "VEC3" : "SCALAR";
+    if (textAt(accessor, "type") != form)
+      throw std::runtime_error("an accessor is not of type " + form);
     const std::size_t count = countAt(accessor, "count");
-    const bool is_normalized = at(accessor, "normalized") == Json(true);
-    std::vector<double> numbers;
-    if (const Json& view = at(accessor, "bufferView"); !view.is_null()) {
-      numbers =
-          readView(accessor, view, countAt(accessor, "componentType"), count, width, is_normalized);
-    } else {
-      numbers.resize(count * width);
-    }
+    const BinaryType type = typeOf(countAt(accessor, "componentType"));
+    std::vector<double> numbers(count * width);
+    if (!at(accessor, "bufferView").is_null()) numbers = readView(accessor, type, count, width);
     const Json& sparse = at(accessor, "sparse");
-    if (sparse.is_null()) return numbers;
-    const Json &where = at(sparse, "indices"), &values = at(sparse, "values");
-    const std::size_t changes = countAt(sparse, "count");
-    const std::vector<double> indices = readView(
-        where, at(where, "bufferView"), countAt(where, "componentType"), changes, 1, false);
-    const std::vector<double> changed =
-        readView(values, at(values, "bufferView"), countAt(accessor, "componentType"), changes,
-                 width, is_normalized);
-    for (std::size_t i = 0; i < changes; ++i)
-      std::copy_n(changed.data() + width * i, width,
-                  numbers.data() + width * indexOf(indices[i], count));
+    if (!sparse.is_null()) {
+      const std::size_t changes = countAt(sparse, "count");
+      const Json& where = at(sparse, "indices");
+      const auto indices = readView(where, typeOf(countAt(where, "componentType")), changes, 1);
+      const auto changed = readView(at(sparse, "values"), type, changes, width);
+      for (std::size_t i = 0; i < changes; ++i)
+        std::copy_n(changed.data() + width * i, width,
+                    numbers.data() + width * indexOf(indices[i], count));
+    }
+    if (at(accessor, "normalized") == Json(true))
+      for (double& number : numbers) number = normalized(number, type);
     return numbers;
   }
 
-  std::vector<double> readView(const Json& source, const Json& view_key, std::size_t type,
-                               std::size_t count, std::size_t width, bool is_normalized) {
-    const Json& view = at(at(gltf_, "bufferViews"), view_key);
+  std::vector<double> readView(const Json& source, BinaryType type, std::size_t count,
+                               std::size_t width) {
+    const Json& view = at(at(gltf_, "bufferViews"), at(source, "bufferView"));
     const std::string_view buffer = bufferOf(at(view, "buffer"));
-    const std::size_t size = bytesOf(type) * width;
+    const std::size_t begin = countAt(view, "byteOffset"), length = countAt(view, "byteLength"),
+                      offset = countAt(source, "byteOffset"), size = type.bytes * width;
     std::size_t stride = countAt(view, "byteStride", countAt(source, "byteStride"));
     if (stride == 0) stride = size;
-    const std::size_t view_offset = countAt(view, "byteOffset"),
-                      offset = countAt(source, "byteOffset");
-    const std::size_t length = countAt(view, "byteLength");
     // In this order, nothing overflows.
-    if (view_offset > buffer.size() || length > buffer.size() - view_offset)
+    if (begin > buffer.size() || length > buffer.size() - begin)
       throw std::runtime_error("a part of a buffer reaches past its end");
     if (count > 0 && (offset > length || size > length - offset ||
                       count - 1 > (length - offset - size) / stride))
@@ -306,9 +280,7 @@ class GltfReader {
     numbers.reserve(count * width);
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t k = 0; k < width; ++k)
-        numbers.push_back(
-            componentAt(buffer.data() + view_offset + offset + stride * i + k * bytesOf(type), type,
-                        is_normalized));
+        numbers.push_back(numberAt(buffer, begin + offset + stride * i + k * type.bytes, type));
     return numbers;
   }
 

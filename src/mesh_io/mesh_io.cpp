@@ -1,6 +1,7 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <cmath>
+#include <new>
 #include <stdexcept>
 
 #include "formats.h"
@@ -41,7 +42,9 @@ TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& op
     Scene scene = readScene(path);
     const Eigen::Matrix4d transform = transformFor(scene, options);
     return flatten(std::move(scene), transform);
-  } catch (const std::runtime_error& error) {
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
     fail(path, error.what());
   }
 }

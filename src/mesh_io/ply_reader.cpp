@@ -1,23 +1,17 @@
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 
 namespace adaptive_bvh {
 namespace {
 
-struct Type {
-  char kind = 0;  ///< 'i' signed, 'u' unsigned, 'f' floating; 0 for a word that is no type
-  std::size_t bytes = 0;
-};
-
-Type typeOf(std::string_view name) {
+BinaryType typeOf(std::string_view name) {
   static const struct {
     const char *name, *other;
-    Type type;
+    BinaryType type;
   } kTypes[] = {{"char", "int8", {'i', 1}},     {"uchar", "uint8", {'u', 1}},
                 {"short", "int16", {'i', 2}},   {"ushort", "uint16", {'u', 2}},
                 {"int", "int32", {'i', 4}},     {"uint", "uint32", {'u', 4}},
@@ -29,8 +23,8 @@ Type typeOf(std::string_view name) {
 
 struct Property {
   std::string name;
-  Type count;  ///< of a list
-  Type value;
+  BinaryType count;  ///< of a list
+  BinaryType value;
 };
 
 struct Element {
@@ -105,30 +99,13 @@ class Body {
       throw std::runtime_error("its header names no known format");
   }
 
-  double next(const Type& type) { return is_ascii_ ? words_.number() : nextBinary(type); }
+  double next(BinaryType type) { return is_ascii_ ? words_.number() : nextBinary(type); }
 
  private:
-  double nextBinary(const Type& type) {
+  double nextBinary(BinaryType type) {
     if (type.bytes > bytes_.size() - at_) throw std::runtime_error("it ends early");
-    std::uint64_t bits = 0;
-    for (std::size_t k = 0; k < type.bytes; ++k)
-      bits = bits << 8 |
-             static_cast<unsigned char>(bytes_[at_ + (is_big_endian_ ? k : type.bytes - 1 - k)]);
     at_ += type.bytes;
-    if (type.kind == 'f' && type.bytes == 4)
-      return numberIn<float>(static_cast<std::uint32_t>(bits));
-    if (type.kind == 'f') return numberIn<double>(bits);
-    const auto unsigned_value = static_cast<double>(bits);
-    const bool is_negative = type.kind == 'i' && bits >> (8 * type.bytes - 1) != 0;
-    return is_negative ? unsigned_value - std::ldexp(1., 8 * static_cast<int>(type.bytes))
-                       : unsigned_value;
-  }
-
-  template <typename Number, typename Bits>
-  static double numberIn(Bits bits) {
-    Number number;
-    std::memcpy(&number, &bits, sizeof(number));
-    return number;
+    return numberAt(bytes_, at_ - type.bytes, type, is_big_endian_);
   }
 
   const std::string_view bytes_;
@@ -199,16 +176,18 @@ class PlyReader {
     mesh_.endFace();
   }
 
-  /// A negative number ends a strip. Every other triangle is turned over.
+  /// A negative number ends a strip.
   void addStrips() {
-    std::size_t begin = 0;
-    for (std::size_t i = 0; i < list_.size(); ++i) {
-      if (list_[i] < 0) begin = i + 1;
-      if (i < begin + 2 || list_[i] < 0) continue;
-      const std::size_t odd = (i - begin) % 2;
-      mesh_.addTriangle(vertexOf(list_[i - 2 + odd]), vertexOf(list_[i - 1 - odd]),
-                        vertexOf(list_[i]));
+    std::vector<std::size_t> strip;
+    for (const double index : list_) {
+      if (index >= 0) {
+        strip.push_back(vertexOf(index));
+      } else {
+        mesh_.addTriangles(strip, PolygonMesh::Layout::Strip);
+        strip.clear();
+      }
     }
+    mesh_.addTriangles(strip, PolygonMesh::Layout::Strip);
   }
 
   const Header header_;

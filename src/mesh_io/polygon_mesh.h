@@ -23,6 +23,15 @@ struct PolygonMesh {
     endFace();
   }
 
+  enum class Layout { List, Strip, Fan };
+  /// Of all corners one after another. Every other triangle of a strip is turned over.
+  void addTriangles(const std::vector<std::size_t>& all, Layout layout) {
+    for (std::size_t i = 0; i + 2 < all.size(); i += layout == Layout::List ? 3 : 1) {
+      const std::size_t odd = layout == Layout::Strip ? i % 2 : 0;
+      addTriangle(all[layout == Layout::Fan ? 0 : i + odd], all[i + 1 - odd], all[i + 2]);
+    }
+  }
+
  private:
   std::size_t in_faces_ = 0;  ///< corners of complete faces
 };

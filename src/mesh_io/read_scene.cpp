@@ -3,6 +3,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 #include "xml.h"

@@ -1,5 +1,4 @@
-#include <cstring>
-
+#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 
@@ -7,6 +6,7 @@ namespace adaptive_bvh {
 namespace {
 
 constexpr std::size_t kHeader = 84, kFacet = 50;
+constexpr BinaryType kFloat = {'f', 4};
 
 /// By its length, whatever its first word; or because there is a zero in it, which no text has.
 bool isBinary(const std::string& bytes) {
@@ -23,12 +23,9 @@ PolygonMesh readBinary(const std::string& bytes) {
   PolygonMesh mesh;
   for (std::size_t f = 0; f < facets; ++f) {
     for (std::size_t k = 1; k <= 3; ++k) {  // after the normal
-      fcl::Vector3f p;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::uint32_t word = wordAt(bytes, kHeader + kFacet * f + 12 * k + 4 * i);
-        std::memcpy(&p[static_cast<int>(i)], &word, sizeof(word));
-      }
-      mesh.vertices.push_back(p.cast<double>());
+      const std::size_t at = kHeader + kFacet * f + 12 * k;
+      mesh.vertices.emplace_back(numberAt(bytes, at, kFloat), numberAt(bytes, at + 4, kFloat),
+                                 numberAt(bytes, at + 8, kFloat));
     }
     mesh.addTriangle(3 * f, 3 * f + 1, 3 * f + 2);
   }

@@ -46,13 +46,6 @@ inline std::optional<std::int64_t> integerOf(std::string_view word) {
   return parse<std::int64_t>(word);
 }
 
-/// Four bytes, little-endian.
-inline std::uint32_t wordAt(std::string_view bytes, std::size_t at) {
-  std::uint32_t word = 0;
-  for (std::size_t k = 4; k-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[at + k]);
-  return word;
-}
-
 /// A text read word by word, or line by line. Keeps a view of the text.
 class Words {
  public:
