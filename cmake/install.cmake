@@ -31,6 +31,8 @@ install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh-config.cmake
 
 # Relocatable: the prefix is found from where the .pc file lies.
 file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+list(TRANSFORM alignment_definitions PREPEND " -D" OUTPUT_VARIABLE pc_definitions)
+list(JOIN pc_definitions "" pc_definitions)
 configure_file(cmake/adaptive_bvh.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES package.xml LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/adaptive_bvh)

@@ -91,6 +91,28 @@ Body makeDeforming(const TriangleMesh<double>& mesh, bool is_mesh) {
   return {body, [body](const auto& positions) { body->update(positions); }};
 }
 
+Pairs touchingPairs(const std::vector<Object*>& objects) {
+  Pairs pairs;
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    for (std::size_t j = i + 1; j < objects.size(); ++j)
+      if (touches(objects[i], objects[j])) pairs.insert(ordered(objects[i], objects[j]));
+  return pairs;
+}
+
+double leastDistance(const std::vector<Object*>& objects) {
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    for (std::size_t j = i + 1; j < objects.size(); ++j)
+      least = std::min(least, distanceOf(objects[i], objects[j]));
+  return least;
+}
+
+Pairs pairsFound(const Manager& manager) {
+  Pairs found;
+  manager.collide(&found, gatherPairs);
+  return found;
+}
+
 /// Which manager, and of which types bodies are.
 using Case = std::tuple<const char*, const char*>;
 class Broadphase : public testing::TestWithParam<Case> {};
@@ -130,15 +152,8 @@ TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
     else
       refresh(deforming, *manager);
 
-    Pairs expected;
-    double least = std::numeric_limits<double>::max();
-    for (std::size_t i = 0; i < objects.size(); ++i)
-      for (std::size_t j = i + 1; j < objects.size(); ++j) {
-        least = std::min(least, distanceOf(objects[i], objects[j]));
-        if (touches(objects[i], objects[j])) expected.insert(ordered(objects[i], objects[j]));
-      }
-    Pairs found;
-    manager->collide(&found, gatherPairs);
+    const Pairs expected = touchingPairs(objects), found = pairsFound(*manager);
+    const double least = leastDistance(objects);
     EXPECT_TRUE(expected == found)
         << "frame " << frame << ": " << expected.size() << " touch, " << found.size() << " found";
     double distance = std::numeric_limits<double>::max();
@@ -156,10 +171,87 @@ TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
   EXPECT_GT(seen.size(), 2u);
 }
 
+/// Boxes that move, leave and come back, in every order of unregisterObject, registerObject and
+/// refresh.
+class ChangingScene {
+ public:
+  explicit ChangingScene(const std::string& name) : manager_(make(name)) {
+    storage_.reserve(kObjects);
+    for (int i = 0; i < kObjects; ++i)
+      storage_.emplace_back(std::make_shared<fcl::Boxd>(0.3, 0.4, 0.5),
+                            randomPose<double>(random_, 0.8));
+    for (Object& object : storage_) inside_.push_back(&object);
+    manager_->registerObjects(inside_);
+    manager_->setup();
+  }
+
+  void step(int frame) {
+    if (frame % 2 == 0) leave();
+    if (frame % 3 == 0) leave();
+    if (frame % 4 == 0) enter();
+    for (Object* object : inside_) object->setTransform(randomPose<double>(random_, 0.8));
+    refresh(inside_, *manager_);
+    if (frame % 5 == 0) {
+      leave();
+      refresh(std::vector<Object*>(), *manager_);
+    }
+    if (frame % 6 == 5)
+      while (!outside_.empty()) enter();
+    refresh(inside_, *manager_);
+  }
+  const std::vector<Object*>& inside() const { return inside_; }
+  const Manager& manager() const { return *manager_; }
+
+ private:
+  static constexpr int kObjects = 24;
+
+  void leave() {
+    const std::size_t i = random_() % inside_.size();
+    manager_->unregisterObject(inside_[i]);
+    outside_.push_back(inside_[i]);
+    inside_.erase(inside_.begin() + std::ptrdiff_t(i));
+  }
+  void enter() {
+    if (outside_.empty()) return;
+    outside_.back()->setTransform(randomPose<double>(random_, 0.8));
+    outside_.back()->computeAABB();
+    manager_->registerObject(outside_.back());
+    inside_.push_back(outside_.back());
+    outside_.pop_back();
+  }
+
+  std::mt19937 random_{testSeed(7)};
+  std::vector<Object> storage_;
+  std::vector<Object*> inside_, outside_;
+  std::unique_ptr<Manager> manager_;
+};
+
+class ChangingBroadphase : public testing::TestWithParam<const char*> {};
+
+TEST_P(ChangingBroadphase, FindsWhatBruteForceFinds) {
+  ChangingScene scene(GetParam());
+  std::size_t touching = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    scene.step(frame);
+    const Pairs expected = touchingPairs(scene.inside());
+    EXPECT_TRUE(expected == pairsFound(scene.manager())) << "frame " << frame;
+    touching += expected.size();
+  }
+  EXPECT_GT(touching, 300u);
+}
+
+constexpr const char* kManagers[] = {"Naive",
+                                     "SaP",
+                                     "SSaP",
+                                     "IntervalTree",
+                                     "SpatialHashing",
+                                     "DynamicAABBTree",
+                                     "DynamicAABBTreeArray"};
+INSTANTIATE_TEST_SUITE_P(All, ChangingBroadphase, testing::ValuesIn(kManagers),
+                         [](const auto& info) { return std::string(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(All, Broadphase,
-                         testing::Combine(testing::Values("Naive", "SaP", "SSaP", "IntervalTree",
-                                                          "SpatialHashing", "DynamicAABBTree",
-                                                          "DynamicAABBTreeArray"),
+                         testing::Combine(testing::ValuesIn(kManagers),
                                           testing::Values("Models", "Meshes", "Mixed")),
                          [](const auto& info) {
                            return std::string(std::get<0>(info.param)) + std::get<1>(info.param);

@@ -1,12 +1,49 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <fcl/broadphase/broadphase_SaP.h>
 #include <fcl/broadphase/broadphase_collision_manager.h>
+#include <fcl/broadphase/broadphase_interval_tree.h>
 #include <fcl/narrowphase/collision_object.h>
 
+#include "adaptive_bvh/build_flags.h"
+
 namespace adaptive_bvh {
+
+namespace detail {
+
+/// Reads which objects an interval tree manager holds. Its unregisterObject drops end points of
+/// other objects and may leave those of the object itself; getObjects reads them. Its map from
+/// objects to intervals is right. Objects registered since the last setup have end points only,
+/// behind those of the others.
+template <typename S>
+class IntervalTreeObjects : fcl::IntervalTreeCollisionManager<S> {
+  using Manager = fcl::IntervalTreeCollisionManager<S>;
+
+ public:
+  static std::vector<fcl::CollisionObject<S>*> of(const Manager& manager) {
+    const auto& intervals = (manager.*(&IntervalTreeObjects::obj_interval_maps))[0];
+    const auto& end_points = (manager.*(&IntervalTreeObjects::endpoints))[0];
+    std::vector<fcl::CollisionObject<S>*> objects;
+    for (const auto& entry : intervals) objects.push_back(entry.first);
+    if (manager.*(&IntervalTreeObjects::setup_)) return objects;
+    for (std::size_t i = 2 * intervals.size(); i < end_points.size(); ++i)
+      if (end_points[i].minmax == 0) objects.push_back(end_points[i].obj);
+    return objects;
+  }
+};
+
+template <typename S>
+void refill(fcl::BroadPhaseCollisionManager<S>& manager,
+            const std::vector<fcl::CollisionObject<S>*>& objects) {
+  manager.clear();
+  manager.registerObjects(objects);
+  manager.setup();
+}
+
+}  // namespace detail
 
 /// Brings everything that FCL caches of deformed objects up to date, after the updates of their
 /// models and before the next query of the manager: the geometry's local box, the object's box in
@@ -14,8 +51,10 @@ namespace adaptive_bvh {
 /// managers miss collisions. The objects must be registered; of those that share a geometry, all
 /// must be named. Objects that only moved may be named, too.
 ///
-/// fcl::SaPCollisionManager loses pairs when boxes grow and shrink, also when it is updated; it is
-/// filled anew. All other managers of FCL are updated.
+/// fcl::SaPCollisionManager loses pairs when boxes grow and shrink, and
+/// fcl::IntervalTreeCollisionManager after unregisterObject, also when they are updated; these two
+/// are filled anew. All other managers of FCL are updated. After unregisterObject of an interval
+/// tree manager call refresh before its setup or update; `objects` may be empty.
 ///
 /// S is float or double.
 template <typename S>
@@ -30,9 +69,9 @@ void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
   if (dynamic_cast<fcl::SaPCollisionManager<S>*>(&manager)) {
     std::vector<fcl::CollisionObject<S>*> registered;
     manager.getObjects(registered);
-    manager.clear();
-    manager.registerObjects(registered);
-    manager.setup();
+    detail::refill(manager, registered);
+  } else if (const auto* tree = dynamic_cast<fcl::IntervalTreeCollisionManager<S>*>(&manager)) {
+    detail::refill(manager, detail::IntervalTreeObjects<S>::of(*tree));
   } else {
     manager.update();
   }

@@ -6,6 +6,8 @@
 
 #include <fcl/math/triangle.h>
 
+#include "adaptive_bvh/build_flags.h"
+
 namespace adaptive_bvh {
 
 /// What two features are, the first mesh's before the second's.

@@ -5,6 +5,8 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
+#include "adaptive_bvh/build_flags.h"
+
 namespace adaptive_bvh {
 
 /// How the tree of a model is built.

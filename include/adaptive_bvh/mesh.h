@@ -5,6 +5,8 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
 
+#include "adaptive_bvh/build_flags.h"
+
 namespace adaptive_bvh {
 
 /// Positions in one frame; triangles index them, counter-clockwise seen from outside. `loadMesh`

@@ -5,6 +5,8 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
+#include "adaptive_bvh/build_flags.h"
+
 namespace adaptive_bvh {
 
 namespace detail {

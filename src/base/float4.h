@@ -64,10 +64,8 @@ ADAPTIVE_BVH_INLINE Rows transposed(const Float4& a, const Float4& b, const Floa
   return {_mm_movelh_ps(ab_low, cd_low), _mm_movehl_ps(cd_low, ab_low),
           _mm_movelh_ps(ab_high, cd_high), _mm_movehl_ps(cd_high, ab_high)};
 #else
-  return {{a[0], b[0], c[0], d[0]},
-          {a[1], b[1], c[1], d[1]},
-          {a[2], b[2], c[2], d[2]},
-          {a[3], b[3], c[3], d[3]}};
+  return {Float4{a[0], b[0], c[0], d[0]}, Float4{a[1], b[1], c[1], d[1]},
+          Float4{a[2], b[2], c[2], d[2]}, Float4{a[3], b[3], c[3], d[3]}};
 #endif
 }
 
