@@ -9,7 +9,8 @@ macro(embed)
     COMMAND ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/add_subdirectory -B ${WORK}
       -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DADAPTIVE_BVH_MESH_IO=OFF -DADAPTIVE_BVH_TUNING=OFF
       -DCMAKE_BUILD_TYPE= -DEXPECT_CMAKE_BUILD_TYPE= -DCMAKE_CXX_FLAGS= -DEXPECT_CMAKE_CXX_FLAGS=
-      -DPARENT_COMPILE_OPTIONS= -DADAPTIVE_BVH_INSTALL=OFF ${ARGN}
+      -DPARENT_COMPILE_OPTIONS= -DADAPTIVE_BVH_INSTALL=OFF
+      -DADAPTIVE_BVH_EIGEN_MAX_ALIGN_BYTES=16 ${ARGN}
     RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "configuring with '${ARGN}' fails:\n${text}")
@@ -36,8 +37,11 @@ if(NOT result EQUAL 0 OR EXISTS ${WORK}/prefix/include)
   message(FATAL_ERROR "an installation of the parent project installs ours")
 endif()
 
-embed(-DCMAKE_BUILD_TYPE=Debug -DEXPECT_CMAKE_BUILD_TYPE=Debug)
+embed(-DCMAKE_BUILD_TYPE=Debug -DEXPECT_CMAKE_BUILD_TYPE=Debug
+  -DADAPTIVE_BVH_EIGEN_MAX_ALIGN_BYTES=32)
 expect("the parent's build type" "${ours}" NOT " -O")
+expect("FCL with another alignment" "${parents}"
+  "-DADAPTIVE_BVH_EIGEN_MAX_ALIGN_BYTES=32 -DEIGEN_MAX_ALIGN_BYTES=32 ")
 embed(-DPARENT_COMPILE_OPTIONS=-O1)
 expect("the parent's options" "${ours}" NOT " -O3")
 embed(-DCMAKE_CXX_FLAGS=-Ofast -DEXPECT_CMAKE_CXX_FLAGS=-Ofast -DADAPTIVE_BVH_INSTALL=ON)

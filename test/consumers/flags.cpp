@@ -41,7 +41,7 @@ std::vector<fcl::Triangle> triangles() {
 fcl::Transform3d otherPose() {
   fcl::Transform3d pose = fcl::Transform3d::Identity();
   pose.linear() << 2. / 3, -1. / 3, 2. / 3, 2. / 3, 2. / 3, -1. / 3, -1. / 3, 2. / 3, 2. / 3;
-  pose.translation() = {0.25, 0.125, 2.75};
+  pose.translation() = fcl::Vector3d(0.25, 0.125, 2.75);
   return pose;
 }
 
