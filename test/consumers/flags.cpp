@@ -1,11 +1,12 @@
-// A user's program that flags.sh compiles with one set of flags after another: distances of meshes
-// that deform, and FCL's own distance of two models, whose traversal is compiled here. Prints every
-// bit of what the library finds.
+// A user's program that flags.sh compiles with one set of flags after another: distances and
+// contacts of meshes that deform, refitted volumes, and FCL's own distance of two models, whose
+// traversal's node is made here. Prints every bit of what the library finds.
 #include <cmath>
 #include <cstdio>
 
 #include <adaptive_bvh/adaptive_bvh_model.h>
 #include <adaptive_bvh/coherent_distance.h>
+#include <adaptive_bvh/query.h>
 #include <fcl/narrowphase/distance.h>
 
 namespace {
@@ -74,8 +75,19 @@ int main() {
     const double by_fcl = distanceByTraversal(model, here, still, there, fcl_result);
     std::printf("%d: %a at", step, coherent.min_distance);
     for (const double x : coherent.nearest_points[0]) std::printf(" %a", x);
-    std::printf("\n");
+    const fcl::RSSd& root = model.getBV(0).bv;
+    std::printf(", root %a %a %a\n", root.l[0], root.l[1], root.r);
     if (!(coherent.min_distance > 0) || std::abs(coherent.min_distance - by_fcl) > 1e-9) return 1;
   }
-  return model.validate() ? 0 : 1;
+  fcl::Transform3d crossing = there;
+  crossing.translation().z() = 0.5;
+  fcl::CollisionResultd contacts;
+  adaptive_bvh::collide<double>(&first, here, &second, crossing,
+                                fcl::CollisionRequestd(1 << 12, true), contacts);
+  for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
+    const fcl::Contactd& contact = contacts.getContact(i);
+    std::printf("%d %d: %a deep at %a\n", int(contact.b1), int(contact.b2),
+                contact.penetration_depth, contact.pos.x());
+  }
+  return model.validate() && contacts.numContacts() > 100 ? 0 : 1;
 }
