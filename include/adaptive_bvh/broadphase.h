@@ -35,6 +35,7 @@ class IntervalTreeObjects : fcl::IntervalTreeCollisionManager<S> {
   }
 };
 
+/// Leaves these objects alone registered, with the boxes that they have now.
 template <typename S>
 void refill(fcl::BroadPhaseCollisionManager<S>& manager,
             const std::vector<fcl::CollisionObject<S>*>& objects) {
