@@ -33,7 +33,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   std::string format;
   std::vector<Element> elements;
   std::size_t end = 0;  ///< where the body begins
@@ -55,8 +55,8 @@ Property readProperty(Words& words) {
   return property;
 }
 
-Header readHeader(const std::string& bytes) {
-  Header header;
+PlyHeader readHeader(const std::string& bytes) {
+  PlyHeader header;
   Words lines(bytes);
   for (;;) {
     if (lines.isAtEnd()) throw std::runtime_error("its header does not end");
@@ -190,7 +190,7 @@ class PlyReader {
     mesh_.addTriangles(strip, PolygonMesh::Layout::Strip);
   }
 
-  const Header header_;
+  const PlyHeader header_;
   Body body_;
   const std::size_t bytes_;
   PolygonMesh mesh_;
