@@ -18,6 +18,9 @@ PolygonMesh readObj(const std::string& text);
 /// the last triangle.
 PolygonMesh readStl(const std::string& bytes);
 
+/// Whether a file has just the bytes of the triangles that it announces as a binary STL file.
+bool hasLengthOfBinaryStl(const std::string& bytes);
+
 /// As text or binary of either byte order; faces and triangle strips.
 PolygonMesh readPly(const std::string& bytes);
 

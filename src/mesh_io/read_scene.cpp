@@ -3,7 +3,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 #include "xml.h"
@@ -17,25 +16,26 @@ bool isOneOf(std::initializer_list<const char*> words, std::string_view word) {
 
 bool contains(const std::string& text, const char* part) { return text.find(part) != text.npos; }
 
-/// Whether the first word is OFF, after letters for what its vertices have, and after comments.
-bool beginsAsOff(const std::string& text) {
+/// The first word that is not in a comment.
+std::string_view firstWord(const std::string& text) {
   Words words(text);
   std::string_view word = words.next();
   for (; !word.empty() && word[0] == '#'; word = words.next()) words.restOfLine();
+  return word;
+}
+
+/// Whether the first word is OFF, after letters for what its vertices have.
+bool beginsAsOff(const std::string& text) {
+  const std::string_view word = firstWord(text);
   return word.substr(std::min(word.find_first_not_of("STCN4n"), word.size())) == "OFF";
 }
 
 bool beginsAsStl(const std::string& bytes) {
-  constexpr std::size_t kHeader = 84, kFacet = 50;
-  if (inLowerCase(Words(bytes).next()) == "solid") return true;
-  return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
+  return inLowerCase(Words(bytes).next()) == "solid" || hasLengthOfBinaryStl(bytes);
 }
 
 bool beginsAsObj(const std::string& text) {
-  Words words(text);
-  std::string_view word = words.next();
-  for (; !word.empty() && word[0] == '#'; word = words.next()) words.restOfLine();
-  return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, word);
+  return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, firstWord(text));
 }
 
 /// An extension of the formats that are read here: by what the file begins with, or else by its

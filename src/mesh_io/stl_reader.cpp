@@ -11,8 +11,8 @@ constexpr BinaryType kFloat = {'f', 4};
 /// By its length, whatever its first word; or because there is a zero in it, which no text has.
 bool isBinary(const std::string& bytes) {
   if (bytes.size() < kHeader) return false;
-  return bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4) ||
-         bytes.find('\0') != bytes.npos || inLowerCase(Words(bytes).next()) != "solid";
+  return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||
+         inLowerCase(Words(bytes).next()) != "solid";
 }
 
 PolygonMesh readBinary(const std::string& bytes) {
@@ -70,6 +70,10 @@ PolygonMesh readText(const std::string& text) {
 }
 
 }  // namespace
+
+bool hasLengthOfBinaryStl(const std::string& bytes) {
+  return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
+}
 
 PolygonMesh readStl(const std::string& bytes) {
   return isBinary(bytes) ? readBinary(bytes) : readText(bytes);

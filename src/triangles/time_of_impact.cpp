@@ -68,7 +68,7 @@ double firstZero(const std::array<double, 4>& coefficients) {
   if (!(coefficients[0] > 0)) return 0;
   double zero = 1;
   for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) {
+    for (int j = i + 1; j < 4; ++j) {  // to one before, the line from the first meets it earlier
       const double above = coefficients[std::size_t(i)], below = coefficients[std::size_t(j)];
       if (above > 0 && below <= 0)
         zero = std::min(zero, (i + (j - i) * (above / (above - below))) / 3);
