@@ -8,9 +8,11 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
+#include "support/closed_bodies.h"
 #include "support/meshes.h"
 #include "support/names.h"
 #include "support/test_volume.h"
@@ -183,6 +185,36 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(found, 0u);
+}
+
+/// Contacts of vertices with a closed mesh and with a shape; signed distances and winding numbers.
+TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = gridBall<double>(24, 20);
+  DeformableMeshd model(mesh);
+  const DeformableMeshd other(gridBall<double>(20, 16));
+  const fcl::Sphered sphere(1);
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
+  above.translation() = Eigen::Vector3d(0, 0.4, 1.6);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<Vector3<double>>> frames;
+  for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
+  adaptive_bvh::VertexContacts<double> of_first, of_second, of_sphere;
+  std::vector<double> distances, numbers;
+  std::vector<adaptive_bvh::ClosestFeature<double>> features;
+  long in_queries = 0;
+  std::size_t found = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    model.update(frames[std::size_t(frame) % frames.size()]);
+    const long before = allocations;
+    found += vertexContacts(model, tf, other, above, 0.1, of_first, of_second);
+    found += vertexContacts(model, tf, sphere, above, 0.1, of_sphere);
+    signedDistances(other, frames[0], distances);
+    windingNumbers(model, frames[1], 0.1, numbers);
+    closestFeatures(model, frames[1], 0.1, features);
+    if (frame >= 40) in_queries += allocations - before;
+  }
+  EXPECT_EQ(0, in_queries);
+  EXPECT_GT(found, 1000u);
 }
 
 /// Continuous collision keeps its memory in the thread and in the results.

@@ -6,12 +6,14 @@
 #include <cstring>
 #include <thread>
 
+#include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "deformable/mesh_state.h"
 #include "query/contact_search.h"
+#include "support/closed_bodies.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_mesh.h"
@@ -124,6 +126,43 @@ TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
     EXPECT_EQ(expected.features.face_vertex, now.features.face_vertex);
     EXPECT_EQ(expected.features.edge_edge, now.features.edge_edge);
     EXPECT_EQ(expected.clearance, now.clearance);
+  }
+}
+
+/// Contacts of vertices, and answers about points.
+TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
+  using S = TypeParam;
+  DeformableMesh<S> a(gridBall<S>(90, 60)), b(gridBall<S>(80, 50));
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), above = tf;
+  above.translation() = Vector3<S>(S(0.1), S(0.2), S(0.4));
+  adaptive_bvh::VertexContacts<S> expected, now;
+  std::vector<S> distances, numbers, distances_now, numbers_now;
+  std::vector<adaptive_bvh::ClosestFeature<S>> features, features_now;
+  vertexContacts(a, tf, b, above, S(0.1), expected);
+  signedDistances(b, a.vertices(), distances);
+  windingNumbers(b, a.vertices(), S(0.05), numbers);
+  closestFeatures(b, a.vertices(), S(1), features);
+  EXPECT_GT(expected.size(), 2000u) << "several batches";
+  for (const int threads : {2, 3, 8}) {
+    a.setQueryThreads(threads);
+    b.setQueryThreads(threads);
+    vertexContacts(a, tf, b, above, S(0.1), now);
+    EXPECT_EQ(expected.vertices, now.vertices);
+    EXPECT_EQ(expected.distances, now.distances);
+    EXPECT_EQ(expected.nearest_points, now.nearest_points);
+    EXPECT_EQ(expected.normals, now.normals);
+    EXPECT_EQ(expected.triangles, now.triangles);
+    EXPECT_EQ(expected.barycentric, now.barycentric);
+    EXPECT_EQ(expected.areas, now.areas);
+    signedDistances(b, a.vertices(), distances_now);
+    windingNumbers(b, a.vertices(), S(0.05), numbers_now);
+    closestFeatures(b, a.vertices(), S(1), features_now);
+    EXPECT_EQ(distances, distances_now);
+    EXPECT_EQ(numbers, numbers_now);
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      EXPECT_EQ(features[i].triangle, features_now[i].triangle);
+      EXPECT_EQ(features[i].normal, features_now[i].normal);
+    }
   }
 }
 

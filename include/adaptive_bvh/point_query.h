@@ -25,7 +25,7 @@ template <typename S>
 struct ClosestPoint {
   fcl::Vector3<S> point;  ///< on the surface
   S distance;             ///< from the point that was asked for
-  int triangle;           ///< that has it; one of them, where several do
+  int triangle;           ///< that has it; the smallest index, where several do
 };
 
 /// The nearest point of the mesh's triangles. The distance is exact up to rounding: 2^-48 (4e-15)
@@ -44,6 +44,87 @@ void closestPoints(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3
                    std::vector<ClosestPoint<S>>& result) {
   closestPoints(mesh, points.data(), points.size(), result);
 }
+
+/// What a point of a surface lies on.
+enum class SurfaceFeature {
+  Face,    ///< inside a triangle
+  Edge,    ///< between two corners
+  Vertex,  ///< a corner
+};
+
+/// The nearest point of a surface, and what of the surface it lies on.
+template <typename S>
+struct ClosestFeature {
+  fcl::Vector3<S> point;  ///< on the surface; NaN where none is within the limit
+  S distance;             ///< from the point that was asked for; infinite where there is none
+  int triangle;           ///< that has it, the one with the smallest index; -1 where there is none
+  fcl::Vector3<S> barycentric;  ///< of the point, for the triangle's corners
+  SurfaceFeature feature;       ///< whether it is inside the triangle, on an edge or a corner
+  /// Of the triangle, the edge (as numbered in feature_pairs.h) or the vertex.
+  unsigned number;
+  /// The outward direction there, of length 1: of the triangle; on an edge the mean of its
+  /// triangles; on a vertex their mean weighted by their angles (VertexContacts::normals). Zero
+  /// where no triangle there has an area. Triangles are taken to face outward.
+  fcl::Vector3<S> normal;
+};
+
+/// As closestPoints, of points on the surface that are at most `limit` away. The result is the same
+/// whatever the number of threads.
+template <typename S>
+void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, S limit, std::vector<ClosestFeature<S>>& result);
+/// From a vector.
+template <typename S>
+void closestFeatures(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+                     S limit, std::vector<ClosestFeature<S>>& result) {
+  closestFeatures(mesh, points.data(), points.size(), limit, result);
+}
+
+/// The distances of many points to the surface, negative inside; trimesh's `signed_distance` is
+/// positive there. A point is inside where the surface winds around it (the winding number is not
+/// 0), which is decided without any error. Distances as those of closestPoint. `result` is
+/// overwritten; one that is used again allocates nothing on one thread. Throws
+/// std::invalid_argument also when the mesh is not closed; the message names an edge.
+template <typename S>
+void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, std::vector<S>& result);
+/// From a vector.
+template <typename S>
+void signedDistances(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+                     std::vector<S>& result) {
+  signedDistances(mesh, points.data(), points.size(), result);
+}
+
+/// How often the triangles wind around each of many points: of a closed surface a whole number, 0
+/// outside; of open meshes and soups the generalised winding number, the sum of their solid angles
+/// divided by 4 pi, which is near 1 well inside (Jacobson, Kavan, Sorkine-Hornung 2013). Off by at
+/// most `tolerance` and the rounding to S: triangles far away are taken together, by bounded
+/// moments of their areas. The smaller it is, the longer it takes; at 0 every triangle counts by
+/// itself. `result` is overwritten. Throws std::invalid_argument also when the tolerance is
+/// negative or NaN.
+template <typename S>
+void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                    S tolerance, std::vector<S>& result);
+/// From a vector.
+template <typename S>
+void windingNumbers(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+                    S tolerance, std::vector<S>& result) {
+  windingNumbers(mesh, points.data(), points.size(), tolerance, result);
+}
+
+/// An edge that the triangles that share it run through more often in one direction.
+struct OpenEdge {
+  unsigned from, to;  ///< vertices, in that direction
+  unsigned triangle;  ///< with the smallest index that has the edge
+  int surplus;        ///< how much more often; 1 on a boundary
+};
+
+/// Whether a mesh encloses something: every edge is run through as often in one direction as in the
+/// other by the triangles that share it. So triangles face the same side, too. Vertices are
+/// compared by index (weldVertices). If `open_edges` is given, it is overwritten with all edges
+/// that are not, by increasing triangle; else the answer is known since the build.
+template <typename S>
+bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edges = nullptr);
 
 /// Where a ray meets a triangle: at origin + t * direction.
 template <typename S>

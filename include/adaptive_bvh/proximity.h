@@ -140,7 +140,7 @@ void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
 /// the vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside.
 /// Throws std::invalid_argument also when `other` is not closed: every edge must be run through as
 /// often in one direction as in the other by the triangles that share it. Vertices are compared by
-/// index.
+/// index; the message names an edge.
 template <typename S>
 void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                      const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,

@@ -329,6 +329,38 @@ def ray_hits(
     mesh: DeformableMesh, origins: npt.ArrayLike, directions: npt.ArrayLike
 ) -> RayHits: ...
 
+class VertexContacts:
+    @property
+    def vertices(self) -> _Ints: ...
+    @property
+    def distances(self) -> _Floats: ...
+    @property
+    def positions(self) -> _Floats: ...
+    @property
+    def nearest_points(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    @property
+    def triangles(self) -> _Ints: ...
+    @property
+    def barycentric(self) -> _Floats: ...
+    @property
+    def areas(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
+def vertex_contacts(
+    mesh: DeformableMesh,
+    other: _Object,
+    margin: float = 0.0,
+    tf: _Pose = None,
+    other_tf: _Pose = None,
+) -> VertexContacts: ...
+def signed_distances(mesh: DeformableMesh, points: npt.ArrayLike) -> _Floats: ...
+def winding_numbers(
+    mesh: DeformableMesh, points: npt.ArrayLike, tolerance: float = 0.1
+) -> _Floats: ...
+def is_watertight(mesh: DeformableMesh) -> bool: ...
+
 class Motion:
     def __init__(
         self,
@@ -453,6 +485,7 @@ __all__ = [
     "Shape",
     "Sphere",
     "TrianglePairs",
+    "VertexContacts",
     "candidates",
     "clearance",
     "closest_point",
@@ -464,6 +497,7 @@ __all__ = [
     "first_hit",
     "first_hits",
     "is_nearer",
+    "is_watertight",
     "largest_safe_step",
     "load_mesh",
     "pairs_within",
@@ -471,7 +505,10 @@ __all__ = [
     "safe_displacements",
     "self_collide",
     "signed_clearance",
+    "signed_distances",
     "time_of_impact",
     "times_of_impact",
+    "vertex_contacts",
     "weld_vertices",
+    "winding_numbers",
 ]

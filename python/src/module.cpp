@@ -6,6 +6,7 @@
 #include "locked_mesh.h"
 #include "meshes.h"
 #include "pairs.h"
+#include "penetration.h"
 #include "points.h"
 #include "proximity.h"
 #include "query.h"
@@ -27,6 +28,7 @@ PYBIND11_MODULE(_core, module) {
   bindFeatures(module);
   bindProximity(module);
   bindPoints(module);
+  bindPenetration(module);
   bindContinuous(module);
   bindMeshes(module);
   bindRecording(module);

@@ -25,6 +25,13 @@ struct Objects {
 Objects objectsFrom(const py::object& o1, const py::object& o2, const py::object& tf1,
                     const py::object& tf2);
 
+/// Two poses, read before the GIL is released.
+struct Poses {
+  Poses(const py::object& first, const py::object& second, const char* name1, const char* name2)
+      : tf1(poseFrom(first, name1)), tf2(poseFrom(second, name2)) {}
+  fcl::Transform3d tf1, tf2;
+};
+
 /// A pose as numbers of type S. Throws std::invalid_argument when it is beyond the numbers that the
 /// meshes may have.
 template <typename S>

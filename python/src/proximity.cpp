@@ -48,13 +48,6 @@ constexpr const char* kSignedClearance =
 
 namespace {
 
-/// Two poses, read before the GIL is released.
-struct Poses {
-  Poses(const py::object& first, const py::object& second, const char* name1, const char* name2)
-      : tf1(poseFrom(first, name1)), tf2(poseFrom(second, name2)) {}
-  fcl::Transform3d tf1, tf2;
-};
-
 bool isNearerOf(const LockedMesh& first, const LockedMesh& second, double distance,
                 const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");

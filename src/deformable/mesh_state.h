@@ -10,6 +10,7 @@
 #include "boxes/wide_tree.h"
 #include "deformable/body_axes.h"
 #include "deformable/moved_leaves.h"
+#include "mesh/vertex_triangles.h"
 
 namespace adaptive_bvh {
 
@@ -18,12 +19,13 @@ struct MeshTopology {
   std::vector<fcl::Triangle> triangles;  ///< as they were given
   LeafTriangles leaves;
   FeatureOwners owners;
+  VertexTriangles vertex_triangles;
   FeatureLeaves features;
   Contours contours;
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
-           owners.bytes() + features.bytes() + contours.bytes();
+           owners.bytes() + vertex_triangles.bytes() + features.bytes() + contours.bytes();
   }
 };
 

@@ -136,6 +136,7 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
         Int4{int(v[0]), int(v[1]), int(v[2]), int(order.primitives[place])};
   }
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
+  topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
   topology->features.adopt(state.tree, topology->owners);
   topology->contours.adopt(state.tree);

@@ -34,13 +34,14 @@ class PointSearch {
   struct Nearest {
     fcl::Vector3d point = fcl::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
-    int triangle = -1;  ///< its index; -1 where none is nearer than the distance at first
+    int triangle = -1;  ///< its index; -1 where none is as near as the distance at first
   };
 
   explicit PointSearch(const MeshState<S>& mesh)
       : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
 
-  /// Finds a triangle nearer to `x` than `nearest` is.
+  /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
+  /// that is does not depend on what `nearest` was.
   void search(const fcl::Vector3d& x, Nearest& nearest) {
     setPoint(x, nearest.distance);
     open_.start();
@@ -63,7 +64,10 @@ class PointSearch {
   static void tryFace(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                       int triangle, Nearest& nearest) {
     const auto found = vertexFaceDistance<double>(x, face);
-    if (found.distance < nearest.distance) nearest = {found.second, found.distance, triangle};
+    const bool is_smaller =
+        static_cast<unsigned>(triangle) < static_cast<unsigned>(nearest.triangle);
+    if (found.distance < nearest.distance || (found.distance == nearest.distance && is_smaller))
+      nearest = {found.second, found.distance, triangle};
   }
 
   /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision

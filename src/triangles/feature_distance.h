@@ -74,6 +74,15 @@ bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& 
   return s >= 0 && s <= 1;
 }
 
+/// Where a point of a face lies: on the edge from corner `edge` to the next, at `along` from 0 to
+/// 1; or inside, `share` of the way from there up to the opposite corner.
+template <typename S>
+struct FacePlace {
+  std::size_t edge = 0;
+  S along = 0, share = 0;
+  bool is_inside = false;
+};
+
 /// A triangle, prepared for the search of its nearest points.
 template <typename S>
 class Face {
@@ -96,22 +105,30 @@ class Face {
 
   /// Its point nearest to x, on one of the sides or inside. Returns the square of the distance.
   S nearest(const Point<S>& x, Point<S>& on_face) const {
+    FacePlace<S> place;
+    return nearest(x, on_face, place);
+  }
+  /// As above, and where that point lies.
+  S nearest(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
     on_face = corners_[0];
-    const auto take = [&](std::size_t k, const Point<S>& from_corner) {
-      const S square = (corners_[k] - x + from_corner).squaredNorm();
+    const auto take = [&](const FacePlace<S>& at, const Point<S>& from_corner) {
+      const S square = (corners_[at.edge] - x + from_corner).squaredNorm();
       if (!(square < best)) return;
       best = square;
-      on_face = corners_[k] + from_corner;
+      on_face = corners_[at.edge] + from_corner;
+      place = at;
     };
-    for (std::size_t k = 0; k < 3; ++k)
-      take(k, edges_[k].nearestTo(x - corners_[k]) * edges_[k].along);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const S along = edges_[k].nearestTo(x - corners_[k]);
+      take({k, along, 0, false}, along * edges_[k].along);
+    }
     const Edge<S>& base = edges_[base_];
     const Point<S> seen = x - corners_[base_];
     const S along = base.coordinate(seen), share = base.across(seen).dot(height_) * inverse_height_,
             other = along - share * apex_along_;  // barycentric, of the end of the base
     if (share > 0 && other >= 0 && share + other <= 1)
-      take(base_, along * base.along + share * height_);
+      take({base_, other, share, true}, along * base.along + share * height_);
     return best;
   }
 

@@ -1,0 +1,177 @@
+#include "penetration.h"
+
+#include "adaptive_bvh/penetration.h"
+#include "adaptive_bvh/point_query.h"
+#include "arrays.h"
+#include "locked_mesh.h"
+#include "objects.h"
+#include "shapes.h"
+
+namespace adaptive_bvh::python {
+namespace docs {
+constexpr const char* kVertexContacts =
+    R"(Every vertex of `mesh` that is at most `margin` away from the surface of `other`, or inside of
+it.
+
+other: a DeformableMesh, which must be closed, or a shape.
+Returns VertexContacts. A penalty force: -stiffness * ((margin - c.distances) * c.areas)[:, None] *
+c.normals. Raises ValueError when the margin is negative or NaN, and when `other` is open; the
+message names an edge.)";
+
+constexpr const char* kSignedDistances =
+    R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
+positive there).
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64. Raises ValueError when the mesh is not
+closed; the message names an edge.)";
+
+constexpr const char* kWindingNumbers =
+    R"(How often the triangles wind around points: 0 outside and 1 inside of a closed mesh; of open
+meshes and soups the generalised winding number. Off by at most `tolerance`.
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64.)";
+}  // namespace docs
+
+namespace {
+
+/// N or N x 3 numbers.
+using Doubles = py::array_t<double>;
+
+struct ContactArrays : Bound {
+  py::array_t<std::int32_t> vertices, triangles;
+  Doubles distances, positions, nearest_points, normals, barycentric, areas;
+};
+
+template <typename S>
+ContactArrays arraysOf(VertexContacts<S>&& c) {
+  const auto count = static_cast<py::ssize_t>(c.size());
+  ContactArrays arrays;
+  arrays.vertices = adopt<std::int32_t>(std::move(c.vertices), {count});
+  arrays.triangles = adopt<std::int32_t>(std::move(c.triangles), {count});
+  arrays.distances = adoptDoubles<S>(std::move(c.distances), {count});
+  arrays.positions = adoptDoubles<S>(std::move(c.positions), {count, 3});
+  arrays.nearest_points = adoptDoubles<S>(std::move(c.nearest_points), {count, 3});
+  arrays.normals = adoptDoubles<S>(std::move(c.normals), {count, 3});
+  arrays.barycentric = adoptDoubles<S>(std::move(c.barycentric), {count, 3});
+  arrays.areas = adoptDoubles<S>(std::move(c.areas), {count});
+  return arrays;
+}
+
+/// query(result) is given result(S()), contacts in numbers of the mesh's type.
+template <typename Query>
+ContactArrays contactsBy(const LockedMesh& mesh, const Query& query) {
+  VertexContacts<double> of_double;
+  VertexContacts<float> of_float;
+  query([&](auto scalar) -> auto& {
+    if constexpr (sizeof(scalar) == sizeof(double))
+      return of_double;
+    else
+      return of_float;
+  });
+  return mesh.isDouble() ? arraysOf(std::move(of_double)) : arraysOf(std::move(of_float));
+}
+
+ContactArrays contactsWithMesh(const LockedMesh& mesh, const LockedMesh& other, double margin,
+                               const py::object& tf, const py::object& other_tf) {
+  const Poses poses(tf, other_tf, "tf", "other_tf");
+  return contactsBy(mesh, [&](const auto& result) {
+    LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
+      using S = ScalarOf<decltype(a)>;
+      vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
+                     result(S()));
+    });
+  });
+}
+
+ContactArrays contactsWithShape(const LockedMesh& mesh, const Shape& shape, double margin,
+                                const py::object& tf, const py::object& other_tf) {
+  const Poses poses(tf, other_tf, "tf", "other_tf");
+  return contactsBy(mesh, [&](const auto& result) {
+    mesh.query([&](const auto& m) {
+      using S = ScalarOf<decltype(m)>;
+      const fcl::CollisionGeometry<S>& geometry = *shape.geometry<S>();
+      vertexContacts(m, poseAs<S>(poses.tf1), geometry, poseAs<S>(poses.tf2),
+                     static_cast<S>(margin), result(S()));
+    });
+  });
+}
+
+/// Calls query(mesh, points, count, result) and returns a number for each point.
+template <typename Query>
+Doubles numberOfEach(const LockedMesh& mesh, const py::object& points, const Query& query) {
+  Doubles numbers;
+  mesh.withScalar([&](auto scalar) {
+    using S = decltype(scalar);
+    const Rows<S> rows = rowsFrom<S>(points, "points");
+    const auto count = static_cast<std::size_t>(rows.shape(0));
+    const auto* asked = pointsOf<S>(rows);
+    std::vector<S> result;
+    mesh.queryAs<S>([&](const auto& m) { query(m, asked, count, result); });
+    numbers = adoptDoubles<S>(std::move(result), {static_cast<py::ssize_t>(count)});
+  });
+  return numbers;
+}
+
+void bindContacts(py::module_& module) {
+  py::class_<ContactArrays>(
+      module, "VertexContacts",
+      "Vertices near another body or inside of it, by increasing index. len() counts them.")
+      .def_readonly("vertices", &ContactArrays::vertices, "(K,) int32: indices.")
+      .def_readonly("distances", &ContactArrays::distances, "(K,) float64; negative inside.")
+      .def_readonly("positions", &ContactArrays::positions, "(K, 3) float64, in the world.")
+      .def_readonly("nearest_points", &ContactArrays::nearest_points,
+                    "(K, 3) float64, on the other body, in the world.")
+      .def_readonly("normals", &ContactArrays::normals,
+                    "(K, 3) float64, of length 1, from the mesh to the other body, in the world.")
+      .def_readonly("triangles", &ContactArrays::triangles,
+                    "(K,) int32: of the other mesh; -1 of a shape.")
+      .def_readonly("barycentric", &ContactArrays::barycentric,
+                    "(K, 3) float64: of the nearest points, for the triangles' corners.")
+      .def_readonly("areas", &ContactArrays::areas,
+                    "(K,) float64: a third of the area of the vertex's triangles.")
+      .def("__len__", [](const ContactArrays& self) { return self.vertices.shape(0); });
+  const auto define = [&](auto function) {
+    module.def("vertex_contacts", function, py::arg("mesh"), py::arg("other"),
+               py::arg("margin") = 0., py::arg("tf") = py::none(), py::arg("other_tf") = py::none(),
+               docs::kVertexContacts);
+  };
+  define(&contactsWithMesh);
+  define(&contactsWithShape);
+}
+
+}  // namespace
+
+void bindPenetration(py::module_& module) {
+  bindContacts(module);
+  module.def(
+      "signed_distances",
+      [](const LockedMesh& mesh, const py::object& points) {
+        return numberOfEach(mesh, points, [](const auto& m, auto* asked, auto count, auto& result) {
+          signedDistances(m, asked, count, result);
+        });
+      },
+      py::arg("mesh"), py::arg("points"), docs::kSignedDistances);
+  module.def(
+      "winding_numbers",
+      [](const LockedMesh& mesh, const py::object& points, double tolerance) {
+        return numberOfEach(mesh, points,
+                            [&](const auto& m, auto* asked, auto count, auto& result) {
+                              windingNumbers(m, asked, count,
+                                             static_cast<ScalarOf<decltype(m)>>(tolerance), result);
+                            });
+      },
+      py::arg("mesh"), py::arg("points"), py::arg("tolerance") = 0.1, docs::kWindingNumbers);
+  module.def(
+      "is_watertight",
+      [](const LockedMesh& mesh) {
+        bool is_closed = false;
+        mesh.query([&](const auto& m) { is_closed = isWatertight(m); });
+        return is_closed;
+      },
+      py::arg("mesh"),
+      "Whether every edge is run through as often in one direction as in the other by the "
+      "triangles "
+      "that share it.");
+}
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,72 @@
+import meshes
+import numpy as np
+import pytest
+from brute_force import surface_distances
+
+import adaptive_bvh as ab
+
+
+@pytest.fixture
+def ball(kind):
+    vertices, faces = meshes.ball(2)
+    return ab.DeformableMesh(vertices, faces, **kind), vertices, faces
+
+
+def pose(x, y, z):
+    tf = np.eye(4)
+    tf[:3, 3] = x, y, z
+    return tf
+
+
+def test_vertex_contacts_equal_brute_force(ball, tolerance):
+    mesh, vertices, faces = ball
+    radius = np.linalg.norm(vertices, axis=1).max()
+    tf = pose(0, 0, 1.8 * radius)
+    found = ab.vertex_contacts(mesh, mesh, 0.3 * radius, tf=tf)
+    placed = mesh.vertices.astype(float) + tf[:3, 3]
+    near = surface_distances(placed, mesh.vertices.astype(float), faces).min(axis=1)
+    inside = ab.signed_distances(mesh, placed) < 0
+    np.testing.assert_array_equal(found.vertices, np.flatnonzero(inside | (near < 0.3 * radius)))
+    assert 0 < inside.sum() < len(found)
+    signed = np.where(inside, -near, near)[found.vertices]
+    np.testing.assert_allclose(found.distances, signed, atol=tolerance)
+    np.testing.assert_allclose(found.positions, placed[found.vertices], atol=tolerance)
+    np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, atol=1e-6)
+    corners = mesh.vertices.astype(float)[faces[found.triangles]]
+    nearest = (found.barycentric[..., None] * corners).sum(axis=1)
+    np.testing.assert_allclose(found.nearest_points, nearest, atol=10 * tolerance)
+    force = (-(0.3 * radius - found.distances) * found.areas)[:, None] * found.normals
+    assert force.sum(axis=0)[2] > 0  # apart
+
+
+def test_vertex_contacts_with_a_shape(ball, tolerance):
+    mesh, _, _ = ball
+    positions = mesh.vertices.astype(float)
+    found = ab.vertex_contacts(mesh, ab.Sphere(0.9), 0.3, other_tf=pose(0.21, 0, 0))
+    distances = np.linalg.norm(positions - [0.21, 0, 0], axis=1) - 0.9
+    np.testing.assert_array_equal(found.vertices, np.flatnonzero(distances <= 0.3))
+    np.testing.assert_allclose(found.distances, distances[found.vertices], atol=tolerance)
+    assert (found.triangles == -1).all()
+
+
+def test_signs_and_winding_numbers_of_points(ball):
+    mesh, vertices, faces = ball
+    points = np.random.default_rng(3).normal(size=(300, 3))
+    radii, size = np.linalg.norm(points, axis=1), np.linalg.norm(vertices, axis=1).max()
+    signed, winding = ab.signed_distances(mesh, points), ab.winding_numbers(mesh, points, 0.01)
+    clear = np.abs(radii - size) > 0.1 * size
+    assert ((signed < 0) == (radii < size))[clear].all()
+    np.testing.assert_allclose(winding[clear], signed[clear] < 0, atol=0.011)
+    assert ab.is_watertight(mesh)
+    open_mesh = ab.DeformableMesh(vertices, faces[1:])
+    assert not ab.is_watertight(open_mesh)
+    for query in (
+        lambda: ab.signed_distances(open_mesh, points),
+        lambda: ab.vertex_contacts(open_mesh, open_mesh),
+    ):
+        with pytest.raises(ValueError, match="the edge from vertex"):
+            query()
+    with pytest.raises(ValueError, match="negative"):
+        ab.vertex_contacts(mesh, mesh, -1)
+    with pytest.raises(ValueError, match="tolerance"):
+        ab.winding_numbers(mesh, points, np.nan)

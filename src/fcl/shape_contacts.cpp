@@ -1,0 +1,85 @@
+#include <limits>
+
+#include "adaptive_bvh/penetration.h"
+#include "base/rigid.h"
+#include "fcl/shape_search.h"
+#include "fcl/shape_surfaces.h"
+#include "query/vertex_contacts.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Fills in the vertices that may be at most `margin` from a shape: those of triangles whose boxes
+/// are.
+template <typename S>
+void findCandidates(const PlacedMesh<S>& mesh, const ShapeInTree& shape, double margin,
+                    std::vector<VertexCandidate>& candidates) {
+  const WideTree& tree = mesh.tree();
+  const FeatureLeaves& features = mesh.mesh.topology->features;
+  const float limit = shape.squaredLimit(margin);
+  const Float4 in_order{0, 1, 2, 3};
+  OpenNodes open(tree.depth());
+  open.start();
+  while (!open.isEmpty()) {
+    const WideNode& at = tree.nodes()[open.pop().number];
+    const Float4 gaps = shape.squaredGaps(at.boxes);
+    const unsigned lanes = float4::bits(gaps <= float4::all(limit)) & ((1u << at.count) - 1);
+    if (!at.isLeaf()) {
+      open.push(at, lanes, in_order);
+    } else if (lanes) {
+      const auto& leaf = features.leaves()[static_cast<std::size_t>(at.leaf)];
+      for (unsigned i = 0; i < leaf.num_vertices; ++i)
+        candidates.push_back({features.vertices()[4 * leaf.vertices + i].vertex, false});
+    }
+  }
+}
+
+template <typename S>
+std::size_t contactsOf(const PlacedMesh<S>& mesh, const fcl::CollisionGeometry<S>& shape,
+                       const fcl::Transform3<S>& shape_tf, double margin,
+                       VertexContacts<S>& result) {
+  ContactWriter<S> writer(mesh, shape_tf);
+  visitShape(shape, [&](const TriangleShape&, const ShapeCore& core) {
+    const ShapeInTree in_tree(core, shape_tf, mesh.tree(), mesh.tf);
+    if (in_tree.isPrecise())
+      findCandidates(mesh, in_tree, margin, writer.candidates());
+    else
+      writer.addAll();
+  });
+  const RelativePlacement to_shape(shape_tf, mesh.tf);
+  visitSurface(shape, [&](const auto& surface) {
+    const auto test = [&](const VertexCandidate& candidate, VertexContact& contact) {
+      const ShapeSurface found = surface(to_shape(mesh.mesh.vertices[candidate.vertex]));
+      contact = {found.distance, found.nearest, -found.outward, fcl::Vector3d::Zero(), -1};
+      return found.distance <= margin;
+    };
+    writer.write(
+        mesh.mesh.query_threads, [&] { return test; }, result);
+  });
+  return result.size();
+}
+
+}  // namespace
+
+template <typename S>
+std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                           const fcl::CollisionGeometry<S>& other,
+                           const fcl::Transform3<S>& other_tf, S margin,
+                           VertexContacts<S>& result) {
+  if (const auto* other_mesh = dynamic_cast<const DeformableMesh<S>*>(&other))
+    return vertexContacts(mesh, tf, *other_mesh, other_tf, margin, result);
+  requireDistance(margin);
+  requireRigid(tf);
+  requireRigid(other_tf);
+  return contactsOf<S>({mesh, tf}, other, other_tf, static_cast<double>(margin), result);
+}
+
+template std::size_t vertexContacts(const DeformableMesh<float>&, const fcl::Transform3<float>&,
+                                    const fcl::CollisionGeometry<float>&,
+                                    const fcl::Transform3<float>&, float, VertexContacts<float>&);
+template std::size_t vertexContacts(const DeformableMesh<double>&, const fcl::Transform3<double>&,
+                                    const fcl::CollisionGeometry<double>&,
+                                    const fcl::Transform3<double>&, double,
+                                    VertexContacts<double>&);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "deformable/mesh_state.h"
+#include "mesh/open_edges.h"
+
+namespace adaptive_bvh {
+
+/// "1 time", "2 times".
+inline std::string times(int count) {
+  return std::to_string(count) + (count == 1 ? " time" : " times");
+}
+
+/// Throws std::invalid_argument unless every edge of a mesh is run through as often in one
+/// direction as in the other. `what` is asked for, of a mesh that encloses something.
+template <typename S>
+void requireClosed(const MeshState<S>& mesh, const char* what) {
+  if (mesh.topology->owners.isClosed()) return;
+  std::string edge;
+  forEachOpenEdge(mesh.view(), static_cast<unsigned>(mesh.numTriangles()),
+                  mesh.topology->vertex_triangles,
+                  [&](unsigned from, unsigned to, const EdgeUse& use) {
+                    edge = "the edge from vertex " + std::to_string(from) + " to vertex " +
+                           std::to_string(to) + ", of triangle " + std::to_string(use.triangle) +
+                           ", is run through " + times(std::max(use.forward, use.back)) +
+                           " that way and " + times(std::min(use.forward, use.back)) + " back";
+                    return false;
+                  });
+  throw std::invalid_argument("adaptive_bvh: " + std::string(what) +
+                              " needs a mesh that is closed, and this one is not: " + edge);
+}
+
+}  // namespace adaptive_bvh

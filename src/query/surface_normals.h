@@ -1,0 +1,126 @@
+#pragma once
+
+#include <cmath>
+
+#include "adaptive_bvh/point_query.h"
+#include "deformable/mesh_state.h"
+#include "triangles/feature_distance.h"
+
+namespace adaptive_bvh {
+
+/// A point of the surface of a mesh.
+struct SurfacePlace {
+  SurfaceFeature feature;
+  unsigned triangle;
+  std::size_t corner;  ///< of the triangle: the vertex, or where the edge begins; else 0
+  fcl::Vector3d barycentric;
+};
+
+/// Outward directions of a mesh in its present state. Triangles are taken to face outward.
+template <typename S>
+class SurfaceNormals {
+ public:
+  explicit SurfaceNormals(const MeshState<S>& mesh) : mesh_(mesh) {}
+
+  /// Where the point of a triangle is that is nearest to x.
+  SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
+    fcl::Vector3d on_face;
+    feature_distance::FacePlace<double> at;
+    feature_distance::Face<double>(cornersOf(triangle)).nearest(x, on_face, at);
+    const std::size_t next = (at.edge + 1) % 3;
+    SurfacePlace place = {SurfaceFeature::Face, triangle, 0, fcl::Vector3d::Zero()};
+    const auto weight = [&](std::size_t k) -> double& {
+      return place.barycentric[static_cast<Eigen::Index>(k)];
+    };
+    weight(at.edge) = 1 - at.along - at.share;
+    weight(next) = at.along;
+    weight((at.edge + 2) % 3) = at.share;
+    if (at.is_inside) return place;
+    const bool is_vertex = at.along == 0 || at.along == 1;
+    place.feature = is_vertex ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
+    place.corner = at.along == 1 ? next : at.edge;
+    return place;
+  }
+
+  /// Of a triangle, of length 1; zero where it has no area.
+  fcl::Vector3d ofFace(unsigned triangle) const {
+    const auto p = cornersOf(triangle);
+    const fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    std::size_t longest = 0;  // the other two have the smallest error
+    for (std::size_t k = 1; k < 3; ++k)
+      if (edges[k].squaredNorm() > edges[longest].squaredNorm()) longest = k;
+    return edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]).stableNormalized();
+  }
+
+  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1; where there is none,
+  /// zero.
+  fcl::Vector3d at(const SurfacePlace& place) const {
+    if (place.feature == SurfaceFeature::Face) return ofFace(place.triangle);
+    const VertexIndices v = verticesOf(place.triangle);
+    const unsigned vertex = v[place.corner], end = v[(place.corner + 1) % 3];
+    return place.feature == SurfaceFeature::Vertex ? ofVertex(vertex) : ofEdge(vertex, end);
+  }
+
+  /// Number of the feature: of the vertex, the edge (feature_pairs.h) or the triangle.
+  unsigned numberOf(const SurfacePlace& place) const {
+    if (place.feature == SurfaceFeature::Face) return place.triangle;
+    const VertexIndices v = verticesOf(place.triangle);
+    const unsigned vertex = v[place.corner], end = v[(place.corner + 1) % 3];
+    if (place.feature == SurfaceFeature::Vertex) return vertex;
+    for (const unsigned t : mesh_.topology->vertex_triangles[vertex])
+      for (unsigned k = 0; k < 3; ++k)
+        if (isEdge(t, k, vertex, end)) return 3 * t + k;
+    return 3 * place.triangle + static_cast<unsigned>(place.corner);
+  }
+
+ private:
+  VertexIndices verticesOf(unsigned triangle) const { return mesh_.view().verticesOf(triangle); }
+  fcl::Vector3d point(unsigned vertex) const {
+    return mesh_.vertices[vertex].template cast<double>();
+  }
+  std::array<fcl::Vector3d, 3> cornersOf(unsigned triangle) const {
+    const VertexIndices v = verticesOf(triangle);
+    return {point(v[0]), point(v[1]), point(v[2])};
+  }
+  bool isEdge(unsigned triangle, std::size_t k, unsigned a, unsigned b) const {
+    const VertexIndices v = verticesOf(triangle);
+    const unsigned from = v[k], to = v[(k + 1) % 3];
+    return (from == a && to == b) || (from == b && to == a);
+  }
+
+  fcl::Vector3d ofVertex(unsigned vertex) const {
+    return mean(vertex, [&](unsigned t) {
+      const VertexIndices v = verticesOf(t);
+      const std::size_t k = v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2;
+      const fcl::Vector3d u = point(v[(k + 1) % 3]) - point(vertex),
+                          w = point(v[(k + 2) % 3]) - point(vertex);
+      return std::atan2(u.cross(w).norm(), u.dot(w));
+    });
+  }
+  fcl::Vector3d ofEdge(unsigned a, unsigned b) const {
+    return mean(a, [&](unsigned t) {
+      return isEdge(t, 0, a, b) || isEdge(t, 1, a, b) || isEdge(t, 2, a, b) ? 1. : 0.;
+    });
+  }
+  /// Of the triangles at a vertex, by their weights; where they cancel each other, of the first of
+  /// them that has an area.
+  template <typename Weight>
+  fcl::Vector3d mean(unsigned vertex, const Weight& weightOf) const {
+    constexpr double kNone = 1e-12;
+    fcl::Vector3d sum = fcl::Vector3d::Zero(), first = sum;
+    double weights = 0;
+    for (const unsigned t : mesh_.topology->vertex_triangles[vertex]) {
+      const double weight = weightOf(t);
+      if (!(weight > 0)) continue;
+      const fcl::Vector3d normal = ofFace(t);
+      if (first.isZero(0)) first = normal;
+      sum += weight * normal;
+      weights += weight;
+    }
+    return sum.norm() > kNone * weights ? fcl::Vector3d(sum.normalized()) : first;
+  }
+
+  const MeshState<S>& mesh_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "adaptive_bvh/point_query.h"
+#include "base/rigid.h"
+#include "query/closed_surface.h"
+#include "query/point_search.h"
+#include "query/surface_normals.h"
+#include "query/winding_number.h"
+#include "query/winding_tree.h"
+
+namespace adaptive_bvh {
+namespace {
+
+template <typename S>
+void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!points[i].allFinite())
+      throw std::invalid_argument("adaptive_bvh: point " + std::to_string(i) + " is not finite");
+}
+
+/// Calls each(i, x) for all points, on the threads of the mesh's queries; each thread has its own
+/// makeEach().
+template <typename S, typename MakeEach>
+void forEachPoint(const MeshState<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                  const MakeEach& makeEach) {
+  forEachBatch(mesh.query_threads, count, [&](std::size_t begin, std::size_t end) {
+    auto each = makeEach();
+    for (std::size_t i = begin; i < end; ++i) each(i, points[i].template cast<double>());
+  });
+}
+
+/// Nearest points of points that follow each other.
+template <typename S>
+class NearestInTurn {
+ public:
+  using Nearest = typename PointSearch<S>::Nearest;
+
+  explicit NearestInTurn(const MeshState<S>& mesh) : search_(mesh) {}
+
+  Nearest operator()(const fcl::Vector3d& x, double limit) {
+    Nearest nearest;
+    nearest.distance = limit;
+    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
+    search_.search(x, nearest);
+    if (nearest.triangle >= 0) last_ = nearest.triangle;
+    return nearest;
+  }
+
+ private:
+  PointSearch<S> search_;
+  int last_ = -1;
+};
+
+template <typename S>
+ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals, const fcl::Vector3d& x,
+                            const typename PointSearch<S>::Nearest& nearest) {
+  if (nearest.triangle < 0)
+    return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
+            std::numeric_limits<S>::infinity(),
+            -1,
+            fcl::Vector3<S>::Zero(),
+            SurfaceFeature::Face,
+            0,
+            fcl::Vector3<S>::Zero()};
+  const SurfacePlace place = normals.nearestPlace(x, static_cast<unsigned>(nearest.triangle));
+  return {nearest.point.template cast<S>(),
+          static_cast<S>(nearest.distance),
+          nearest.triangle,
+          place.barycentric.template cast<S>(),
+          place.feature,
+          normals.numberOf(place),
+          normals.at(place).template cast<S>()};
+}
+
+}  // namespace
+
+template <typename S>
+void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, S limit, std::vector<ClosestFeature<S>>& result) {
+  requireDistance(limit);
+  requireFinite(points, count);
+  result.resize(count);
+  const MeshState<S>& state = stateOf(mesh);
+  const SurfaceNormals<S> normals(state);
+  forEachPoint(state, points, count, [&] {
+    return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+      result[i] = featureOf(normals, x, search(x, static_cast<double>(limit)));
+    };
+  });
+}
+
+template <typename S>
+void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, std::vector<S>& result) {
+  const MeshState<S>& state = stateOf(mesh);
+  requireClosed(state, "signedDistances");
+  requireFinite(points, count);
+  result.resize(count);
+  forEachPoint(state, points, count, [&] {
+    return [&, search = NearestInTurn<S>(state), winding = WindingNumber<S>(state)](
+               std::size_t i, const fcl::Vector3d& x) mutable {
+      const double distance = search(x, std::numeric_limits<double>::infinity()).distance;
+      const bool is_inside = distance > 0 && winding.of(x) != 0;
+      result[i] = static_cast<S>(is_inside ? -distance : distance);
+    };
+  });
+}
+
+template <typename S>
+void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                    S tolerance, std::vector<S>& result) {
+  if (!(tolerance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+  requireFinite(points, count);
+  result.resize(count);
+  const MeshState<S>& state = stateOf(mesh);
+  static thread_local WindingTree memory;
+  WindingTree& tree = memory;  // that of this thread, for all
+  tree.refit(state);
+  forEachPoint(state, points, count, [&] {
+    return [&](std::size_t i, const fcl::Vector3d& x) {
+      result[i] = static_cast<S>(tree.of(state, x, static_cast<double>(tolerance)));
+    };
+  });
+}
+
+template <typename S>
+bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edges) {
+  const MeshState<S>& state = stateOf(mesh);
+  const bool is_closed = state.topology->owners.isClosed();
+  if (!open_edges) return is_closed;
+  open_edges->clear();
+  if (is_closed) return true;
+  forEachOpenEdge(
+      state.view(), static_cast<unsigned>(state.numTriangles()), state.topology->vertex_triangles,
+      [&](unsigned from, unsigned to, const EdgeUse& use) {
+        open_edges->push_back({from, to, use.triangle, std::abs(use.forward - use.back)});
+        return true;
+      });
+  return false;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template void closestFeatures(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S, \
+                                std::vector<ClosestFeature<S>>&);                                 \
+  template void signedDistances(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,    \
+                                std::vector<S>&);                                                 \
+  template void windingNumbers(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S,  \
+                               std::vector<S>&);                                                  \
+  template bool isWatertight(const DeformableMesh<S>&, std::vector<OpenEdge>*);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

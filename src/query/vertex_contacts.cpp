@@ -1,0 +1,160 @@
+#include "query/vertex_contacts.h"
+
+#include <cmath>
+
+#include "base/rigid.h"
+#include "query/closed_surface.h"
+#include "query/surface_normals.h"
+#include "query/tree_pair.h"
+#include "query/winding_number.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Whether a vertex is a contact with a closed mesh.
+template <typename S>
+class MeshContactTest {
+ public:
+  MeshContactTest(const MeshState<S>& mesh, const MeshState<S>& other,
+                  const RelativePlacement& to_other, double margin)
+      : mesh_(mesh),
+        other_(other),
+        to_other_(to_other),
+        margin_(margin),
+        search_(other),
+        winding_(other),
+        normals_(other),
+        far_(to_other.T.template lpNorm<Eigen::Infinity>()) {}
+
+  bool operator()(const VertexCandidate& candidate, VertexContact& contact) {
+    const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
+    typename PointSearch<S>::Nearest nearest;
+    bool is_inside = candidate.is_inside;
+    if (!is_inside) {
+      nearest.distance = margin_;
+      findNearest(x, nearest);
+      const bool is_on_surface = nearest.triangle >= 0 && nearest.distance == 0;
+      is_inside = !is_on_surface && winding_.of(x) != 0;
+    }
+    if (nearest.triangle < 0) {
+      if (!is_inside) return false;
+      nearest.distance = std::numeric_limits<double>::infinity();
+      findNearest(x, nearest);
+    }
+    last_ = nearest.triangle;
+    set(x, nearest, is_inside && nearest.distance > 0, contact);
+    return true;
+  }
+
+ private:
+  void findNearest(const fcl::Vector3d& x, typename PointSearch<S>::Nearest& nearest) {
+    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
+    search_.search(x, nearest);
+  }
+
+  void set(const fcl::Vector3d& x, const typename PointSearch<S>::Nearest& nearest, bool is_inside,
+           VertexContact& contact) const {
+    const SurfacePlace place = normals_.nearestPlace(x, static_cast<unsigned>(nearest.triangle));
+    contact.distance = is_inside ? -nearest.distance : nearest.distance;
+    contact.nearest = nearest.point;
+    contact.triangle = nearest.triangle;
+    contact.barycentric = place.barycentric;
+    const fcl::Vector3d into = is_inside ? x - nearest.point : nearest.point - x;
+    contact.normal = normal(place, into, x);
+  }
+  /// `into`: from the surface into the other body, of the length of the distance.
+  fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
+                       const fcl::Vector3d& x) const {
+    constexpr double kShort = 1e-8;
+    const double size = std::max(x.template lpNorm<Eigen::Infinity>(), far_);
+    if (into.norm() > kShort * size) {
+      if (place.feature != SurfaceFeature::Face) return into.normalized();
+      const fcl::Vector3d across = normals_.ofFace(place.triangle);
+      if (across.isZero(0)) return into.normalized();
+      return across.dot(into) < 0 ? fcl::Vector3d(-across) : across;
+    }
+    const fcl::Vector3d outward = normals_.at(place);
+    if (!outward.isZero(0)) return -outward;
+    const fcl::Vector3d direction = into.stableNormalized();
+    return direction.isZero(0) ? fcl::Vector3d(fcl::Vector3d::UnitZ()) : direction;
+  }
+
+  const MeshState<S>&mesh_, &other_;
+  const RelativePlacement& to_other_;
+  const double margin_;
+  PointSearch<S> search_;
+  WindingNumber<S> winding_;
+  const SurfaceNormals<S> normals_;
+  const double far_;
+  int last_ = -1;  ///< the nearest triangle of the vertex before
+};
+
+template <typename S>
+std::size_t contactsOf(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double margin,
+                       VertexContacts<S>& result) {
+  const RelativePlacement to_other(other.tf, mesh.tf);
+  ContactWriter<S> writer(mesh, other.tf);
+  TreePair<S> trees(mesh, other);
+  alignIfNear(trees, margin);
+  if (trees.frame().isPrecise()) {
+    const auto search = [&](const auto& frame) {
+      WindingNumber<S> winding(other.mesh);
+      const auto isInside = [&](unsigned vertex) {
+        return winding.of(to_other(mesh.mesh.vertices[vertex])) != 0;
+      };
+      const BoxFrame boxes(frame.change(), margin * trees.first().scale());
+      VertexSearch<S, decltype(isInside)>(mesh.mesh, trees.first(), trees.second(), boxes, isInside,
+                                          writer.candidates())
+          .run();
+    };
+    searchInFrame(trees, search, [] {});
+  } else {
+    writer.addAll();
+  }
+  const auto makeTest = [&] { return MeshContactTest<S>(mesh.mesh, other.mesh, to_other, margin); };
+  const int threads = std::max(mesh.mesh.query_threads, other.mesh.query_threads);
+  return writer.write(threads, makeTest, result);
+}
+
+template <typename S>
+void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
+  requireDistance(margin);
+  requireRigid(tf1);
+  requireRigid(tf2);
+}
+
+}  // namespace
+
+template <typename S>
+std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                           const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+                           S margin, VertexContacts<S>& result) {
+  requirePlaced(tf, other_tf, margin);
+  requireClosed(stateOf(other), "vertexContacts");
+  return contactsOf<S>({mesh, tf}, {other, other_tf}, static_cast<double>(margin), result);
+}
+
+template <typename S>
+std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S margin,
+                           VertexContacts<S>& of_first, VertexContacts<S>& of_second) {
+  requirePlaced(tf1, tf2, margin);
+  requireClosed(stateOf(first), "vertexContacts");
+  requireClosed(stateOf(second), "vertexContacts");
+  const PlacedMesh<S> one(first, tf1), two(second, tf2);
+  return contactsOf(one, two, static_cast<double>(margin), of_first) +
+         contactsOf(two, one, static_cast<double>(margin), of_second);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
+  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                      VertexContacts<S>&);                                    \
+  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                      VertexContacts<S>&, VertexContacts<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

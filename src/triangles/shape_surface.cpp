@@ -1,0 +1,167 @@
+#include "triangles/shape_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+using Profile = Eigen::Vector2d;  ///< distance from the axis, and z
+
+/// A point that is nearer than this part of the coordinates is on the surface.
+constexpr double kOnSurface = 1e-8;
+
+/// A box along the axes, around the origin, in any number of dimensions.
+template <typename Point>
+struct BoxSurface {
+  double distance;
+  Point nearest, outward;
+
+  BoxSurface(const Point& x, const Point& half) {
+    const Point beyond = x.cwiseAbs() - half;
+    const auto side = [&](int k) { return x[k] < 0 ? -1. : 1.; };
+    outward = Point::Zero();
+    nearest = x;
+    int farthest;
+    distance = beyond.maxCoeff(&farthest);
+    if (distance > 0) {
+      nearest = x.cwiseMin(half).cwiseMax(-half);
+      outward = (x - nearest).stableNormalized();
+      distance = (x - nearest).stableNorm();
+    } else {
+      nearest[farthest] = side(farthest) * half[farthest];
+      for (int k = 0; k < x.size(); ++k)
+        if (k == farthest || (distance == 0 && beyond[k] == 0)) outward[k] = side(k);
+      outward.normalize();
+    }
+  }
+};
+
+/// A shape around the z axis, from what is found in the plane of x and the axis. On the axis it is
+/// as if x were a little along the x axis.
+class AroundAxis {
+ public:
+  explicit AroundAxis(const Vector& x) : profile_(std::hypot(x[0], x[1]), x[2]) {
+    if (profile_[0] > 0) away_ = Vector(x[0] / profile_[0], x[1] / profile_[0], 0);
+  }
+  const Profile& profile() const { return profile_; }
+  Vector operator()(const Profile& p) const { return {p[0] * away_[0], p[0] * away_[1], p[1]}; }
+
+ private:
+  Profile profile_;
+  Vector away_ = Vector::UnitX();
+};
+
+}  // namespace
+
+ShapeSurface surfaceOfRoundedSegment(const Vector& x, double radius, double half) {
+  const Vector core(0, 0, std::clamp(x[2], -half, half)), from = x - core;
+  const double length = from.stableNorm();
+  const Vector outward = length > 0 ? Vector(from / length) : Vector::UnitX();
+  return {length - radius, core + radius * outward, outward};
+}
+
+ShapeSurface surfaceOfBox(const Vector& x, const Vector& half) {
+  const BoxSurface<Vector> found(x, half);
+  return {found.distance, found.nearest, found.outward};
+}
+
+ShapeSurface surfaceOfHalfSpace(const Vector& x, const Vector& n, double d) {
+  const double height = n.dot(x) - d;
+  return {height, x - height * n, n};
+}
+ShapeSurface surfaceOfPlane(const Vector& x, const Vector& n, double d) {
+  const ShapeSurface above = surfaceOfHalfSpace(x, n, d);
+  if (above.distance >= 0) return above;
+  return {-above.distance, above.nearest, -n};
+}
+
+ShapeSurface surfaceOfCylinder(const Vector& x, double radius, double half) {
+  const AroundAxis around(x);
+  const BoxSurface<Profile> found(around.profile(), Profile(radius, half));
+  return {found.distance, around(found.nearest), around(found.outward)};
+}
+
+ShapeSurface surfaceOfCone(const Vector& x, double radius, double half) {
+  const AroundAxis around(x);
+  const Profile &at = around.profile(), rim(radius, -half);
+  const Profile up(-radius, 2 * half), side = Profile(2 * half, radius).normalized();
+  // The side, from the rim to the tip, and the base.
+  const double share = std::clamp((at - rim).dot(up) / up.squaredNorm(), 0., 1.);
+  const Profile on_side = rim + share * up, on_base(std::min(at[0], radius), -half);
+  const double to_side = (at - on_side).norm(), to_base = (at - on_base).norm();
+  const bool is_inside = at[1] >= -half && side.dot(at - rim) <= 0, is_side = to_side < to_base;
+  const Profile& nearest = is_side ? on_side : on_base;
+  const double distance = std::min(to_side, to_base);
+  Profile outward = is_side ? side : Profile(0, -1);
+  if (distance > kOnSurface * std::max(at.cwiseAbs().maxCoeff(), distance))
+    outward = (is_inside ? Profile(nearest - at) : Profile(at - nearest)) / distance;
+  else if (is_side && share == 1)
+    outward = Profile(0, 1);
+  else if (nearest == rim)
+    outward = (side + Profile(0, -1)).normalized();
+  return {is_inside ? -distance : distance, around(nearest), around(outward)};
+}
+
+namespace {
+
+/// The root u of sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none.
+double ellipsoidRoot(const Vector& r, const Vector& excess, const Vector& z) {
+  const auto isAbove = [&](double u) {  // whether the sum is more than 1 at u
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double part = z[k] > 0 ? r[k] * z[k] / (u + excess[k]) : 0;
+      sum += part * part;
+    }
+    return sum > 1;
+  };
+  if (!isAbove(0)) return 0;
+  double low = 0, high = r.cwiseProduct(z).stableNorm() * (1 + 1e-15);
+  for (;;) {
+    const double middle = low + (high - low) / 2;
+    if (!(middle > low && middle < high)) return middle;
+    (isAbove(middle) ? low : high) = middle;
+  }
+}
+
+}  // namespace
+
+ShapeSurface surfaceOfEllipsoid(const Vector& x, const Vector& radii) {
+  int least;
+  const double shortest = radii.minCoeff(&least);
+  const Vector z = x.cwiseAbs().cwiseQuotient(radii);
+  Vector r, excess;  // squares of the radii in those of the shortest; less 1
+  for (int k = 0; k < 3; ++k) {
+    r[k] = (radii[k] / shortest) * (radii[k] / shortest);
+    excess[k] = (radii[k] - shortest) / shortest * ((radii[k] + shortest) / shortest);
+  }
+  const double u = ellipsoidRoot(r, excess, z);
+  Vector on_ball = Vector::Zero();  // the nearest point, by its radii
+  for (int k = 0; k < 3; ++k)
+    if (z[k] > 0) on_ball[k] = r[k] * z[k] / (u + excess[k]);
+  if (u == 0) {  // so deep that the nearest point is off the plane that x is in
+    on_ball[least] = 0;
+    on_ball[least] = std::sqrt(std::max(0., 1 - on_ball.squaredNorm()));
+  }
+  on_ball.normalize();
+  const auto signs = x.unaryExpr([](double c) { return c < 0 ? -1. : 1.; });
+  const Vector nearest = on_ball.cwiseProduct(radii).cwiseProduct(signs);
+  const Vector outward = nearest.cwiseQuotient(radii).cwiseQuotient(radii / shortest).normalized();
+  const double distance = (x - nearest).norm();
+  return {z.squaredNorm() < 1 ? -distance : distance, nearest, outward};
+}
+
+ShapeSurface surfaceOfConvexSet(const Vector& x, const ConvexSet& set) {
+  const TrianglePoints<double> point = {x, x, x};
+  const ConvexGap gap = convexGap(point, set);
+  if (gap.distance > 0) {
+    const Vector& nearest = gap.points.second;
+    return {gap.distance, nearest, (x - nearest).stableNormalized()};
+  }
+  const Penetration way = penetrationOf(point, set);
+  return {-way.depth, x - way.depth * way.normal, -way.normal};
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,278 @@
+// Signed distances, features, winding numbers and open edges, judged by every triangle in long
+// double.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "adaptive_bvh/point_query.h"
+#include "support/closed_bodies.h"
+#include "support/quad_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace surface_query_test {
+
+using adaptive_bvh::ClosestFeature;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::OpenEdge;
+using adaptive_bvh::SurfaceFeature;
+using exact::Real;
+
+template <typename S>
+class SurfaceQuery : public testing::Test {
+ protected:
+  using Model = DeformableMesh<S>;
+
+  static exact::Triangle triangle(const Model& model, int t) {
+    const fcl::Triangle& v = model.triangles()[std::size_t(t)];
+    return {exact::of(model.vertices()[v[0]]), exact::of(model.vertices()[v[1]]),
+            exact::of(model.vertices()[v[2]])};
+  }
+  static Real distance(const Model& model, const exact::Point& x) {
+    Real least = std::numeric_limits<Real>::infinity();
+    for (int t = 0; t < numTriangles(model); ++t)
+      least = std::min(least, exact::distance(triangle(model, t), x));
+    return least;
+  }
+  static Real sizeOf(const Model& model) {
+    Real size = 0;
+    for (const auto& p : model.vertices())
+      size = std::max<Real>(size, exact::of(p).cwiseAbs().maxCoeff());
+    return size;
+  }
+  /// Around a body, on and near its surface and its lattice.
+  std::vector<Vector3<S>> pointsAround(const Model& model, S scale, int count) {
+    std::vector<Vector3<S>> points;
+    for (int i = 0; i < count; ++i) {
+      Vector3<S> p = scale * random_.size(-2, 0.5) * random_.direction();
+      if (random_.oneIn(3)) {
+        const auto& corners = model.triangles()[std::size_t(random_.below(numTriangles(model)))];
+        p = model.vertices()[corners[random_.below(3)]] +
+            Vector3<S>(scale * random_.size(-6, -1) * random_.direction());
+      } else if (random_.oneIn(4)) {
+        p = scale *
+            Vector3<S>(S(random_.below(9) - 3), S(random_.below(9) - 3), S(random_.below(9) - 3)) /
+            2;
+      }
+      points.push_back(p);
+    }
+    return points;
+  }
+
+  RandomGeometry<S> random_{47};
+};
+
+TYPED_TEST_SUITE(SurfaceQuery, MeshScalars);
+
+TYPED_TEST(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
+  using S = TypeParam;
+  long judged = 0, inside = 0;
+  for (int body = 0; body < manySteps(40); ++body) {
+    const S scale = this->random_.size(-6, 6);
+    TriangleMesh<S> mesh = closedBody(this->random_);
+    for (Vector3<S>& p : mesh.vertices) p *= scale;
+    typename TestFixture::Model model(mesh);
+    for (Vector3<S>& p : mesh.vertices) p += S(0.02) * scale * this->random_.point();
+    model.update(mesh.vertices);
+    const auto points = this->pointsAround(model, scale, 60);
+    std::vector<S> result;
+    signedDistances(model, points, result);
+    ASSERT_EQ(points.size(), result.size());
+    const Real rounding = this->sizeOf(model) * Real(4e-14);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const exact::Point x = exact::of(points[i]);
+      const Real d = this->distance(model, x);
+      EXPECT_NEAR(double(d), double(std::abs(result[i])),
+                  double(rounding + d * 2 * std::numeric_limits<S>::epsilon()));
+      if (d <= rounding) continue;
+      EXPECT_EQ(std::lround(windingNumberOf(model, x)) != 0, result[i] < 0) << double(d);
+      ++judged;
+      inside += result[i] < 0;
+    }
+  }
+  EXPECT_GT(judged, 2000);
+  EXPECT_GT(inside, judged / 8);
+  std::printf("%ld signs judged, %ld inside\n", judged, inside);
+}
+
+TYPED_TEST(SurfaceQuery, FeaturesHaveTheNearestPoint) {
+  using S = TypeParam;
+  std::map<SurfaceFeature, int> kinds;
+  for (int body = 0; body < manySteps(30); ++body) {
+    TriangleMesh<S> mesh = closedBody(this->random_);
+    const typename TestFixture::Model model(mesh);
+    const auto points = this->pointsAround(model, 1, 60);
+    const S limit =
+        this->random_.oneIn(2) ? std::numeric_limits<S>::infinity() : this->random_.size(-3, 0);
+    std::vector<ClosestFeature<S>> result;
+    closestFeatures(model, points, limit, result);
+    const Real size = this->sizeOf(model) + 4, epsilon = std::numeric_limits<S>::epsilon(),
+               rounding = size * Real(4e-14);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const ClosestFeature<S>& found = result[i];
+      const exact::Point x = exact::of(points[i]);
+      const Real d = this->distance(model, x);
+      if (std::abs(d - limit) > rounding) {
+        ASSERT_EQ(d < limit, found.triangle >= 0);
+      }
+      if (found.triangle < 0) {
+        EXPECT_EQ(std::numeric_limits<S>::infinity(), found.distance);
+        continue;
+      }
+      EXPECT_NEAR(double(d), double(found.distance), double(rounding + 2 * epsilon * d));
+      const exact::Triangle t = this->triangle(model, found.triangle);
+      EXPECT_NEAR(double(d), double(exact::distance(t, x)), double(rounding));
+      const exact::Point weights = exact::of(found.barycentric);
+      EXPECT_NEAR(1, double(weights.sum()), double(4 * epsilon));
+      EXPECT_GE(weights.minCoeff(), -4 * epsilon);
+      const exact::Point point = weights[0] * t[0] + weights[1] * t[1] + weights[2] * t[2];
+      EXPECT_LE((point - exact::of(found.point)).norm(), rounding + 8 * epsilon * size);
+      ++kinds[found.feature];
+      const fcl::Triangle& v = mesh.triangles[std::size_t(found.triangle)];
+      std::set<std::size_t> with_weight;
+      for (int k = 0; k < 3; ++k)
+        if (weights[k] > 0) with_weight.insert(v[k]);
+      if (found.feature == SurfaceFeature::Face) {
+        EXPECT_EQ(unsigned(found.triangle), found.number);
+      } else if (found.feature == SurfaceFeature::Vertex) {
+        EXPECT_EQ((std::set<std::size_t>{found.number}), with_weight);
+      } else {
+        const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), found.number);
+        EXPECT_EQ((std::set<std::size_t>{ends[0], ends[1]}), with_weight);
+        for (unsigned e = 0; e < found.number; ++e) {  // the smallest number of that edge
+          const auto other = adaptive_bvh::edgeVertices(mesh.triangles.data(), e);
+          EXPECT_FALSE((std::set<unsigned>{other[0], other[1]}) ==
+                       (std::set<unsigned>{ends[0], ends[1]}));
+        }
+      }
+      EXPECT_NEAR(1, double(exact::of(found.normal).norm()), double(4 * epsilon));
+    }
+  }
+  EXPECT_GT(kinds[SurfaceFeature::Face], 100);
+  EXPECT_GT(kinds[SurfaceFeature::Edge], 100);
+  EXPECT_GT(kinds[SurfaceFeature::Vertex], 50);
+}
+
+/// The sign of a pseudo-normal is that of the distance, whatever the feature is (Baerentzen and
+/// Aanaes 2005): of a surface that does not cross itself.
+TYPED_TEST(SurfaceQuery, NormalsTellTheSign) {
+  using S = TypeParam;
+  long judged = 0;
+  for (int body = 0; body < manySteps(20); ++body) {
+    TriangleMesh<S> mesh = this->random_.oneIn(2) ? latticeBox<S>(3) : gridBall<S>(9, 7);
+    for (Vector3<S>& p : mesh.vertices) p += S(0.05) * this->random_.point();
+    const typename TestFixture::Model model(mesh);
+    const auto points = this->pointsAround(model, 1, 100);
+    std::vector<ClosestFeature<S>> found;
+    std::vector<S> distances;
+    closestFeatures(model, points, S(10), found);
+    signedDistances(model, points, distances);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (found[i].distance < S(1e-4)) continue;
+      EXPECT_EQ(distances[i] < 0, (points[i] - found[i].point).dot(found[i].normal) < 0);
+      ++judged;
+    }
+  }
+  EXPECT_GT(judged, 1000);
+}
+
+TYPED_TEST(SurfaceQuery, WindingNumbersAreWithinTheTolerance) {
+  using S = TypeParam;
+  long judged = 0;
+  Real worst = 0;  // in tolerances
+  for (int body = 0; body < manySteps(40); ++body) {
+    const S scale = this->random_.size(-6, 6);
+    TriangleMesh<S> mesh;
+    switch (this->random_.below(5)) {
+      case 0: mesh = plate<S>(9, 9); break;
+      case 1: mesh = dome<S>(12, 6); break;
+      case 2: mesh = soup<S>(120, this->random_.engine()); break;
+      case 3: mesh = gridBall<S>(40, 30); break;
+      default: mesh = closedBody(this->random_);
+    }
+    for (Vector3<S>& p : mesh.vertices) p *= scale;
+    const typename TestFixture::Model model(mesh);
+    auto points = this->pointsAround(model, scale, 40);
+    points.push_back(Vector3<S>::Constant(S(1e15) * scale));
+    for (const S tolerance : {S(0.1), S(0.01), S(1e-4), S(0)}) {
+      std::vector<S> result;
+      windingNumbers(model, points, tolerance, result);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const exact::Point x = exact::of(points[i]);
+        if (this->distance(model, x) < 1e-6L * scale) continue;  // on it there is no number
+        const Real error = std::abs(windingNumberOf(model, x) - result[i]);
+        const Real rounding = 1e-11L + 4 * std::numeric_limits<S>::epsilon();
+        EXPECT_LE(error, tolerance + rounding) << tolerance;
+        if (tolerance > 0) worst = std::max(worst, error / tolerance);
+        ++judged;
+      }
+    }
+  }
+  EXPECT_GT(judged, 2000);
+  EXPECT_GT(worst, 1e-3) << "the tolerance is used";
+  std::printf("%ld numbers, the worst error %.3f of the tolerance\n", judged, double(worst));
+}
+
+TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
+  using S = TypeParam;
+  for (int body = 0; body < 60; ++body) {
+    TriangleMesh<S> mesh = closedBody(this->random_);
+    const int kind = body % 4;
+    for (int i = 0; i < kind; ++i) {  // holes, triangles turned over, and repeated corners
+      fcl::Triangle& t =
+          mesh.triangles[std::size_t(this->random_.below(int(mesh.triangles.size())))];
+      if (this->random_.oneIn(3))
+        t.set(t[0], t[1], t[this->random_.below(2)]);
+      else if (this->random_.oneIn(2))
+        t.set(t[1], t[0], t[2]);
+      else
+        mesh.triangles.erase(mesh.triangles.begin() + (&t - mesh.triangles.data()));
+    }
+    std::map<std::pair<std::size_t, std::size_t>, int> uses;
+    for (const fcl::Triangle& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t a = t[k], b = t[(k + 1) % 3];
+        if (a < b) ++uses[{a, b}];
+        if (a > b) --uses[{b, a}];
+      }
+    std::map<std::pair<std::size_t, std::size_t>, int> expected, found;
+    for (const auto& [edge, use] : uses)
+      if (use != 0)
+        expected[use > 0 ? edge : std::make_pair(edge.second, edge.first)] = std::abs(use);
+    const typename TestFixture::Model model(mesh);
+    std::vector<OpenEdge> edges = {{0, 0, 0, 0}};
+    EXPECT_EQ(expected.empty(), isWatertight(model, &edges));
+    EXPECT_EQ(expected.empty(), isWatertight(model));
+    EXPECT_EQ(expected.size(), edges.size()) << "each once";
+    for (const OpenEdge& edge : edges) {
+      found[{edge.from, edge.to}] = edge.surplus;
+      std::set<std::size_t> corners;
+      for (int k = 0; k < 3; ++k) corners.insert(mesh.triangles[edge.triangle][k]);
+      EXPECT_TRUE(corners.count(edge.from) && corners.count(edge.to));
+    }
+    EXPECT_EQ(expected, found);
+  }
+}
+
+TYPED_TEST(SurfaceQuery, RefusesWhatItCannotAnswer) {
+  using S = TypeParam;
+  const typename TestFixture::Model open(plate<S>(2, 2)), closed(latticeBox<S>(1));
+  const S nan = std::numeric_limits<S>::quiet_NaN();
+  const std::vector<Vector3<S>> fine = {{0, 0, 0}}, bad = {{0, 0, 0}, {0, nan, 0}};
+  std::vector<S> numbers = {7};
+  std::vector<ClosestFeature<S>> features;
+  EXPECT_THROW(signedDistances(open, fine, numbers), std::invalid_argument);
+  EXPECT_THROW(signedDistances(closed, bad, numbers), std::invalid_argument);
+  EXPECT_THROW(windingNumbers(closed, bad, S(0.1), numbers), std::invalid_argument);
+  EXPECT_THROW(closestFeatures(closed, bad, S(1), features), std::invalid_argument);
+  for (const S negative : {S(-1), nan}) {
+    EXPECT_THROW(windingNumbers(closed, fine, negative, numbers), std::invalid_argument);
+    EXPECT_THROW(closestFeatures(closed, fine, negative, features), std::invalid_argument);
+  }
+  EXPECT_EQ(std::vector<S>{7}, numbers);
+  EXPECT_TRUE(features.empty());
+}
+
+}  // namespace surface_query_test
+}  // namespace adaptive_bvh_test
