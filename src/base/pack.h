@@ -137,6 +137,17 @@ ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
 #endif
 }
 
+/// A bit for each of two numbers in double precision of which a comparison holds.
+template <typename Mask>
+ADAPTIVE_BVH_INLINE unsigned bitsOf2(const Mask& mask) {
+  static_assert(sizeof(mask[0]) == 8 && sizeof(mask) == 16, "a comparison of two numbers");
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask)));
+#else
+  return unsigned(mask[0] != 0) | unsigned(mask[1] != 0) << 1;
+#endif
+}
+
 /// How many of sixteen bits are set. Not every processor has an instruction for that.
 ADAPTIVE_BVH_INLINE int countOf16(unsigned bits) {
   bits -= bits >> 1 & 0x5555;

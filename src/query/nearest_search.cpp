@@ -61,7 +61,7 @@ void NearestSearch<S>::setLimit() {
   limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
   direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
   blocks_.lookAlong(vectors::all(direction_));
-  if (has_supports_) line_.setLimit(nearest_.limitWithinRounding() * trees_.first().scale());
+  if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
 
 template <typename S>
@@ -90,7 +90,6 @@ void NearestSearch<S>::align() {
   turned_node_ = -1;
   const double before = limit_;
   limit_ = -1;
-  has_supports_ = false;
   for (Pair& pair : open_) pair.gap = 0;  // in other units
   if (before >= 0) setLimit();
 }
@@ -104,7 +103,7 @@ void NearestSearch<S>::computeSupports() {
     return;
   }
   near_pairs_ = apart_pairs_ = 0;
-  line_.compute(trees_.first(), trees_.second(), trees_.frame(), direction_);
+  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + next_supports_);
   limit_ = -1;

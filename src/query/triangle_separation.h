@@ -18,6 +18,14 @@ class TriangleSeparation {
  public:
   using Point = fcl::Vector3d;
 
+  /// Between two points, the first of the first mesh; each with the line's direction, of length 1,
+  /// in the mesh's own frame. Both directions are zero before there is a line.
+  struct Line {
+    Point from = Point::Zero(), along1 = Point::Zero();
+    Point to = Point::Zero(), along2 = Point::Zero();
+    double offset = 0;  ///< of the points, along the line
+  };
+
   TriangleSeparation(const fcl::Vector3<S>* vertices1, const fcl::Vector3<S>* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
@@ -29,25 +37,28 @@ class TriangleSeparation {
     const double length = (to - from).norm();
     if (!(length > rounding::tiny<double>())) return;
     const fcl::Matrix3d& R = to_first_.R;
-    from_ = from;
-    to_ = R.transpose() * (to - to_first_.T);
-    along1_ = (to - from) / length;
-    along2_ = R.transpose() * along1_;
-    offset_ = along1_.dot(R * to_ + to_first_.T - from);
+    line_.from = from;
+    line_.to = R.transpose() * (to - to_first_.T);
+    line_.along1 = (to - from) / length;
+    line_.along2 = R.transpose() * line_.along1;
+    line_.offset = line_.along1.dot(R * line_.to + to_first_.T - from);
   }
 
-  /// The line's direction, of length 1; zero before there is one.
-  const Point& direction() const { return along1_; }
+  const Line& line() const { return line_; }
+  /// The line's direction in the first mesh's frame.
+  const Point& direction() const { return line_.along1; }
+  const fcl::Vector3<S>* vertices1() const { return vertices1_; }
+  const fcl::Vector3<S>* vertices2() const { return vertices2_; }
 
   /// How far apart two triangles are along that line: a lower bound of their distance. Everything
   /// is measured from the two points, so that near them, where it matters, hardly any digit is
   /// lost.
   double separation(const VertexIndices& a, const VertexIndices& b) const {
-    const auto on1 = [&](unsigned v) -> double { return along1_.dot(first(v) - from_); };
-    const auto on2 = [&](unsigned v) -> double { return along2_.dot(second(v) - to_); };
+    const auto on1 = [&](unsigned v) -> double { return line_.along1.dot(first(v) - line_.from); };
+    const auto on2 = [&](unsigned v) -> double { return line_.along2.dot(second(v) - line_.to); };
     const double high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
     const double low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
-    return low + offset_ - high;
+    return low + line_.offset - high;
   }
 
   /// The largest separation of two triangles along the line between their middles and along
@@ -87,9 +98,7 @@ class TriangleSeparation {
 
   const fcl::Vector3<S>*vertices1_, *vertices2_;
   const RelativePlacement to_first_;
-  Point along1_ = Point::Zero(), along2_ = Point::Zero();  // the line, in either mesh's frame
-  Point from_ = Point::Zero(), to_ = Point::Zero();
-  double offset_ = 0;
+  Line line_;
 };
 
 }  // namespace adaptive_bvh
