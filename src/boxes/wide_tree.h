@@ -131,6 +131,18 @@ struct LeafTriangles {
   /// By place in the order of the leaves: the three vertices of a triangle, and its index.
   std::vector<Int4> corners;
 
+  template <typename S>
+  void adopt(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_triangles,
+             std::size_t num_vertices) {
+    slots.adopt(tree, mesh, num_vertices);
+    corners.resize(num_triangles);
+    for (std::size_t place = 0; place < num_triangles; ++place) {
+      const unsigned triangle = tree.primitives[place];
+      const VertexIndices v = mesh.verticesOf(triangle);
+      corners[place] = Int4{int(v[0]), int(v[1]), int(v[2]), int(triangle)};
+    }
+  }
+
   std::size_t bytes() const { return slots.bytes() + corners.capacity() * sizeof(Int4); }
 };
 

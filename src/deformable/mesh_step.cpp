@@ -128,13 +128,7 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
   const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
   const OrderedTree order(buildBottomUp(mesh, static_cast<unsigned>(triangles.size())));
   auto topology = std::make_shared<MeshTopology>();
-  topology->leaves.slots.adopt(order, mesh, vertices.size());
-  topology->leaves.corners.resize(triangles.size());
-  for (std::size_t place = 0; place < triangles.size(); ++place) {
-    const VertexIndices v = mesh.verticesOf(order.primitives[place]);
-    topology->leaves.corners[place] =
-        Int4{int(v[0]), int(v[1]), int(v[2]), int(order.primitives[place])};
-  }
+  topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
   topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});

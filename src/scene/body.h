@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "adaptive_bvh/scene.h"
+
+namespace adaptive_bvh {
+
+/// All points between two corners, along the axes of the world.
+struct WorldBox {
+  fcl::Vector3d low = fcl::Vector3d::Zero(), high = fcl::Vector3d::Zero();
+
+  bool isBounded() const { return low.allFinite() && high.allFinite(); }
+};
+
+/// A body of a scene.
+template <typename S>
+struct Body {
+  BodyId id = 0;
+  std::shared_ptr<const fcl::CollisionGeometry<S>> owned;  ///< null of one that is referenced
+  const fcl::CollisionGeometry<S>* geometry = nullptr;
+  const DeformableMesh<S>* mesh = nullptr;  ///< null of a shape and of an octree
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  BodyOptions options;
+
+  // Of the last update.
+  WorldBox box;
+  std::uint64_t positions = 0;  ///< MeshState::positions
+
+  /// The body that was nearest last, with the nearest elements.
+  struct Witness {
+    bool exists = false;
+    BodyId other = 0;
+    std::array<int, 2> elements = {-1, -1};
+  } witness;
+};
+
+/// Throws std::invalid_argument on geometry that a scene cannot hold.
+template <typename S>
+void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry);
+
+/// A box around a body. Unbounded, of a plane and a half-space.
+template <typename S>
+WorldBox worldBoxOf(const Body<S>& body);
+
+}  // namespace adaptive_bvh

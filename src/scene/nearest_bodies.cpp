@@ -1,0 +1,182 @@
+#include <cmath>
+
+#include "adaptive_bvh/query.h"
+#include "query/nearest_search.h"
+#include "scene/scene_state.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Whether two bodies are nearer than `best` is; then `best` has their distance. `witness`:
+/// elements that may be near, or -1.
+template <typename S>
+bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witness,
+             SceneDistance<S>& best) {
+  fcl::DistanceRequest<S> request(true);
+  fcl::DistanceResult<S> result(best.distance);
+  bool is_in_order = true;
+  if (a.mesh && b.mesh) {
+    const PlacedMesh<S> first(*a.mesh, a.tf), second(*b.mesh, b.tf);
+    NearestPair<S> nearest(first, second, {request, result});
+    nearest.addWitness(witness[0], witness[1]);
+    NearestSearch<S>(first, second, nearest).run();
+    if (!nearest.isImproved()) return false;
+  } else {
+    adaptive_bvh::distance<S>(a.geometry, a.tf, b.geometry, b.tf, request, result);
+    if (!(result.min_distance < best.distance)) return false;
+    is_in_order = result.o1 == a.geometry;
+  }
+  best.bodies = {a.id, b.id};
+  best.distance = result.min_distance;
+  best.points = {result.nearest_points[0], result.nearest_points[1]};
+  best.elements = {int(result.b1), int(result.b2)};
+  if (!is_in_order) {
+    std::swap(best.points[0], best.points[1]);
+    std::swap(best.elements[0], best.elements[1]);
+  }
+  return true;
+}
+
+}  // namespace
+
+template <typename S>
+SceneDistance<S> Scene<S>::nearest(BodyId body) {
+  State& state = *state_;
+  state.requireCurrent();
+  Body<S>& asked = state.bodies[state.placeOf(body)];
+  SceneDistance<S> best;
+  const auto tryBody = [&](const Body<S>& other, const std::array<int, 2>& witness) {
+    if (&other != &asked && state.admits(asked, other)) improve(asked, other, witness, best);
+  };
+  const auto& last = asked.witness;
+  const bool has_witness = last.exists && state.contains(last.other);
+  if (has_witness) tryBody(state.bodies[state.placeOf(last.other)], last.elements);
+  const auto tryOthers = [&](const Body<S>& other) {
+    if (!has_witness || other.id != last.other) tryBody(other, {-1, -1});
+    return State::slack(double(best.distance));
+  };
+  for (const unsigned place : state.unbounded) tryOthers(state.bodies[place]);
+  if (asked.box.isBounded()) {
+    state.tree.visitByDistance(
+        asked.box, [&](unsigned i, double) { return tryOthers(state.bodies[state.in_tree[i]]); });
+  } else {
+    for (const unsigned place : state.in_tree) tryOthers(state.bodies[place]);
+  }
+  if (best.exists()) asked.witness = {true, best.bodies.second, best.elements};
+  return best;
+}
+
+template <typename S>
+void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const {
+  const State& state = *state_;
+  state.requireCurrent();
+  const Body<S>& asked = state.bodies[state.placeOf(body)];
+  result.clear();
+  if (k == 0) return;
+  const auto isLess = [](const SceneDistance<S>& a, const SceneDistance<S>& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.bodies.second < b.bodies.second;
+  };
+  const auto tryBody = [&](const Body<S>& other) {
+    constexpr S kFar = std::numeric_limits<S>::infinity();
+    const bool is_full = result.size() == k;
+    if (&other != &asked && state.admits(asked, other)) {
+      SceneDistance<S> found;
+      if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
+      if (improve(asked, other, {-1, -1}, found)) {
+        if (!is_full || isLess(found, result.back())) {
+          if (is_full) result.pop_back();
+          result.insert(std::upper_bound(result.begin(), result.end(), found, isLess), found);
+        }
+      }
+    }
+    return result.size() == k ? State::slack(double(result.back().distance)) : double(kFar);
+  };
+  for (const unsigned place : state.unbounded) tryBody(state.bodies[place]);
+  if (asked.box.isBounded())
+    state.tree.visitByDistance(
+        asked.box, [&](unsigned i, double) { return tryBody(state.bodies[state.in_tree[i]]); });
+  else
+    for (const unsigned place : state.in_tree) tryBody(state.bodies[place]);
+}
+
+/// The gap of two boxes, a lower bound of the distance of what is in them.
+inline double gapOf(const WorldBox& a, const WorldBox& b) {
+  const fcl::Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0);
+  return gap.norm() * (1 - 1e-14);
+}
+
+template <typename S>
+SceneDistance<S> Scene<S>::distance() {
+  State& state = *state_;
+  state.requireCurrent();
+  SceneDistance<S> best;
+  const SceneDistance<S>& last = state.nearest;
+  if (last.exists() && state.contains(last.bodies.first) && state.contains(last.bodies.second)) {
+    const Body<S>&a = state.bodies[state.placeOf(last.bodies.first)],
+          &b = state.bodies[state.placeOf(last.bodies.second)];
+    if (state.admits(a, b)) improve(a, b, last.elements, best);
+  }
+  for (std::size_t i = 0; i < state.bodies.size() && !best.exists(); ++i)
+    if (state.bodies[i].mesh) best = nearest(state.bodies[i].id);
+  if (best.exists() && best.bodies.second < best.bodies.first) {
+    std::swap(best.bodies.first, best.bodies.second);
+    std::swap(best.points[0], best.points[1]);
+    std::swap(best.elements[0], best.elements[1]);
+  }
+  struct Candidate {
+    double gap;
+    BodyPair pair;
+  };
+  static thread_local std::vector<BodyPair> pairs;
+  static thread_local std::vector<Candidate> candidates;
+  if (!best.exists()) return best;
+  state.findPairs(double(best.distance), pairs);
+  candidates.clear();
+  for (const BodyPair& pair : pairs) {
+    const WorldBox &a = state.bodies[pair.first].box, &b = state.bodies[pair.second].box;
+    candidates.push_back({a.isBounded() && b.isBounded() ? gapOf(a, b) : 0, pair});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.gap != b.gap ? a.gap < b.gap : a.pair < b.pair;
+  });
+  for (const Candidate& c : candidates) {
+    if (c.gap > State::slack(double(best.distance))) break;
+    improve(state.bodies[c.pair.first], state.bodies[c.pair.second], {-1, -1}, best);
+  }
+  state.nearest = best;
+  return best;
+}
+
+template <typename S>
+bool Scene<S>::isNearer(S distance) const {
+  const State& state = *state_;
+  requireDistance(distance);
+  state.requireCurrent();
+  static thread_local std::vector<BodyPair> pairs;
+  state.findPairs(double(distance), pairs);
+  for (const BodyPair& pair : pairs) {
+    const Body<S>*a = &state.bodies[pair.first], *b = &state.bodies[pair.second];
+    if (!a->mesh) std::swap(a, b);
+    if (b->mesh) {
+      if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->mesh, b->tf, distance)) return true;
+    } else if (b->geometry->getNodeType() == fcl::GEOM_OCTREE) {
+      SceneDistance<S> found;
+      found.distance = std::nextafter(distance, std::numeric_limits<S>::infinity());
+      if (improve(*a, *b, {-1, -1}, found)) return true;
+    } else if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->geometry, b->tf, distance)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
+  template SceneDistance<S> Scene<S>::nearest(BodyId);                                        \
+  template void Scene<S>::nearest(BodyId, std::size_t, std::vector<SceneDistance<S>>&) const; \
+  template SceneDistance<S> Scene<S>::distance();                                             \
+  template bool Scene<S>::isNearer(S) const;
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,168 @@
+#include "adaptive_bvh/scene.h"
+
+#include "scene/scene_state.h"
+
+namespace adaptive_bvh {
+
+template <typename S>
+Scene<S>::Scene() : state_(std::make_unique<State>()) {}
+template <typename S>
+Scene<S>::~Scene() = default;
+template <typename S>
+Scene<S>::Scene(Scene&&) noexcept = default;
+template <typename S>
+Scene<S>& Scene<S>::operator=(Scene&&) noexcept = default;
+
+namespace {
+
+template <typename S>
+void requireOptions(const DeformableMesh<S>* mesh, const BodyOptions& options) {
+  if (options.self_collision && !mesh)
+    throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
+}
+
+}  // namespace
+
+template <typename S>
+BodyId Scene<S>::add(std::shared_ptr<const Geometry> geometry, const Transform& tf,
+                     const BodyOptions& options) {
+  if (!geometry) throw std::invalid_argument("adaptive_bvh: a body has no geometry");
+  const Geometry& referenced = *geometry;
+  const BodyId id = add(referenced, tf, options);
+  state_->bodies.back().owned = std::move(geometry);
+  return id;
+}
+
+template <typename S>
+BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOptions& options) {
+  requireBodyGeometry(geometry);
+  requireRigid(tf);
+  const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&geometry);
+  requireOptions(mesh, options);
+  Body<S> body;
+  body.id = state_->next_id;
+  body.geometry = &geometry;
+  body.mesh = mesh;
+  body.tf = tf;
+  body.options = options;
+  state_->bodies.push_back(std::move(body));
+  state_->is_current = false;
+  return state_->next_id++;
+}
+
+template <typename S>
+void Scene<S>::remove(BodyId body) {
+  State& state = *state_;
+  state.bodies.erase(state.bodies.begin() + std::ptrdiff_t(state.placeOf(body)));
+  const auto names = [&](const BodyPair& pair) {
+    return pair.first == body || pair.second == body;
+  };
+  state.ignored.erase(std::remove_if(state.ignored.begin(), state.ignored.end(), names),
+                      state.ignored.end());
+  state.is_current = false;
+}
+
+template <typename S>
+void Scene<S>::setTransform(BodyId body, const Transform& tf) {
+  Body<S>& at = state_->bodies[state_->placeOf(body)];
+  requireRigid(tf);
+  at.tf = tf;
+  state_->is_current = false;
+}
+
+template <typename S>
+void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
+  Body<S>& at = state_->bodies[state_->placeOf(body)];
+  requireOptions(at.mesh, options);
+  at.options = options;
+}
+
+template <typename S>
+bool Scene<S>::contains(BodyId body) const {
+  return state_->contains(body);
+}
+template <typename S>
+std::size_t Scene<S>::size() const {
+  return state_->bodies.size();
+}
+template <typename S>
+std::vector<BodyId> Scene<S>::bodies() const {
+  std::vector<BodyId> ids;
+  for (const Body<S>& body : state_->bodies) ids.push_back(body.id);
+  return ids;
+}
+template <typename S>
+const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId body) const {
+  return *state_->bodies[state_->placeOf(body)].geometry;
+}
+template <typename S>
+const fcl::Transform3<S>& Scene<S>::transform(BodyId body) const {
+  return state_->bodies[state_->placeOf(body)].tf;
+}
+template <typename S>
+const BodyOptions& Scene<S>::options(BodyId body) const {
+  return state_->bodies[state_->placeOf(body)].options;
+}
+
+template <typename S>
+void Scene<S>::ignore(BodyId first, BodyId second) {
+  State& state = *state_;
+  state.placeOf(first);
+  state.placeOf(second);
+  const BodyPair pair = State::sorted(first, second);
+  const auto at = std::lower_bound(state.ignored.begin(), state.ignored.end(), pair);
+  if (at == state.ignored.end() || *at != pair) state.ignored.insert(at, pair);
+}
+template <typename S>
+void Scene<S>::unignore(BodyId first, BodyId second) {
+  State& state = *state_;
+  state.placeOf(first);
+  state.placeOf(second);
+  const BodyPair pair = State::sorted(first, second);
+  const auto at = std::lower_bound(state.ignored.begin(), state.ignored.end(), pair);
+  if (at != state.ignored.end() && *at == pair) state.ignored.erase(at);
+}
+template <typename S>
+void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
+  for (const BodyId body : chain) state_->placeOf(body);
+  for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
+}
+template <typename S>
+void Scene<S>::setFilter(Filter filter) {
+  state_->filter = std::move(filter);
+}
+
+template <typename S>
+void Scene<S>::setThreads(int threads) {
+  if (threads < 1) throw std::invalid_argument("adaptive_bvh: a scene needs one thread or more");
+  state_->threads = threads;
+}
+
+template <typename S>
+void Scene<S>::update() {
+  State& state = *state_;
+  state.in_tree.clear();
+  state.unbounded.clear();
+  state.boxes.clear();
+  for (unsigned i = 0; i < state.bodies.size(); ++i) {
+    Body<S>& body = state.bodies[i];
+    body.box = worldBoxOf(body);
+    if (body.mesh) body.positions = stateOf(*body.mesh).positions;
+    if (!body.box.isBounded()) {
+      state.unbounded.push_back(i);
+      continue;
+    }
+    state.in_tree.push_back(i);
+    state.boxes.push_back(body.box);
+  }
+  if (state.boxes.empty())
+    state.tree.clear();
+  else
+    state.tree.update(state.boxes);
+  state.is_current = true;
+}
+
+template class Scene<float>;
+template class Scene<double>;
+
+}  // namespace adaptive_bvh

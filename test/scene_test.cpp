@@ -1,0 +1,519 @@
+// Scenes: random bodies of all kinds, added, removed, moved, deformed and filtered. The judge goes
+// over all pairs: distances of meshes in long double, everything else by the query of the pair,
+// which other tests judge.
+#include "adaptive_bvh/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <fcl/geometry/octree/octree.h>
+#include <octomap/octomap.h>
+
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "support/closed_bodies.h"
+#include "support/exact_geometry.h"
+#include "support/long_mode.h"
+#include "support/random_geometry.h"
+#include "support/shape_oracle.h"
+#include "support/test_mesh.h"
+
+namespace adaptive_bvh_test {
+namespace scene_test {
+
+using adaptive_bvh::BodyId;
+using adaptive_bvh::BodyOptions;
+using adaptive_bvh::BodyPair;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::FeaturePairs;
+using adaptive_bvh::ProximityRequest;
+using adaptive_bvh::RayHit;
+using adaptive_bvh::Scene;
+using adaptive_bvh::SceneCollisionRequest;
+using adaptive_bvh::SceneCollisions;
+using adaptive_bvh::SceneDistance;
+using adaptive_bvh::SceneFeaturePairs;
+using adaptive_bvh::SceneRayHit;
+using adaptive_bvh::SceneTrianglePairs;
+using adaptive_bvh::SceneVertexContacts;
+using adaptive_bvh::TrianglePairs;
+using adaptive_bvh::VertexContacts;
+using exact::Real;
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+/// A body as the judge knows it.
+template <typename S>
+struct Judged {
+  BodyId id;
+  std::shared_ptr<const fcl::CollisionGeometry<S>> geometry;
+  std::shared_ptr<DeformableMesh<S>> mesh;  ///< null of another geometry
+  fcl::Transform3<S> tf;
+  BodyOptions options;
+};
+
+template <typename S>
+class SceneTest : public testing::Test {
+ protected:
+  using P = Vector3<S>;
+  using Transform = fcl::Transform3<S>;
+
+  // ---- A random scene
+
+  void fill(int count) {
+    for (int i = 0; i < count; ++i) add();
+  }
+  void add() {
+    Judged<S> body;
+    body.tf = pose();
+    body.options.group = random_.oneIn(4) ? 2 : 1;
+    if (random_.oneIn(4)) body.options.mask = 1u + unsigned(random_.below(3));
+    if (!bodies_.empty() && random_.oneIn(8)) {  // shares a geometry
+      const Judged<S>& other = any();
+      body.geometry = other.geometry;
+      body.mesh = other.mesh;
+    } else if (random_.below(5) < 3) {
+      body.mesh = std::make_shared<DeformableMesh<S>>(mesh());
+      body.geometry = body.mesh;
+    } else {
+      body.geometry = shape();
+    }
+    body.options.self_collision = body.mesh && random_.oneIn(4);
+    body.id = random_.oneIn(2) ? scene_.add(body.geometry, body.tf, body.options)
+                               : scene_.add(*body.geometry, body.tf, body.options);
+    bodies_.push_back(body);
+  }
+  TriangleMesh<S> mesh() {
+    TriangleMesh<S> mesh;
+    switch (random_.below(3)) {
+      case 0: mesh = latticeBox<S>(1); break;
+      case 1: mesh = tube<S>(3, 2); break;
+      default:
+        mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        for (const auto& t : {std::array<std::size_t, 3>{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}})
+          mesh.triangles.emplace_back(t[0], t[1], t[2]);
+    }
+    return mesh;
+  }
+  std::shared_ptr<const fcl::CollisionGeometry<S>> shape() {
+    using namespace judged_shapes;
+    const auto size = [&] { return S(random_.uniform(S(0.2), S(1.5))); };
+    const P sizes(size(), size(), size());
+    switch (random_.below(10)) {
+      case 0: return sphere<S>(size()).geometry;
+      case 1: return capsule<S>(size(), size()).geometry;
+      case 2: return box<S>(sizes).geometry;
+      case 3: return cylinder<S>(size(), size()).geometry;
+      case 4: return cone<S>(size(), size()).geometry;
+      case 5: return ellipsoid<S>(sizes).geometry;
+      case 6: return octahedron<S>(sizes, P::Zero()).geometry;
+      case 7: return flat<S>(P::UnitZ(), -3, random_.oneIn(2)).geometry;
+      default: return octree();
+    }
+  }
+  std::shared_ptr<const fcl::CollisionGeometry<S>> octree() {
+    auto tree = std::make_shared<octomap::OcTree>(0.25);
+    for (int i = 0; i < 6; ++i) {
+      const P x = random_.point();
+      tree->updateNode(octomap::point3d(float(x[0]), float(x[1]), float(x[2])), true);
+    }
+    return std::make_shared<fcl::OcTree<S>>(tree);
+  }
+  /// On the lattice half of the time.
+  Transform pose() {
+    if (random_.oneIn(2)) return random_.pose(extent_);
+    Transform tf = Transform::Identity();
+    const int n = int(extent_) + 1;
+    for (int k = 0; k < 3; ++k) tf.translation()[k] = S(random_.below(2 * n + 1) - n);
+    return tf;
+  }
+  Judged<S>& any() { return bodies_[std::size_t(random_.below(int(bodies_.size())))]; }
+
+  void change() {
+    switch (random_.below(8)) {
+      case 0: return add();
+      case 1: {
+        if (bodies_.size() < 3) return;
+        const auto at = random_.below(int(bodies_.size()));
+        const BodyId id = bodies_[std::size_t(at)].id;
+        scene_.remove(id);
+        bodies_.erase(bodies_.begin() + at);
+        const auto names = [&](const BodyPair& p) { return p.first == id || p.second == id; };
+        for (auto i = ignored_.begin(); i != ignored_.end();)
+          i = names(*i) ? ignored_.erase(i) : std::next(i);
+        return;
+      }
+      case 2: {
+        Judged<S>& body = any();
+        body.options.mask = 1u + unsigned(random_.below(3));
+        return scene_.setOptions(body.id, body.options);
+      }
+      case 3: {
+        const BodyId a = any().id, b = any().id;
+        const BodyPair pair{std::min(a, b), std::max(a, b)};
+        if (ignored_.count(pair)) {
+          scene_.unignore(a, b);
+          ignored_.erase(pair);
+        } else {
+          scene_.ignore(b, a);
+          ignored_.insert(pair);
+        }
+        return;
+      }
+      case 4:
+      case 5: {
+        Judged<S>& body = any();
+        if (!body.mesh) return;
+        std::vector<P> positions = body.mesh->vertices();
+        for (P& x : positions) x += S(0.1) * random_.point();
+        body.mesh->update(positions);
+        return;
+      }
+      default: {
+        Judged<S>& body = any();
+        body.tf = pose();
+        scene_.setTransform(body.id, body.tf);
+      }
+    }
+  }
+
+  // ---- The judge
+
+  bool admits(const Judged<S>& a, const Judged<S>& b) const {
+    if (!a.mesh && !b.mesh) return false;
+    if (!(a.options.group & b.options.mask) || !(b.options.group & a.options.mask)) return false;
+    if (is_filtered_ && (a.id + b.id) % 3 == 0) return false;
+    return ignored_.count({std::min(a.id, b.id), std::max(a.id, b.id)}) == 0;
+  }
+  template <typename Do>
+  void forEachPair(const Do& act) const {
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+      for (std::size_t j = i + 1; j < bodies_.size(); ++j)
+        if (admits(bodies_[i], bodies_[j])) act(bodies_[i], bodies_[j]);
+  }
+  static std::vector<exact::Triangle> trianglesOf(const Judged<S>& body) {
+    const exact::Placement place{exact::of(body.tf.linear()), exact::of(body.tf.translation())};
+    std::vector<exact::Triangle> triangles;
+    for (const fcl::Triangle& t : body.mesh->triangles()) {
+      exact::Triangle corners;
+      for (int k = 0; k < 3; ++k) corners[std::size_t(k)] = exact::of(body.mesh->vertices()[t[k]]);
+      triangles.push_back(place(corners));
+    }
+    return triangles;
+  }
+  /// Of two meshes in the world, in long double; of others by the query of the pair.
+  static double distanceOf(const Judged<S>& a, const Judged<S>& b) {
+    if (!a.mesh || !b.mesh) {
+      fcl::DistanceResult<S> result;
+      return double(adaptive_bvh::distance<S>(a.geometry.get(), a.tf, b.geometry.get(), b.tf,
+                                              fcl::DistanceRequest<S>(), result));
+    }
+    Real least = std::numeric_limits<Real>::max();
+    const auto first = trianglesOf(a), second = trianglesOf(b);
+    for (const exact::Triangle& p : first)
+      for (const exact::Triangle& q : second) least = std::min(least, exact::distance(p, q));
+    return double(least);
+  }
+
+  void expectCollisions() {
+    std::vector<BodyPair> expected;
+    std::vector<std::size_t> counts;
+    const fcl::CollisionRequest<S> all(100000, true);
+    const auto note = [&](BodyId a, BodyId b, const fcl::CollisionResult<S>& result) {
+      if (!result.isCollision()) return;
+      expected.push_back({a, b});
+      counts.push_back(result.numContacts());
+    };
+    forEachPair([&](const Judged<S>& a, const Judged<S>& b) {
+      fcl::CollisionResult<S> result;
+      adaptive_bvh::collide<S>(a.geometry.get(), a.tf, b.geometry.get(), b.tf, all, result);
+      note(a.id, b.id, result);
+    });
+    for (const Judged<S>& body : bodies_) {
+      if (!body.options.self_collision) continue;
+      fcl::CollisionResult<S> result;
+      adaptive_bvh::selfCollide(*body.mesh, body.tf, all, result);
+      if (result.isCollision()) {
+        const auto at =
+            std::lower_bound(expected.begin(), expected.end(), BodyPair{body.id, body.id});
+        counts.insert(counts.begin() + (at - expected.begin()), result.numContacts());
+        expected.insert(at, {body.id, body.id});
+      }
+    }
+    SceneCollisions<S> found;
+    scene_.collisions(SceneCollisionRequest(), found);
+    ASSERT_EQ(expected, found.pairs);
+    ASSERT_EQ(found.pairs.size() + 1, found.offsets.size());
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      ASSERT_EQ(counts[i], found.offsets[i + 1] - found.offsets[i]);
+      for (std::size_t c = found.offsets[i]; c < found.offsets[i + 1]; ++c) {
+        ASSERT_EQ(&scene_.geometry(found.pairs[i].first), found.contacts[c].o1);
+        ASSERT_EQ(&scene_.geometry(found.pairs[i].second), found.contacts[c].o2);
+      }
+    }
+    SceneCollisionRequest few;
+    few.contacts_per_pair = 0;
+    scene_.collisions(few, found);
+    ASSERT_EQ(expected, found.pairs);
+    ASSERT_TRUE(found.contacts.empty());
+    few.first_only = true;
+    ASSERT_EQ(expected.empty() ? 0u : 1u, scene_.collisions(few, found));
+    if (!expected.empty()) {
+      ASSERT_EQ(expected[0], found.pairs[0]);
+    }
+    touching_ += expected.size();
+  }
+
+  void expectNear(S distance) {
+    ProximityRequest<S> request;
+    request.distance = distance;
+    request.enable_distances = true;
+    SceneTrianglePairs<S> pairs;
+    SceneFeaturePairs features;
+    SceneVertexContacts<S> contacts;
+    scene_.pairsWithin(request, pairs);
+    scene_.featurePairsWithin(distance, features);
+    scene_.vertexContacts(distance, contacts);
+    std::size_t at = 0, at_feature = 0, with_contacts = 0;
+    bool is_nearer = false;
+    const auto expectPair = [&](const Judged<S>& a, const Judged<S>& b) {
+      TrianglePairs<S> near;
+      FeaturePairs near_features;
+      if (a.id == b.id) {
+        adaptive_bvh::pairsWithin(*a.mesh, request, near);
+        adaptive_bvh::featurePairsWithin(*a.mesh, distance, near_features);
+      } else {
+        adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
+        adaptive_bvh::featurePairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, distance, near_features);
+      }
+      if (near.size() > 0) {
+        ASSERT_LT(at, pairs.pairs.size());
+        ASSERT_EQ((BodyPair{a.id, b.id}), pairs.pairs[at]);
+        const std::vector<adaptive_bvh::FeaturePair> found(
+            pairs.found.triangles.begin() + std::ptrdiff_t(pairs.offsets[at]),
+            pairs.found.triangles.begin() + std::ptrdiff_t(pairs.offsets[at + 1]));
+        ASSERT_EQ(near.triangles, found);
+        ++at;
+      }
+      if (near_features.size() > 0) {
+        ASSERT_LT(at_feature, features.pairs.size());
+        ASSERT_EQ((BodyPair{a.id, b.id}), features.pairs[at_feature]);
+        const auto &from = features.offsets[at_feature], &to = features.offsets[at_feature + 1];
+        ASSERT_EQ(near_features.vertex_face.size(), to[0] - from[0]);
+        ASSERT_EQ(near_features.face_vertex.size(), to[1] - from[1]);
+        ASSERT_EQ(near_features.edge_edge.size(), to[2] - from[2]);
+        ++at_feature;
+      }
+    };
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+      for (std::size_t j = i; j < bodies_.size() && !testing::Test::HasFailure(); ++j) {
+        const Judged<S>&a = bodies_[i], &b = bodies_[j];
+        const bool is_self = i == j && a.options.self_collision;
+        if (!is_self && (i == j || !admits(a, b))) continue;
+        if (a.mesh && b.mesh) expectPair(a, b);
+        if (i != j) {
+          // Distances of two meshes near the limit are rounded otherwise in the world.
+          const double d = distanceOf(a, b);
+          is_nearer = is_nearer || d <= double(distance);
+          with_contacts += expectContacts(a, b, distance, contacts);
+          with_contacts += expectContacts(b, a, distance, contacts);
+        }
+      }
+    ASSERT_EQ(pairs.pairs.size(), at);
+    ASSERT_EQ(features.pairs.size(), at_feature);
+    ASSERT_EQ(contacts.pairs.size(), with_contacts);
+    ASSERT_EQ(is_nearer, scene_.isNearer(distance)) << distance;
+  }
+  /// 1 where the vertices of a mesh have contacts with another body: they must be there.
+  std::size_t expectContacts(const Judged<S>& a, const Judged<S>& b, S margin,
+                             const SceneVertexContacts<S>& contacts) const {
+    if (!a.mesh || b.geometry->getNodeType() == fcl::GEOM_OCTREE) return 0;
+    VertexContacts<S> near;
+    try {
+      adaptive_bvh::vertexContacts(*a.mesh, a.tf, *b.geometry, b.tf, margin, near);
+    } catch (const std::invalid_argument&) {
+      return 0;  // not closed
+    }
+    if (near.size() == 0) return 0;
+    const auto at =
+        std::lower_bound(contacts.pairs.begin(), contacts.pairs.end(), BodyPair{a.id, b.id});
+    EXPECT_TRUE(at != contacts.pairs.end() && *at == (BodyPair{a.id, b.id}));
+    if (testing::Test::HasFailure()) return 0;
+    const std::size_t i = std::size_t(at - contacts.pairs.begin()), from = contacts.offsets[i];
+    EXPECT_EQ(near.size(), contacts.offsets[i + 1] - from);
+    for (std::size_t c = 0; c < near.size() && !testing::Test::HasFailure(); ++c) {
+      EXPECT_EQ(near.vertices[c], contacts.found.vertices[from + c]);
+      EXPECT_EQ(near.distances[c], contacts.found.distances[from + c]);
+    }
+    return 1;
+  }
+
+  void expectDistances() {
+    const double error = std::is_same<S, float>::value ? 2e-5 : 1e-12;
+    double least = kFar;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      std::vector<double> expected;
+      for (std::size_t j = 0; j < bodies_.size(); ++j)
+        if (i != j && admits(bodies_[i], bodies_[j]))
+          expected.push_back(distanceOf(bodies_[i], bodies_[j]));
+      std::sort(expected.begin(), expected.end());
+      const SceneDistance<S> nearest = scene_.nearest(bodies_[i].id);
+      ASSERT_EQ(!expected.empty(), nearest.exists());
+      std::vector<SceneDistance<S>> several;
+      scene_.nearest(bodies_[i].id, 3, several);
+      ASSERT_EQ(std::min<std::size_t>(3, expected.size()), several.size());
+      for (std::size_t k = 0; k < several.size(); ++k)
+        ASSERT_NEAR(expected[k], double(several[k].distance), error);
+      if (expected.empty()) continue;
+      ASSERT_NEAR(expected[0], double(nearest.distance), error);
+      ASSERT_EQ(bodies_[i].id, nearest.bodies.first);
+      ASSERT_NEAR(double(nearest.distance), double((nearest.points[0] - nearest.points[1]).norm()),
+                  10 * error);
+      least = std::min(least, expected[0]);
+    }
+    const SceneDistance<S> nearest = scene_.distance();
+    ASSERT_EQ(least < kFar, nearest.exists());
+    if (nearest.exists()) {
+      ASSERT_NEAR(least, double(nearest.distance), error);
+    }
+  }
+
+  void expectPointsAndRays() {
+    const double error = std::is_same<S, float>::value ? 2e-5 : 1e-12;
+    const P point = S(2) * extent_ * random_.point();
+    double least = kFar;
+    for (const Judged<S>& body : bodies_) {
+      if (!body.mesh) continue;
+      const P seen = body.tf.inverse(Eigen::Isometry) * point;
+      least = std::min(least, double(adaptive_bvh::closestPoint(*body.mesh, seen).distance));
+    }
+    ASSERT_NEAR(std::min(least, 1e9), std::min(double(scene_.nearestPoint(point).distance), 1e9),
+                error);
+    const std::vector<P> origins = {point, P(-S(2) * extent_, S(0.25), S(0.25))};
+    const std::vector<P> directions = {-point, P::UnitX()};
+    std::vector<SceneRayHit<S>> hits;
+    scene_.firstHits(origins.data(), directions.data(), origins.size(), hits);
+    for (std::size_t r = 0; r < origins.size(); ++r) {
+      double first = kFar;
+      for (const Judged<S>& body : bodies_) {
+        if (!body.mesh) continue;
+        const Eigen::Matrix<S, 3, 3> back = body.tf.linear().transpose();
+        const RayHit<S> hit = adaptive_bvh::firstHit(
+            *body.mesh, P(back * (origins[r] - body.tf.translation())), P(back * directions[r]));
+        first = std::min(first, double(hit.t));
+      }
+      ASSERT_EQ(first, double(hits[r].hit.t));
+    }
+  }
+
+  void expectSame(int threads) {
+    SceneCollisions<S> one, several;
+    scene_.collisions(SceneCollisionRequest(), one);
+    scene_.setThreads(threads);
+    scene_.collisions(SceneCollisionRequest(), several);
+    scene_.setThreads(1);
+    ASSERT_EQ(one.pairs, several.pairs);
+    ASSERT_EQ(one.offsets, several.offsets);
+    for (std::size_t i = 0; i < one.contacts.size(); ++i) {
+      ASSERT_EQ(one.contacts[i].b1, several.contacts[i].b1);
+      ASSERT_EQ(one.contacts[i].b2, several.contacts[i].b2);
+    }
+  }
+
+  void judge() {
+    scene_.update();
+    expectCollisions();
+    if (!this->HasFatalFailure()) expectNear(S(random_.oneIn(2) ? 0.5 : random_.uniform(0, 1)));
+    if (!this->HasFatalFailure()) expectDistances();
+    if (!this->HasFatalFailure()) expectPointsAndRays();
+    if (!this->HasFatalFailure()) expectSame(3);
+  }
+
+  RandomGeometry<S> random_{97};
+  S extent_ = 3;
+  Scene<S> scene_;
+  std::vector<Judged<S>> bodies_;
+  std::set<BodyPair> ignored_;
+  bool is_filtered_ = false;
+  std::size_t touching_ = 0;
+};
+
+TYPED_TEST_SUITE(SceneTest, MeshScalars);
+
+TYPED_TEST(SceneTest, AnswersAsAllPairsDo) {
+  using S = TypeParam;
+  const int scenes = manySteps(20);
+  for (int i = 0; i < scenes && !testing::Test::HasFailure(); ++i) {
+    SCOPED_TRACE(i);
+    this->scene_ = Scene<S>();
+    this->bodies_.clear();
+    this->ignored_.clear();
+    this->extent_ = S(this->random_.uniform(1, 6));
+    this->is_filtered_ = this->random_.oneIn(3);
+    if (this->is_filtered_)
+      this->scene_.setFilter([](BodyId a, BodyId b) { return (a + b) % 3 != 0; });
+    this->fill(1 + this->random_.below(this->random_.oneIn(8) ? 40 : 10));
+    for (int step = 0; step < 3 && !testing::Test::HasFailure(); ++step) {
+      SCOPED_TRACE(step);
+      for (int k = 0; k < 4; ++k) this->change();
+      this->judge();
+    }
+  }
+  EXPECT_GT(this->touching_, 20u);
+}
+
+TYPED_TEST(SceneTest, KnowsWhatWasNotUpdated) {
+  using S = TypeParam;
+  DeformableMesh<S> mesh(latticeBox<S>(1));
+  const DeformableMesh<S> other(latticeBox<S>(1));
+  Scene<S>& scene = this->scene_;
+  const BodyId a = scene.add(mesh), b = scene.add(other);
+  EXPECT_THROW(scene.distance(), std::logic_error);
+  scene.update();
+  EXPECT_EQ(S(0), scene.distance().distance);
+  std::vector<Vector3<S>> positions = mesh.vertices();
+  for (Vector3<S>& x : positions) x[0] += 3;
+  mesh.update(positions);
+  EXPECT_THROW(scene.nearest(a), std::logic_error);
+  scene.update();
+  EXPECT_EQ(S(2), scene.nearest(b).distance);
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  tf.translation()[0] = -1;
+  scene.setTransform(a, tf);
+  EXPECT_THROW(scene.isNearer(1), std::logic_error);
+  scene.update();
+  EXPECT_EQ(S(1), scene.distance().distance);
+}
+
+TYPED_TEST(SceneTest, RefusesWhatItCannotHold) {
+  using S = TypeParam;
+  Scene<S>& scene = this->scene_;
+  const DeformableMesh<S> mesh(latticeBox<S>(1));
+  const fcl::BVHModel<fcl::RSS<S>> model;
+  const fcl::Sphere<S> ball(1);
+  EXPECT_THROW(scene.add(model), std::invalid_argument);
+  EXPECT_THROW(scene.add(std::shared_ptr<const fcl::CollisionGeometry<S>>()),
+               std::invalid_argument);
+  fcl::Transform3<S> scaled = fcl::Transform3<S>::Identity();
+  scaled.linear() *= 2;
+  EXPECT_THROW(scene.add(mesh, scaled), std::invalid_argument);
+  BodyOptions self;
+  self.self_collision = true;
+  EXPECT_THROW(scene.add(ball, fcl::Transform3<S>::Identity(), self), std::invalid_argument);
+  EXPECT_EQ(0u, scene.size());
+  const BodyId id = scene.add(mesh);
+  EXPECT_THROW(scene.setTransform(id, scaled), std::invalid_argument);
+  EXPECT_THROW(scene.remove(id + 1), std::invalid_argument);
+  EXPECT_THROW(scene.ignoreNeighbours({id, id + 1}), std::invalid_argument);
+  EXPECT_THROW(scene.setThreads(0), std::invalid_argument);
+  scene.update();
+  EXPECT_THROW(scene.isNearer(-1), std::invalid_argument);
+  EXPECT_THROW(scene.isNearer(std::numeric_limits<S>::quiet_NaN()), std::invalid_argument);
+  EXPECT_FALSE(scene.distance().exists());
+  scene.remove(id);
+  scene.update();
+  EXPECT_FALSE(scene.isNearer(1));
+  EXPECT_EQ(id + 1, scene.add(mesh)) << "numbers are never given again";
+}
+
+}  // namespace scene_test
+}  // namespace adaptive_bvh_test
