@@ -58,7 +58,7 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                    const CollisionQuery<S>& query) {
   const ContactNode<S> node(first, second, query, false);
   TreePair<S> trees(first, second);
-  alignIfNear(trees, 0);
+  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one is found soon
   const CandidateInput<S> input{
       first, second, trees.first(), trees.second(), node.toFirst(), NeighbourFilter::None, nullptr};
   searchInFrame(

@@ -141,26 +141,32 @@ void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry) {
 }
 
 template <typename S>
-WorldBox worldBoxOf(const Body<S>& body) {
-  WorldBox box =
+void bound(Body<S>& body) {
+  const std::uint64_t positions = body.mesh ? stateOf(*body.mesh).positions : 0;
+  if (body.is_placed && body.positions == positions) return;
+  body.positions = positions;
+  body.is_placed = true;
+  body.box =
       body.mesh ? boxOfMesh(stateOf(*body.mesh), body.tf) : boxOfShape(*body.geometry, body.tf);
-  if (!box.isBounded()) return box;
-  // Queries compare bodies by rotations as they are, which are rotations up to an error only.
-  const Vector3d middle = (box.low + box.high) / 2;
-  const double half = (box.high - box.low).norm() / 2;
-  const double margin =
-      kTurnError<S> * (half + (body.mesh ? (middle - body.tf.translation().template cast<double>())
-                                               .template lpNorm<Eigen::Infinity>()
-                                         : 0)) +
-      1e-12 * middle.template lpNorm<Eigen::Infinity>();
-  box.low.array() -= margin;
-  box.high.array() += margin;
-  return box;
+  body.middle = (body.box.low + body.box.high) / 2;
+  body.radius = (body.box.high - body.box.low).norm() / 2;
+  if (!body.box.isBounded()) return;
+  const auto at = body.tf.translation().template cast<double>();
+  // A rotation is one up to an error, which counts for all that is seen from the body's origin.
+  const double far = body.radius + (body.middle - at).norm(),
+               margin = kTurnError<S> * far + 1e-12 * body.middle.norm();
+  body.box.low.array() -= margin;
+  body.box.high.array() += margin;
+  if (body.mesh) {
+    body.middle = body.tf.template cast<double>() * body.mesh->aabb_center.template cast<double>();
+    body.radius = double(body.mesh->aabb_radius);
+  }
+  body.radius += margin;
 }
 
 template void requireBodyGeometry(const fcl::CollisionGeometry<float>&);
 template void requireBodyGeometry(const fcl::CollisionGeometry<double>&);
-template WorldBox worldBoxOf(const Body<float>&);
-template WorldBox worldBoxOf(const Body<double>&);
+template void bound(Body<float>&);
+template void bound(Body<double>&);
 
 }  // namespace adaptive_bvh

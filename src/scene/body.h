@@ -26,6 +26,9 @@ struct Body {
 
   // Of the last update.
   WorldBox box;
+  fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
+  double radius = 0;
+  bool is_placed = false;       ///< whether these are of the present transform
   std::uint64_t positions = 0;  ///< MeshState::positions
 
   /// The body that was nearest last, with the nearest elements.
@@ -40,8 +43,9 @@ struct Body {
 template <typename S>
 void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry);
 
-/// A box around a body. Unbounded, of a plane and a half-space.
+/// Computes the box and the ball of a body in its present state, where something has changed. They
+/// are unbounded of a plane and a half-space.
 template <typename S>
-WorldBox worldBoxOf(const Body<S>& body);
+void bound(Body<S>& body);
 
 }  // namespace adaptive_bvh

@@ -1,6 +1,8 @@
 #include <cmath>
+#include <optional>
 
 #include "adaptive_bvh/query.h"
+#include "boxes/open_nodes.h"
 #include "query/nearest_search.h"
 #include "scene/scene_state.h"
 
@@ -37,6 +39,54 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
   return true;
 }
 
+/// Boxes of a body as the tree of a mesh sees them: whether parts of the mesh may be near a body.
+template <typename S>
+class NearParts {
+ public:
+  explicit NearParts(const Body<S>& body)
+      : mesh_(stateOf(*body.mesh)),
+        turn_(mesh_.tree.toBody() * body.tf.linear().template cast<double>().transpose()),
+        from_(body.tf.translation().template cast<double>()),
+        origin_(mesh_.tree.toBody() * mesh_.tree.origin()),
+        open_(mesh_.tree.depth()) {}
+
+  /// False when no leaf of the mesh is at most so far from a box.
+  bool areNear(const WorldBox& box, double distance) {
+    const WideTree& tree = mesh_.tree;
+    const fcl::Vector3d middle = turn_ * ((box.low + box.high) / 2 - from_) - origin_,
+                        half = turn_.cwiseAbs() * ((box.high - box.low) / 2);
+    const double error = 1e-6 * (middle.cwiseAbs() + half).maxCoeff();
+    if (!(error < 1e6)) return true;
+    Float4 low[3], high[3];
+    for (int k = 0; k < 3; ++k) {
+      low[k] = float4::all(static_cast<float>(middle[k] - half[k] - error));
+      high[k] = float4::all(static_cast<float>(middle[k] + half[k] + error));
+    }
+    const Float4 limit = float4::all(squaredGapOf(distance * tree.scale()));
+    open_.start();
+    while (!open_.isEmpty()) {
+      const WideNode& node = tree.nodes()[open_.pop().number];
+      Float4 gaps = float4::all(0);
+      for (int k = 0; k < 3; ++k) {
+        const Float4 gap = float4::upper<Float4>(
+            float4::upper<Float4>(node.boxes.low[k] - high[k], low[k] - node.boxes.high[k]),
+            float4::all(0));
+        gaps += gap * gap;
+      }
+      const unsigned lanes = float4::bits(gaps <= limit) & ((1u << node.count) - 1);
+      if (lanes && node.isLeaf()) return true;
+      if (lanes) open_.push(node, lanes, gaps);
+    }
+    return false;
+  }
+
+ private:
+  const MeshState<S>& mesh_;
+  const fcl::Matrix3d turn_;  ///< from the world into the tree
+  const fcl::Vector3d from_, origin_;
+  OpenNodes open_;
+};
+
 }  // namespace
 
 template <typename S>
@@ -51,8 +101,13 @@ SceneDistance<S> Scene<S>::nearest(BodyId body) {
   const auto& last = asked.witness;
   const bool has_witness = last.exists && state.contains(last.other);
   if (has_witness) tryBody(state.bodies[state.placeOf(last.other)], last.elements);
+  std::optional<NearParts<S>> parts;
+  if (asked.mesh) parts.emplace(asked);
   const auto tryOthers = [&](const Body<S>& other) {
-    if (!has_witness || other.id != last.other) tryBody(other, {-1, -1});
+    const double limit = State::slack(double(best.distance));
+    const bool is_tried = has_witness && other.id == last.other;
+    const bool is_far = parts && other.box.isBounded() && !parts->areNear(other.box, limit);
+    if (!is_tried && !is_far) tryBody(other, {-1, -1});
     return State::slack(double(best.distance));
   };
   for (const unsigned place : state.unbounded) tryOthers(state.bodies[place]);

@@ -67,6 +67,7 @@ void Scene<S>::setTransform(BodyId body, const Transform& tf) {
   Body<S>& at = state_->bodies[state_->placeOf(body)];
   requireRigid(tf);
   at.tf = tf;
+  at.is_placed = false;
   state_->is_current = false;
 }
 
@@ -146,8 +147,7 @@ void Scene<S>::update() {
   state.boxes.clear();
   for (unsigned i = 0; i < state.bodies.size(); ++i) {
     Body<S>& body = state.bodies[i];
-    body.box = worldBoxOf(body);
-    if (body.mesh) body.positions = stateOf(*body.mesh).positions;
+    bound(body);
     if (!body.box.isBounded()) {
       state.unbounded.push_back(i);
       continue;

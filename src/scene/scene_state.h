@@ -72,7 +72,12 @@ struct Scene<S>::State {
     const auto add = [&](unsigned a, unsigned b) {
       if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
     };
-    tree.forEachPair(slack(distance), [&](unsigned i, unsigned j) { add(in_tree[i], in_tree[j]); });
+    const double limit = slack(distance);
+    tree.forEachPair(limit, [&](unsigned i, unsigned j) {
+      const Body<S>&a = bodies[in_tree[i]], &b = bodies[in_tree[j]];
+      const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
+      if ((a.middle - b.middle).squaredNorm() <= radii * radii) add(in_tree[i], in_tree[j]);
+    });
     for (const unsigned a : unbounded)
       for (const unsigned b : in_tree) add(a, b);
     std::sort(pairs.begin(), pairs.end());

@@ -1,8 +1,7 @@
 #include "triangles/triangle_contact.h"
 
 #include <cmath>
-
-#include <fcl/narrowphase/detail/traversal/collision/intersect.h>
+#include <limits>
 
 #include "base/rounding.h"
 #include "triangles/feature_distance.h"
@@ -38,6 +37,57 @@ Point<S> anyNormal(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
   return f.isZero(0) ? Point<S>::UnitZ() : f.stableNormalized().unitOrthogonal();
 }
 
+/// The plane of a triangle that is not thin: n x = t, n of length 1.
+template <typename S>
+struct Plane {
+  explicit Plane(const TrianglePoints<S>& triangle) : n(normalOf(triangle).normalized()) {
+    t = n.dot(triangle[0]);
+  }
+  Point<S> n;
+  S t;
+};
+
+/// The corners of a triangle that are deepest below a plane; none where all lie on one side.
+template <typename S>
+struct Deepest {
+  Deepest(const TrianglePoints<S>& triangle, const Plane<S>& plane) {
+    constexpr double kOn = 1e-5, kAsDeep = 1e-6;  // FCL's
+    bool is_above = true, is_below = true;
+    for (const Point<S>& x : triangle) {
+      const S below = plane.t - plane.n.dot(x);
+      is_above = is_above && double(below) < -kOn;
+      is_below = is_below && double(below) > kOn;
+      if (below > depth) {
+        depth = below;
+        count = 0;
+      } else if (!(double(below) + kAsDeep >= double(depth))) {
+        continue;
+      }
+      if (count < 2) points[count++] = x;
+    }
+    if (is_above || is_below) count = 0;
+  }
+
+  S depth = std::numeric_limits<S>::lowest();
+  unsigned count = 0;
+  Point<S> points[2];
+};
+
+/// FCL's contact of two triangles that meet, neither of them thin: the corners of one that are
+/// deepest below the plane of the other, where that is less deep. No points where rounding hides
+/// that they meet.
+template <typename S>
+TriangleContact<S> contactByPlanes(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
+  const Plane<S> of_a(a), of_b(b);
+  const Deepest<S> of_first(a, of_b), of_second(b, of_a);
+  const bool is_second = of_first.depth > of_second.depth;
+  const Deepest<S>& deepest = is_second ? of_second : of_first;
+  return {deepest.count,
+          {deepest.points[0], deepest.points[1]},
+          is_second ? of_a.n : Point<S>(-of_b.n),
+          deepest.depth};
+}
+
 template <typename S>
 bool isComplete(const TriangleContact<S>& contact) {
   bool finite = contact.normal.allFinite() && std::isfinite(contact.depth);
@@ -70,14 +120,10 @@ bool isThin(const TrianglePoints<S>& t) {
 template <typename S>
 TriangleContact<S> contactOf(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
   TriangleContact<S> contact;
-  contact.count = 0;
-  const bool thin = isThin(a) || isThin(b);  // then FCL would read a plane that it did not set
-  if (!thin &&
-      fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2],
-                                                    contact.points, &contact.count, &contact.depth,
-                                                    &contact.normal) &&
-      isComplete(contact))
-    return contact;
+  if (!isThin(a) && !isThin(b)) {
+    contact = contactByPlanes(a, b);
+    if (isComplete(contact)) return contact;
+  }
   const PointPair<S> nearest = nearestPoints(a, b);
   contact.count = 1;
   contact.points[0] = contact.points[1] = (nearest.first + nearest.second) / 2;
