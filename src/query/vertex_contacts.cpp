@@ -70,10 +70,11 @@ class MeshContactTest {
     const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
     typename PointSearch<S>::Nearest nearest;
     bool is_inside = candidate.is_inside;
-    if (!is_inside) {
+    const bool is_known = is_inside || sides_.find(x, 0, is_inside);
+    if (!is_known || !is_inside) {
       nearest.distance = margin_;
       findNearest(x, nearest);
-      is_inside = isInside(x, nearest.distance, nearest.triangle >= 0);
+      if (!is_known) is_inside = isInside(x, nearest.distance, nearest.triangle >= 0);
     }
     if (nearest.triangle < 0 && is_inside) {
       nearest.distance = std::numeric_limits<double>::infinity();
