@@ -65,6 +65,15 @@ bool holdsBall(const JudgedShape<S>& shape, const Point& x, Real radius, Real ro
   return true;
 }
 
+/// Of the triangle that has a vertex.
+template <typename S>
+Real areaOf(const DeformableMesh<S>& mesh, unsigned vertex) {
+  const fcl::Triangle& t = mesh.triangles()[vertex / 3];
+  const Point a = exact::of(mesh.vertices()[t[0]]);
+  return (exact::of(mesh.vertices()[t[1]]) - a).cross(exact::of(mesh.vertices()[t[2]]) - a).norm() /
+         2;
+}
+
 TYPED_TEST(ShapeContacts, AreThoseOfTheFormulas) {
   using S = TypeParam;
   auto& random = this->random_;
@@ -112,10 +121,16 @@ TYPED_TEST(ShapeContacts, AreThoseOfTheFormulas) {
       EXPECT_NEAR(double((x - nearest).norm()), double(std::abs(measured)), double(world));
       EXPECT_LE(shape.distance(nearest), world) << shape.name;
       EXPECT_EQ(-1, result.triangles[i]);
-      EXPECT_GT(result.areas[i], 0);
+      // One third of its only triangle; some are degenerate.
+      const Real area = areaOf(mesh, v) / 3;
+      EXPECT_NEAR(double(area), double(result.areas[i]),
+                  double(8 * epsilon * area) + 1e-15 * double(size * size));
       if (std::abs(measured) > 1e-3L * size) {
         const Point direction = (measured < 0 ? Point(nearest - x) : Point(x - nearest));
-        EXPECT_LE((direction.normalized() - outward).norm(), 1e-5L + 1e3L * epsilon) << shape.name;
+        // Both ends of the direction are known up to `world`.
+        EXPECT_LE((direction.normalized() - outward).norm(),
+                  1e-5L + 4 * epsilon + 2 * world / std::abs(measured))
+            << shape.name;
       }
       if (d > 2 * rounding) {
         EXPECT_NEAR(double(d), double(measured), double(tolerance)) << shape.name;
@@ -138,6 +153,47 @@ TYPED_TEST(ShapeContacts, AreThoseOfTheFormulas) {
   EXPECT_GT(found, judged / 8);
   EXPECT_GT(inside, found / 10);
   std::printf("%ld vertices judged, %ld contacts, %ld inside\n", judged, found, inside);
+}
+
+/// Vertices at all distances down to what is rounded: the plane across the normal through the
+/// nearest point has all of the shape behind it.
+TYPED_TEST(ShapeContacts, NormalsNearTheSurfaceAreThoseOfIt) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  const auto tf = fcl::Transform3<S>::Identity();
+  long judged = 0;
+  for (int body = 0; body < manySteps(100); ++body) {
+    const S size = random.size(-6, 6);
+    const JudgedShape<S> shape = this->shape(size);
+    if (shape.reach(Point::UnitX()) > 1e20L * size) continue;  // a plane
+    TriangleMesh<S> near_surface;
+    for (int i = 0; i < 60; ++i) {
+      const Point along = exact::of(random.direction());
+      Real low = 0, high = 10 * Real(size);
+      for (int step = 0; step < 80; ++step)
+        (shape.distance((low + high) / 2 * along) > 0 ? high : low) = (low + high) / 2;
+      const Real shift = Real(random.size(-16, -2)) * (random.oneIn(2) ? 1 : -1);
+      near_surface.vertices.push_back((low * (1 + shift) * along).template cast<S>());
+      if (i % 3 == 2) near_surface.triangles.emplace_back(i - 2, i - 1, i);
+    }
+    const DeformableMesh<S> mesh(near_surface);
+    const fcl::CollisionGeometry<S>& geometry = *shape.geometry;
+    VertexContacts<S> result;
+    vertexContacts(mesh, tf, geometry, tf, size, result);
+    EXPECT_EQ(60u, result.size());
+    const bool is_convex = std::string(shape.name) == "octahedron";
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const Point outward = -exact::of(result.normals[i]),
+                  nearest = exact::of(result.nearest_points[i]);
+      const Real epsilon = std::numeric_limits<S>::epsilon();
+      // Nearer than 1e-8 of the coordinates it is the surface's; an edge has any of several.
+      const Real error = 1e-7L * size + 64 * epsilon * size + (is_convex ? 1e-7L * size : 0);
+      EXPECT_NEAR(double(shape.reach(outward)), double(outward.dot(nearest)), double(error))
+          << shape.name << " " << result.distances[i] / size;
+      ++judged;
+    }
+  }
+  EXPECT_GT(judged, 1000);
 }
 
 /// Vertices on the surface, on edges and tips: the mean direction.

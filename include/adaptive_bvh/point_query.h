@@ -96,12 +96,14 @@ void signedDistances(const DeformableMesh<S>& mesh, const std::vector<fcl::Vecto
 }
 
 /// How often the triangles wind around each of many points: of a closed surface a whole number, 0
-/// outside; of open meshes and soups the generalised winding number, the sum of their solid angles
-/// divided by 4 pi, which is near 1 well inside (Jacobson, Kavan, Sorkine-Hornung 2013). Off by at
-/// most `tolerance` and the rounding to S: triangles far away are taken together, by bounded
-/// moments of their areas. The smaller it is, the longer it takes; at 0 every triangle counts by
-/// itself. `result` is overwritten. Throws std::invalid_argument also when the tolerance is
-/// negative or NaN.
+/// outside, without any error (on the surface, 0 or that of one side); of open meshes and soups the
+/// generalised winding number, the sum of their solid angles divided by 4 pi, which is near 1 well
+/// inside (Jacobson, Kavan, Sorkine-Hornung 2013). That is off by at most `tolerance` and by
+/// rounding: triangles far away are taken together, by bounded moments of their areas. The smaller
+/// it is, the longer it takes; at 0 every triangle counts by itself. What is rounded is that to S,
+/// 1e-14 for each triangle that counts by itself, and where the point is h away from an edge of one
+/// of size L, 1e-18 (L / h)^2 (with the long double of x86). `result` is overwritten. Throws
+/// std::invalid_argument also when the tolerance is negative or NaN.
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
                     S tolerance, std::vector<S>& result);

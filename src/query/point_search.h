@@ -7,8 +7,10 @@
 #include "base/task_pool.h"
 #include "boxes/open_nodes.h"
 #include "boxes/wide_tree.h"
+#include "query/pair_corners.h"
 #include "query/placed_mesh.h"
 #include "triangles/feature_distance.h"
+#include "triangles/point_gaps4.h"
 
 namespace adaptive_bvh {
 
@@ -27,7 +29,8 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
 
 /// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
-/// single precision, triangles in double: docs/bounds.md, 16.
+/// single precision, and so are the triangles of a leaf, which leaves out those that are surely
+/// farther; the others are tested in double: docs/bounds.md, 16.
 template <typename S>
 class PointSearch {
  public:
@@ -99,12 +102,25 @@ class PointSearch {
     const Float4 gaps = squaredGaps(node.boxes);
     unsigned lanes = float4::bits(gaps <= float4::all(limit_)) & ((1u << node.count) - 1);
     if (!node.isLeaf()) return open_.push(node, lanes, gaps);
-    alignas(16) float gap[4];
-    float4::store(gaps, gap);
-    for (; lanes; lanes &= lanes - 1) {
-      const int i = __builtin_ctz(lanes);
-      if (gap[i] <= limit_) testTriangle(static_cast<unsigned>(node.first + i), x, nearest);
+    if (lanes) visitLeaf(node, lanes, x, nearest);
+  }
+  void visitLeaf(const WideNode& leaf, unsigned lanes, const fcl::Vector3d& x, Nearest& nearest) {
+    Vector4x3 corners[3];
+    gatherLeaf(tree_.slots(), tree_.positions(), leaf, corners);
+    for (Vector4x3& corner : corners)
+      corner = vectors::difference(corner, {point_[0], point_[1], point_[2]});
+    const PointGaps4 bounds(corners, error_ + float4::all(2 * WideTree::kPositionError));
+    lanes &= nearLanes(bounds.byMiddles());
+    if (!lanes) return;
+    const Float4 gaps = bounds.byNearest();
+    for (lanes &= nearLanes(gaps); lanes; lanes &= nearLanes(gaps)) {
+      testTriangle(static_cast<unsigned>(leaf.first + __builtin_ctz(lanes)), x, nearest);
+      lanes &= lanes - 1;
     }
+  }
+  /// Where a lower bound of a distance does not reach beyond the limit.
+  ADAPTIVE_BVH_INLINE unsigned nearLanes(const Float4& bound) const {
+    return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
   }
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
     const Int4& v = tree_.corners(place);

@@ -116,6 +116,14 @@ void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points
   requireFinite(points, count);
   result.resize(count);
   const MeshState<S>& state = stateOf(mesh);
+  if (state.topology->owners.isClosed()) {
+    forEachPoint(state, points, count, [&] {
+      return [&, winding = WindingNumber<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+        result[i] = static_cast<S>(winding.of(x));
+      };
+    });
+    return;
+  }
   static thread_local WindingTree memory;
   WindingTree& tree = memory;  // that of this thread, for all
   tree.refit(state);

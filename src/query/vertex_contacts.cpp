@@ -1,6 +1,8 @@
 #include "query/vertex_contacts.h"
 
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/rigid.h"
 #include "query/closed_surface.h"
@@ -10,6 +12,43 @@
 
 namespace adaptive_bvh {
 namespace {
+
+/// Which side of a surface points are on, of points near each other: the balls around two points
+/// that reach to the surface have no point of it, so where they overlap both points are on one
+/// side.
+class KnownSides {
+ public:
+  /// `error`: of a sum of two radii and a distance of their centres.
+  explicit KnownSides(double error) : error_(error) {}
+
+  /// The nearest point of the surface is at least `radius` away from x. Returns whether the side of
+  /// x follows.
+  bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
+    for (const Ball& ball : balls_) {
+      const double reach = ball.radius + radius - error_;
+      if (!(reach > 0 && (x - ball.center).squaredNorm() < reach * reach)) continue;
+      is_inside = ball.is_inside;
+      return true;
+    }
+    return false;
+  }
+  void add(const fcl::Vector3d& x, double radius, bool is_inside) {
+    balls_[next_] = {x, radius, is_inside};
+    next_ = (next_ + 1) % kBalls;
+  }
+
+ private:
+  static constexpr std::size_t kBalls = 8;
+  struct Ball {
+    fcl::Vector3d center = fcl::Vector3d::Zero();
+    double radius = -std::numeric_limits<double>::infinity();  ///< there is none
+    bool is_inside = false;
+  };
+
+  std::array<Ball, kBalls> balls_;
+  std::size_t next_ = 0;
+  const double error_;
+};
 
 /// Whether a vertex is a contact with a closed mesh.
 template <typename S>
@@ -24,23 +63,25 @@ class MeshContactTest {
         search_(other),
         winding_(other),
         normals_(other),
-        far_(to_other.T.template lpNorm<Eigen::Infinity>()) {}
+        far_(to_other.T.template lpNorm<Eigen::Infinity>()),
+        sides_(kRounding * (far_ + sizeOf(mesh) + sizeOf(other))) {}
 
   bool operator()(const VertexCandidate& candidate, VertexContact& contact) {
     const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
     typename PointSearch<S>::Nearest nearest;
     bool is_inside = candidate.is_inside;
-    if (!is_inside) {
+    const bool is_known = is_inside || sides_.find(x, 0, is_inside);
+    if (!is_known || !is_inside) {
       nearest.distance = margin_;
       findNearest(x, nearest);
-      const bool is_on_surface = nearest.triangle >= 0 && nearest.distance == 0;
-      is_inside = !is_on_surface && winding_.of(x) != 0;
+      if (!is_known) is_inside = isInside(x, nearest.distance, nearest.triangle >= 0);
     }
-    if (nearest.triangle < 0) {
-      if (!is_inside) return false;
+    if (nearest.triangle < 0 && is_inside) {
       nearest.distance = std::numeric_limits<double>::infinity();
       findNearest(x, nearest);
     }
+    sides_.add(x, nearest.distance, is_inside);
+    if (nearest.triangle < 0) return false;
     last_ = nearest.triangle;
     set(x, nearest, is_inside && nearest.distance > 0, contact);
     return true;
@@ -50,6 +91,13 @@ class MeshContactTest {
   void findNearest(const fcl::Vector3d& x, typename PointSearch<S>::Nearest& nearest) {
     if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
     search_.search(x, nearest);
+  }
+  /// `distance`: of the nearest triangle; where none is found, less than that.
+  bool isInside(const fcl::Vector3d& x, double distance, bool is_found) {
+    if (is_found && distance == 0) return false;
+    bool is_inside;
+    if (!sides_.find(x, distance, is_inside)) is_inside = winding_.of(x) != 0;
+    return is_inside;
   }
 
   void set(const fcl::Vector3d& x, const typename PointSearch<S>::Nearest& nearest, bool is_inside,
@@ -79,6 +127,13 @@ class MeshContactTest {
     return direction.isZero(0) ? fcl::Vector3d(fcl::Vector3d::UnitZ()) : direction;
   }
 
+  /// More than what is rounded in a distance, in parts of the size.
+  static constexpr double kRounding = 0x1p-40;
+  /// The largest coordinate of a mesh, or more.
+  static double sizeOf(const MeshState<S>& mesh) {
+    return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
+  }
+
   const MeshState<S>&mesh_, &other_;
   const RelativePlacement& to_other_;
   const double margin_;
@@ -86,6 +141,7 @@ class MeshContactTest {
   WindingNumber<S> winding_;
   const SurfaceNormals<S> normals_;
   const double far_;
+  KnownSides sides_;
   int last_ = -1;  ///< the nearest triangle of the vertex before
 };
 

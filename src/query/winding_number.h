@@ -4,56 +4,58 @@
 #include <limits>
 
 #include "query/ray_search.h"
-#include "triangles/solid_angle.h"
 
 namespace adaptive_bvh {
 
-/// How often a closed surface winds around a point, by what a ray from there meets: 1 more for each
-/// triangle that is seen from behind, 1 less for each seen from its front. A ray that meets a side or a
-/// corner says nothing; then another one is tried. Where many say nothing, solid angles are summed.
-/// Of a point on the surface it is the number on one of its sides.
+/// How often a closed surface winds around a point, without any error, by what a ray from there
+/// meets: 1 more for each triangle that is seen from behind, 1 less for each seen from its front. A
+/// ray that meets a side or a corner says nothing; then another one is tried.
+///
+/// That ends: a point that is not on the surface has a side or a corner of the surface only in
+/// directions of no area, as a side whose line has the point does not count unless the point is on
+/// the side itself. 0 where the point is on a triangle.
 template <typename S>
 class WindingNumber {
  public:
-  explicit WindingNumber(const MeshState<S>& mesh) : mesh_(mesh), rays_(mesh) {}
+  explicit WindingNumber(const MeshState<S>& mesh) : middle_(mesh.tree.origin()), rays_(mesh) {}
 
   int of(const fcl::Vector3d& x) {
-    constexpr int kTries = 16;
-    for (int i = 0, number = 0; i < kTries; ++i)
-      if (countAlong(x, direction(i), number)) return number;
-    return bySolidAngles(x);
+    int number = 0;
+    bool is_certain = countAlong(x, outward(x), number);
+    for (int i = 0; !is_certain; ++i) is_certain = countAlong(x, direction(i), number);
+    return number;
   }
 
  private:
-  /// Directions spread over the sphere that no edge of a mesh is likely to have.
+  /// Away from the middle of the mesh, where a ray meets least; one direction in each octant.
+  fcl::Vector3d outward(const fcl::Vector3d& x) const {
+    const fcl::Vector3d y = x - middle_;
+    return {std::copysign(0.6214831, y[0]), std::copysign(0.5463127, y[1]),
+            std::copysign(0.5614279, y[2])};
+  }
+  /// Directions spread evenly over the sphere, that no edge of a mesh is likely to have.
   static fcl::Vector3d direction(int i) {
-    const double z = 0.87390 - 0.109134 * i, around = 0.4321 + 2.399963229728653 * i,
-                 radius = std::sqrt(1 - z * z);
+    // Additive recurrences by powers of the inverse of the plastic number.
+    const double turns = 0.43195 + 0.7548776662466927 * i, z = 1 - 2 * (turns - std::floor(turns)),
+                 around = 0.4321 + 3.5804121438379077 * i, radius = std::sqrt(1 - z * z);
     return {radius * std::cos(around), radius * std::sin(around), z};
   }
 
+  /// False where the ray says nothing.
   bool countAlong(const fcl::Vector3d& x, const fcl::Vector3d& along, int& number) {
-    bool is_certain = true;
+    bool is_certain = true, is_on_surface = false;
     number = 0;
     rays_.search(x, along, [&](int, const RayTriangle::Hit& hit) {
+      is_on_surface = is_on_surface || hit.t == 0;
       is_certain = is_certain && !hit.is_on_a_side;
       number += hit.is_front ? -1 : 1;
-      return is_certain ? std::numeric_limits<double>::infinity() : -1;
+      return is_certain || is_on_surface ? std::numeric_limits<double>::infinity() : -1;
     });
-    return is_certain;
+    if (is_on_surface) number = 0;
+    return is_certain || is_on_surface;
   }
 
-  int bySolidAngles(const fcl::Vector3d& x) const {
-    long double sum = 0;
-    for (int i = 0; i < mesh_.numTriangles(); ++i) {
-      const VertexIndices v = mesh_.view().verticesOf(static_cast<unsigned>(i));
-      sum += solidAngle<long double>(mesh_.vertices[v[0]], mesh_.vertices[v[1]],
-                                     mesh_.vertices[v[2]], x);
-    }
-    return static_cast<int>(std::lround(sum / (4 * std::acos(-1.L))));
-  }
-
-  const MeshState<S>& mesh_;
+  const fcl::Vector3d middle_;
   RaySearch<S> rays_;
 };
 

@@ -35,6 +35,7 @@ WindingTree::Moments WindingTree::ofTriangle(const Vector (&corners)[3]) {
     m.radius = std::max(m.radius, h.norm());
     spread += h * h.transpose() / 12;
   }
+  m.square = m.area * spread.trace();
   for (int t = 0; t < 10; ++t) {
     const int i = kThird[t][0], j = kThird[t][1], k = kThird[t][2];
     m.third[t] =
@@ -49,6 +50,7 @@ void WindingTree::add(const Moments& part, Moments& sum) {
   const Vector& n = part.first;
   const auto second = [&](int i, int j) { return part.second[kSecondAt[i][j]]; };
   sum.radius = std::max(sum.radius, h.norm() + part.radius);
+  sum.square += part.square + part.area * h.squaredNorm();
   sum.first += n;
   for (int t = 0; t < 6; ++t) {
     const int i = kSecond[t][0], j = kSecond[t][1];
@@ -87,6 +89,7 @@ WindingTree::Moments WindingTree::combined(const Moments* parts, const WideNode&
 void WindingTree::write(const Moments& m, int lane, Node& to) {
   constexpr double kUp = 1 + 1e-6;
   to.area[lane] = static_cast<float>(m.area * kUp);
+  to.square[lane] = static_cast<float>(m.square * kUp);
   to.radius[lane] = static_cast<float>(m.radius * kUp);
   for (int k = 0; k < 3; ++k) {
     to.center[k][lane] = static_cast<float>(m.center[k]);
@@ -136,7 +139,8 @@ ADAPTIVE_BVH_INLINE unsigned WindingTree::evaluate(const Node& node, const Vecto
   // Rounding: of x and the centre, seen from R, and of what follows.
   const Float4 rounding = all(0x1p-20f) * (one + inverse);
   const Float4 error =
-      node.area * inverse2 * (q * q * q * (all(4) - all(3) * q) / (rest * rest) + rounding);
+      inverse2 *
+      (node.square * inverse2 * q * (all(4) - all(3) * q) / (rest * rest) + node.area * rounding);
   const auto is_far = (q < all(0.6f)) & (error <= all(limit)) & (square > all(1e-30f));
   const unsigned lanes = float4::bits(is_far);
   if (!lanes) return 0;
@@ -178,7 +182,7 @@ WindingTree::Sum WindingTree::walk(const MeshState<S>& mesh, const Vector& x, co
       const auto corner = [&](int k) -> const fcl::Vector3<S>& {
         return mesh.vertices[static_cast<std::size_t>(v[k])];
       };
-      sum.number += solidAngle<double>(corner(0), corner(1), corner(2), x) / kFourPi;
+      sum.number += solidAngle(corner(0), corner(1), corner(2), x, tree.scale()) / kFourPi;
     }
   }
   return sum;
@@ -191,7 +195,7 @@ double WindingTree::of(const MeshState<S>& mesh, const Vector& x, double toleran
   if (!(in_tree.lpNorm<Eigen::Infinity>() < kFar)) return 0;
   // So much may each box be off. Most boxes are off by less, so that fewer of them would be too
   // few.
-  constexpr double kBoxes = 16, kMore = 1. / 8;
+  constexpr double kBoxes = 48, kMore = 1. / 4;
   for (double limit = tolerance / kBoxes;; limit *= kMore) {
     const Sum sum = walk(mesh, x, in_tree, static_cast<float>(limit));
     if (sum.error <= tolerance) return sum.number;

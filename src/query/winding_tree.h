@@ -12,16 +12,17 @@ namespace adaptive_bvh {
 /// the moments of their areas up to the second order, seen from their centroid; near ones exactly.
 ///
 /// The error is bounded, not estimated: 1 / |y - x| has the n-th derivatives n! / |y - x|^(n+1) at
-/// most, so triangles of area A within r of a centroid at the distance R, q = r / R < 1, are off by
-/// at most A / (4 pi R^2) (sum over n >= 3 of (n + 1) q^n) = A / (4 pi R^2) q^3 (4 - 3 q) / (1 -
-/// q)^2.
+/// most. So triangles within r of a centroid at the distance R, q = r / R < 1, whose points are h
+/// away from it, are off by at most 1 / (4 pi R^2) (sum over n >= 3 of (n + 1) integral of (h /
+/// R)^n). With h^n <= h^2 r^(n-2), and B the integral of h^2, that is B / (4 pi R^4) q (4 - 3 q) /
+/// (1 - q)^2 or less.
 class WindingTree {
  public:
   /// Computes the moments of a mesh in its present state: 30 ns a triangle.
   template <typename S>
   void refit(const MeshState<S>& mesh);
 
-  /// Of a point, off by at most `tolerance`, and by 1e-14 of the number of triangles.
+  /// Of a point, off by at most `tolerance`, and by the rounding of windingNumbers.
   template <typename S>
   double of(const MeshState<S>& mesh, const fcl::Vector3d& x, double tolerance) const;
 
@@ -29,6 +30,7 @@ class WindingTree {
   /// Of the triangles below a box, divided by 4 pi, in the tree's coordinates.
   struct Moments {
     double area = 0, radius = 0;
+    double square = 0;                             ///< the integral of h^2, h from the centre
     fcl::Vector3d center = fcl::Vector3d::Zero();  ///< of the area
     fcl::Vector3d first = fcl::Vector3d::Zero();   ///< the integral of the normal n
     /// The integral of n h, made symmetric; h from the centre: xx, xy, xz, yy, yz, zz.
@@ -38,7 +40,7 @@ class WindingTree {
   };
   /// Those of the four boxes of a node, as they are evaluated.
   struct Node {
-    Float4 area, radius, center[3], first[3], second[6], trace, third[10], traces[3];
+    Float4 area, square, radius, center[3], first[3], second[6], trace, third[10], traces[3];
   };
   struct Sum {
     double number = 0, error = 0;

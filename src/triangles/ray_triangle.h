@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "triangles/orientation.h"
@@ -18,14 +19,20 @@ namespace adaptive_bvh {
 class RayTriangle {
  public:
   struct Hit {
-    double t;  ///< >= 0, never -0; infinite where it is larger than any double
+    /// >= 0, never -0, and 0 only where the origin is in the triangle's plane; infinite where it is
+    /// larger than any double.
+    double t;
     double u, v;
     bool is_front;      ///< seen counter-clockwise
     bool is_on_a_side;  ///< or on a corner
   };
 
   RayTriangle(const fcl::Vector3d& origin, const fcl::Vector3d& direction)
-      : origin_(origin), direction_(direction) {
+      : RayTriangle(direction) {
+    setOrigin(origin);
+  }
+  /// From where setOrigin says.
+  explicit RayTriangle(const fcl::Vector3d& direction) : direction_(direction) {
     direction.cwiseAbs().maxCoeff(&z_);
     x_ = (z_ + 1) % 3;
     y_ = (z_ + 2) % 3;
@@ -36,6 +43,8 @@ class RayTriangle {
     shear_x_ = scaled(x_) / scaled(z_);
     shear_y_ = scaled(y_) / scaled(z_);
   }
+
+  void setOrigin(const fcl::Vector3d& origin) { origin_ = origin; }
 
   /// False when the ray, from its origin on, does not meet the triangle, or lies in its plane. An
   /// origin in the triangle's plane is met at t = 0.
@@ -112,12 +121,13 @@ class RayTriangle {
     addOrientation(volume, t[0], t[1], t[2], origin_);
     if (volume.sign() * all.sign() < 0) return false;
     const ExactSum::Scaled sum = all.value();
-    hit = {volume.value() / sum, sides[1].value() / sum, sides[2].value() / sum, !is_left,
-           is_on_a_side};
+    double along = volume.value() / sum;
+    if (along == 0 && volume.sign() != 0) along = std::numeric_limits<double>::denorm_min();
+    hit = {along, sides[1].value() / sum, sides[2].value() / sum, !is_left, is_on_a_side};
     return true;
   }
 
-  fcl::Vector3d origin_, direction_;
+  fcl::Vector3d origin_ = fcl::Vector3d::Zero(), direction_;
   int x_, y_, z_;
   int exponent_;  ///< of the direction's largest component, which is scaled to 1 to 2
   double shear_x_, shear_y_, per_depth_;

@@ -95,13 +95,15 @@ ShapeSurface surfaceOfCone(const Vector& x, double radius, double half) {
   const bool is_inside = at[1] >= -half && side.dot(at - rim) <= 0, is_side = to_side < to_base;
   const Profile& nearest = is_side ? on_side : on_base;
   const double distance = std::min(to_side, to_base);
+  // On the side and on the base as it is, since x - nearest has few digits near them.
   Profile outward = is_side ? side : Profile(0, -1);
-  if (distance > kOnSurface * std::max(at.cwiseAbs().maxCoeff(), distance))
-    outward = (is_inside ? Profile(nearest - at) : Profile(at - nearest)) / distance;
-  else if (is_side && share == 1)
-    outward = Profile(0, 1);
-  else if (nearest == rim)
-    outward = (side + Profile(0, -1)).normalized();
+  const bool is_tip = is_side && share == 1;
+  if (is_tip || nearest == rim) {
+    if (distance > kOnSurface * std::max(at.cwiseAbs().maxCoeff(), distance))
+      outward = (is_inside ? Profile(nearest - at) : Profile(at - nearest)) / distance;
+    else
+      outward = is_tip ? Profile(0, 1) : Profile((side + Profile(0, -1)).normalized());
+  }
   return {is_inside ? -distance : distance, around(nearest), around(outward)};
 }
 
@@ -153,12 +155,34 @@ ShapeSurface surfaceOfEllipsoid(const Vector& x, const Vector& radii) {
   return {z.squaredNorm() < 1 ? -distance : distance, nearest, outward};
 }
 
+namespace {
+
+/// From the nearest point of a convex set to x, which is 2^-44 of the size off: so where x is near,
+/// that has few digits, and it is found anew from farther out, each time with a thousand times as
+/// many. Nearer than 2^-40, as if x were inside.
+Vector outwardOf(const Vector& x, const Vector& nearest, double distance, const ConvexSet& set) {
+  constexpr double kTouching = 0x1p-40, kFar = 1e-4, kFarther = 1e3;
+  Vector outward = (x - nearest).stableNormalized();
+  const Vector extent = set.support(outward) - set.support(-outward);
+  const double size = std::max(x.lpNorm<Eigen::Infinity>(), extent.lpNorm<Eigen::Infinity>());
+  if (distance <= kTouching * size) return -penetrationOf({x, x, x}, set).normal;
+  for (double far = distance; far < kFar * size;) {
+    far *= kFarther;
+    const Vector y = nearest + far * outward;
+    const ConvexGap gap = convexGap({y, y, y}, set);
+    outward = (y - gap.points.second).stableNormalized();
+  }
+  return outward;
+}
+
+}  // namespace
+
 ShapeSurface surfaceOfConvexSet(const Vector& x, const ConvexSet& set) {
   const TrianglePoints<double> point = {x, x, x};
   const ConvexGap gap = convexGap(point, set);
   if (gap.distance > 0) {
     const Vector& nearest = gap.points.second;
-    return {gap.distance, nearest, (x - nearest).stableNormalized()};
+    return {gap.distance, nearest, outwardOf(x, nearest, gap.distance, set)};
   }
   const Penetration way = penetrationOf(point, set);
   return {-way.depth, x - way.depth * way.normal, -way.normal};

@@ -1,0 +1,90 @@
+#pragma once
+
+#include "base/vectors.h"
+
+namespace adaptive_bvh {
+
+/// Lower bounds of the distances of a point and four triangles, in single precision: gaps along a
+/// line from the point to each triangle, which are never larger than the distance. However the line
+/// was found, and whatever was rounded then, only the gap's own rounding counts, which `margin`
+/// covers: docs/bounds.md, 16.
+class PointGaps4 {
+ public:
+  /// Corners, seen from the point. `error`: of their components.
+  ADAPTIVE_BVH_INLINE PointGaps4(const Vector4x3 (&corners)[3], const Float4& error)
+      : corners_(corners) {
+    using float4::upper;
+    const Float4 size =
+        upper<Float4>(upper<Float4>(vectors::size(corners[0]), vectors::size(corners[1])),
+                      vectors::size(corners[2]));
+    margin_ = float4::all(2) * error + float4::all(16 * kUnit) * size;
+  }
+
+  /// Along the line to the middle; 0 or less where there is none.
+  ADAPTIVE_BVH_INLINE Float4 byMiddles() const {
+    return along(vectors::sum(vectors::sum(corners_[0], corners_[1]), corners_[2]));
+  }
+  /// Along the line to the nearest point.
+  ADAPTIVE_BVH_INLINE Float4 byNearest() const {
+    Vector4x3 edges[3];
+    for (int k = 0; k < 3; ++k) edges[k] = vectors::difference(corners_[(k + 1) % 3], corners_[k]);
+    Nearest nearest{float4::all(1e30f), corners_[0]};
+    for (int k = 0; k < 3; ++k) considerEdge(corners_[k], edges[k], nearest);
+    considerFace(edges, nearest);
+    return along(nearest.way);
+  }
+
+ private:
+  static constexpr float kUnit = 1.f / (1 << 24);
+  static constexpr float kLeast = 1e-30f;  // of a divisor
+
+  struct Nearest {
+    Float4 squared;
+    Vector4x3 way;
+
+    template <typename Mask>
+    ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& other, const Vector4x3& w) {
+      squared = is_nearer ? other : squared;
+      way.x = is_nearer ? w.x : way.x;
+      way.y = is_nearer ? w.y : way.y;
+      way.z = is_nearer ? w.z : way.z;
+    }
+  };
+
+  ADAPTIVE_BVH_INLINE Float4 along(const Vector4x3& way) const {
+    using float4::lower;
+    const Float4 a = vectors::dot(way, corners_[0]), b = vectors::dot(way, corners_[1]),
+                 c = vectors::dot(way, corners_[2]);
+    const Float4 squared = float4::upper<Float4>(vectors::dot(way, way), float4::all(kLeast));
+    return lower<Float4>(lower<Float4>(a, b), c) / float4::squareRoot(squared) - margin_;
+  }
+
+  ADAPTIVE_BVH_INLINE static void considerEdge(const Vector4x3& from, const Vector4x3& edge,
+                                               Nearest& nearest) {
+    using float4::all;
+    const Float4 squared = float4::upper<Float4>(vectors::dot(edge, edge), all(kLeast));
+    const Float4 share = float4::lower<Float4>(
+        float4::upper<Float4>(-vectors::dot(from, edge) / squared, all(0)), all(1));
+    const Vector4x3 way = vectors::sum(from, vectors::scaled(edge, share));
+    const Float4 square = vectors::dot(way, way);
+    nearest.keep(square < nearest.squared, square, way);
+  }
+  /// The foot on the plane, where it lies between the sides.
+  ADAPTIVE_BVH_INLINE void considerFace(const Vector4x3 (&edges)[3], Nearest& nearest) const {
+    using float4::all;
+    const Vector4x3 normal = vectors::cross(edges[0], edges[1]);
+    const auto side = [&](int k) -> Float4 {
+      return vectors::dot(vectors::cross(edges[k], normal), corners_[k]);
+    };
+    const Float4 outside = float4::lower<Float4>(float4::lower<Float4>(side(0), side(1)), side(2));
+    const Float4 squared = float4::upper<Float4>(vectors::dot(normal, normal), all(kLeast));
+    const Vector4x3 way =
+        vectors::scaled(normal, Float4(vectors::dot(normal, corners_[0]) / squared));
+    nearest.keep(outside >= all(0), vectors::dot(way, way), way);
+  }
+
+  const Vector4x3 (&corners_)[3];
+  Float4 margin_;
+};
+
+}  // namespace adaptive_bvh
