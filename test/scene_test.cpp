@@ -165,7 +165,7 @@ class SceneTest : public testing::Test {
         if (!body.mesh) return;
         std::vector<P> positions = body.mesh->vertices();
         for (P& x : positions) x += S(0.1) * random_.point();
-        body.mesh->update(positions);
+        random_.oneIn(2) ? body.mesh->update(positions) : body.mesh->updateTwoFrames(positions);
         return;
       }
       default: {
@@ -405,6 +405,34 @@ class SceneTest : public testing::Test {
     }
   }
 
+  /// The step from the last beginStep.
+  void expectImpact() {
+    const double separation = random_.oneIn(2) ? 0 : 0.05;
+    double expected = kFar;
+    const auto motion = [&](const Judged<S>& body) {
+      const auto& end = body.mesh->vertices();
+      const auto& previous = body.mesh->previousVertices();
+      const auto start = starts_.find(body.id);
+      return adaptive_bvh::Motion<S>(*body.mesh, previous.empty() ? end : previous, end,
+                                     start == starts_.end() ? body.tf : start->second, body.tf);
+    };
+    forEachPair([&](const Judged<S>& a, const Judged<S>& b) {
+      if (!a.mesh || !b.mesh) return;
+      const auto impact = adaptive_bvh::earliestImpact(motion(a), motion(b), separation);
+      expected = std::min(expected, impact.time);
+    });
+    for (const Judged<S>& body : bodies_)
+      if (body.options.self_collision)
+        expected = std::min(expected, adaptive_bvh::earliestImpact(motion(body), separation).time);
+    ASSERT_EQ(expected, scene_.earliestImpact(separation).impact.time);
+    scene_.setThreads(3);
+    ASSERT_EQ(std::min(1., expected), scene_.largestSafeStep(separation));
+    scene_.setThreads(1);
+    scene_.beginStep();
+    starts_.clear();
+    for (const Judged<S>& body : bodies_) starts_[body.id] = body.tf;
+  }
+
   void expectSame(int threads) {
     SceneCollisions<S> one, several;
     scene_.collisions(SceneCollisionRequest(), one);
@@ -426,6 +454,7 @@ class SceneTest : public testing::Test {
     if (!this->HasFatalFailure()) expectDistances();
     if (!this->HasFatalFailure()) expectPointsAndRays();
     if (!this->HasFatalFailure()) expectSame(3);
+    if (!this->HasFatalFailure()) expectImpact();
   }
 
   RandomGeometry<S> random_{97};
@@ -433,6 +462,7 @@ class SceneTest : public testing::Test {
   Scene<S> scene_;
   std::vector<Judged<S>> bodies_;
   std::set<BodyPair> ignored_;
+  std::map<BodyId, Transform> starts_;  ///< of the step
   bool is_filtered_ = false;
   std::size_t touching_ = 0;
 };
@@ -447,6 +477,7 @@ TYPED_TEST(SceneTest, AnswersAsAllPairsDo) {
     this->scene_ = Scene<S>();
     this->bodies_.clear();
     this->ignored_.clear();
+    this->starts_.clear();
     this->extent_ = S(this->random_.uniform(1, 6));
     this->is_filtered_ = this->random_.oneIn(3);
     if (this->is_filtered_)

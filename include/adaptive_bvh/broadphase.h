@@ -9,6 +9,7 @@
 #include <fcl/narrowphase/collision_object.h>
 
 #include "adaptive_bvh/build_flags.h"
+#include "adaptive_bvh/query.h"
 
 namespace adaptive_bvh {
 
@@ -82,6 +83,63 @@ void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
 template <typename S>
 void refresh(fcl::CollisionObject<S>& object, fcl::BroadPhaseCollisionManager<S>& manager) {
   refresh(std::vector<fcl::CollisionObject<S>*>{&object}, manager);
+}
+
+/// What `collideCallback` is given as a manager's `cdata`, and fills.
+template <typename S>
+struct BroadphaseCollision {
+  fcl::CollisionRequest<S> request;  ///< of all pairs together; FCL's default wants one contact
+  fcl::CollisionResult<S> result;    ///< of all pairs
+};
+
+/// For the `collide` of FCL's managers: adds the contacts of two objects, by adaptive_bvh::collide,
+/// to a BroadphaseCollision<S>. Ends the manager's search when all that is wanted is found.
+///
+///     adaptive_bvh::BroadphaseCollision<double> found;
+///     manager.collide(&found, adaptive_bvh::collideCallback<double>);
+template <typename S>
+bool collideCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, void* cdata) {
+  auto& found = *static_cast<BroadphaseCollision<S>*>(cdata);
+  queries::collide<S>(o1, o2, found.request, found.result);
+  return found.request.isSatisfied(found.result);
+}
+
+/// What `distanceCallback` is given as a manager's `cdata`, and fills.
+template <typename S>
+struct BroadphaseDistance {
+  fcl::DistanceRequest<S> request;  ///< of all pairs
+  fcl::DistanceResult<S> result;    ///< of the nearest pair: each search ends at its distance
+  const fcl::CollisionObject<S>* first = nullptr;   ///< the nearest pair, as the manager passes it
+  const fcl::CollisionObject<S>* second = nullptr;  ///< null where there is none
+};
+
+/// For the `distance` of FCL's managers: the distance of two objects, by adaptive_bvh::distance, if
+/// it is less than that of the pairs before. Gives the manager the distance from which on pairs do
+/// not matter.
+template <typename S>
+bool distanceCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, void* cdata,
+                      S& distance) {
+  auto& found = *static_cast<BroadphaseDistance<S>*>(cdata);
+  const S before = found.result.min_distance;
+  queries::distance<S>(o1, o2, found.request, found.result);
+  if (found.result.min_distance < before) {
+    found.first = o1;
+    found.second = o2;
+  }
+  distance = found.result.min_distance;
+  return distance <= 0;
+}
+
+/// The object of a manager that is nearest to another object, which the manager need not hold. An
+/// object is not compared with itself.
+template <typename S>
+BroadphaseDistance<S> nearest(fcl::CollisionObject<S>& object,
+                              const fcl::BroadPhaseCollisionManager<S>& manager,
+                              const fcl::DistanceRequest<S>& request = fcl::DistanceRequest<S>()) {
+  BroadphaseDistance<S> found;
+  found.request = request;
+  manager.distance(&object, &found, distanceCallback<S>);
+  return found;
 }
 
 }  // namespace adaptive_bvh

@@ -11,6 +11,7 @@
 #include <fcl/geometry/collision_geometry.h>
 #include <fcl/narrowphase/contact.h>
 
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -152,6 +153,15 @@ struct SceneRayHit {
   RayHit<S> hit;    ///< as firstHit gives it
 };
 
+/// The first two bodies that come together in a step, and when.
+struct SceneImpact {
+  BodyPair bodies = {0, 0};  ///< the same twice where a body meets itself
+  Impact impact;             ///< its features are of the first body and of the second
+
+  /// Whether anything comes together.
+  bool happens() const { return impact.happens(); }
+};
+
 /// Bodies and their queries; see above.
 template <typename S>
 class Scene {
@@ -201,6 +211,9 @@ class Scene {
 
   // ---- Steps
 
+  /// Remembers the transforms of all bodies: where the next step begins. A body that is added later
+  /// begins where it is.
+  void beginStep();
   /// Of queries, from 1.
   void setThreads(int threads);
   /// Computes the boxes of all bodies in their present state. To be called after all changes of a
@@ -231,6 +244,19 @@ class Scene {
   void nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const;
   /// The nearest point of the meshes' surfaces.
   ScenePoint<S> nearestPoint(const fcl::Vector3<S>& point) const;
+
+  // ---- The step as a motion (continuous_collision.h)
+
+  /// The first two features of two meshes that come together, or of one with self_collision, on the
+  /// way from the last beginStep to the present state: transforms from those to these, vertices
+  /// from DeformableMesh::previousVertices (or at rest where there are none) to the present ones.
+  /// Shapes and octrees have no part. Throws as earliestImpact.
+  SceneImpact earliestImpact(double separation = 0) const;
+  /// The time up to which nothing comes together: from 0 to 1, the whole step.
+  double largestSafeStep(double separation = 0) const {
+    const double time = earliestImpact(separation).impact.time;
+    return time < 1 ? time : 1;
+  }
 
   // ---- Rays
 

@@ -22,6 +22,7 @@ struct Body {
   const fcl::CollisionGeometry<S>* geometry = nullptr;
   const DeformableMesh<S>* mesh = nullptr;  ///< null of a shape and of an octree
   fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  fcl::Transform3<S> start_tf = tf;  ///< where the step began
   BodyOptions options;
 
   // Of the last update.

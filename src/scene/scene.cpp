@@ -43,7 +43,7 @@ BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOp
   body.id = state_->next_id;
   body.geometry = &geometry;
   body.mesh = mesh;
-  body.tf = tf;
+  body.tf = body.start_tf = tf;
   body.options = options;
   state_->bodies.push_back(std::move(body));
   state_->is_current = false;
@@ -137,6 +137,11 @@ template <typename S>
 void Scene<S>::setThreads(int threads) {
   if (threads < 1) throw std::invalid_argument("adaptive_bvh: a scene needs one thread or more");
   state_->threads = threads;
+}
+
+template <typename S>
+void Scene<S>::beginStep() {
+  for (Body<S>& body : state_->bodies) body.start_tf = body.tf;
 }
 
 template <typename S>
