@@ -15,9 +15,9 @@ using Point = fcl::Vector3d;
 using Points = std::vector<Point>;
 
 constexpr double kMargin = 0.002;   // m: forces begin this far from the surface
-constexpr double kPressure = 4e6;   // Pa for each m that a vertex is nearer than that
+constexpr double kPressure = 8e7;   // Pa for each m that a vertex is nearer than that
 constexpr double kMaterial = 300;   // N for each m between a vertex and where its finger holds it
-constexpr double kMobility = 1e-4;  // m for each N in a step
+constexpr double kMobility = 1e-3;  // m for each N in a step
 constexpr double kTravel = 0.012;   // m that each finger closes
 constexpr int kSteps = 120;
 
