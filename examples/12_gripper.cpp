@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
     page.frame();
     if (step % 20 == 0)
       std::printf("step %3d: grip %+.3f and %+.3f N, deepest %.3f mm, moved by %.2e mm\n", step,
-                  grip[0], grip[1], -1e3 * deepest, 1e3 * moved);
+                  grip[0], grip[1], 1e3 * std::abs(deepest), 1e3 * moved);
   }
   page.write();
 }

@@ -11,6 +11,7 @@
 #include "proximity.h"
 #include "query.h"
 #include "recording.h"
+#include "scene.h"
 #include "shapes.h"
 
 // The module adaptive_bvh._core. adaptive_bvh/__init__.py names what is public.
@@ -30,6 +31,7 @@ PYBIND11_MODULE(_core, module) {
   bindPoints(module);
   bindPenetration(module);
   bindContinuous(module);
+  bindScene(module);
   bindMeshes(module);
   bindRecording(module);
   module.attr("__name__") = name;

@@ -48,6 +48,15 @@ class Shape : public Bound {
       return float_.get();
   }
 
+  /// As above, shared.
+  template <typename S>
+  std::shared_ptr<const fcl::CollisionGeometry<S>> geometryPointer() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return double_;
+    else
+      return float_;
+  }
+
   double size(std::size_t i) const { return sizes_[i]; }
   /// As in Python: Box(1.0, 2.0, 3.0).
   std::string text() const;
