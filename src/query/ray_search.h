@@ -19,21 +19,31 @@ namespace adaptive_bvh {
 /// margins for all that is rounded: docs/bounds.md, 16.
 class RayInTree {
  public:
-  /// False when the ray passes by the body.
-  bool set(const WideTree& tree, const fcl::Vector3d& origin, const fcl::Vector3d& direction) {
+  /// A direction that is very long or short is scaled first, so that it is normalized exactly.
+  void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
+    const double longest = direction.template lpNorm<Eigen::Infinity>();
+    constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
+    exponent_ = longest < kShort || longest > kLong ? std::ilogb(longest) : 0;
+    fcl::Vector3d scaled = direction;
+    if (exponent_ != 0)
+      for (double& x : scaled) x = std::ldexp(x, -exponent_);
+    per_t_ = scaled.norm() * tree.scale();
+    along_ = tree.toBody() * (scaled * (1 / per_t_));
+  }
+  /// After the direction. False when the ray passes by the body.
+  bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin) {
     const fcl::Vector3d from = tree.toBody() * (origin - tree.origin());
-    const fcl::Vector3d along = alongOf(tree, direction);
     rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble;
     has_boxes_ = rounding_ <= 1;
     if (!has_boxes_) return meetEveryBox();
     constexpr double kReach = 2.5;  // all coordinates of the body are below 2
-    const double middle = -from.dot(along);
+    const double middle = -from.dot(along_);
     constexpr double kRadius = 3.6;  // > sqrt(3) 2
     const double radius = kRadius + rounding_;
-    if (!((from + middle * along).squaredNorm() <= radius * radius)) return false;
+    if (!((from + middle * along_).squaredNorm() <= radius * radius)) return false;
     if (middle < -(kReach + radius)) return false;
     start_ = std::max(0., middle - radius);
-    setSlabs(from + start_ * along, along, static_cast<float>(kError + 4 * rounding_));
+    setSlabs(from + start_ * along_, static_cast<float>(kError + 4 * rounding_));
     return true;
   }
 
@@ -63,25 +73,11 @@ class RayInTree {
   static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24);
   static constexpr float kFar = 1e30f;
 
-  /// The direction in the tree's coordinates, of length 1. A direction that is very long or short
-  /// is scaled first, so that it is normalized exactly.
-  fcl::Vector3d alongOf(const WideTree& tree, const fcl::Vector3d& direction) {
-    const double longest = direction.template lpNorm<Eigen::Infinity>();
-    constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
-    exponent_ = longest < kShort || longest > kLong ? std::ilogb(longest) : 0;
-    fcl::Vector3d scaled = direction;
-    if (exponent_ != 0)
-      for (double& x : scaled) x = std::ldexp(x, -exponent_);
-    const double length = scaled.norm();
-    per_t_ = length * tree.scale();
-    return tree.toBody() * (scaled * (1 / per_t_));
-  }
-
-  void setSlabs(const fcl::Vector3d& entry, const fcl::Vector3d& along, float error) {
+  void setSlabs(const fcl::Vector3d& entry, float error) {
     using packs::absolute;
     constexpr float kLeast = 1e-30f;
-    const Float4 slope =
-                     float4::narrowed(Pack<double>{along[0], along[1]}, Pack<double>{along[2], 1}),
+    const Float4 slope = float4::narrowed(Pack<double>{along_[0], along_[1]},
+                                          Pack<double>{along_[2], 1}),
                  at = float4::narrowed(Pack<double>{entry[0], entry[1]}, Pack<double>{entry[2], 0});
     const Float4 least = float4::all(kLeast), margin = float4::all(error);
     const Float4 whole = absolute<Float4>(slope) > least ? slope : (slope < 0 ? -least : least);
@@ -121,6 +117,7 @@ class RayInTree {
     return length < double(most) ? static_cast<float>(std::max(length, -double(most))) : most;
   }
 
+  fcl::Vector3d along_ = fcl::Vector3d::Zero();  ///< the direction, of length 1
   Float4 inverse_[3], enter_[3], leave_[3];
   std::size_t near_[3], far_[3];  ///< where the sides of boxes stand, in bytes
   bool has_boxes_ = true;
@@ -140,15 +137,19 @@ class RayWalk {
         open_(static_cast<std::size_t>(3 * mesh.tree.depth() + 4)) {}
 
   /// Only hits from t = `begin` to `end` are of interest; others may be found, too. False when the
-  /// ray passes by the body.
+  /// ray passes by the body. Rays of one direction, one after the other, are prepared once.
   bool start(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin,
              double end) {
-    if (!ray_.set(mesh_.tree, origin, direction)) return false;
+    if (direction != direction_) {
+      direction_ = direction;
+      ray_.setDirection(mesh_.tree, direction);
+      test_.reset();
+    }
+    if (!ray_.setOrigin(mesh_.tree, origin)) return false;
     origin_ = origin;
-    direction_ = direction;
+    if (test_) test_->setOrigin(origin);
     begin_ = begin > 0 ? std::max(ray_.before(begin), 0.f) : 0.f;
     setEnd(end);
-    test_.reset();
     top_ = open_.data();
     number_ = 0;
     return end_ >= begin_;
@@ -227,7 +228,7 @@ class RayWalk {
   std::int32_t number_ = 0;
   float begin_ = 0, end_ = 0;
   RayInTree ray_;
-  fcl::Vector3d origin_, direction_;
+  fcl::Vector3d origin_, direction_ = fcl::Vector3d::Zero();
   std::optional<RayTriangle> test_;
 };
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <limits>
 
 #include "triangles/orientation.h"
 #include "triangles/triangle_contact.h"
@@ -18,14 +18,20 @@ namespace adaptive_bvh {
 class RayTriangle {
  public:
   struct Hit {
-    double t;  ///< >= 0, never -0; infinite where it is larger than any double
+    /// >= 0, never -0, and 0 only where the origin is in the triangle's plane; infinite where it is
+    /// larger than any double.
+    double t;
     double u, v;
     bool is_front;      ///< seen counter-clockwise
     bool is_on_a_side;  ///< or on a corner
   };
 
   RayTriangle(const fcl::Vector3d& origin, const fcl::Vector3d& direction)
-      : origin_(origin), direction_(direction) {
+      : RayTriangle(direction) {
+    setOrigin(origin);
+  }
+  /// From where setOrigin says.
+  explicit RayTriangle(const fcl::Vector3d& direction) : direction_(direction) {
     // Without branches, which would be guesses.
     constexpr int kAxes[] = {0, 1, 2, 0, 1};
     const double x = std::fabs(direction[0]), y = std::fabs(direction[1]),
@@ -44,6 +50,8 @@ class RayTriangle {
     shear_x_ = scaled(x_) / scaled(z_);
     shear_y_ = scaled(y_) / scaled(z_);
   }
+
+  void setOrigin(const fcl::Vector3d& origin) { origin_ = origin; }
 
   /// False when the ray, from its origin on, does not meet the triangle, or lies in its plane. An
   /// origin in the triangle's plane is met at t = 0.
@@ -69,7 +77,7 @@ class RayTriangle {
     if (!is_certain) return exactly();
     const double depth = volume / sum * per_depth_;
     if (depth < 0) return false;
-    const double t = exponent_ == 0 ? depth : std::ldexp(depth, -exponent_);
+    const double t = exponent_ == 0 ? depth : atLeastTiny(std::ldexp(depth, -exponent_));
     hit = {t, v / sum, w / sum, sum > 0, false};
     return true;
   }
@@ -101,6 +109,11 @@ class RayTriangle {
     return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300;
   }
 
+  /// What is not 0 may have become 0.
+  static double atLeastTiny(double t) {
+    return std::max(t, std::numeric_limits<double>::denorm_min());
+  }
+
   using Corners = std::array<fcl::Vector3d, 3>;
 
   /// Adds det(direction, b - origin, c - origin): positive where the ray passes the side from b to
@@ -128,12 +141,12 @@ class RayTriangle {
     addOrientation(volume, t[0], t[1], t[2], origin_);
     if (volume.sign() * all.sign() < 0) return false;
     const ExactSum::Scaled sum = all.value();
-    hit = {volume.value() / sum, sides[1].value() / sum, sides[2].value() / sum, !is_left,
-           is_on_a_side};
+    const double along = volume.sign() == 0 ? 0 : atLeastTiny(volume.value() / sum);
+    hit = {along, sides[1].value() / sum, sides[2].value() / sum, !is_left, is_on_a_side};
     return true;
   }
 
-  fcl::Vector3d origin_, direction_;
+  fcl::Vector3d origin_ = fcl::Vector3d::Zero(), direction_;
   int x_, y_, z_;
   int exponent_;  ///< by which a very long or short direction is scaled; else 0
   double shear_x_, shear_y_, per_depth_;
