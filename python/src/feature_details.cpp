@@ -101,11 +101,17 @@ void bindFeatureDetails(py::module_& module) {
       .def_readonly("coordinates", &DetailArrays::coordinates, docs::kCoordinates)
       .def_readonly("normals", &DetailArrays::normals, docs::kNormals)
       .def("__len__", [](const DetailArrays& self) { return self.distances.shape(0); });
-  py::class_<PairDetails>(module, "FeaturePairDetails",
-                          "Of FeaturePairs, kind by kind in their order.")
-      .def_readonly("vertex_face", &PairDetails::vertex_face, "FeatureDetails.")
-      .def_readonly("face_vertex", &PairDetails::face_vertex, "FeatureDetails.")
-      .def_readonly("edge_edge", &PairDetails::edge_edge, "FeatureDetails.");
+  py::class_<PairDetails> pair_details(module, "FeaturePairDetails",
+                                       "Of FeaturePairs, kind by kind in their order.");
+  const auto define = [&](const char* name, DetailArrays PairDetails::*kind) {
+    // A copy, which shares the arrays: objects of Python own what they hold (bound.h).
+    pair_details.def_property_readonly(
+        name, [kind](const PairDetails& self) -> DetailArrays { return self.*kind; },
+        "FeatureDetails.");
+  };
+  define("vertex_face", &PairDetails::vertex_face);
+  define("face_vertex", &PairDetails::face_vertex);
+  define("edge_edge", &PairDetails::edge_edge);
   module.def("feature_pair_details", &detailsOf, py::arg("first"), py::arg("second"),
              py::arg("pairs"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              docs::kDetails);

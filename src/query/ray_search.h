@@ -47,7 +47,8 @@ class RayInTree {
     return true;
   }
 
-  /// A length from `start` on that is surely beyond what lies at `t`; and one surely before.
+  /// Lengths along the ray begin where it enters a ball around the body. A length that is surely
+  /// beyond what lies at `t`; and one surely before.
   float after(double t) const { return has_boxes_ ? limit(lengthTo(t) + slack(), kFar) : kFar; }
   float before(double t) const { return has_boxes_ ? limit(lengthTo(t) - slack(), kFar) : -kFar; }
 
@@ -79,10 +80,9 @@ class RayInTree {
     const Float4 slope = float4::narrowed(Pack<double>{along_[0], along_[1]},
                                           Pack<double>{along_[2], 1}),
                  at = float4::narrowed(Pack<double>{entry[0], entry[1]}, Pack<double>{entry[2], 0});
-    const Float4 least = float4::all(kLeast), margin = float4::all(error);
-    const Float4 whole = absolute<Float4>(slope) > least ? slope : (slope < 0 ? -least : least);
-    const Float4 inverse = float4::all(1) / whole;
-    const auto is_backward = inverse < 0;
+    const Float4 least = float4::all(kLeast), margin = float4::all(error), zero = float4::all(0);
+    const Float4 inverse = float4::all(1) / (absolute<Float4>(slope) > least ? slope : least);
+    const auto is_backward = inverse < zero;
     const Float4 toward = is_backward ? -margin : margin;
     const Float4 enter = (at + toward) * inverse, leave = (at - toward) * inverse;
     for (int k = 0; k < 3; ++k) {
@@ -259,8 +259,7 @@ class RaySearch {
 template <typename S>
 class RayBatch {
  public:
-  explicit RayBatch(const MeshState<S>& mesh)
-      : turns_{mesh, mesh, mesh, mesh, mesh, mesh, mesh, mesh} {}
+  explicit RayBatch(const MeshState<S>& mesh) : turns_{mesh, mesh, mesh, mesh} {}
 
   /// Rays from number `first` to `last`: start(walk, i) returns what RayWalk::start does, and
   /// found(i, triangle, hit) is called as in RayWalk::step.
@@ -292,7 +291,7 @@ class RayBatch {
   }
 
  private:
-  static constexpr int kAtOnce = 8;
+  static constexpr int kAtOnce = 4;
 
   struct Turn {
     Turn(const MeshState<S>& mesh) : walk(mesh) {}
