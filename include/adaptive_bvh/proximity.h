@@ -25,7 +25,8 @@ namespace adaptive_bvh {
 /// unit. A deforming mesh is asked in its present state, nothing is rebuilt.
 ///
 /// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), when a
-/// transform is not a rigid motion. A result is then as it was.
+/// transform is not a rigid motion, when a list of pairs to leave out is not sorted. A result is
+/// then as it was.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h; a query of pairs takes several threads
 /// itself where DeformableMesh::setQueryThreads says so, and its result is the same whatever

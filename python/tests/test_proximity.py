@@ -163,8 +163,8 @@ def test_ignored_pairs_are_left_out(kind):
     ignored = pairs[::-3]
     rest = ab.pairs_within(a, b, NEAR, tf1, tf2, ignored=ignored)
     expect_rest(pairs, ignored, rest.triangles)
-    own = ab.pairs_within(a, NEAR).triangles
-    expect_rest(own, own[::2], ab.pairs_within(a, NEAR, ignored=own[::2]).triangles)
+    own = ab.pairs_within(a, 0.9).triangles
+    expect_rest(own, own[::2], ab.pairs_within(a, 0.9, ignored=own[::2]).triangles)
     features = ab.feature_pairs_within(a, b, NEAR, tf1, tf2)
     some = ab.FeaturePairs(features.vertex_face[::-2], edge_edge=features.edge_edge[::-3])
     rest = ab.feature_pairs_within(a, b, NEAR, tf1, tf2, ignored=some)
