@@ -164,7 +164,9 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   adaptive_bvh::FeaturePairs features;
   std::vector<double> numbers;
   std::vector<adaptive_bvh::ClosestPoint<double>> closest;
-  std::vector<adaptive_bvh::RayHit<double>> hits;
+  std::vector<adaptive_bvh::RayHit<double>> hits, first;
+  std::vector<std::uint8_t> any;
+  adaptive_bvh::FeaturePairDetails<double> details;
   adaptive_bvh::ProximityRequest<double> request;
   request.distance = 0.2;
   request.enable_distances = request.enable_nearest_points = true;
@@ -181,6 +183,9 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
     clearance(model, tf, other, above, 0.5, numbers);
     closestPoints(model, frames[0], closest);
     rayHits(model, Vector3<double>(0.3, 0.4, 2), Vector3<double>(0, 0.01, -1), hits);
+    firstHits(model, frames[0].data(), frames[1].data(), frames[0].size(), first);
+    anyHits(model, frames[0].data(), frames[1].data(), frames[0].size(), any);
+    featurePairDetails(model, tf, other, above, features, details);
     if (frame >= 40) in_queries += allocations - before;
   }
   EXPECT_EQ(0, in_queries);

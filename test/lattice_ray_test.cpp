@@ -15,6 +15,7 @@ namespace adaptive_bvh_test {
 namespace lattice_ray_test {
 
 using adaptive_bvh::RayHit;
+using adaptive_bvh::RayRange;
 __extension__ typedef __int128 Integer;
 using IntegerPoint = std::array<Integer, 3>;
 
@@ -204,17 +205,74 @@ class LatticeRays : public testing::Test {
     }
     std::sort(found.begin(), found.end());
     ASSERT_EQ(expected, found);
-    const RayHit<S> first = firstHit(model, origin, direction);
-    ASSERT_EQ(hits.empty() ? -1 : hits[0].triangle, first.triangle);
-    if (!hits.empty()) {
-      ASSERT_EQ(hits[0].t, first.t);
-    }
+    checkRange(model, origin, direction, hits, {});
+    for (int i = 0; i < 3; ++i) checkRange(model, origin, direction, hits, anyRange(hits));
+    origins_.push_back(origin);
+    directions_.push_back(direction);
     hits_ += long(hits.size());
     rays_ += 1;
   }
 
+  /// Ends at hits, next to them, between, or anywhere.
+  RayRange<S> anyRange(const std::vector<RayHit<S>>& hits) {
+    constexpr S kNever = std::numeric_limits<S>::infinity();
+    const auto end = [&](S otherwise) -> S {
+      if (hits.empty() || random_.oneIn(4)) return otherwise;
+      const S t = hits[std::size_t(random_.below(int(hits.size())))].t;
+      switch (random_.below(4)) {
+        case 0: return std::nextafter(t, kNever);
+        case 1: return std::max(std::nextafter(t, -kNever), S(0));
+        case 2: return t < std::numeric_limits<S>::max() / 4 ? t * S(1.25) : t;
+        default: return t;
+      }
+    };
+    const S a = end(0), b = end(random_.oneIn(2) ? kNever : S(0));
+    return {std::min(a, b), std::max(a, b)};
+  }
+
+  /// Every query agrees with what rayHits finds on the whole ray.
+  void checkRange(const Model& model, const Vector3<S>& origin, const Vector3<S>& direction,
+                  const std::vector<RayHit<S>>& all, const RayRange<S>& range) {
+    std::vector<RayHit<S>> expected, found;
+    for (const RayHit<S>& hit : all)
+      if (range.begin <= hit.t && hit.t <= range.end) expected.push_back(hit);
+    ASSERT_EQ(expected.size(), rayHits(model, origin, direction, range, found));
+    for (std::size_t i = 0; i < found.size(); ++i) expectSame(expected[i], found[i]);
+    const RayHit<S> first = firstHit(model, origin, direction, range);
+    if (expected.empty()) {
+      EXPECT_EQ(-1, first.triangle);
+      EXPECT_TRUE(std::isinf(first.t));
+    } else {
+      expectSame(expected[0], first);
+    }
+    ASSERT_EQ(!expected.empty(), anyHit(model, origin, direction, range));
+    ranges_ += 1;
+  }
+  static void expectSame(const RayHit<S>& a, const RayHit<S>& b) {
+    EXPECT_EQ(a.t, b.t);
+    EXPECT_EQ(a.triangle, b.triangle);
+    EXPECT_EQ(a.u, b.u);
+    EXPECT_EQ(a.v, b.v);
+  }
+
+  /// All rays of a mesh at once.
+  void checkBatch(Model model, const RayRange<S>& range) {
+    model.setQueryThreads(1 + random_.below(3));
+    std::vector<RayHit<S>> firsts;
+    std::vector<std::uint8_t> any;
+    firstHits(model, origins_.data(), directions_.data(), origins_.size(), range, firsts);
+    anyHits(model, origins_.data(), directions_.data(), origins_.size(), range, any);
+    ASSERT_EQ(origins_.size(), firsts.size());
+    ASSERT_EQ(origins_.size(), any.size());
+    for (std::size_t i = 0; i < firsts.size(); ++i) {
+      expectSame(firstHit(model, origins_[i], directions_[i], range), firsts[i]);
+      EXPECT_EQ(firsts[i].triangle >= 0 ? 1 : 0, any[i]);
+    }
+  }
+
   RandomGeometry<S> random_{2718};
-  long hits_ = 0, rays_ = 0;
+  std::vector<Vector3<S>> origins_, directions_;
+  long hits_ = 0, rays_ = 0, ranges_ = 0;
 };
 
 TYPED_TEST_SUITE(LatticeRays, MeshScalars);
@@ -226,8 +284,12 @@ TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
     const typename TestFixture::Model model(mesh.mesh(1));
     for (int i = 0; i < 50 && !testing::Test::HasFailure(); ++i)
       this->check(mesh, model, this->anyRay(), 1);
+    this->checkBatch(model, {});
+    this->checkBatch(model, {S(0.5), S(4)});
+    this->origins_.clear();
+    this->directions_.clear();
   }
-  std::printf("%ld rays, %ld hits\n", this->rays_, this->hits_);
+  std::printf("%ld rays, %ld hits, %ld ranges\n", this->rays_, this->hits_, this->ranges_);
   EXPECT_GT(this->hits_, this->rays_ / 6);
 }
 

@@ -12,6 +12,7 @@ namespace point_query_test {
 using adaptive_bvh::ClosestPoint;
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::RayHit;
+using adaptive_bvh::RayRange;
 using exact::Real;
 
 template <typename S>
@@ -175,7 +176,56 @@ TYPED_TEST(PointQuery, NoRayLeavesAClosedSurfaceUnseen) {
     const RayHit<S> hit = firstHit(model, origin, Vector3<S>(target - origin));
     ASSERT_GE(hit.triangle, 0);
     EXPECT_EQ(hit.t, (rayHits(model, origin, Vector3<S>(target - origin), all), all[0].t));
+    EXPECT_TRUE(anyHit(model, origin, Vector3<S>(target - origin)));
   }
+}
+
+TYPED_TEST(PointQuery, ManyRaysAreAnsweredAsOneByOneOnAnyThreads) {
+  using S = TypeParam;
+  typename TestFixture::Model model = this->makeModel(1, Vector3<S>::Zero());
+  std::vector<Vector3<S>> origins, directions;
+  for (int i = 0; i < 3000; ++i) {
+    origins.push_back(this->random_.point() * S(2));
+    directions.push_back(i % 5 == 4 ? directions.back() : this->random_.direction());
+  }
+  for (const RayRange<S> range : {RayRange<S>(), RayRange<S>{S(0.25), 1}, RayRange<S>{1, 1}})
+    for (const int threads : {1, 2, 3}) {
+      model.setQueryThreads(threads);
+      std::vector<RayHit<S>> first;
+      std::vector<std::uint8_t> any;
+      firstHits(model, origins.data(), directions.data(), origins.size(), range, first);
+      anyHits(model, origins.data(), directions.data(), origins.size(), range, any);
+      ASSERT_EQ(origins.size(), first.size());
+      ASSERT_EQ(origins.size(), any.size());
+      for (std::size_t i = 0; i < origins.size(); ++i) {
+        const RayHit<S> one = firstHit(model, origins[i], directions[i], range);
+        EXPECT_EQ(one.triangle, first[i].triangle);
+        EXPECT_EQ(one.t, first[i].t);
+        EXPECT_EQ(one.triangle >= 0, any[i] == 1);
+        EXPECT_EQ(one.triangle >= 0, anyHit(model, origins[i], directions[i], range));
+      }
+    }
+}
+
+TYPED_TEST(PointQuery, RefusesRangesOfRaysThatAreNone) {
+  using S = TypeParam;
+  constexpr S kNan = std::numeric_limits<S>::quiet_NaN();
+  const typename TestFixture::Model model = this->makeModel(1, Vector3<S>::Zero());
+  const Vector3<S> origin(0, 0, 0), direction(0, 0, 1);
+  std::vector<RayHit<S>> hits(3);
+  std::vector<std::uint8_t> any(3, 7);
+  for (const RayRange<S> bad : {RayRange<S>{kNan, 1}, RayRange<S>{0, kNan}, RayRange<S>{-1, 1},
+                                RayRange<S>{2, 1}, RayRange<S>{0, -1}}) {
+    EXPECT_THROW(firstHit(model, origin, direction, bad), std::invalid_argument);
+    EXPECT_THROW(anyHit(model, origin, direction, bad), std::invalid_argument);
+    EXPECT_THROW(rayHits(model, origin, direction, bad, hits), std::invalid_argument);
+    EXPECT_THROW(firstHits(model, &origin, &direction, 1, bad, hits), std::invalid_argument);
+    EXPECT_THROW(anyHits(model, &origin, &direction, 1, bad, any), std::invalid_argument);
+    EXPECT_EQ(3u, hits.size());
+    EXPECT_EQ(std::vector<std::uint8_t>(3, 7), any);
+  }
+  const S never = std::numeric_limits<S>::infinity();
+  EXPECT_FALSE(anyHit(model, origin, direction, {never, never}));
 }
 
 }  // namespace point_query_test

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
+#include <fcl/common/types.h>
 #include <fcl/math/triangle.h>
 
 #include "adaptive_bvh/build_flags.h"
@@ -54,6 +56,55 @@ struct FeaturePairs {
     face_vertex.clear();
     edge_edge.clear();
   }
+};
+
+/// Pairs that a query leaves out: those of a list, and those that a function names. Numbers are
+/// those of the result, in its order: what the first mesh has comes first; within one mesh the
+/// smaller number, and a vertex before a face.
+struct IgnoredPairs {
+  /// Sorted by FeaturePair's operator<; or none. It must live as long as the query. A query throws
+  /// std::invalid_argument when it is not sorted.
+  const std::vector<FeaturePair>* list = nullptr;
+  /// Returns whether to leave a pair out; or none. It is called for pairs that may be in the
+  /// result, from several threads at once where the query has several. It must return the same for
+  /// the same pair, and must not throw.
+  std::function<bool(unsigned first, unsigned second)> test;
+};
+
+/// Of pairs of features of one kind, in arrays side by side.
+template <typename S>
+struct FeatureDetails {
+  std::vector<S> distances;
+  /// A nearest point on the first feature and on the second, in the world.
+  std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
+  /// Where the nearest points lie. Of a vertex and a face: the weights of the face's corners, whose
+  /// sum is 1. Of two edges: how far along the first and the second, from 0 at the first of
+  /// edgeVertices to 1 at the other; the third number is 0.
+  std::vector<fcl::Vector3<S>> coordinates;
+  /// Of length 1, from the first feature to the second, in the world. Features that are nearer than
+  /// 1e-8 of their coordinates have no such direction. Then it is, of a vertex and a face, the
+  /// outward direction of the face's surface at the nearest point (ClosestFeature::normal), or its
+  /// opposite where the face is the second's. Of two edges it is the cross product of their
+  /// directions, with the sign that has it point along the difference of the outward directions of
+  /// the first edge and of the second (ClosestFeature::normal); where edges are parallel, it is
+  /// that difference, across the longer edge. Zero where even that is zero.
+  std::vector<fcl::Vector3<S>> normals;
+
+  /// How many pairs.
+  std::size_t size() const { return distances.size(); }
+  /// For other pairs. Keeps the memory.
+  void resize(std::size_t size) {
+    distances.resize(size);
+    nearest_points.resize(size);
+    coordinates.resize(size);
+    normals.resize(size);
+  }
+};
+
+/// Of FeaturePairs, kind by kind in their order.
+template <typename S>
+struct FeaturePairDetails {
+  FeatureDetails<S> vertex_face, face_vertex, edge_edge;
 };
 
 /// The ends of an edge, by its number. `triangles` are a model's: model.tri_indices.

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "adaptive_bvh/deformable_mesh.h"
@@ -137,26 +139,70 @@ struct RayHit {
   S v;           ///< as u
 };
 
+/// The part of a ray in which hits count: where begin <= RayHit::t <= end, with the numbers as they
+/// are returned, rounded to S. Both ends belong to it, so the segment from `origin` to `origin` +
+/// `direction` is {0, 1}; shadow rays that start on a surface begin a little above 0.
+template <typename S>
+struct RayRange {
+  S begin = 0;                                 ///< not negative
+  S end = std::numeric_limits<S>::infinity();  ///< `begin` or more
+};
+
 /// Every triangle that a ray meets, by increasing t; of equal t the smaller index first.
 /// `direction` has any length. Whether a ray meets a triangle is decided without rounding, for the
 /// numbers as they are given. Sides and corners belong to each triangle that has them, so a ray
 /// cannot slip between two neighbours. A ray starts on a triangle, at t = 0, when its origin lies
 /// exactly in the triangle's plane; an origin that is computed may lie on either side of it. A
 /// triangle in whose plane the ray lies is not met, nor is one at a t that S cannot hold. `result`
-/// is overwritten. Returns the number of hits.
+/// is overwritten. Returns the number of hits. Throws std::invalid_argument also when the range
+/// is NaN, begins below 0, or ends before it begins.
 template <typename S>
 std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                    const fcl::Vector3<S>& direction, std::vector<RayHit<S>>& result);
+                    const fcl::Vector3<S>& direction, const RayRange<S>& range,
+                    std::vector<RayHit<S>>& result);
+/// On the whole ray.
+template <typename S>
+std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+                    const fcl::Vector3<S>& direction, std::vector<RayHit<S>>& result) {
+  return rayHits(mesh, origin, direction, RayRange<S>(), result);
+}
 
 /// The first hit of rayHits.
 template <typename S>
 RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                   const fcl::Vector3<S>& direction);
+                   const fcl::Vector3<S>& direction, const RayRange<S>& range = RayRange<S>());
 
-/// The first hit of each of many rays, in their order. `result` is overwritten.
+/// Whether rayHits finds any (occlusion). Stops at the first triangle that it finds.
+template <typename S>
+bool anyHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
+            const fcl::Vector3<S>& direction, const RayRange<S>& range = RayRange<S>());
+
+/// firstHit of each of many rays, in their order, with one range for all. Faster than one by one:
+/// rays take turns. `result` is overwritten; one that is used again allocates nothing on one
+/// thread.
+template <typename S>
+void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
+               const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
+               std::vector<RayHit<S>>& result);
+/// On the whole rays.
 template <typename S>
 void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
                const fcl::Vector3<S>* directions, std::size_t count,
-               std::vector<RayHit<S>>& result);
+               std::vector<RayHit<S>>& result) {
+  firstHits(mesh, origins, directions, count, RayRange<S>(), result);
+}
+
+/// anyHit of each of many rays, as firstHits: 1 where there is a hit, else 0.
+template <typename S>
+void anyHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
+             const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
+             std::vector<std::uint8_t>& result);
+/// On the whole rays.
+template <typename S>
+void anyHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
+             const fcl::Vector3<S>* directions, std::size_t count,
+             std::vector<std::uint8_t>& result) {
+  anyHits(mesh, origins, directions, count, RayRange<S>(), result);
+}
 
 }  // namespace adaptive_bvh

@@ -25,7 +25,8 @@ namespace adaptive_bvh {
 /// unit. A deforming mesh is asked in its present state, nothing is rebuilt.
 ///
 /// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), when a
-/// transform is not a rigid motion. A result is then as it was.
+/// transform is not a rigid motion, when a list of pairs to leave out is not sorted. A result is
+/// then as it was.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h; a query of pairs takes several threads
 /// itself where DeformableMesh::setQueryThreads says so, and its result is the same whatever
@@ -77,6 +78,7 @@ struct ProximityRequest {
   S distance = 0;                      ///< pairs at most so far apart
   bool enable_distances = false;       ///< also their distances
   bool enable_nearest_points = false;  ///< also their nearest points
+  IgnoredPairs ignored = {};           ///< pairs of triangles to leave out
 };
 
 /// Pairs of triangles, in arrays side by side. A result that is used again allocates nothing once
@@ -116,9 +118,22 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
                         TrianglePairs<S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
 
+/// What a query of features is asked for.
+template <typename S>
+struct FeatureProximityRequest {
+  S distance = 0;  ///< pairs at most so far apart
+  /// Pairs of each kind to leave out. Of one mesh with itself, `face_vertex` is not read.
+  IgnoredPairs vertex_face = {}, face_vertex = {}, edge_edge = {};
+};
+
 /// What contact solvers work on: all pairs of a vertex and a face, and of two edges, whose distance
-/// is at most `distance`, each once (feature_pairs.h says how edges are numbered). `result` is
-/// overwritten. Returns the number of pairs.
+/// is at most `request.distance`, each once (feature_pairs.h says how edges are numbered). `result`
+/// is overwritten. Returns the number of pairs.
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result);
+/// With nothing to leave out.
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
@@ -126,7 +141,25 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 
 /// As above, of one mesh with itself, without features that have a vertex in common.
 template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result);
+/// With nothing to leave out.
+template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result);
+
+/// Distance, nearest points, where these lie, and normal of each of some pairs of features, as
+/// featurePairsWithin finds them or others. `result` is overwritten; one that is used again
+/// allocates nothing on one thread. Throws std::invalid_argument also when a pair names a vertex,
+/// triangle or edge that a mesh does not have.
+template <typename S>
+void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                        const FeaturePairs& pairs, FeaturePairDetails<S>& result);
+
+/// As above, of one mesh with itself, in its own frame.
+template <typename S>
+void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
+                        FeaturePairDetails<S>& result);
 
 /// For every vertex of `mesh` its distance to the surface of `other`: result[v] is exact where it
 /// is less than `limit`, and `limit` elsewhere. What one paints on a mesh. `result` is overwritten

@@ -6,6 +6,7 @@
 #include <fcl/narrowphase/collision_result.h>
 
 #include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/feature_pairs.h"
 
 namespace adaptive_bvh {
 
@@ -31,19 +32,24 @@ enum class NeighbourFilter {
 /// all. Returns the number of contacts in the result, which is not cleared first. Thread-safe on
 /// shared meshes; on several threads itself where DeformableMesh::setQueryThreads says so.
 ///
-/// Throws std::invalid_argument when `tf` is not a rigid motion.
+/// Pairs of triangles in `ignored` are left out, too.
+///
+/// Throws std::invalid_argument when `tf` is not a rigid motion, or the list of `ignored` is not
+/// sorted.
 template <typename S>
 std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                        NeighbourFilter filter = NeighbourFilter::SharedVertex);
+                        NeighbourFilter filter = NeighbourFilter::SharedVertex,
+                        const IgnoredPairs& ignored = IgnoredPairs());
 
 /// As above, in the mesh's own frame.
 template <typename S>
 std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::CollisionRequest<S>& request,
                         fcl::CollisionResult<S>& result,
-                        NeighbourFilter filter = NeighbourFilter::SharedVertex) {
+                        NeighbourFilter filter = NeighbourFilter::SharedVertex,
+                        const IgnoredPairs& ignored = IgnoredPairs()) {
   return selfCollide(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), request, result,
-                     filter);
+                     filter, ignored);
 }
 
 }  // namespace adaptive_bvh

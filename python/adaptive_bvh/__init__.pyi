@@ -10,6 +10,7 @@ __version__: str
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Ints: TypeAlias = npt.NDArray[np.int32]
 _Longs: TypeAlias = npt.NDArray[np.int64]
+_Bools: TypeAlias = npt.NDArray[np.bool_]
 _Pose: TypeAlias = Union[None, npt.ArrayLike, Tuple[npt.ArrayLike, npt.ArrayLike]]
 _Object: TypeAlias = Union[DeformableMesh, Shape]
 _Filter: TypeAlias = Literal["shared vertex", "shared edge", "none"]
@@ -190,6 +191,7 @@ def self_collide(
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
     filter: _Filter = "shared vertex",
+    ignored: Union[npt.ArrayLike, None] = None,
 ) -> Contacts: ...
 
 class CoherentDistance:
@@ -245,6 +247,7 @@ def pairs_within(
     *,
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
+    ignored: Union[npt.ArrayLike, None] = None,
 ) -> TrianglePairs: ...
 @overload
 def pairs_within(
@@ -254,6 +257,7 @@ def pairs_within(
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
     filter: _Filter = "shared vertex",
+    ignored: Union[npt.ArrayLike, None] = None,
 ) -> TrianglePairs: ...
 @overload
 def feature_pairs_within(
@@ -262,9 +266,43 @@ def feature_pairs_within(
     distance: float,
     tf1: _Pose = None,
     tf2: _Pose = None,
+    *,
+    ignored: Union[FeaturePairs, None] = None,
 ) -> FeaturePairs: ...
 @overload
-def feature_pairs_within(mesh: DeformableMesh, distance: float) -> FeaturePairs: ...
+def feature_pairs_within(
+    mesh: DeformableMesh, distance: float, *, ignored: Union[FeaturePairs, None] = None
+) -> FeaturePairs: ...
+
+class FeatureDetails:
+    @property
+    def distances(self) -> _Floats: ...
+    @property
+    def nearest_points(self) -> _Floats: ...
+    @property
+    def coordinates(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
+class FeaturePairDetails:
+    @property
+    def vertex_face(self) -> FeatureDetails: ...
+    @property
+    def face_vertex(self) -> FeatureDetails: ...
+    @property
+    def edge_edge(self) -> FeatureDetails: ...
+
+@overload
+def feature_pair_details(
+    first: DeformableMesh,
+    second: DeformableMesh,
+    pairs: FeaturePairs,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
+) -> FeaturePairDetails: ...
+@overload
+def feature_pair_details(mesh: DeformableMesh, pairs: FeaturePairs) -> FeaturePairDetails: ...
 def clearance(
     mesh: DeformableMesh,
     other: DeformableMesh,
@@ -322,12 +360,45 @@ class RayHits:
 
 def closest_point(mesh: DeformableMesh, point: npt.ArrayLike) -> ClosestPoint: ...
 def closest_points(mesh: DeformableMesh, points: npt.ArrayLike) -> ClosestPoints: ...
-def first_hit(mesh: DeformableMesh, origin: npt.ArrayLike, direction: npt.ArrayLike) -> RayHit: ...
+def first_hit(
+    mesh: DeformableMesh,
+    origin: npt.ArrayLike,
+    direction: npt.ArrayLike,
+    *,
+    begin: float = 0.0,
+    end: float = ...,
+) -> RayHit: ...
 def first_hits(
-    mesh: DeformableMesh, origins: npt.ArrayLike, directions: npt.ArrayLike
+    mesh: DeformableMesh,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    *,
+    begin: float = 0.0,
+    end: float = ...,
 ) -> RayHits: ...
+def any_hit(
+    mesh: DeformableMesh,
+    origin: npt.ArrayLike,
+    direction: npt.ArrayLike,
+    *,
+    begin: float = 0.0,
+    end: float = ...,
+) -> bool: ...
+def any_hits(
+    mesh: DeformableMesh,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    *,
+    begin: float = 0.0,
+    end: float = ...,
+) -> _Bools: ...
 def ray_hits(
-    mesh: DeformableMesh, origins: npt.ArrayLike, directions: npt.ArrayLike
+    mesh: DeformableMesh,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    *,
+    begin: float = 0.0,
+    end: float = ...,
 ) -> RayHits: ...
 
 class VertexContacts:
@@ -541,6 +612,8 @@ __all__ = [
     "DeformableMesh",
     "DistanceResult",
     "Ellipsoid",
+    "FeatureDetails",
+    "FeaturePairDetails",
     "FeaturePairs",
     "Halfspace",
     "Impact",
@@ -561,6 +634,8 @@ __all__ = [
     "Sphere",
     "TrianglePairs",
     "VertexContacts",
+    "any_hit",
+    "any_hits",
     "candidates",
     "clearance",
     "closest_point",
@@ -568,6 +643,7 @@ __all__ = [
     "collide",
     "distance",
     "earliest_impact",
+    "feature_pair_details",
     "feature_pairs_within",
     "first_hit",
     "first_hits",

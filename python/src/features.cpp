@@ -1,5 +1,7 @@
 #include "features.h"
 
+#include <algorithm>
+
 namespace adaptive_bvh::python {
 namespace {
 
@@ -28,6 +30,27 @@ FeatureArrays::FeatureArrays(FeaturePairs&& pairs)
     : vertex_face(arrayOf(std::move(pairs.vertex_face))),
       face_vertex(arrayOf(std::move(pairs.face_vertex))),
       edge_edge(arrayOf(std::move(pairs.edge_edge))) {}
+
+FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& first,
+                              const LockedMesh& second) {
+  const auto pairs = [](const py::object& list, std::size_t count1, std::size_t count2,
+                        const char* name) {
+    return pairsFrom<FeaturePair>(list, count1, count2, name);
+  };
+  const std::size_t faces1 = first.numFaces(), faces2 = second.numFaces();
+  FeaturePairs result;
+  result.vertex_face = pairs(arrays.vertex_face, first.numVertices(), faces2, "vertex_face");
+  result.face_vertex = pairs(arrays.face_vertex, faces1, second.numVertices(), "face_vertex");
+  result.edge_edge = pairs(arrays.edge_edge, 3 * faces1, 3 * faces2, "edge_edge");
+  return result;
+}
+
+std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name) {
+  if (pairs.is_none()) return {};
+  auto list = pairsFrom<FeaturePair>(pairs, kAny, kAny, name);
+  std::sort(list.begin(), list.end());
+  return list;
+}
 
 void bindFeatures(py::module_& module) {
   py::class_<FeatureArrays>(module, "FeaturePairs", kFeaturePairs)

@@ -5,6 +5,7 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "arrays.h"
 #include "bound.h"
+#include "locked_mesh.h"
 
 namespace adaptive_bvh::python {
 
@@ -20,6 +21,13 @@ struct FeatureArrays : Bound {
 
   py::array_t<std::int32_t> vertex_face, face_vertex, edge_edge;
 };
+
+/// In C++. Throws py::index_error when a pair names what a mesh does not have.
+FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& first,
+                              const LockedMesh& second);
+
+/// Pairs to leave out, sorted: K x 2 integers; none of None. Throws as pairsFrom.
+std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name);
 
 void bindFeatures(py::module_& module);
 

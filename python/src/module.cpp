@@ -2,6 +2,7 @@
 
 #include "continuous.h"
 #include "docs.h"
+#include "feature_details.h"
 #include "features.h"
 #include "locked_mesh.h"
 #include "meshes.h"
@@ -27,6 +28,7 @@ PYBIND11_MODULE(_core, module) {
   bindQuery(module);
   bindPairs(module);
   bindFeatures(module);
+  bindFeatureDetails(module);
   bindProximity(module);
   bindPoints(module);
   bindPenetration(module);

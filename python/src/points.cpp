@@ -1,6 +1,7 @@
 #include "points.h"
 
 #include <array>
+#include <limits>
 
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
@@ -18,13 +19,21 @@ constexpr const char* kFirstHits =
     R"(Of each of many rays the first triangle that it meets.
 
 origins, directions: (N, 3), in the mesh's own frame; directions of any length but 0.
+begin, end: hits count where begin <= t <= end.
 Returns RayHits with N entries: t is infinite and the triangle -1 where a ray meets nothing.)";
+
+constexpr const char* kAnyHits =
+    R"(Of each of many rays whether it meets a triangle (occlusion): (N,) bool. Faster than first_hits.
+
+origins, directions, begin, end: as of first_hits. The segment from a point to another is the ray
+along their difference from 0 to 1.)";
 
 constexpr const char* kRayHits =
     R"(All triangles that rays meet: of each ray by increasing t.
 
 origins, directions: (N, 3), or (3,) for one ray, in the mesh's own frame; directions of any length
     but 0. Sides and corners belong to each triangle that has them: no ray slips between two.
+begin, end: hits count where begin <= t <= end.
 Returns RayHits; `rays` says which ray.)";
 }  // namespace docs
 
@@ -122,13 +131,20 @@ ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
   return arrays;
 }
 
-OneHit firstHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction) {
+/// From `begin` to `end`, as S.
+template <typename S>
+RayRange<S> rangeOf(double begin, double end) {
+  return {static_cast<S>(begin), static_cast<S>(end)};
+}
+
+OneHit firstHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction,
+                  double begin, double end) {
   OneHit answer{};
   mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
     mesh.queryAs<S>([&](const auto& m) {
-      const RayHit<S> hit = firstHit(m, from, along);
+      const RayHit<S> hit = firstHit(m, from, along, rangeOf<S>(begin, end));
       answer.t = double(hit.t);
       answer.triangle = hit.triangle;
       answer.u = double(hit.u);
@@ -152,8 +168,35 @@ struct Rays {
   Rows<S> origins, directions;
 };
 
+bool anyHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction,
+              double begin, double end) {
+  bool answer = false;
+  mesh.withScalar([&](auto scalar) {
+    using S = decltype(scalar);
+    const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
+    mesh.queryAs<S>(
+        [&](const auto& m) { answer = anyHit(m, from, along, rangeOf<S>(begin, end)); });
+  });
+  return answer;
+}
+
+py::array_t<bool> anyHitsOf(const LockedMesh& mesh, const py::object& origins,
+                            const py::object& directions, double begin, double end) {
+  std::vector<std::uint8_t> result;
+  mesh.withScalar([&](auto scalar) {
+    using S = decltype(scalar);
+    const Rays<S> rays(origins, directions);
+    const std::size_t count = rays.size();
+    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
+    mesh.queryAs<S>(
+        [&](const auto& m) { anyHits(m, from, along, count, rangeOf<S>(begin, end), result); });
+  });
+  const auto count = static_cast<py::ssize_t>(result.size());
+  return adopt<bool>(std::move(result), {count});
+}
+
 ManyHits firstHitsOf(const LockedMesh& mesh, const py::object& origins,
-                     const py::object& directions) {
+                     const py::object& directions, double begin, double end) {
   HitLists lists;
   mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
@@ -162,7 +205,7 @@ ManyHits firstHitsOf(const LockedMesh& mesh, const py::object& origins,
     const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
     mesh.queryAs<S>([&](const auto& m) {
       std::vector<RayHit<S>> result;
-      firstHits(m, from, along, count, result);
+      firstHits(m, from, along, count, rangeOf<S>(begin, end), result);
       for (std::size_t i = 0; i < result.size(); ++i) lists.add(int(i), result[i]);
     });
   });
@@ -176,8 +219,8 @@ py::object listed(const py::object& rows, const char* name) {
                            : py::object(array);
 }
 
-ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins,
-                   const py::object& directions) {
+ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
+                   double begin, double end) {
   const py::object from_rows = listed(origins, "origins"),
                    along_rows = listed(directions, "directions");
   HitLists lists;
@@ -189,7 +232,7 @@ ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins,
     mesh.queryAs<S>([&](const auto& m) {
       std::vector<RayHit<S>> result;
       for (std::size_t i = 0; i < count; ++i) {
-        rayHits(m, from[i], along[i], result);
+        rayHits(m, from[i], along[i], rangeOf<S>(begin, end), result);
         for (const RayHit<S>& hit : result) lists.add(int(i), hit);
       }
     });
@@ -230,6 +273,24 @@ void bindHitResults(py::module_& module) {
       .def("__len__", [](const ManyHits& self) { return self.t.shape(0); });
 }
 
+void bindRays(py::module_& module) {
+  const auto define = [&](const char* name, auto function, const char* origin,
+                          const char* direction, const char* doc) {
+    module.def(name, function, py::arg("mesh"), py::arg(origin), py::arg(direction), py::kw_only(),
+               py::arg("begin") = 0.0, py::arg("end") = std::numeric_limits<double>::infinity(),
+               doc);
+  };
+  define(
+      "first_hit", &firstHitOf, "origin", "direction",
+      "The first triangle that a ray meets, where begin <= t <= end. origin, direction: (3,), in "
+      "the mesh's own frame; the direction has any length but 0.");
+  define("first_hits", &firstHitsOf, "origins", "directions", docs::kFirstHits);
+  define("any_hit", &anyHitOf, "origin", "direction",
+         "Whether a ray meets a triangle (occlusion), as first_hit, and faster.");
+  define("any_hits", &anyHitsOf, "origins", "directions", docs::kAnyHits);
+  define("ray_hits", &rayHitsOf, "origins", "directions", docs::kRayHits);
+}
+
 }  // namespace
 
 void bindPoints(py::module_& module) {
@@ -239,13 +300,7 @@ void bindPoints(py::module_& module) {
              "The nearest point of the mesh's surface to `point`, (3,), in the mesh's own frame.");
   module.def("closest_points", &closestPointsOf, py::arg("mesh"), py::arg("points"),
              docs::kClosestPoints);
-  module.def("first_hit", &firstHitOf, py::arg("mesh"), py::arg("origin"), py::arg("direction"),
-             "The first triangle that a ray meets. origin, direction: (3,), in the mesh's own "
-             "frame; the direction has any length but 0.");
-  module.def("first_hits", &firstHitsOf, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
-             docs::kFirstHits);
-  module.def("ray_hits", &rayHitsOf, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
-             docs::kRayHits);
+  bindRays(module);
 }
 
 }  // namespace adaptive_bvh::python

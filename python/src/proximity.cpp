@@ -19,6 +19,7 @@ constexpr const char* kPairsWithin =
 
 tf1, tf2: poses that place them in the world.
 enable_distances, enable_nearest_points: also compute these.
+ignored: pairs of triangles to leave out, (M, 2) integers in any order, or None.
 Returns TrianglePairs. Pairs keep their order from step to step.)";
 
 constexpr const char* kPairsWithinSelf =
@@ -29,7 +30,8 @@ filter: which neighbours are left out, as of self_collide.)";
 constexpr const char* kFeaturePairsWithin =
     R"(All pairs of a vertex and a face, and of two edges, at most `distance`, a length, apart.
 
-tf1, tf2: poses that place the meshes in the world. Returns FeaturePairs.)";
+tf1, tf2: poses that place the meshes in the world.
+ignored: pairs of features to leave out, FeaturePairs in any order, or None. Returns FeaturePairs.)";
 
 constexpr const char* kFeaturePairsWithinSelf =
     "As above, of one mesh with itself, without features that have a vertex in common.";
@@ -79,10 +81,29 @@ NearPairs nearPairs(TrianglePairs<S>&& pairs) {
 struct PairsRequest {
   double distance;
   bool enable_distances, enable_nearest_points;
+  std::vector<FeaturePair> ignored;
 
   template <typename S>
   ProximityRequest<S> as() const {
-    return {static_cast<S>(distance), enable_distances, enable_nearest_points};
+    return {static_cast<S>(distance), enable_distances, enable_nearest_points, {&ignored, {}}};
+  }
+};
+
+/// As above, of features.
+struct FeaturesRequest {
+  FeaturesRequest(double d, const FeatureArrays* ignored) : distance(d) {
+    if (!ignored) return;
+    vertex_face = ignoredFrom(ignored->vertex_face, "vertex_face");
+    face_vertex = ignoredFrom(ignored->face_vertex, "face_vertex");
+    edge_edge = ignoredFrom(ignored->edge_edge, "edge_edge");
+  }
+
+  double distance;
+  std::vector<FeaturePair> vertex_face, face_vertex, edge_edge;
+
+  template <typename S>
+  FeatureProximityRequest<S> as() const {
+    return {static_cast<S>(distance), {&vertex_face, {}}, {&face_vertex, {}}, {&edge_edge, {}}};
   }
 };
 
@@ -104,9 +125,10 @@ struct EitherPairs {
 };
 
 NearPairs pairsWithinOf(const LockedMesh& first, const LockedMesh& second, double distance,
-                        const py::object& tf1, const py::object& tf2, bool distances, bool points) {
+                        const py::object& tf1, const py::object& tf2, bool distances, bool points,
+                        const py::object& ignored) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  const PairsRequest request{distance, distances, points};
+  const PairsRequest request{distance, distances, points, ignoredFrom(ignored, "ignored")};
   EitherPairs result;
   LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
@@ -116,9 +138,9 @@ NearPairs pairsWithinOf(const LockedMesh& first, const LockedMesh& second, doubl
 }
 
 NearPairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances, bool points,
-                          const std::string& filter) {
+                          const std::string& filter, const py::object& ignored) {
   const NeighbourFilter neighbours = neighbourFilter(filter);
-  const PairsRequest request{distance, distances, points};
+  const PairsRequest request{distance, distances, points, ignoredFrom(ignored, "ignored")};
   EitherPairs result;
   mesh.query([&](const auto& m) {
     using S = ScalarOf<decltype(m)>;
@@ -128,22 +150,24 @@ NearPairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distance
 }
 
 FeatureArrays featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
-                             const py::object& tf1, const py::object& tf2) {
+                             const py::object& tf1, const py::object& tf2,
+                             const FeatureArrays* ignored) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
+  const FeaturesRequest request(distance, ignored);
   FeaturePairs pairs;
   LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
-    featurePairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance),
-                       pairs);
+    featurePairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), request.as<S>(), pairs);
   });
   return FeatureArrays(std::move(pairs));
 }
 
-FeatureArrays featurePairsSelf(const LockedMesh& mesh, double distance) {
+FeatureArrays featurePairsSelf(const LockedMesh& mesh, double distance,
+                               const FeatureArrays* ignored) {
+  const FeaturesRequest request(distance, ignored);
   FeaturePairs pairs;
-  mesh.query([&](const auto& m) {
-    featurePairsWithin(m, static_cast<ScalarOf<decltype(m)>>(distance), pairs);
-  });
+  mesh.query(
+      [&](const auto& m) { featurePairsWithin(m, request.as<ScalarOf<decltype(m)>>(), pairs); });
   return FeatureArrays(std::move(pairs));
 }
 
@@ -208,15 +232,17 @@ void bindProximity(py::module_& module) {
   module.def("pairs_within", &pairsWithinOf, py::arg("first"), py::arg("second"),
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              py::kw_only(), py::arg("enable_distances") = false,
-             py::arg("enable_nearest_points") = false, docs::kPairsWithin);
+             py::arg("enable_nearest_points") = false, py::arg("ignored") = py::none(),
+             docs::kPairsWithin);
   module.def("pairs_within", &pairsWithinSelf, py::arg("mesh"), py::arg("distance"), py::kw_only(),
              py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
-             py::arg("filter") = "shared vertex", docs::kPairsWithinSelf);
+             py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
+             docs::kPairsWithinSelf);
   module.def("feature_pairs_within", &featurePairsOf, py::arg("first"), py::arg("second"),
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             docs::kFeaturePairsWithin);
+             py::kw_only(), py::arg("ignored") = py::none(), docs::kFeaturePairsWithin);
   module.def("feature_pairs_within", &featurePairsSelf, py::arg("mesh"), py::arg("distance"),
-             docs::kFeaturePairsWithinSelf);
+             py::kw_only(), py::arg("ignored") = py::none(), docs::kFeaturePairsWithinSelf);
   bindClearance(module);
 }
 

@@ -12,6 +12,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "arrays.h"
+#include "features.h"
 #include "objects.h"
 #include "query_docs.h"
 
@@ -117,15 +118,17 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
 
 Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
                        const std::optional<long long>& max_contacts, bool enable_contact,
-                       const std::string& filter) {
+                       const std::string& filter, const py::object& ignored) {
   requireCount(max_contacts);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const NeighbourFilter neighbours = neighbourFilter(filter);
+  const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored");
   ContactLists lists;
   mesh.query([&](const auto& m) {
     using S = ScalarOf<decltype(m)>;
     fcl::CollisionResult<S> result;
-    selfCollide(m, poseAs<S>(pose), requestOf<S>(max_contacts, enable_contact), result, neighbours);
+    selfCollide(m, poseAs<S>(pose), requestOf<S>(max_contacts, enable_contact), result, neighbours,
+                {&pairs, {}});
     lists.add(result, false);
   });
   return std::move(lists).arrays();
@@ -186,7 +189,8 @@ void bindQuery(py::module_& module) {
              py::arg("enable_contact") = true, docs::kCollide);
   module.def("self_collide", &selfCollideOf, py::arg("mesh"), py::arg("tf") = py::none(),
              py::kw_only(), py::arg("max_contacts") = py::none(), py::arg("enable_contact") = true,
-             py::arg("filter") = "shared vertex", docs::kSelfCollide);
+             py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
+             docs::kSelfCollide);
 }
 
 }  // namespace adaptive_bvh::python

@@ -64,6 +64,26 @@ def test_rays_equal_brute_force(moved, tolerance):
     assert (np.diff(alone.t) >= 0).all() and (alone.rays == 0).all()
 
 
+@pytest.mark.parametrize("begin, end", [(0.0, np.inf), (0.0, 1.0), (0.5, 2.0), (3.0, 3.0)])
+def test_a_range_of_rays_keeps_what_lies_in_it(moved, begin, end):
+    mesh, _, _ = moved
+    origins, directions = np.random.default_rng(9).normal(size=(2, 100, 3))
+    all_hits = ab.ray_hits(mesh, origins, directions)
+    kept = (all_hits.t >= begin) & (all_hits.t <= end)
+    hits = ab.ray_hits(mesh, origins, directions, begin=begin, end=end)
+    np.testing.assert_array_equal(hits.triangles, all_hits.triangles[kept])
+    np.testing.assert_array_equal(hits.t, all_hits.t[kept])
+    is_hit = np.isin(np.arange(100), hits.rays)
+    any_hits = ab.any_hits(mesh, origins, directions, begin=begin, end=end)
+    assert any_hits.dtype == np.bool_
+    np.testing.assert_array_equal(any_hits, is_hit)
+    first = ab.first_hits(mesh, origins, directions, begin=begin, end=end)
+    np.testing.assert_array_equal(first.triangles >= 0, is_hit)
+    assert ab.any_hit(mesh, origins[3], directions[3], begin=begin, end=end) == is_hit[3]
+    one = ab.first_hit(mesh, origins[3], directions[3], begin=begin, end=end)
+    assert one.triangle == first.triangles[3] and one.t == first.t[3]
+
+
 def test_what_is_no_point_or_ray_is_refused(moved):
     mesh, _, _ = moved
     for query, sentence in (
@@ -74,6 +94,9 @@ def test_what_is_no_point_or_ray_is_refused(moved):
         (lambda: ab.first_hits(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
+        (lambda: ab.first_hit(mesh, [0, 0, 0], [1, 0, 0], end=np.nan), "range of a ray is NaN"),
+        (lambda: ab.any_hits(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
+        (lambda: ab.ray_hits(mesh, [0, 0, 0], [1, 0, 0], begin=2, end=1), "ends before it begins"),
     ):
         with pytest.raises(ValueError, match=sentence):
             query()

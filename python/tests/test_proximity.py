@@ -94,6 +94,96 @@ def test_feature_pairs_within_equals_brute_force(kind):
     assert len(ab.feature_pairs_within(a, 0.5)) > 0
 
 
+def expect_details(found, pairs, first, second, tolerance):
+    """first, second: the nearest points by the coordinates that were found."""
+    assert len(found) == len(pairs) == len(found.coordinates)
+    points = found.nearest_points
+    assert points.shape == (len(pairs), 2, 3)
+    np.testing.assert_allclose(points[:, 0], first, atol=4 * tolerance)
+    np.testing.assert_allclose(points[:, 1], second, atol=4 * tolerance)
+    difference = points[:, 1] - points[:, 0]
+    np.testing.assert_allclose(
+        np.linalg.norm(difference, axis=1), found.distances, atol=8 * tolerance
+    )
+    apart = found.distances > 1e-2
+    assert apart.any()
+    np.testing.assert_allclose(
+        found.normals[apart],
+        difference[apart] / found.distances[apart, None],
+        atol=1e3 * tolerance,
+    )
+
+
+def test_details_of_feature_pairs(kind, tolerance):
+    (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_meshes(kind, 1)
+    pairs = ab.feature_pairs_within(a, b, NEAR, tf1, tf2)
+    details = ab.feature_pair_details(a, b, pairs, tf1, tf2)
+
+    def on_face(vertices, faces, triangles, coordinates):
+        return (vertices[faces[triangles]] * coordinates[..., None]).sum(axis=1)
+
+    def on_edge(vertices, faces, edges, along):
+        p = vertices[faces[edges // 3, edges % 3]]
+        q = vertices[faces[edges // 3, (edges + 1) % 3]]
+        return p + along[:, None] * (q - p)
+
+    (v, t), c = pairs.vertex_face.T, details.vertex_face.coordinates
+    expect_details(
+        details.vertex_face, pairs.vertex_face, w1[v], on_face(w2, f2, t, c), tolerance
+    )
+    distances = surface_distances(w1, w2, f2)[v, t]
+    np.testing.assert_allclose(details.vertex_face.distances, distances, atol=tolerance)
+    (t, v), c = pairs.face_vertex.T, details.face_vertex.coordinates
+    expect_details(
+        details.face_vertex, pairs.face_vertex, on_face(w1, f1, t, c), w2[v], tolerance
+    )
+    (e, f), c = pairs.edge_edge.T, details.edge_edge.coordinates
+    expect_details(
+        details.edge_edge,
+        pairs.edge_edge,
+        on_edge(w1, f1, e, c[:, 0]),
+        on_edge(w2, f2, f, c[:, 1]),
+        tolerance,
+    )
+    own = ab.feature_pairs_within(a, 0.5)
+    assert len(ab.feature_pair_details(a, own).edge_edge) == len(own.edge_edge)
+    with pytest.raises(IndexError):
+        ab.feature_pair_details(a, ab.FeaturePairs(vertex_face=[[0, 10**6]]))
+
+
+def test_ignored_pairs_are_left_out(kind):
+    (a, tf1, _, _), (b, tf2, _, _) = moved_meshes(kind, 1)
+
+    def expect_rest(everything, ignored, rest):
+        assert len(ignored) > 0
+        assert pair_set(rest) == pair_set(everything) - pair_set(ignored)
+        assert len(rest) == len(everything) - len(ignored)
+
+    pairs = ab.pairs_within(a, b, NEAR, tf1, tf2).triangles
+    ignored = pairs[::-3]
+    rest = ab.pairs_within(a, b, NEAR, tf1, tf2, ignored=ignored)
+    expect_rest(pairs, ignored, rest.triangles)
+    own = ab.pairs_within(a, 0.9).triangles
+    expect_rest(own, own[::2], ab.pairs_within(a, 0.9, ignored=own[::2]).triangles)
+    features = ab.feature_pairs_within(a, b, NEAR, tf1, tf2)
+    some = ab.FeaturePairs(features.vertex_face[::-2], edge_edge=features.edge_edge[::-3])
+    rest = ab.feature_pairs_within(a, b, NEAR, tf1, tf2, ignored=some)
+    expect_rest(features.vertex_face, some.vertex_face, rest.vertex_face)
+    expect_rest(features.edge_edge, some.edge_edge, rest.edge_edge)
+    np.testing.assert_array_equal(rest.face_vertex, features.face_vertex)
+    features = ab.feature_pairs_within(a, 0.5)
+    some = ab.FeaturePairs(edge_edge=features.edge_edge[::2])
+    rest = ab.feature_pairs_within(a, 0.5, ignored=some)
+    expect_rest(features.edge_edge, some.edge_edge, rest.edge_edge)
+    crossed = ab.DeformableMesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.3, 0.2, -1], [0.2, 0.3, 1]],
+        [[0, 1, 2], [3, 4, 5]],
+        **kind,
+    )
+    assert len(ab.self_collide(crossed)) == 1
+    assert len(ab.self_collide(crossed, ignored=[[0, 1]])) == 0
+
+
 def test_clearance_equals_brute_force(kind, tolerance):
     (a, tf1, w1, f1), (b, tf2, w2, f2) = moved_meshes(kind, 2)
     expected = surface_distances(w1, w2, f2).min(axis=1)

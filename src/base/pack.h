@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -80,12 +81,19 @@ ADAPTIVE_BVH_INLINE P filled(float x) {
   return x - P{};  // the number as it is, 0 and -0 too
 }
 
+/// The second number where they are equal or one is NaN. (GCC does not always see the instruction.)
 template <typename P>
 ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
+#if defined(__SSE2__)
+  if constexpr (std::is_same<P, Pack<float>>::value) return _mm_min_ps(a, b);
+#endif
   return a < b ? a : b;
 }
 template <typename P>
 ADAPTIVE_BVH_INLINE P upper(const P& a, const P& b) {
+#if defined(__SSE2__)
+  if constexpr (std::is_same<P, Pack<float>>::value) return _mm_max_ps(a, b);
+#endif
   return a > b ? a : b;
 }
 template <typename P>

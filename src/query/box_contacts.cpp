@@ -69,12 +69,13 @@ void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
 template <typename S>
 std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                        NeighbourFilter filter) {
+                        NeighbourFilter filter, const IgnoredPairs& ignored) {
   requireRigid(tf);
+  requireSorted(ignored);
   const CollisionQuery<S> query{request, result};
   if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
   const PlacedMesh<S> placed(mesh, tf);
-  const ContactNode<S> node(placed, placed, query, true);
+  const ContactNode<S> node(placed, placed, query, true, &ignored);
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours);
   const bool may_skip = filter == NeighbourFilter::SharedVertex;
   search<S>({placed, placed, placed.tree(), placed.tree(), node.toFirst(), filter,
@@ -88,7 +89,7 @@ std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>&
                               const CollisionQuery<S>&);                                      \
   template std::size_t selfCollide(const DeformableMesh<S>&, const fcl::Transform3<S>&,       \
                                    const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, \
-                                   NeighbourFilter);
+                                   NeighbourFilter, const IgnoredPairs&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -8,6 +8,7 @@
 #include <fcl/math/bv/AABB.h>
 
 #include "query/candidate_tests.h"
+#include "query/ignored_pairs.h"
 #include "query/triangle_contacts.h"
 #include "query/triangle_search.h"
 #include "triangles/triangle_intersection.h"
@@ -19,15 +20,16 @@ template <typename S>
 class ContactNode {
  public:
   /// `is_self`: both meshes are the same in the same place: the triangle with the smaller index is
-  /// tested as the first, and a pair has one contact.
+  /// tested as the first, and a pair has one contact. `ignored`: pairs to leave out, or null.
   ContactNode(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-              const CollisionQuery<S>& query, bool is_self)
+              const CollisionQuery<S>& query, bool is_self, const IgnoredPairs* ignored = nullptr)
       : request(query.request),
         result(&query.result),
         first_(first),
         second_(second),
         to_first_(is_self ? RelativePlacement() : RelativePlacement(first.tf, second.tf)),
-        is_self_(is_self) {}
+        is_self_(is_self),
+        ignored_(ignored) {}
 
   fcl::CollisionRequest<S> request;
   fcl::CollisionResult<S>* result;
@@ -41,6 +43,7 @@ class ContactNode {
  private:
   void test(int triangle1, int triangle2, bool touching) const {
     if (is_self_ && triangle2 < triangle1) std::swap(triangle1, triangle2);
+    if (ignored_ && isIgnored(*ignored_, unsigned(triangle1), unsigned(triangle2))) return;
     addContactsOf<S>({first_.geometry, first_.mesh.view(), first_.tf},
                      {second_.geometry, second_.mesh.view(), second_.tf}, to_first_, triangle1,
                      triangle2, touching, is_self_ ? 1 : 2, request, *result);
@@ -49,6 +52,7 @@ class ContactNode {
   const PlacedMesh<S>&first_, &second_;
   const RelativePlacement to_first_;
   const bool is_self_;
+  const IgnoredPairs* const ignored_;
 };
 
 /// Its output is a ContactNode, which takes the contacts.

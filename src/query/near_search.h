@@ -8,6 +8,7 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
 #include "query/found_parts.h"
+#include "query/ignored_pairs.h"
 #include "query/nearest_search.h"
 #include "query/tree_pair.h"
 #include "query/within_tests.h"
@@ -52,6 +53,7 @@ class PairSink {
     const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
+    if (isIgnored(request_.ignored, swaps ? second : first, swaps ? first : second)) return;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
     if (!gap) return;  // neither is asked for
     if (request_.enable_distances) result_.distances.push_back(distanceAs<S>(gap->distance));

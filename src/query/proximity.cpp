@@ -23,8 +23,10 @@ class FeatureSink {
   static constexpr bool kFewAreNear = false;
 
   /// `is_self`: features with a vertex in common are left out.
-  FeatureSink(const WithinInput<S>& input, bool is_self, Result& result)
+  FeatureSink(const WithinInput<S>& input, const FeatureProximityRequest<S>& request, bool is_self,
+              Result& result)
       : in_(input),
+        request_(request),
         owners1_(input.first.mesh.topology->owners),
         owners2_(input.second.mesh.topology->owners),
         is_self_(is_self),
@@ -39,18 +41,21 @@ class FeatureSink {
                  in_.pointsOfFirst(pair.first)};
     const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],
                  in_.pointsOfSecond(pair.second)};
-    addVertices(a, b, [&](unsigned v, unsigned t) { appendPair(v, t, result_.vertex_face); });
+    const auto addVertexFace = [&](unsigned v, unsigned t) {
+      append(v, t, request_.vertex_face, result_.vertex_face);
+    };
+    addVertices(a, b, addVertexFace);
     addVertices(b, a, [&](unsigned v, unsigned t) {
       if (is_self_)
-        appendPair(v, t, result_.vertex_face);
+        addVertexFace(v, t);
       else
-        appendPair(t, v, result_.face_vertex);
+        append(t, v, request_.face_vertex, result_.face_vertex);
     });
     addEdges(a, b);
   }
 
   /// For another thread.
-  FeatureSink another(Result& result) const { return {in_, is_self_, result}; }
+  FeatureSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(result_); }
   /// In place of what the result held: what other sinks were given in tasks, in their order.
@@ -68,6 +73,10 @@ class FeatureSink {
     TrianglePoints<double> points;
   };
 
+  static void append(unsigned first, unsigned second, const IgnoredPairs& ignored,
+                     std::vector<FeaturePair>& pairs) {
+    if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
+  }
   bool isNear(double distance) const { return distance <= in_.distance; }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
@@ -97,10 +106,11 @@ class FeatureSink {
       return;
     const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
     const bool swaps = is_self_ && first > second;
-    appendPair(swaps ? second : first, swaps ? first : second, result_.edge_edge);
+    append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
   }
 
   const WithinInput<S>& in_;
+  const FeatureProximityRequest<S>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
   Result& result_;
@@ -173,6 +183,14 @@ void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFi
   collect(input, SameFrame(), sink);
 }
 
+template <typename S>
+void requireFeatures(const FeatureProximityRequest<S>& request) {
+  requireDistance(request.distance);
+  requireSorted(request.vertex_face);
+  requireSorted(request.face_vertex);
+  requireSorted(request.edge_edge);
+}
+
 }  // namespace
 
 template <typename S>
@@ -180,6 +198,7 @@ std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                         const ProximityRequest<S>& request, TrianglePairs<S>& result) {
   requireDistance(request.distance);
+  requireSorted(request.ignored);
   requireRigid(tf1);
   requireRigid(tf2);
   collectPairs(
@@ -192,6 +211,7 @@ template <typename S>
 std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
                         TrianglePairs<S>& result, NeighbourFilter filter) {
   requireDistance(request.distance);
+  requireSorted(request.ignored);
   collectOwnPairs(mesh, double(request.distance), filter, [&](const WithinInput<S>& input) {
     return PairSink<S>(input, request, true, result);
   });
@@ -201,21 +221,40 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                               S distance, FeaturePairs& result) {
-  requireDistance(distance);
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+  requireFeatures(request);
   requireRigid(tf1);
   requireRigid(tf2);
-  collectPairs(PairOfMeshes<S>(first, tf1, second, tf2), double(distance),
-               [&](const WithinInput<S>& input) { return FeatureSink<S>(input, false, result); });
+  collectPairs(
+      PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
+      [&](const WithinInput<S>& input) { return FeatureSink<S>(input, request, false, result); });
+  return result.size();
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               S distance, FeaturePairs& result) {
+  FeatureProximityRequest<S> request;
+  request.distance = distance;
+  return featurePairsWithin(first, tf1, second, tf2, request, result);
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+  requireFeatures(request);
+  collectOwnPairs(
+      mesh, double(request.distance), NeighbourFilter::None,
+      [&](const WithinInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
   return result.size();
 }
 
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
-  requireDistance(distance);
-  collectOwnPairs(mesh, double(distance), NeighbourFilter::None,
-                  [&](const WithinInput<S>& input) { return FeatureSink<S>(input, true, result); });
-  return result.size();
+  FeatureProximityRequest<S> request;
+  request.distance = distance;
+  return featurePairsWithin(mesh, request, result);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
@@ -225,8 +264,13 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, Featur
   template std::size_t pairsWithin(const DeformableMesh<S>&, const ProximityRequest<S>&,          \
                                    TrianglePairs<S>&, NeighbourFilter);                           \
   template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
                                           const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
                                           FeaturePairs&);                                         \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&,                               \
+                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
   template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -1,142 +1,305 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 
-#include "boxes/open_nodes.h"
+#include "base/float4.h"
+#include "base/scratch.h"
 #include "boxes/wide_tree.h"
 #include "query/placed_mesh.h"
 #include "triangles/ray_triangle.h"
 
 namespace adaptive_bvh {
 
-/// The triangles that a ray meets, by the four-wide tree of a mesh. Boxes are tested in single
-/// precision, from where the ray enters the body on; triangles exactly: docs/bounds.md, 16.
-template <typename S>
-class RaySearch {
+/// A ray in the coordinates of a four-wide tree, in single precision, from where it comes near the
+/// body on: there all coordinates are below 8. Boxes, and lengths along the ray, are compared with
+/// margins for all that is rounded: docs/bounds.md, 16.
+class RayInTree {
  public:
-  explicit RaySearch(const MeshState<S>& mesh)
-      : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
-
-  /// Calls found(triangle, hit) for each hit, in any order; it returns the t up to which further
-  /// ones are of interest. Rays of one direction, one after the other, are prepared once.
-  template <typename Found>
-  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, Found&& found) {
-    if (direction != direction_) setDirection(direction);
-    if (!setOrigin(origin)) return;
-    test_.setOrigin(origin);
-    open_.start();
-    while (!open_.isEmpty()) {
-      const OpenNodes::Node at = open_.pop();
-      if (at.key <= end_) visit(tree_.nodes()[at.number], found);
-    }
+  /// A direction that is very long or short is scaled first, so that it is normalized exactly.
+  void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
+    const double longest = direction.template lpNorm<Eigen::Infinity>();
+    constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
+    exponent_ = longest < kShort || longest > kLong ? std::ilogb(longest) : 0;
+    fcl::Vector3d scaled = direction;
+    if (exponent_ != 0)
+      for (double& x : scaled) x = std::ldexp(x, -exponent_);
+    per_t_ = scaled.norm() * tree.scale();
+    along_ = tree.toBody() * (scaled * (1 / per_t_));
   }
-
- private:
-  void setDirection(const fcl::Vector3d& direction) {
-    direction_ = direction;
-    test_ = RayTriangle(direction);
-    // Near 1, so that a direction of any length is normalized exactly.
-    exponent_ = std::ilogb(direction.template lpNorm<Eigen::Infinity>());
-    const fcl::Vector3d scaled(std::ldexp(direction[0], -exponent_),
-                               std::ldexp(direction[1], -exponent_),
-                               std::ldexp(direction[2], -exponent_));
-    along_ = tree_.toBody() * scaled.normalized() / tree_.scale();
-    per_t_ = scaled.norm() * tree_.scale();
-    for (int k = 0; k < 3; ++k) {
-      const auto slope = static_cast<float>(along_[k]);
-      constexpr float kLeast = 1e-30f;
-      const float inverse = 1 / (std::fabs(slope) > kLeast ? slope : std::copysign(kLeast, slope));
-      is_backward_[k] = inverse < 0;  // also of a slope of -0
-      inverse_[k] = float4::all(inverse);
-    }
-  }
-  /// False when the ray passes by the body. Lengths along the ray are in the tree's unit, from
-  /// where it comes near the body: there all coordinates are below 8.
-  bool setOrigin(const fcl::Vector3d& origin) {
-    const fcl::Vector3d from = tree_.toBody() * (origin - tree_.origin());
-    end_ = std::numeric_limits<float>::max();
+  /// After the direction. False when the ray passes by the body.
+  bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin) {
+    const fcl::Vector3d from = tree.toBody() * (origin - tree.origin());
     rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble;
     has_boxes_ = rounding_ <= 1;
     if (!has_boxes_) return meetEveryBox();
     constexpr double kReach = 2.5;  // all coordinates of the body are below 2
     const double middle = -from.dot(along_);
     constexpr double kRadius = 3.6;  // > sqrt(3) 2
-    if (!((from + middle * along_).norm() <= kRadius + rounding_)) return false;
-    if (middle < -(kRadius + kReach + rounding_)) return false;
-    start_ = std::max(0., middle - kRadius - rounding_);
-    const fcl::Vector3d entry = from + start_ * along_;
-    const auto error = static_cast<float>(kError + 4 * rounding_);
-    for (int k = 0; k < 3; ++k) {
-      const float at = static_cast<float>(entry[k]), inverse = inverse_[k][0];
-      enter_[k] = float4::all((is_backward_[k] ? at - error : at + error) * inverse);
-      leave_[k] = float4::all((is_backward_[k] ? at + error : at - error) * inverse);
-    }
+    const double radius = kRadius + rounding_;
+    if (!((from + middle * along_).squaredNorm() <= radius * radius)) return false;
+    if (middle < -(kReach + radius)) return false;
+    start_ = std::max(0., middle - radius);
+    setSlabs(from + start_ * along_, static_cast<float>(kError + 4 * rounding_));
     return true;
-  }
-  /// From so far away that the body is smaller than what is rounded off.
-  bool meetEveryBox() {
-    for (int k = 0; k < 3; ++k) inverse_[k] = enter_[k] = leave_[k] = float4::all(0);
-    direction_.setZero();  // to be prepared again
-    return true;
-  }
-  /// What lies at `t` or before it remains of interest, also where it lies behind it by less than
-  /// single precision tells.
-  void setEnd(double t) {
-    if (!has_boxes_) return;
-    const double reach = std::ldexp(t, exponent_) * per_t_ * (1 + 1. / (1 << 20));
-    const double end = reach - start_ + 4 * rounding_ + 1e-4;
-    end_ = end < kFar ? static_cast<float>(end) : std::numeric_limits<float>::max();
   }
 
-  /// Where the ray enters four boxes, each larger by the error. Returns a bit for each that it
-  /// meets before its end.
-  ADAPTIVE_BVH_INLINE unsigned meets(const Boxes4& boxes, Float4& enter) const {
+  /// Lengths along the ray begin where it enters a ball around the body. A length that is surely
+  /// beyond what lies at `t`; and one surely before.
+  float after(double t) const { return has_boxes_ ? limit(lengthTo(t) + slack(), kFar) : kFar; }
+  float before(double t) const { return has_boxes_ ? limit(lengthTo(t) - slack(), kFar) : -kFar; }
+
+  /// Where the ray enters four boxes, each larger by the error; at least `begin`. Returns which
+  /// ones it meets from `begin` to `end`.
+  ADAPTIVE_BVH_INLINE Int4 meets(const Boxes4& boxes, float begin, float end, Float4& enter) const {
     using float4::lower;
     using float4::upper;
-    enter = float4::all(0);
-    Float4 leave = float4::all(end_);
-    for (int k = 0; k < 3; ++k) {
-      const Float4 &near = is_backward_[k] ? boxes.high[k] : boxes.low[k],
-                   &far = is_backward_[k] ? boxes.low[k] : boxes.high[k];
-      enter = upper<Float4>(enter, near * inverse_[k] - enter_[k]);
-      leave = lower<Float4>(leave, far * inverse_[k] - leave_[k]);
-    }
-    return float4::bits(enter <= leave);
-  }
-
-  template <typename Found>
-  ADAPTIVE_BVH_INLINE void visit(const WideNode& node, Found&& found) {
-    Float4 enter;
-    // A lane without a box is empty, so no ray meets it, unless every box counts.
-    unsigned lanes = meets(node.boxes, enter) & ((1u << node.count) - 1);
-    if (!node.isLeaf()) return open_.push(node, lanes, enter);
-    for (; lanes; lanes &= lanes - 1)
-      testTriangle(static_cast<unsigned>(node.first + __builtin_ctz(lanes)), found);
-  }
-  template <typename Found>
-  void testTriangle(unsigned place, Found&& found) {
-    const Int4& v = tree_.corners(place);
-    const auto point = [&](int k) -> fcl::Vector3d {
-      return mesh_.vertices[static_cast<std::size_t>(v[k])].template cast<double>();
+    static_assert(sizeof(Boxes4) == 6 * sizeof(Float4), "three low sides and three high");
+    const auto side = [&](std::size_t offset) -> const Float4& {
+      return *reinterpret_cast<const Float4*>(reinterpret_cast<const char*>(&boxes) + offset);
     };
-    RayTriangle::Hit hit;
-    if (test_.meets(point(0), point(1), point(2), hit)) setEnd(found(tree_.triangle(place), hit));
+    const auto atNear = [&](int k) -> Float4 { return side(near_[k]) * inverse_[k] - enter_[k]; };
+    const auto atFar = [&](int k) -> Float4 { return side(far_[k]) * inverse_[k] - leave_[k]; };
+    // `begin` is the second number, and so what comes of a NaN, and 0 of two zeros.
+    enter = upper<Float4>(upper<Float4>(upper<Float4>(atNear(0), atNear(1)), atNear(2)),
+                          float4::all(begin));
+    return enter <= lower<Float4>(lower<Float4>(lower<Float4>(atFar(0), atFar(1)), atFar(2)),
+                                  float4::all(end));
   }
 
-  static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24), kFar = 1e30;
+ private:
+  static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24);
+  static constexpr float kFar = 1e30f;
+
+  void setSlabs(const fcl::Vector3d& entry, float error) {
+    using packs::absolute;
+    constexpr float kLeast = 1e-30f;
+    const Float4 slope = float4::narrowed(Pack<double>{along_[0], along_[1]},
+                                          Pack<double>{along_[2], 1}),
+                 at = float4::narrowed(Pack<double>{entry[0], entry[1]}, Pack<double>{entry[2], 0});
+    const Float4 least = float4::all(kLeast), margin = float4::all(error), zero = float4::all(0);
+    const Float4 inverse = float4::all(1) / (absolute<Float4>(slope) > least ? slope : least);
+    const auto is_backward = inverse < zero;
+    const Float4 toward = is_backward ? -margin : margin;
+    const Float4 enter = (at + toward) * inverse, leave = (at - toward) * inverse;
+    for (int k = 0; k < 3; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      near_[k] = sizeof(Float4) * (axis + (is_backward[k] != 0 ? 3 : 0));
+      far_[k] = sizeof(Float4) * (2 * axis + 3) - near_[k];
+      inverse_[k] = float4::all(inverse[k]);
+      enter_[k] = float4::all(enter[k]);
+      leave_[k] = float4::all(leave[k]);
+    }
+  }
+  /// From so far away that the body is smaller than what is rounded off. Empty boxes, whose sides
+  /// are at 1e30, are not met.
+  bool meetEveryBox() {
+    for (int k = 0; k < 3; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      near_[k] = sizeof(Float4) * axis;
+      far_[k] = sizeof(Float4) * (axis + 3);
+      inverse_[k] = float4::all(1e-30f);
+      enter_[k] = float4::all(0.5f);
+      leave_[k] = float4::all(-0.5f);
+    }
+    return true;
+  }
+
+  double lengthTo(double t) const {
+    return (exponent_ == 0 ? t : std::ldexp(t, exponent_)) * per_t_ - start_;
+  }
+  /// Of lengths in the tree, and of t as RayTriangle computes it.
+  double slack() const { return (start_ + 16) * (1. / (1 << 16)) + 4 * rounding_ + 1e-4; }
+  static float limit(double length, float most) {
+    return length < double(most) ? static_cast<float>(std::max(length, -double(most))) : most;
+  }
+
+  fcl::Vector3d along_ = fcl::Vector3d::Zero();  ///< the direction, of length 1
+  Float4 inverse_[3], enter_[3], leave_[3];
+  std::size_t near_[3], far_[3];  ///< where the sides of boxes stand, in bytes
+  bool has_boxes_ = true;
+  int exponent_ = 0;  ///< lengths by t are per_t_ * 2^exponent_
+  double start_ = 0, per_t_ = 1, rounding_ = 0;
+};
+
+/// A ray on its way through the four-wide tree of a mesh, node by node, so that several rays can
+/// take turns: what one waits for, from memory, then comes in the meantime. Boxes are tested in
+/// single precision, triangles exactly.
+template <typename S>
+class RayWalk {
+ public:
+  explicit RayWalk(const MeshState<S>& mesh)
+      : mesh_(mesh),
+        nodes_(mesh.tree.nodes()),
+        open_(static_cast<std::size_t>(3 * mesh.tree.depth() + 4)) {}
+
+  /// Only hits from t = `begin` to `end` are of interest; others may be found, too. False when the
+  /// ray passes by the body. Rays of one direction, one after the other, are prepared once.
+  bool start(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin,
+             double end) {
+    if (direction != direction_) {
+      direction_ = direction;
+      ray_.setDirection(mesh_.tree, direction);
+      test_.reset();
+    }
+    if (!ray_.setOrigin(mesh_.tree, origin)) return false;
+    origin_ = origin;
+    if (test_) test_->setOrigin(origin);
+    begin_ = begin > 0 ? std::max(ray_.before(begin), 0.f) : 0.f;
+    setEnd(end);
+    top_ = open_.data();
+    number_ = 0;
+    return end_ >= begin_;
+  }
+
+  /// Visits a node. Calls found(triangle, hit) for each hit, in any order; it returns the t up to
+  /// which further ones are of interest. A negative one ends the walk. False at its end.
+  template <typename Found>
+  ADAPTIVE_BVH_INLINE bool step(Found&& found) {
+    const WideNode& node = nodes_[number_];
+    Float4 enter;
+    const auto meets = ray_.meets(node.boxes, begin_, end_, enter);
+    const unsigned lanes = float4::bits(meets);
+    if (lanes != 0 && !node.isLeaf()) {
+      descend(node, lanes, enter);
+    } else {
+      if (lanes != 0) testLeaf(node, lanes, enter, found);
+      do
+        if (top_ == open_.data()) return false;
+      while (!((--top_)->enter <= end_));
+      number_ = top_->node;
+    }
+    __builtin_prefetch(&nodes_[number_]);
+    __builtin_prefetch(nodes_[number_].below);
+    return true;
+  }
+
+ private:
+  /// A node to be visited, and where the ray enters its box.
+  struct Open {
+    std::int32_t node;
+    float enter;
+  };
+
+  void setEnd(double t) { end_ = t < 0 ? -1.f : ray_.after(t); }
+
+  template <typename Found>
+  [[gnu::noinline]] void testLeaf(const WideNode& leaf, unsigned lanes, const Float4& enter,
+                                  Found&& found) {
+    if (!test_) test_.emplace(origin_, direction_);  // few rays that meet nothing need one
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto place = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
+      const Int4& v = mesh_.tree.corners(place);
+      const fcl::Vector3<S>* const x = mesh_.vertices.data();
+      RayTriangle::Hit hit;
+      if (!test_->meets(x[v[0]], x[v[1]], x[v[2]], hit)) continue;
+      setEnd(found(v[3], hit));
+      lanes &= float4::bits(enter <= float4::all(end_)) | 1u << __builtin_ctz(lanes);
+    }
+  }
+
+  /// To the nearest node below one; the others come onto the stack, in any order. Which of two is
+  /// nearer is hard to guess, so there is no branch: floats that are not negative have the order of
+  /// their bits.
+  ADAPTIVE_BVH_INLINE void descend(const WideNode& node, unsigned lanes, const Float4& enter) {
+    alignas(16) std::int32_t key[4];
+    __builtin_memcpy(key, &enter, sizeof(key));
+    int nearest = __builtin_ctz(lanes);
+    Open* top = top_;
+    for (lanes &= lanes - 1; lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(lanes);
+      const int swap = -static_cast<int>(key[lane] < key[nearest]) & (lane ^ nearest);
+      nearest ^= swap;
+      top->node = node.below[lane ^ swap];
+      __builtin_memcpy(&top->enter, &key[lane ^ swap], sizeof(top->enter));
+      ++top;
+    }
+    top_ = top;
+    number_ = node.below[nearest];
+  }
 
   const MeshState<S>& mesh_;
-  const WideTree& tree_;
-  OpenNodes open_;
-  RayTriangle test_{fcl::Vector3d::UnitX()};
-  fcl::Vector3d direction_ = fcl::Vector3d::Zero(), along_;
-  Float4 inverse_[3], enter_[3], leave_[3];
-  bool is_backward_[3] = {}, has_boxes_ = true;
-  int exponent_ =
-      0;  ///< of the direction's largest component; lengths by t are per_t_ * 2^exponent_
-  double start_ = 0, per_t_ = 1, rounding_ = 0;
-  float end_ = 0;
+  const WideNode* const nodes_;
+  Scratch<Open> open_;
+  Open* top_ = nullptr;
+  std::int32_t number_ = 0;
+  float begin_ = 0, end_ = 0;
+  RayInTree ray_;
+  fcl::Vector3d origin_, direction_ = fcl::Vector3d::Zero();
+  std::optional<RayTriangle> test_;
+};
+
+/// The triangles that a ray meets, by a RayWalk.
+template <typename S>
+class RaySearch {
+ public:
+  explicit RaySearch(const MeshState<S>& mesh) : walk_(mesh) {}
+
+  /// `found` as in RayWalk::step.
+  template <typename Found>
+  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, Found&& found) {
+    search(origin, direction, 0, std::numeric_limits<double>::infinity(), found);
+  }
+  template <typename Found>
+  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
+              Found&& found) {
+    if (!walk_.start(origin, direction, begin, end)) return;
+    while (walk_.step(found)) {
+    }
+  }
+
+ private:
+  RayWalk<S> walk_;
+};
+
+/// The triangles that many rays meet, several rays in turn.
+template <typename S>
+class RayBatch {
+ public:
+  explicit RayBatch(const MeshState<S>& mesh) : turns_{mesh, mesh, mesh, mesh} {}
+
+  /// Rays from number `first` to `last`: start(walk, i) returns what RayWalk::start does, and
+  /// found(i, triangle, hit) is called as in RayWalk::step.
+  template <typename Start, typename Found>
+  void search(std::size_t first, std::size_t last, const Start& start, const Found& found) {
+    const auto startNext = [&](Turn& turn) -> bool {
+      while (first < last) {
+        turn.ray = first++;
+        if (start(turn.walk, turn.ray)) return true;
+      }
+      return false;
+    };
+    Turn* open[kAtOnce];
+    int count = 0;
+    for (Turn& turn : turns_)
+      if (startNext(turn)) open[count++] = &turn;
+    while (count > 0)
+      for (int k = 0; k < count;) {
+        Turn& turn = *open[k];
+        const bool goes_on =
+            turn.walk.step([&](int triangle, const RayTriangle::Hit& hit) -> double {
+              return found(turn.ray, triangle, hit);
+            });
+        if (goes_on || startNext(turn))
+          ++k;
+        else
+          open[k] = open[--count];
+      }
+  }
+
+ private:
+  static constexpr int kAtOnce = 4;
+
+  struct Turn {
+    Turn(const MeshState<S>& mesh) : walk(mesh) {}
+
+    RayWalk<S> walk;
+    std::size_t ray = 0;
+  };
+  Turn turns_[kAtOnce];
 };
 
 }  // namespace adaptive_bvh

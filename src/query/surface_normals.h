@@ -27,6 +27,9 @@ class SurfaceNormals {
     fcl::Vector3d on_face;
     feature_distance::FacePlace<double> at;
     feature_distance::Face<double>(cornersOf(triangle)).nearest(x, on_face, at);
+    return placeOf(at, triangle);
+  }
+  static SurfacePlace placeOf(const feature_distance::FacePlace<double>& at, unsigned triangle) {
     const std::size_t next = (at.edge + 1) % 3;
     SurfacePlace place = {SurfaceFeature::Face, triangle, 0, fcl::Vector3d::Zero()};
     const auto weight = [&](std::size_t k) -> double& {

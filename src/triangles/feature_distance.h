@@ -153,10 +153,11 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
   return found;
 }
 
-/// Of two edges.
+/// Of two edges. `along`: where the points lie on them, 0 at the first end and 1 at the other.
 template <typename S>
 FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
-                                    const std::array<Eigen::Matrix<S, 3, 1>, 2>& b) {
+                                    const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
+                                    std::array<S, 2>& along) {
   using Point = Eigen::Matrix<S, 3, 1>;
   const feature_distance::Edge<S> u(a[1] - a[0]), v(b[1] - b[0]);
   const Point between = b[0] - a[0];
@@ -168,6 +169,7 @@ FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>&
     best = square;
     nearest.first = a[0] + s * u.along;
     nearest.second = b[0] + t * v.along;
+    along = {s, t};
   };
   take(0, v.nearestTo(-between));
   take(1, v.nearestTo(a[1] - b[0]));
@@ -177,6 +179,13 @@ FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>&
   if (feature_distance::nearestInside<S>(u, v, between, s, t)) take(s, t);
   nearest.distance = std::sqrt(best);
   return nearest;
+}
+
+template <typename S>
+FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
+                                    const std::array<Eigen::Matrix<S, 3, 1>, 2>& b) {
+  std::array<S, 2> along;
+  return edgeEdgeDistance<S>(a, b, along);
 }
 
 }  // namespace adaptive_bvh

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "triangles/orientation.h"
 #include "triangles/triangle_contact.h"
@@ -33,12 +32,20 @@ class RayTriangle {
   }
   /// From where setOrigin says.
   explicit RayTriangle(const fcl::Vector3d& direction) : direction_(direction) {
-    direction.cwiseAbs().maxCoeff(&z_);
-    x_ = (z_ + 1) % 3;
-    y_ = (z_ + 2) % 3;
-    if (direction[z_] < 0) std::swap(x_, y_);
-    exponent_ = std::ilogb(direction[z_]);
-    const auto scaled = [&](int k) { return std::ldexp(direction[k], -exponent_); };
+    // Without branches, which would be guesses.
+    constexpr int kAxes[] = {0, 1, 2, 0, 1};
+    const double x = std::fabs(direction[0]), y = std::fabs(direction[1]),
+                 z = std::fabs(direction[2]);
+    z_ = z > std::max(x, y) ? 2 : static_cast<int>(y > x);
+    const int is_backward = direction[z_] < 0;
+    x_ = kAxes[z_ + 1 + is_backward];
+    y_ = kAxes[z_ + 2 - is_backward];
+    const double longest = std::fabs(direction[z_]);
+    const bool needs_scale = longest < 0x1p-500 || longest > 0x1p500;
+    exponent_ = needs_scale ? std::ilogb(longest) : 0;
+    const auto scaled = [&](int k) -> double {
+      return needs_scale ? std::ldexp(direction[k], -exponent_) : direction[k];
+    };
     per_depth_ = 1 / scaled(z_);
     shear_x_ = scaled(x_) / scaled(z_);
     shear_y_ = scaled(y_) / scaled(z_);
@@ -48,24 +55,30 @@ class RayTriangle {
 
   /// False when the ray, from its origin on, does not meet the triangle, or lies in its plane. An
   /// origin in the triangle's plane is met at t = 0.
-  bool meets(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
+  template <typename S>
+  bool meets(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b, const fcl::Vector3<S>& c,
              Hit& hit) const {
     const Sheared p = sheared(a), q = sheared(b), r = sheared(c);
     const double u = area(r, q), v = area(p, r), w = area(q, p);
     const double size = std::max(std::max(p.size, q.size), r.size);
     const double width = std::max(std::max(p.width(), q.width()), r.width());
     const double error = kAreaError * size * width;
-    if (!isInRange(size, width)) return meetsExactly({a, b, c}, hit);
-    if ((u < -error || v < -error || w < -error) && (u > error || v > error || w > error))
-      return false;
+    const auto exactly = [&]() -> bool {
+      return meetsExactly(
+          {a.template cast<double>(), b.template cast<double>(), c.template cast<double>()}, hit);
+    };
+    if (!isInRange(size, width)) return exactly();
+    const double low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
+    if (low < -error && high > error) return false;
     const double volume = u * p.z + v * q.z + w * r.z, sum = u + v + w;
-    const double least = sum > 0 ? std::min(std::min(u, v), w) : -std::max(std::max(u, v), w);
+    const double least = sum > 0 ? low : -high;
     const bool is_certain = least > error && std::fabs(sum) > kAccurate * error &&
                             std::fabs(volume) > kVolumeError * size * size * width;
-    if (!is_certain) return meetsExactly({a, b, c}, hit);
+    if (!is_certain) return exactly();
     const double depth = volume / sum * per_depth_;
     if (depth < 0) return false;
-    hit = {std::ldexp(depth, -exponent_), v / sum, w / sum, sum > 0, false};
+    const double t = exponent_ == 0 ? depth : atLeastTiny(std::ldexp(depth, -exponent_));
+    hit = {t, v / sum, w / sum, sum > 0, false};
     return true;
   }
 
@@ -76,10 +89,12 @@ class RayTriangle {
 
     double width() const { return std::max(std::fabs(x), std::fabs(y)); }
   };
-  Sheared sheared(const fcl::Vector3d& corner) const {
-    const fcl::Vector3d d = corner - origin_;
-    return {d[x_] - shear_x_ * d[z_], d[y_] - shear_y_ * d[z_], d[z_],
-            d.template lpNorm<Eigen::Infinity>()};
+  template <typename S>
+  Sheared sheared(const fcl::Vector3<S>& corner) const {
+    const auto from_origin = [&](int k) { return static_cast<double>(corner[k]) - origin_[k]; };
+    const double x = from_origin(x_), y = from_origin(y_), z = from_origin(z_);
+    return {x - shear_x_ * z, y - shear_y_ * z, z,
+            std::max(std::max(std::fabs(x), std::fabs(y)), std::fabs(z))};
   }
   static double area(const Sheared& a, const Sheared& b) { return a.x * b.y - a.y * b.x; }
 
@@ -92,6 +107,11 @@ class RayTriangle {
   /// Nothing overflows, nor underflows by more than the errors cover.
   static bool isInRange(double size, double width) {
     return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300;
+  }
+
+  /// What is not 0 may have become 0.
+  static double atLeastTiny(double t) {
+    return std::max(t, std::numeric_limits<double>::denorm_min());
   }
 
   using Corners = std::array<fcl::Vector3d, 3>;
@@ -121,15 +141,14 @@ class RayTriangle {
     addOrientation(volume, t[0], t[1], t[2], origin_);
     if (volume.sign() * all.sign() < 0) return false;
     const ExactSum::Scaled sum = all.value();
-    double along = volume.value() / sum;
-    if (along == 0 && volume.sign() != 0) along = std::numeric_limits<double>::denorm_min();
+    const double along = volume.sign() == 0 ? 0 : atLeastTiny(volume.value() / sum);
     hit = {along, sides[1].value() / sum, sides[2].value() / sum, !is_left, is_on_a_side};
     return true;
   }
 
   fcl::Vector3d origin_ = fcl::Vector3d::Zero(), direction_;
   int x_, y_, z_;
-  int exponent_;  ///< of the direction's largest component, which is scaled to 1 to 2
+  int exponent_;  ///< by which a very long or short direction is scaled; else 0
   double shear_x_, shear_y_, per_depth_;
 };
 

@@ -52,6 +52,9 @@ class MeshProximity : public ProximityMethod {
       case Question::Rays:
         firstHits(first_, case_.points.data(), case_.directions.data(), case_.points.size(), hits_);
         break;
+      case Question::AnyRays:
+        anyHits(first_, case_.points.data(), case_.directions.data(), case_.points.size(), any_);
+        break;
     }
   }
 
@@ -61,6 +64,7 @@ class MeshProximity : public ProximityMethod {
     answer = sortedAnswer(answer.pairs);
     for (const auto& p : points_) answer.numbers.push_back(p.distance);
     for (const auto& h : hits_) answer.numbers.push_back(h.t);
+    answer.numbers.insert(answer.numbers.end(), any_.begin(), any_.end());
     if (case_.question == Question::Nearer) answer.numbers.push_back(is_nearer_);
     return answer;
   }
@@ -82,6 +86,7 @@ class MeshProximity : public ProximityMethod {
   adaptive_bvh::TrianglePairs<double> pairs_;
   std::vector<adaptive_bvh::ClosestPoint<double>> points_;
   std::vector<adaptive_bvh::RayHit<double>> hits_;
+  std::vector<std::uint8_t> any_;
   bool is_nearer_ = false;
 };
 
@@ -153,12 +158,12 @@ std::vector<ProximityKind> adaptiveProximityMethods(int threads) {
     };
   };
   const std::vector<Question> all = {Question::Pairs, Question::Nearer, Question::Points,
-                                     Question::Rays};
+                                     Question::Rays, Question::AnyRays};
   std::vector<ProximityKind> kinds = {{"adaptive_bvh", all, make(false, 1)},
                                       {"CoherentDistance", {Question::Nearer}, make(true, 1)}};
   if (threads > 1)
     kinds.push_back({"adaptive_bvh, " + std::to_string(threads) + " threads",
-                     {Question::Pairs, Question::Points, Question::Rays},
+                     {Question::Pairs, Question::Points, Question::Rays, Question::AnyRays},
                      make(false, threads)});
   return kinds;
 }

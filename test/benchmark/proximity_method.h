@@ -11,10 +11,11 @@
 namespace adaptive_bvh_bench {
 
 enum class Question {
-  Pairs,   ///< all pairs of triangles within a distance
-  Nearer,  ///< whether two bodies are nearer than that
-  Points,  ///< the closest point of each of many points
-  Rays,    ///< the first hit of each of many rays
+  Pairs,    ///< all pairs of triangles within a distance
+  Nearer,   ///< whether two bodies are nearer than that
+  Points,   ///< the closest point of each of many points
+  Rays,     ///< the first hit of each of many rays
+  AnyRays,  ///< whether each of many rays hits anything
 };
 
 struct ProximityCase {

@@ -62,10 +62,13 @@ void addCases(const ProximityOptions& options, const scenarios::Scenario& whole,
     std::snprintf(text, sizeof(text), "nearer than %g of the least distance", share);
     cases.push_back({Question::Nearer, text, parts, false, share});
   }
-  for (const Question question : {Question::Points, Question::Rays}) {
-    cases.push_back({question, question == Question::Points ? "points" : "rays", whole, true, 0});
+  const auto addMany = [&](Question question, const char* title) {
+    cases.push_back({question, title, whole, true, 0});
     addPoints(cases.back(), options.many, edge);
-  }
+  };
+  addMany(Question::Points, "points");
+  addMany(Question::Rays, "rays");
+  addMany(Question::AnyRays, "any hit of rays");
 }
 
 std::vector<ProximityCase> casesOf(const ProximityOptions& options) {
