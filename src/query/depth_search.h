@@ -1,0 +1,331 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <fcl/common/types.h>
+
+namespace adaptive_bvh {
+
+/// On which side of a closed surface a point lies, as far as that is known.
+enum class Side : std::uint8_t { Unknown, Outside, Inside };
+
+/// A point in the target's frame, and what was measured there.
+template <typename Witness>
+struct DepthPoint {
+  fcl::Vector3d x;
+  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< of a curved surface
+  double distance = -1;                             ///< to the target's surface; -1: not measured
+  Witness witness{};                                ///< what of the target has that distance
+  Side side = Side::Unknown;
+
+  bool isMeasured() const { return distance >= 0; }
+};
+
+/// A box that encloses part of a surface: its middle and half of its sides, in the target's frame.
+struct TurnedBox {
+  fcl::Vector3d middle;
+  fcl::Matrix3d halves;  ///< a column each
+
+  double radius() const { return std::sqrt(halves.squaredNorm()); }
+};
+
+/// How deep one surface, the source, reaches into a closed body, the target.
+struct DepthBounds {
+  double lower = 0, upper = 0;
+  bool is_found = false;    ///< whether a point is deeper than what was known before
+  fcl::Vector3d x;          ///< that point of the source, `lower` deep
+  fcl::Vector3d nearest;    ///< of the target's surface
+  fcl::Vector3d outward;    ///< direction of that surface there
+  std::size_t searches = 0; ///< how often the distance of a point was searched for
+};
+
+/// The largest distance to a target's surface that any point of a source has inside the target:
+/// branch and bound over boxes and triangles of the source, the largest upper bound first. Like
+/// one-sided Hausdorff distances (Guthe, Borodin and Klein 2005; Tang, Lee and Kim 2009), but only
+/// of what is inside. docs/bounds.md, 19.
+///
+/// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
+/// chart), length(a, b, chart), deviation(a, b, c, chart).
+/// Target: Witness, reach(witness), which gives a function of a point that is nowhere less than its
+/// depth and convex, overBox(reach, box), measure(point, hint), isInside(x), isClear(middle,
+/// radius), findNearest(point, bounds).
+template <typename Source, typename Target>
+class DepthSearch {
+ public:
+  using Witness = typename Target::Witness;
+  using Point = DepthPoint<Witness>;
+
+  /// Until the bounds differ by at most `tolerance`. A depth of `known` is certain from elsewhere.
+  DepthSearch(Source& source, Target& target, double tolerance, double known)
+      : source_(source), target_(target), tolerance_(tolerance), memory_(memoryOfThisThread()) {
+    memory_.points.clear();
+    memory_.open.clear();
+    bounds_.lower = known;
+  }
+  DepthSearch(const DepthSearch&) = delete;
+  DepthSearch& operator=(const DepthSearch&) = delete;
+
+  DepthBounds run() {
+    source_.start(*this);
+    while (!memory_.open.empty() && memory_.open.front().upper > limit()) {
+      const Part top = memory_.open.front();
+      std::pop_heap(memory_.open.begin(), memory_.open.end());
+      memory_.open.pop_back();
+      top.isBox() ? openBox(top) : openTriangle(top);
+    }
+    if (!memory_.open.empty()) drop(memory_.open.front().upper);
+    bounds_.upper = std::max(bounds_.lower, dropped_);
+    if (deepest_ >= 0) {
+      bounds_.is_found = true;
+      bounds_.x = point(deepest_).x;
+      target_.findNearest(point(deepest_), bounds_);
+    }
+    return bounds_;
+  }
+
+  // For the source.
+
+  /// Adds a point; returns its number.
+  int add(const fcl::Vector3d& x, const fcl::Vector3d& parameter = fcl::Vector3d::Zero()) {
+    Point added;
+    added.x = x;
+    added.parameter = parameter;
+    memory_.points.push_back(added);
+    return static_cast<int>(memory_.points.size()) - 1;
+  }
+  /// Adds a point that need not be on the source's surface, and measures it.
+  int addMeasured(const fcl::Vector3d& x, int hint) {
+    const int added = add(x);
+    measure(added, hint);
+    return added;
+  }
+  /// Adds a box below another one. `hint`: a measured point that is near.
+  void addBox(int node, int lane, int hint) {
+    const TurnedBox box = source_.boxOf(node, lane);
+    if (target_.isClear(box.middle, box.radius())) return;
+    const double upper = std::min(upper_, target_.overBox(target_.reach(witnessOf(hint)), box));
+    push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_});
+  }
+  /// Adds a triangle, or a curved patch, of the source.
+  void addTriangle(int a, int b, int c, std::uint8_t chart, int hint) {
+    Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_};
+    part.upper = std::min(upper_, overTriangle(part, witnessOf(hint)) + deviation(part));
+    push(part);
+  }
+
+ private:
+  static constexpr int kNone = -1;
+
+  /// Of the source: a box, or a triangle with its corners.
+  struct Part {
+    double upper;  ///< of the depth of every point of it
+    int corners[3];
+    int hint;
+    std::uint16_t generation;  ///< how often it was cut
+    std::uint8_t chart;
+    bool is_inside;  ///< whether that is certain for all of it
+
+    bool isBox() const { return corners[2] == kNone; }
+    friend bool operator<(const Part& a, const Part& b) { return a.upper < b.upper; }
+  };
+  struct Memory {
+    std::vector<Point> points;
+    std::vector<Part> open;  ///< a heap
+  };
+  static Memory& memoryOfThisThread() {
+    static thread_local Memory memory;
+    return memory;
+  }
+
+  Point& point(int i) { return memory_.points[static_cast<std::size_t>(i)]; }
+  const Point& point(int i) const { return memory_.points[static_cast<std::size_t>(i)]; }
+  const Witness& witnessOf(int i) const { return point(i).witness; }
+  /// What need not be searched.
+  double limit() const { return bounds_.lower + tolerance_; }
+
+  void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  void push(const Part& part) {
+    if (part.upper <= limit()) return drop(part.upper);
+    memory_.open.push_back(part);
+    std::push_heap(memory_.open.begin(), memory_.open.end());
+  }
+
+  void measure(int i, int hint) {
+    ++bounds_.searches;
+    target_.measure(point(i), hint == kNone ? Witness{} : witnessOf(hint));
+  }
+  Side sideOf(int i) {
+    Point& p = point(i);
+    if (p.side == Side::Unknown)
+      p.side = p.distance > 0 && target_.isInside(p.x) ? Side::Inside : Side::Outside;
+    return p.side;
+  }
+  /// Of a point of the surface. It raises the lower bound where it is deeper.
+  void measureCorner(int i, const Part& part) {
+    if (point(i).isMeasured()) return;
+    measure(i, part.hint);
+    if (part.is_inside) point(i).side = Side::Inside;
+    if (point(i).distance <= bounds_.lower || sideOf(i) != Side::Inside) return;
+    bounds_.lower = point(i).distance;
+    deepest_ = i;
+  }
+
+  void openBox(const Part& part) {
+    const TurnedBox box = source_.boxOf(part.corners[0], part.corners[1]);
+    const int middle = addMeasured(box.middle, part.hint);
+    const double radius = box.radius();
+    upper_ = std::min({part.upper, point(middle).distance + radius,
+                       target_.overBox(target_.reach(witnessOf(middle)), box)});
+    is_inside_ = part.is_inside;
+    if (upper_ > limit() && !is_inside_) useSide(middle, radius);
+    if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
+    drop(upper_);
+  }
+  /// Lowers upper_, and sets is_inside_, for what is at most `radius` from a measured point: where
+  /// that is of use, by its side.
+  void useSide(int i, double radius) {
+    const double distance = point(i).distance, if_outside = radius - distance;
+    if (if_outside > limit() && point(i).side == Side::Unknown) return;
+    if (sideOf(i) == Side::Outside)
+      upper_ = std::min(upper_, if_outside);
+    else if (distance > radius)
+      is_inside_ = true;
+  }
+
+  /// A triangle comes twice: first its corners are measured, then it is cut.
+  void openTriangle(Part part) {
+    if (part.generation > 0) return cut(part);
+    part.generation = 1;
+    for (const int i : part.corners) measureCorner(i, part);
+    pushMeasured(part);
+  }
+  double deviation(const Part& part) const {
+    return source_.deviation(point(part.corners[0]), point(part.corners[1]),
+                             point(part.corners[2]), part.chart);
+  }
+  double overTriangle(const Part& part, const Witness& witness) const {
+    const auto reach = target_.reach(witness);
+    return std::max({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
+                     reach(point(part.corners[2]).x)});
+  }
+  /// The largest distance of a corner to another one.
+  double radiusAt(const Part& part, int corner) const {
+    double square = 0;
+    for (const int other : part.corners)
+      square = std::max(square, (point(other).x - point(corner).x).squaredNorm());
+    return std::sqrt(square);
+  }
+  /// Adds a triangle with measured corners, with a bound by all that is known there.
+  void pushMeasured(Part& part) {
+    const double off = deviation(part);
+    upper_ = part.upper;
+    is_inside_ = part.is_inside;
+    for (const int i : part.corners) {
+      if (upper_ <= limit()) break;
+      upper_ = std::min({upper_, overTriangle(part, witnessOf(i)) + off,
+                         point(i).distance + radiusAt(part, i) + off});
+    }
+    for (const int i : part.corners) {
+      if (upper_ <= limit() || is_inside_) break;
+      useSide(i, radiusAt(part, i) + off);
+    }
+    part.upper = upper_;
+    part.is_inside = is_inside_;
+    push(part);
+  }
+
+  /// Cuts a triangle in two through a corner.
+  void cut(const Part& part) {
+    double share = 0.5;
+    const int edge = cutEdge(part, share);
+    const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
+              c = part.corners[(edge + 2) % 3];
+    fcl::Vector3d parameter = fcl::Vector3d::Zero();
+    const fcl::Vector3d x = source_.between(point(a), point(b), share, part.chart, parameter);
+    const int middle = add(x, parameter);
+    measureCorner(middle, part);
+    Part half = part;
+    ++half.generation;
+    half.hint = middle;
+    for (const int end : {a, b}) {
+      half.upper = part.upper;
+      half.is_inside = part.is_inside;
+      half.corners[0] = end == a ? a : middle;
+      half.corners[1] = end == a ? middle : b;
+      half.corners[2] = c;
+      pushMeasured(half);
+    }
+  }
+  /// The edge to cut, and where. Where the nearest features of its ends change places: then one of
+  /// them bounds either half better. Of three cuts one halves the longest edge, so that triangles
+  /// become small.
+  int cutEdge(const Part& part, double& share) const {
+    if (part.generation % 3 != 0) {
+      const int edge = bestChange(part, share);
+      if (edge != kNone) return edge;
+    }
+    share = 0.5;
+    int longest = 0;
+    double length = -1;
+    for (int k = 0; k < 3; ++k) {
+      const double other = source_.length(point(part.corners[k]),
+                                          point(part.corners[(k + 1) % 3]), part.chart);
+      if (other > length) longest = k, length = other;
+    }
+    return longest;
+  }
+  int bestChange(const Part& part, double& share) const {
+    int best = kNone;
+    double most = tolerance_ / 8;
+    for (int k = 0; k < 3; ++k) {
+      const Point &a = point(part.corners[k]), &b = point(part.corners[(k + 1) % 3]);
+      const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
+      const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
+      if (!(gain > most)) continue;
+      const double at = changeBetween(a.x, b.x, of_a, of_b);
+      if (!(at > kLeastShare && at < 1 - kLeastShare)) continue;
+      best = k, most = gain, share = at;
+    }
+    return best;
+  }
+  /// Where on a segment two features are as far: by false position (Illinois).
+  template <typename Reach>
+  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b, const Reach& of_a,
+                              const Reach& of_b) {
+    const auto excess = [&](double t) {
+      const fcl::Vector3d x = a + t * (b - a);
+      return of_a(x) - of_b(x);
+    };
+    double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
+    for (int i = 0; i < 40 && high - low > 1e-15 && at_low < 0 && at_high > 0; ++i) {
+      const double t = low + (high - low) * (at_low / (at_low - at_high)), value = excess(t);
+      if (value == 0) return t;
+      if (value < 0) {
+        low = t, at_low = value, at_high /= i % 3 == 2 ? 2 : 1;
+      } else {
+        high = t, at_high = value, at_low /= i % 3 == 2 ? 2 : 1;
+      }
+    }
+    return at_low > -at_high ? low : high;
+  }
+
+  static constexpr double kLeastShare = 1. / 64;
+
+  Source& source_;
+  Target& target_;
+  const double tolerance_;
+  Memory& memory_;
+  DepthBounds bounds_;
+  int deepest_ = kNone;
+  double dropped_ = 0;  ///< the largest bound of what was left out
+  /// Of the part that is opened: a bound for all below it.
+  double upper_ = std::numeric_limits<double>::infinity();
+  bool is_inside_ = false;
+};
+
+}  // namespace adaptive_bvh
