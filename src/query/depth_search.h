@@ -108,7 +108,8 @@ class DepthSearch {
   void addBox(int node, int lane, int hint) {
     const TurnedBox box = source_.boxOf(node, lane);
     if (target_.isClear(box.middle, box.radius())) return;
-    const double upper = std::min(upper_, target_.overBox(target_.reach(witnessOf(hint)), box));
+    const auto reach = target_.reach(witnessOf(hint));
+    const double upper = std::min(upper_, overBox(reach, box, reach(box.middle)));
     push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_});
   }
   /// Adds a triangle, or a curved patch, of the source.
@@ -179,12 +180,20 @@ class DepthSearch {
     const TurnedBox box = source_.boxOf(part.corners[0], part.corners[1]);
     const int middle = addMeasured(box.middle, part.hint);
     const double radius = box.radius();
-    upper_ = std::min({part.upper, point(middle).distance + radius,
-                       target_.overBox(target_.reach(witnessOf(middle)), box)});
+    const double distance = point(middle).distance;
+    upper_ = std::min(part.upper, overBox(target_.reach(witnessOf(middle)), box, distance));
     is_inside_ = part.is_inside;
     if (upper_ > limit() && !is_inside_) useSide(middle, radius);
     if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
     drop(upper_);
+  }
+  /// A bound for a box by a feature that is so far from its middle. The corners are looked at where
+  /// they may be near enough.
+  template <typename Reach>
+  double overBox(const Reach& reach, const TurnedBox& box, double at_middle) const {
+    const double upper = at_middle + box.radius();
+    if (upper <= limit() || at_middle > limit()) return upper;
+    return std::min(upper, target_.overBox(reach, box));
   }
   /// Lowers upper_, and sets is_inside_, for what is at most `radius` from a measured point: where
   /// that is of use, by its side.
@@ -197,12 +206,28 @@ class DepthSearch {
       is_inside_ = true;
   }
 
-  /// A triangle comes twice: first its corners are measured, then it is cut.
+  /// A triangle comes three times: its middle is measured, then its corners, then it is cut.
   void openTriangle(Part part) {
-    if (part.generation > 0) return cut(part);
-    part.generation = 1;
+    if (part.generation > 1) return cut(part);
+    if (++part.generation == 1) return pushByMiddle(part);
     for (const int i : part.corners) measureCorner(i, part);
     pushMeasured(part);
+  }
+  void pushByMiddle(Part& part) {
+    const fcl::Vector3d middle = (point(part.corners[0]).x + point(part.corners[1]).x +
+                                  point(part.corners[2]).x) / 3;
+    part.hint = addMeasured(middle, part.hint);
+    double square = 0;
+    for (const int i : part.corners)
+      square = std::max(square, (point(i).x - middle).squaredNorm());
+    const double off = deviation(part), radius = std::sqrt(square) + off;
+    upper_ = std::min({part.upper, point(part.hint).distance + radius,
+                       overTriangle(part, witnessOf(part.hint)) + off});
+    is_inside_ = part.is_inside;
+    if (upper_ > limit() && !is_inside_) useSide(part.hint, radius);
+    part.upper = upper_;
+    part.is_inside = is_inside_;
+    push(part);
   }
   double deviation(const Part& part) const {
     return source_.deviation(point(part.corners[0]), point(part.corners[1]),
