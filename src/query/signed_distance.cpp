@@ -95,7 +95,7 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   const TriangleGap gap = nearestOf(meshes, outward);
   if (gap.distance > 0 && !hasPartInside(one, two) && !hasPartInside(two, one))
     return result.apart(gap, true, outward);
-  const DepthBounds in_second = depthOf(one, two, precision.tolerance(), 0),
+  const DepthBounds in_second = depthOf(one, two, precision.tolerance(), precision.error()),
                     in_first = depthOf(two, one, precision.tolerance(), in_second.lower);
   SignedDistance<S> found =
       in_second.is_found || in_first.is_found
