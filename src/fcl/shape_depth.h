@@ -120,6 +120,9 @@ class ShapeTarget {
   }
   bool isInside(const fcl::Vector3d& x) const { return surface_(x).distance < 0; }
   bool isClear(const fcl::Vector3d&, double) const { return false; }
+  /// Bounds by planes are negative outside, so neither is needed.
+  bool touches(const std::array<fcl::Vector3d, 3>&) const { return true; }
+  double crossing(const Witness&, const fcl::Vector3d&, const fcl::Vector3d&) const { return -1; }
   fcl::Vector3d outward(const fcl::Vector3d& x) const { return surface_(x).outward; }
   void findNearest(const DepthPoint<Witness>& point, DepthBounds& bounds) const {
     const ShapeSurface found = surface_(point.x);

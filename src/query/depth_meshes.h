@@ -8,6 +8,7 @@
 #include "query/point_search.h"
 #include "query/surface_normals.h"
 #include "query/winding_number.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
 
@@ -31,7 +32,7 @@ class MeshTarget {
   };
 
   explicit MeshTarget(const PlacedMesh<S>& mesh)
-      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh) {}
+      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), open_(mesh.tree().depth()) {}
 
   Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
   double overBox(const Reach& reach, const TurnedBox& box) const {
@@ -68,6 +69,42 @@ class MeshTarget {
     }
     return gap * kSlack > radius * tree.scale();
   }
+  /// Whether a triangle touches the surface.
+  bool touches(const TrianglePoints<double>& triangle) {
+    const WideTree& tree = mesh_.tree();
+    Float4 low[3], high[3];
+    for (int k = 0; k < 3; ++k) low[k] = float4::all(kFar), high[k] = float4::all(-kFar);
+    for (const fcl::Vector3d& x : triangle) {
+      const fcl::Vector3d y = tree.coordinates()(x);
+      for (int k = 0; k < 3; ++k) {
+        const Float4 at = float4::all(static_cast<float>(std::clamp<double>(y[k], -kFar, kFar)));
+        low[k] = float4::lower(low[k], at);
+        high[k] = float4::upper(high[k], at);
+      }
+    }
+    open_.start();
+    while (!open_.isEmpty()) {
+      const WideNode& node = tree.nodes()[open_.pop().number];
+      auto overlap = low[0] <= node.boxes.high[0];
+      for (int k = 0; k < 3; ++k)
+        overlap &= (low[k] <= node.boxes.high[k]) & (high[k] >= node.boxes.low[k]);
+      unsigned lanes = float4::bits(overlap) & ((1u << node.count) - 1);
+      if (!node.isLeaf()) open_.push(node, lanes, float4::all(0));
+      for (; node.isLeaf() && lanes; lanes &= lanes - 1) {
+        const auto place = static_cast<unsigned>(node.first + __builtin_ctz(lanes));
+        const TrianglePoints<double> other = mesh_.pointsAt(place);
+        if (!areSurelyFarther(triangle, other, 0) && touch(triangle, other)) return true;
+      }
+    }
+    return false;
+  }
+  /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
+  double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
+    const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
+    const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double at_a = normal.dot(a - t[0]), at_b = normal.dot(b - t[0]);
+    return (at_a < 0) == (at_b < 0) ? -1 : at_a / (at_a - at_b);
+  }
   void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
     const auto triangle = static_cast<unsigned>(point.witness);
     const SurfaceNormals<S> normals(mesh_.mesh);
@@ -77,10 +114,12 @@ class MeshTarget {
 
  private:
   static constexpr double kSlack = 1 - 1e-9;  // for all that is rounded here
+  static constexpr float kFar = 1e15f;
 
   const PlacedMesh<S>& mesh_;
   PointSearch<S> search_;
   WindingNumber<S> winding_;
+  OpenNodes open_;
 };
 
 /// The surface of a mesh, for DepthSearch, in the target's frame. The memory is the thread's: one

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -53,7 +54,7 @@ struct DepthBounds {
 /// chart), length(a, b, chart), deviation(a, b, c, chart).
 /// Target: Witness, reach(witness), which gives a function of a point that is nowhere less than its
 /// depth and convex, overBox(reach, box), measure(point, hint), isInside(x), isClear(middle,
-/// radius), findNearest(point, bounds).
+/// radius), touches(triangle), crossing(witness, a, b), findNearest(point, bounds).
 template <typename Source, typename Target>
 class DepthSearch {
  public:
@@ -110,11 +111,11 @@ class DepthSearch {
     if (target_.isClear(box.middle, box.radius())) return;
     const auto reach = target_.reach(witnessOf(hint));
     const double upper = std::min(upper_, overBox(reach, box, reach(box.middle)));
-    push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_});
+    push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_, false});
   }
   /// Adds a triangle, or a curved patch, of the source.
   void addTriangle(int a, int b, int c, std::uint8_t chart, int hint) {
-    Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_};
+    Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_, false};
     part.upper = std::min(upper_, overTriangle(part, witnessOf(hint)) + deviation(part));
     push(part);
   }
@@ -130,6 +131,7 @@ class DepthSearch {
     std::uint16_t generation;  ///< how often it was cut
     std::uint8_t chart;
     bool is_inside;  ///< whether that is certain for all of it
+    bool is_clear;   ///< whether it does not cross the surface
 
     bool isBox() const { return corners[2] == kNone; }
     friend bool operator<(const Part& a, const Part& b) { return a.upper < b.upper; }
@@ -208,7 +210,7 @@ class DepthSearch {
 
   /// A triangle comes three times: its middle is measured, then its corners, then it is cut.
   void openTriangle(Part part) {
-    if (part.generation > 1) return cut(part);
+    if (part.generation > 1) return isOutside(part) ? drop(tolerance_ / 2) : cut(part);
     if (++part.generation == 1) return pushByMiddle(part);
     for (const int i : part.corners) measureCorner(i, part);
     pushMeasured(part);
@@ -264,6 +266,26 @@ class DepthSearch {
     push(part);
   }
 
+  /// Whether a triangle is outside, but for what is less than half the tolerance deep: it is made
+  /// smaller by so much, and then does not touch the surface.
+  bool isOutside(Part& part) {
+    if (part.is_inside || part.is_clear) return false;
+    const double off = deviation(part);
+    fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) middle += point(part.corners[k]).x / 3;
+    double radius = 0;
+    for (int k = 0; k < 3; ++k)
+      radius = std::max(radius, (point(part.corners[k]).x - middle).norm());
+    const double share = (tolerance_ / 2 - off) / radius;
+    if (!(share > 0)) return false;
+    for (int k = 0; k < 3; ++k)
+      corners[k] = point(part.corners[k]).x +
+                   std::min(share, 1.) * (middle - point(part.corners[k]).x);
+    if (target_.touches({corners[0], corners[1], corners[2]})) return false;
+    part.is_clear = true;
+    return !target_.isInside(middle);
+  }
+
   /// Cuts a triangle in two through a corner.
   void cut(const Part& part) {
     double share = 0.5;
@@ -287,7 +309,8 @@ class DepthSearch {
     }
   }
   /// The edge to cut, and where. Where the nearest features of its ends change places: then one of
-  /// them bounds either half better. Of three cuts one halves the longest edge, so that triangles
+  /// them bounds either half better. Or where the edge crosses the surface, or a flat part of it
+  /// ends: then one half is outside. Of three cuts one halves the longest edge, so that triangles
   /// become small.
   int cutEdge(const Part& part, double& share) const {
     if (part.generation % 3 != 0) {
@@ -307,16 +330,36 @@ class DepthSearch {
   int bestChange(const Part& part, double& share) const {
     int best = kNone;
     double most = tolerance_ / 8;
+    const auto take = [&](int edge, double gain, double at) {
+      if (gain > most && at > 0 && at < 1)
+        best = edge, most = gain, share = at;
+    };
     for (int k = 0; k < 3; ++k) {
       const Point &a = point(part.corners[k]), &b = point(part.corners[(k + 1) % 3]);
       const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
       const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
-      if (!(gain > most)) continue;
-      const double at = changeBetween(a.x, b.x, of_a, of_b);
-      if (!(at > kLeastShare && at < 1 - kLeastShare)) continue;
-      best = k, most = gain, share = at;
+      if (gain > most) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
+      takeBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
+      takeBorder(b, a, of_b, [&](double g, double t) { take(k, g, 1 - t); });
     }
     return best;
+  }
+  /// Calls take(gain, t) where the line from a to b crosses the nearest feature of a, or leaves it.
+  template <typename Reach, typename Take>
+  void takeBorder(const Point& a, const Point& b, const Reach& reach, const Take& take) const {
+    const double zero = tolerance_ / 16, at_b = reach(b.x);
+    if (a.distance > zero) {
+      const double t = target_.crossing(a.witness, a.x, b.x);
+      if (t > 0 && t < 1 && reach(a.x + t * (b.x - a.x)) <= zero)
+        take(std::min(a.distance, at_b), t);
+    } else if (at_b > 2 * zero) {
+      double low = 0, high = 1;
+      for (int i = 0; i < 50; ++i) {
+        const double t = (low + high) / 2;
+        (reach(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
+      }
+      take(at_b, high);
+    }
   }
   /// Where on a segment two features are as far: by false position (Illinois).
   template <typename Reach>
@@ -327,19 +370,22 @@ class DepthSearch {
       return of_a(x) - of_b(x);
     };
     double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
-    for (int i = 0; i < 40 && high - low > 1e-15 && at_low < 0 && at_high > 0; ++i) {
-      const double t = low + (high - low) * (at_low / (at_low - at_high)), value = excess(t);
+    int last = 0;
+    for (int i = 0; i < 60 && at_low < 0 && at_high > 0; ++i) {
+      const double t = i % 4 == 3 ? (low + high) / 2
+                                  : low + (high - low) * (at_low / (at_low - at_high));
+      if (!(t > low && t < high)) break;
+      const double value = excess(t);
       if (value == 0) return t;
-      if (value < 0) {
-        low = t, at_low = value, at_high /= i % 3 == 2 ? 2 : 1;
-      } else {
-        high = t, at_high = value, at_low /= i % 3 == 2 ? 2 : 1;
-      }
+      const int side = value < 0 ? -1 : 1;
+      double& kept = side < 0 ? at_high : at_low;
+      (side < 0 ? low : high) = t;
+      (side < 0 ? at_low : at_high) = value;
+      if (side == last) kept /= 2;
+      last = side;
     }
     return at_low > -at_high ? low : high;
   }
-
-  static constexpr double kLeastShare = 1. / 64;
 
   Source& source_;
   Target& target_;

@@ -27,7 +27,7 @@ class DepthPrecision {
                  S tolerance)
       : size_(size),
         error_(size * (0x1p-42 + 1.5 * std::max(defectOf(tf1), defectOf(tf2)))),
-        tolerance_(std::max(static_cast<double>(tolerance), 4 * error_)) {}
+        tolerance_(std::max({static_cast<double>(tolerance), 4 * error_, size * 0x1p-30})) {}
 
   double size() const { return size_; }
   /// Of a depth or distance, as it is computed.
