@@ -76,7 +76,7 @@ class ConvexFaces {
     const Vector n = (b - a).cross(c - a).stableNormalized();
     if (n.isZero(0)) return;
     // Faces may be turned in; the hull is on one side of each.
-    const double above = n.dot(hull_.support(n)), below = -n.dot(hull_.support(-n)),
+    const double above = n.dot(hull_.support(n)), below = n.dot(hull_.support(-n)),
                  height = n.dot(a);
     if (above - height <= height - below)
       planes_.push_back({n, above});

@@ -331,7 +331,9 @@ class DepthSearch {
     int best = kNone;
     double most = tolerance_ / 8;
     const auto take = [&](int edge, double gain, double at) {
-      if (gain > most && at > 0 && at < 1)
+      const fcl::Vector3d& a = point(part.corners[edge]).x;
+      const double least = std::min(at, 1 - at);  // what is shorter was cut there before
+      if (gain > most && least * (point(part.corners[(edge + 1) % 3]).x - a).norm() > tolerance_ / 8)
         best = edge, most = gain, share = at;
     };
     for (int k = 0; k < 3; ++k) {
