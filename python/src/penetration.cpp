@@ -1,5 +1,7 @@
 #include "penetration.h"
 
+#include <optional>
+
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
@@ -17,6 +19,16 @@ other: a DeformableMesh, which must be closed, or a shape.
 Returns VertexContacts. A penalty force: -stiffness * ((margin - c.distances) * c.areas)[:, None] *
 c.normals. Raises ValueError when the margin is negative or NaN, and when `other` is open; the
 message names an edge.)";
+
+constexpr const char* kSignedDistance =
+    R"(The signed distance of two closed bodies: the distance where they are apart, and minus the depth
+where one reaches into the other: the largest distance to the other's surface that any point of
+either surface has inside of the other body.
+
+first, second: DeformableMesh, closed; `second` may be a shape with an inside.
+tolerance: the bounds differ by at most so much.
+Returns SignedDistance. Raises ValueError when the tolerance is negative or NaN, and when a mesh is
+open; the message names an edge.)";
 
 constexpr const char* kSignedDistances =
     R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
@@ -112,6 +124,90 @@ Doubles numberOfEach(const LockedMesh& mesh, const py::object& points, const Que
   return numbers;
 }
 
+/// A SignedDistance of numbers of either type.
+struct BodyDistance : Bound {
+  double lower, upper;
+  const char* deep_body;
+  Doubles points, normal;
+
+  template <typename S>
+  explicit BodyDistance(const SignedDistance<S>& found)
+      : lower(double(found.lower)),
+        upper(double(found.upper)),
+        deep_body(found.deep_body == DeepBody::First    ? "first"
+                  : found.deep_body == DeepBody::Second ? "second"
+                                                        : "none"),
+        points(std::vector<py::ssize_t>{2, 3}),
+        normal(3) {
+    for (int k = 0; k < 3; ++k) {
+      points.mutable_at(0, k) = double(found.points[0][k]);
+      points.mutable_at(1, k) = double(found.points[1][k]);
+      normal.mutable_at(k) = double(found.normal[k]);
+    }
+  }
+};
+
+template <typename S>
+BodyDistance distanceOfBodies(const DeformableMesh<S>& first,
+                              const fcl::CollisionGeometry<S>& second, const Poses& poses,
+                              double tolerance) {
+  const SignedDistance<S> found = signedDistance(first, poseAs<S>(poses.tf1), second,
+                                                 poseAs<S>(poses.tf2), static_cast<S>(tolerance));
+  const py::gil_scoped_acquire gil;
+  return BodyDistance(found);
+}
+
+BodyDistance distanceOfMeshes(const LockedMesh& first, const LockedMesh& second, double tolerance,
+                              const py::object& tf1, const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  std::optional<BodyDistance> result;
+  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
+    using S = ScalarOf<decltype(a)>;
+    result = distanceOfBodies<S>(a, b, poses, tolerance);
+  });
+  return *result;
+}
+
+BodyDistance distanceToShape(const LockedMesh& first, const Shape& second, double tolerance,
+                             const py::object& tf1, const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  std::optional<BodyDistance> result;
+  first.query([&](const auto& mesh) {
+    using S = ScalarOf<decltype(mesh)>;
+    result = distanceOfBodies<S>(mesh, *second.geometry<S>(), poses, tolerance);
+  });
+  return *result;
+}
+
+std::string textOf(const BodyDistance& d) {
+  const auto number = [](double x) { return py::repr(py::float_(x)).cast<std::string>(); };
+  return "SignedDistance(lower=" + number(d.lower) + ", upper=" + number(d.upper) +
+         ", deep_body='" + d.deep_body + "')";
+}
+
+void bindSignedDistance(py::module_& module) {
+  py::class_<BodyDistance>(module, "SignedDistance",
+                           "The signed distance of two bodies: between `lower` and `upper`.")
+      .def_readonly("lower", &BodyDistance::lower)
+      .def_readonly("upper", &BodyDistance::upper)
+      .def_readonly("deep_body", &BodyDistance::deep_body,
+                    "'first' or 'second': the body with the deepest point on its surface; 'none' "
+                    "where they are apart or touch.")
+      .def_readonly("points", &BodyDistance::points,
+                    "(2, 3) float64: on the first and on the second surface, in the world; their "
+                    "difference is the signed distance times the normal.")
+      .def_readonly("normal", &BodyDistance::normal,
+                    "(3,) float64, of length 1, from the first body to the second.")
+      .def("__repr__", &textOf);
+  const auto define = [&](auto function) {
+    module.def("signed_distance", function, py::arg("first"), py::arg("second"),
+               py::arg("tolerance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
+               docs::kSignedDistance);
+  };
+  define(&distanceOfMeshes);
+  define(&distanceToShape);
+}
+
 void bindContacts(py::module_& module) {
   py::class_<ContactArrays>(
       module, "VertexContacts",
@@ -143,6 +239,7 @@ void bindContacts(py::module_& module) {
 
 void bindPenetration(py::module_& module) {
   bindContacts(module);
+  bindSignedDistance(module);
   module.def(
       "signed_distances",
       [](const LockedMesh& mesh, const py::object& points) {

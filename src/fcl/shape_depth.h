@@ -173,6 +173,15 @@ void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
       patch(chart, c, b, d);
     }
   };
+  const auto addDisk = [](double radius, double z, const auto& patch) {
+    constexpr int kParts = 6;
+    const auto rim = [&](int i) -> Vector {
+      const double angle = i * (2 * 3.14159265358979323846 / kParts);
+      return {radius * std::cos(angle), radius * std::sin(angle), 1};
+    };
+    for (int i = 0; i < kParts; ++i)
+      patch(SurfaceChart::disk(radius, z), Vector(Vector::Zero()), rim(i), rim((i + 1) % kParts));
+  };
   const auto visitSegment = [&](double radius, double half) {
     visitSet([=](const Vector& x) { return surfaceOfRoundedSegment(x, radius, half); },
              [=](const Vector& n) -> Vector {
@@ -217,9 +226,9 @@ void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
       return visitSet([=](const Vector& x) { return surfaceOfCylinder(x, radius, half); },
                       [&](const Vector& n) { return set.support(n); },
                       [=](const auto& patch) {
-                        addTurned(SurfaceChart::turned(0, -half, radius, -half), patch);
+                        addDisk(radius, -half, patch);
                         addTurned(SurfaceChart::turned(radius, -half, radius, half), patch);
-                        addTurned(SurfaceChart::turned(0, half, radius, half), patch);
+                        addDisk(radius, half, patch);
                       });
     }
     case fcl::GEOM_CONE: {
@@ -229,7 +238,7 @@ void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
       return visitSet([=](const Vector& x) { return surfaceOfCone(x, radius, half); },
                       [&](const Vector& n) { return set.support(n); },
                       [=](const auto& patch) {
-                        addTurned(SurfaceChart::turned(0, -half, radius, -half), patch);
+                        addDisk(radius, -half, patch);
                         addTurned(SurfaceChart::turned(0, half, radius, -half), patch);
                       });
     }

@@ -135,20 +135,23 @@ class MeshAndShape {
     const TriangleGap gap = nearest();
     const double tolerance = precision_.tolerance();
     MeshTarget<S> mesh_target(mesh_);
-    DepthBounds in_shape, in_mesh;
-    in_shape.upper = in_shape.lower = precision_.error();
     if (gap.distance > 0 && !mesh_target.isInside(innerPoint()))
       return result_.apart(gap, false, target.outward(gap.points.second));
-    if (!(gap.distance > 0)) {
+    DepthBounds in_shape = DepthBounds::from(precision_.error()), in_mesh = in_shape;
+    if (gap.distance > 0) {
+      in_mesh = depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error());
+    } else {
       MeshSource<S> source(mesh_, to_shape_);
-      in_shape = DepthSearch<MeshSource<S>, Target>(source, target, tolerance,
-                                                    precision_.error())
+      in_shape = DepthSearch<MeshSource<S>, Target>(
+                     source, target, tolerance,
+                     depthAt(gap.points.first, target, precision_.error()))
                      .run();
+      in_mesh = DepthBounds::from(in_shape.lower);
     }
     ShapeSource<AddPatches> source(addPatches, to_mesh_);
-    in_mesh = DepthSearch<ShapeSource<AddPatches>, MeshTarget<S>>(source, mesh_target, tolerance,
-                                                                  in_shape.lower)
-                  .run();
+    in_mesh =
+        DepthSearch<ShapeSource<AddPatches>, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh)
+            .run();
     SignedDistance<S> found =
         in_shape.is_found || in_mesh.is_found
             ? result_.inside(in_shape, in_mesh)

@@ -43,7 +43,29 @@ struct DepthBounds {
   fcl::Vector3d nearest;    ///< of the target's surface
   fcl::Vector3d outward;    ///< direction of that surface there
   std::size_t searches = 0; ///< how often the distance of a point was searched for
+
+  /// No point yet; less does not matter.
+  static DepthBounds from(double depth) {
+    DepthBounds bounds;
+    bounds.lower = bounds.upper = depth;
+    return bounds;
+  }
 };
+
+/// A point of a source, if it is deeper than `least` in the target.
+template <typename Target>
+DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
+  DepthPoint<typename Target::Witness> point;
+  point.x = x;
+  target.measure(point, {});
+  DepthBounds bounds = DepthBounds::from(least);
+  if (!(point.distance > least) || !target.isInside(x)) return bounds;
+  bounds.lower = bounds.upper = point.distance;
+  bounds.is_found = true;
+  bounds.x = x;
+  target.findNearest(point, bounds);
+  return bounds;
+}
 
 /// The largest distance to a target's surface that any point of a source has inside the target:
 /// branch and bound over boxes and triangles of the source, the largest upper bound first. Like
@@ -61,12 +83,14 @@ class DepthSearch {
   using Witness = typename Target::Witness;
   using Point = DepthPoint<Witness>;
 
-  /// Until the bounds differ by at most `tolerance`. A depth of `known` is certain from elsewhere.
-  DepthSearch(Source& source, Target& target, double tolerance, double known)
+  /// Until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or that does
+  /// not matter; it may be that of a point of the source.
+  DepthSearch(Source& source, Target& target, double tolerance, const DepthBounds& known)
       : source_(source), target_(target), tolerance_(tolerance), memory_(memoryOfThisThread()) {
     memory_.points.clear();
     memory_.open.clear();
-    bounds_.lower = known;
+    bounds_ = known;
+    bounds_.searches = 0;
   }
   DepthSearch(const DepthSearch&) = delete;
   DepthSearch& operator=(const DepthSearch&) = delete;

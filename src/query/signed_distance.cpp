@@ -33,22 +33,25 @@ const std::vector<unsigned>& partsOf(const MeshState<S>& mesh) {
   return parts;
 }
 
-/// Whether a part of a mesh is inside of another one, whose surface it does not touch.
+/// A point of the first part of a mesh that is inside of another one, whose surface it does not
+/// touch.
 template <typename S>
-bool hasPartInside(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other) {
+DepthBounds partInside(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double least) {
   const RelativePlacement to_other(other.tf, mesh.tf);
   MeshTarget<S> target(other);
   if (target.isClear(to_other(mesh.geometry->aabb_center),
                      (1 + 1e-6) * double(mesh.geometry->aabb_radius)))
-    return false;
-  for (const unsigned vertex : partsOf(mesh.mesh))
-    if (target.isInside(to_other(mesh.mesh.vertices[vertex]))) return true;
-  return false;
+    return DepthBounds::from(least);
+  for (const unsigned vertex : partsOf(mesh.mesh)) {
+    const fcl::Vector3d x = to_other(mesh.mesh.vertices[vertex]);
+    if (target.isInside(x)) return depthAt(x, target, least);
+  }
+  return DepthBounds::from(least);
 }
 
 template <typename S>
 DepthBounds depthOf(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double tolerance,
-                    double known) {
+                    const DepthBounds& known) {
   MeshSource<S> source(mesh, RelativePlacement(other.tf, mesh.tf));
   MeshTarget<S> target(other);
   return DepthSearch<MeshSource<S>, MeshTarget<S>>(source, target, tolerance, known).run();
@@ -93,10 +96,15 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   const SignedDistanceResult<S> result(tf1, tf2, precision);
   fcl::Vector3d outward;
   const TriangleGap gap = nearestOf(meshes, outward);
-  if (gap.distance > 0 && !hasPartInside(one, two) && !hasPartInside(two, one))
-    return result.apart(gap, true, outward);
-  const DepthBounds in_second = depthOf(one, two, precision.tolerance(), precision.error()),
-                    in_first = depthOf(two, one, precision.tolerance(), in_second.lower);
+  DepthBounds in_second = DepthBounds::from(precision.error()), in_first = in_second;
+  if (gap.distance > 0) {
+    in_second = partInside(one, two, precision.error());
+    in_first = partInside(two, one, in_second.lower);
+    if (!in_second.is_found && !in_first.is_found) return result.apart(gap, true, outward);
+  }
+  in_second = depthOf(one, two, precision.tolerance(), in_second);
+  if (!(in_first.lower > in_second.lower)) in_first = DepthBounds::from(in_second.lower);
+  in_first = depthOf(two, one, precision.tolerance(), in_first);
   SignedDistance<S> found =
       in_second.is_found || in_first.is_found
           ? result.inside(in_second, in_first)

@@ -18,6 +18,11 @@ class SurfaceChart {
   static SurfaceChart round(const Vector& center, const Vector& radii) {
     return {Kind::Round, center, radii};
   }
+  /// A disk around the z axis. A parameter is x, y, and 1 on the rim, else 0. Triangles with two
+  /// corners on the rim reach up to it.
+  static SurfaceChart disk(double radius, double z) {
+    return {Kind::Disk, Vector(radius, 0, z), Vector::Zero()};
+  }
   /// A line (radius, z) turned around the z axis, from one point to another. A parameter is a share
   /// of the line, and an angle.
   static SurfaceChart turned(double radius0, double z0, double radius1, double z1) {
@@ -30,6 +35,7 @@ class SurfaceChart {
 
   Vector operator()(const Vector& parameter) const {
     if (kind_ == Kind::Flat) return parameter;
+    if (kind_ == Kind::Disk) return {parameter[0], parameter[1], a_[2]};
     if (kind_ == Kind::Round) return a_ + b_.cwiseProduct(parameter);
     const Vector p = a_ + parameter[0] * (b_ - a_);
     return {p[0] * std::cos(parameter[1]), p[0] * std::sin(parameter[1]), p[2]};
@@ -37,6 +43,11 @@ class SurfaceChart {
   /// A parameter on the line between two; those of a triangle cut there cover it.
   Vector between(const Vector& p, const Vector& q, double share) const {
     const Vector linear = p + share * (q - p);
+    if (kind_ == Kind::Disk) {
+      const bool is_rim = p[2] + q[2] == 2;
+      const double out = is_rim ? a_[0] / std::hypot(linear[0], linear[1]) : 1;
+      return {out * linear[0], out * linear[1], is_rim ? 1. : 0.};
+    }
     return kind_ == Kind::Round ? Vector(linear.normalized()) : linear;
   }
   /// For which edge of a triangle of parameters to cut.
@@ -48,11 +59,12 @@ class SurfaceChart {
   /// the same corners: docs/bounds.md, 19.
   double deviation(const Vector& p, const Vector& q, const Vector& r) const {
     if (kind_ == Kind::Flat) return 0;
+    if (kind_ == Kind::Disk) return kSlack * (rimDeviation(p, q) + rimDeviation(q, r) + rimDeviation(r, p));
     return kSlack * (kind_ == Kind::Round ? roundDeviation(p, q, r) : turnedDeviation(p, q, r));
   }
 
  private:
-  enum class Kind { Flat, Round, Turned };
+  enum class Kind { Flat, Round, Turned, Disk };
   SurfaceChart(Kind kind, const Vector& a, const Vector& b) : kind_(kind), a_(a), b_(b) {}
 
   /// The patch of the unit sphere is the triangle moved outward along radii. A point of it with the
@@ -62,6 +74,12 @@ class SurfaceChart {
     const double square = std::max(
         {(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
     return b_.maxCoeff() * square / (1 + std::sqrt(std::max(0., 1 - square)));
+  }
+  /// The height of the arc over an edge whose ends are on the rim.
+  double rimDeviation(const Vector& p, const Vector& q) const {
+    if (p[2] + q[2] != 2) return 0;
+    const double half = std::hypot(q[0] - p[0], q[1] - p[1]) / 2;
+    return half * half / (a_[0] + std::sqrt(std::max(0., (a_[0] - half) * (a_[0] + half))));
   }
   /// By the second derivatives: none along the line, the slope of the radius for both, the radius
   /// around the axis.
