@@ -191,8 +191,8 @@ S depthOfBox(const Vector3<S> (&one)[2], const Vector3<S> (&two)[2]) {
   S deepest = -1;
   for (int k = 0; k < 3; ++k)
     for (const Vector3<S>& end : one)
-      deepest = std::max(deepest, std::min({tent(k, end[k]), highest((k + 1) % 3),
-                                            highest((k + 2) % 3)}));
+      deepest = std::max(deepest,
+                         std::min({tent(k, end[k]), highest((k + 1) % 3), highest((k + 2) % 3)}));
   return deepest;
 }
 
@@ -209,7 +209,8 @@ TYPED_TEST(SignedDistances, OfBoxesOnALattice) {
     for (int i = 0; i < 2; ++i) {
       TriangleMesh<S> mesh = latticeBox<S>(1 + random.below(3));
       Vector3<S> scale;
-      for (int k = 0; k < 3; ++k) scale[k] = S(1 + random.below(4)) / mesh.vertices.back().maxCoeff();
+      for (int k = 0; k < 3; ++k)
+        scale[k] = S(1 + random.below(4)) / mesh.vertices.back().maxCoeff();
       for (auto& p : mesh.vertices) p = p.cwiseProduct(scale);
       tf[i] = moved<S>(S(random.below(7)) / 2, S(random.below(7)) / 2, S(random.below(7)) / 2);
       const int axis = random.below(3), turns = random.below(4);
@@ -303,8 +304,8 @@ TYPED_TEST(SignedDistances, ABodyInAHollowIsApart) {
   TriangleMesh<S> hollow = latticeBox<S>(2);
   addSurface(hollow, Vector3<S>(1, 1, 1), true, shell);
   const typename TestFixture::Model outer(shell), small(latticeBox<S>(1));
-  const auto in_hollow = signedDistance(small, moved<S>(S(1.25), S(1.5), S(1.5)), outer, still<S>(),
-                                        S(1e-3));
+  const auto in_hollow =
+      signedDistance(small, moved<S>(S(1.25), S(1.5), S(1.5)), outer, still<S>(), S(1e-3));
   EXPECT_NEAR(0.25, in_hollow.lower, 1e-5);
   EXPECT_NEAR(0.25, in_hollow.upper, 1e-5);
   EXPECT_EQ(in_hollow.deep_body, DeepBody::None);
@@ -319,9 +320,9 @@ TYPED_TEST(SignedDistances, ABodyInAHollowIsApart) {
   // A second part of the first body is inside, and the first part apart.
   TriangleMesh<S> both = thin;
   addSurface(thin, Vector3<S>(10, 0, 0), false, both);
-  const auto two_parts = signedDistance(typename TestFixture::Model(both),
-                                        moved<S>(S(-9.75), S(1.5), S(1.5)), outer, still<S>(),
-                                        S(1e-3));
+  const auto two_parts =
+      signedDistance(typename TestFixture::Model(both), moved<S>(S(-9.75), S(1.5), S(1.5)), outer,
+                     still<S>(), S(1e-3));
   EXPECT_NEAR(-0.5, two_parts.upper, 2e-3);
 }
 
@@ -350,8 +351,8 @@ inline Real depthInEllipsoid(const Point& x, const Point& radii) {
     }
   for (Real step = 0.2L; step > 1e-13L;) {
     bool moves = false;
-    for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1},
-                                 {1, -1}, {-1, 1}})
+    for (const auto& [du, dv] :
+         {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}})
       if (at(u + du * step, v + dv * step) < best) {
         u += du * step, v += dv * step, best = at(u, v);
         moves = true;
@@ -372,9 +373,9 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
   };
   const auto ball = [pi](const Point& radii, Real z) {
     return [=](Real u, Real v) -> Point {
-      return Point(0, 0, z) + radii.cwiseProduct(Point(std::sin(pi * u) * std::cos(2 * pi * v),
-                                                       std::sin(pi * u) * std::sin(2 * pi * v),
-                                                       std::cos(pi * u)));
+      return Point(0, 0, z) +
+             radii.cwiseProduct(Point(std::sin(pi * u) * std::cos(2 * pi * v),
+                                      std::sin(pi * u) * std::sin(2 * pi * v), std::cos(pi * u)));
     };
   };
   const auto turned = [pi](Real r0, Real z0, Real r1, Real z1) {
@@ -401,9 +402,9 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
       // Halves of balls, by a quarter turn each.
       for (const Real sign : {1.L, -1.L})
         found.judged->add([=](Real u, Real v) -> Point {
-          return Point(0, 0, sign * half) +
-                 r * Point(std::sin(pi / 2 * u) * std::cos(2 * pi * v),
-                           std::sin(pi / 2 * u) * std::sin(2 * pi * v), sign * std::cos(pi / 2 * u));
+          return Point(0, 0, sign * half) + r * Point(std::sin(pi / 2 * u) * std::cos(2 * pi * v),
+                                                      std::sin(pi / 2 * u) * std::sin(2 * pi * v),
+                                                      sign * std::cos(pi / 2 * u));
         });
       found.judged->add(turned(r, -half, r, half));
       return found;
@@ -519,9 +520,11 @@ TYPED_TEST(SignedDistances, OfAMeshAndAHalfSpace) {
     ASSERT_NEAR(double(lowest), double(found.lower), double(rounding));
     ASSERT_NEAR(double(lowest), double(found.upper), double(rounding));
     ASSERT_LE((exact::of(found.normal) + other.R * n).norm(), this->rounding(4));
-    ASSERT_LE(std::abs((exact::of(found.points[1]) - exact::of(found.points[0]))
-                           .dot(exact::of(found.normal)) - lowest),
-              2 * rounding);
+    ASSERT_LE(
+        std::abs(
+            (exact::of(found.points[1]) - exact::of(found.points[0])).dot(exact::of(found.normal)) -
+            lowest),
+        2 * rounding);
     ASSERT_EQ(found.deep_body, lowest < 0 ? DeepBody::First : DeepBody::None);
   }
 }

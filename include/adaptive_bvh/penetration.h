@@ -136,10 +136,10 @@ struct SignedDistance {
 ///
 /// The bounds differ by at most `tolerance`, and contain the signed distance whatever is rounded
 /// (docs/bounds.md, 19); both are then rounded outward to S. Time grows with the part of the
-/// surfaces that is nearly as deep as the deepest point, and there, with 1 / sqrt(tolerance) at
-/// most for smooth bodies. A tolerance below 2^-30 (1e-9) of the coordinates of both bodies, seen
-/// from either, counts as that, and so does one below 6 times what R^T R differs from the identity,
-/// for the rotation R of either transform (1e-6 in all as a rule where S is float).
+/// surfaces that is within the tolerance of the deepest point. A tolerance below 2^-30 (1e-9) of
+/// the coordinates of both bodies, seen from either, counts as that, and so does one below 6 times
+/// what R^T R differs from the identity, for the rotation R of either transform (1e-6 in all as a
+/// rule where S is float).
 ///
 /// One thread computes it. Throws std::invalid_argument when the tolerance is negative or NaN, when
 /// a transform is not a rigid motion, and when a mesh is not closed; the message names an edge.

@@ -502,6 +502,7 @@ __all__ = [
     "RayHits",
     "Recording",
     "Shape",
+    "SignedDistance",
     "Sphere",
     "TrianglePairs",
     "VertexContacts",

@@ -1,7 +1,5 @@
 #include "penetration.h"
 
-#include <optional>
-
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
@@ -126,78 +124,81 @@ Doubles numberOfEach(const LockedMesh& mesh, const py::object& points, const Que
 
 /// A SignedDistance of numbers of either type.
 struct BodyDistance : Bound {
-  double lower, upper;
-  const char* deep_body;
-  Doubles points, normal;
+  SignedDistance<double> found;
 
-  template <typename S>
-  explicit BodyDistance(const SignedDistance<S>& found)
-      : lower(double(found.lower)),
-        upper(double(found.upper)),
-        deep_body(found.deep_body == DeepBody::First    ? "first"
-                  : found.deep_body == DeepBody::Second ? "second"
-                                                        : "none"),
-        points(std::vector<py::ssize_t>{2, 3}),
-        normal(3) {
-    for (int k = 0; k < 3; ++k) {
-      points.mutable_at(0, k) = double(found.points[0][k]);
-      points.mutable_at(1, k) = double(found.points[1][k]);
-      normal.mutable_at(k) = double(found.normal[k]);
-    }
+  const char* deepBody() const {
+    return found.deep_body == DeepBody::First    ? "first"
+           : found.deep_body == DeepBody::Second ? "second"
+                                                 : "none";
+  }
+  Doubles points() const {
+    Doubles array(std::vector<py::ssize_t>{2, 3});
+    for (int i = 0; i < 2; ++i)
+      for (int k = 0; k < 3; ++k)
+        array.mutable_at(i, k) = found.points[static_cast<std::size_t>(i)][k];
+    return array;
+  }
+  Doubles normal() const {
+    Doubles array(3);
+    for (int k = 0; k < 3; ++k) array.mutable_at(k) = found.normal[k];
+    return array;
   }
 };
 
 template <typename S>
-BodyDistance distanceOfBodies(const DeformableMesh<S>& first,
-                              const fcl::CollisionGeometry<S>& second, const Poses& poses,
-                              double tolerance) {
-  const SignedDistance<S> found = signedDistance(first, poseAs<S>(poses.tf1), second,
-                                                 poseAs<S>(poses.tf2), static_cast<S>(tolerance));
-  const py::gil_scoped_acquire gil;
-  return BodyDistance(found);
+SignedDistance<double> inDouble(const SignedDistance<S>& d) {
+  return {double(d.lower),
+          double(d.upper),
+          d.deep_body,
+          {d.points[0].template cast<double>(), d.points[1].template cast<double>()},
+          d.normal.template cast<double>(),
+          d.searches};
 }
 
 BodyDistance distanceOfMeshes(const LockedMesh& first, const LockedMesh& second, double tolerance,
                               const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  std::optional<BodyDistance> result;
+  BodyDistance result;
   LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
-    result = distanceOfBodies<S>(a, b, poses, tolerance);
+    result.found = inDouble(signedDistance(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2),
+                                           static_cast<S>(tolerance)));
   });
-  return *result;
+  return result;
 }
 
 BodyDistance distanceToShape(const LockedMesh& first, const Shape& second, double tolerance,
                              const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  std::optional<BodyDistance> result;
+  BodyDistance result;
   first.query([&](const auto& mesh) {
     using S = ScalarOf<decltype(mesh)>;
-    result = distanceOfBodies<S>(mesh, *second.geometry<S>(), poses, tolerance);
+    const fcl::CollisionGeometry<S>& shape = *second.geometry<S>();
+    result.found = inDouble(signedDistance(mesh, poseAs<S>(poses.tf1), shape, poseAs<S>(poses.tf2),
+                                           static_cast<S>(tolerance)));
   });
-  return *result;
+  return result;
 }
 
 std::string textOf(const BodyDistance& d) {
   const auto number = [](double x) { return py::repr(py::float_(x)).cast<std::string>(); };
-  return "SignedDistance(lower=" + number(d.lower) + ", upper=" + number(d.upper) +
-         ", deep_body='" + d.deep_body + "')";
+  return "SignedDistance(lower=" + number(d.found.lower) + ", upper=" + number(d.found.upper) +
+         ", deep_body='" + d.deepBody() + "')";
 }
 
 void bindSignedDistance(py::module_& module) {
   py::class_<BodyDistance>(module, "SignedDistance",
                            "The signed distance of two bodies: between `lower` and `upper`.")
-      .def_readonly("lower", &BodyDistance::lower)
-      .def_readonly("upper", &BodyDistance::upper)
-      .def_readonly("deep_body", &BodyDistance::deep_body,
-                    "'first' or 'second': the body with the deepest point on its surface; 'none' "
-                    "where they are apart or touch.")
-      .def_readonly("points", &BodyDistance::points,
-                    "(2, 3) float64: on the first and on the second surface, in the world; their "
-                    "difference is the signed distance times the normal.")
-      .def_readonly("normal", &BodyDistance::normal,
-                    "(3,) float64, of length 1, from the first body to the second.")
+      .def_property_readonly("lower", [](const BodyDistance& d) { return d.found.lower; })
+      .def_property_readonly("upper", [](const BodyDistance& d) { return d.found.upper; })
+      .def_property_readonly("deep_body", &BodyDistance::deepBody,
+                             "'first' or 'second': the body with the deepest point on its surface; "
+                             "'none' where they are apart or touch.")
+      .def_property_readonly("points", &BodyDistance::points,
+                             "(2, 3) float64: on the first and on the second surface, in the "
+                             "world; their difference is the signed distance times the normal.")
+      .def_property_readonly("normal", &BodyDistance::normal,
+                             "(3,) float64, of length 1, from the first body to the second.")
       .def("__repr__", &textOf);
   const auto define = [&](auto function) {
     module.def("signed_distance", function, py::arg("first"), py::arg("second"),

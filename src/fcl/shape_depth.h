@@ -147,7 +147,8 @@ void requireSolid(const fcl::CollisionGeometry<S>& shape) {
 }
 
 /// Calls visit(target, add): the inside of a shape of FCL's, and add(patch), which calls
-/// patch(chart, p, q, r) with the charts and parameters of triangles that cover its surface. Nothing for a half-space.
+/// patch(chart, p, q, r) with the charts and parameters of triangles that cover its surface.
+/// Nothing for a half-space.
 template <typename S, typename Visit>
 void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
   using Vector = fcl::Vector3d;
@@ -203,21 +204,21 @@ void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
     }
     case fcl::GEOM_BOX: {
       const Vector half = static_cast<const fcl::Box<S>&>(shape).side.template cast<double>() / 2;
-      return visitSet([=](const Vector& x) { return surfaceOfBox(x, half); },
-                      [=](const Vector& n) -> Vector {
-                        return n.unaryExpr([](double c) { return c < 0 ? -1. : 1.; })
-                            .cwiseProduct(half);
-                      },
-                      [=](const auto& patch) {
-                        for (int k = 0; k < 6; ++k) {
-                          const Vector middle = (k < 3 ? 1 : -1) * half[k % 3] * Vector::Unit(k % 3),
-                                       u = half[(k + 1) % 3] * Vector::Unit((k + 1) % 3),
-                                       v = half[(k + 2) % 3] * Vector::Unit((k + 2) % 3);
-                          const Vector a = middle - u - v, c = middle + u + v;
-                          patch(SurfaceChart::flat(), a, Vector(middle + u - v), c);
-                          patch(SurfaceChart::flat(), a, c, Vector(middle - u + v));
-                        }
-                      });
+      return visitSet(
+          [=](const Vector& x) { return surfaceOfBox(x, half); },
+          [=](const Vector& n) -> Vector {
+            return n.unaryExpr([](double c) { return c < 0 ? -1. : 1.; }).cwiseProduct(half);
+          },
+          [=](const auto& patch) {
+            for (int k = 0; k < 6; ++k) {
+              const Vector middle = (k < 3 ? 1 : -1) * half[k % 3] * Vector::Unit(k % 3),
+                           u = half[(k + 1) % 3] * Vector::Unit((k + 1) % 3),
+                           v = half[(k + 2) % 3] * Vector::Unit((k + 2) % 3);
+              const Vector a = middle - u - v, c = middle + u + v;
+              patch(SurfaceChart::flat(), a, Vector(middle + u - v), c);
+              patch(SurfaceChart::flat(), a, c, Vector(middle - u + v));
+            }
+          });
     }
     case fcl::GEOM_CYLINDER: {
       const auto& cylinder = static_cast<const fcl::Cylinder<S>&>(shape);
@@ -255,11 +256,11 @@ void visitSolid(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
     }
     case fcl::GEOM_CONVEX: {
       const ConvexFaces<S> faces(static_cast<const fcl::Convex<S>&>(shape));
-      return visitSet(faces, [&](const Vector& n) { return faces.support(n); },
-                      [&](const auto& patch) {
-                        for (const auto& t : faces.triangles())
-                          patch(SurfaceChart::flat(), t[0], t[1], t[2]);
-                      });
+      return visitSet(
+          faces, [&](const Vector& n) { return faces.support(n); },
+          [&](const auto& patch) {
+            for (const auto& t : faces.triangles()) patch(SurfaceChart::flat(), t[0], t[1], t[2]);
+          });
     }
     default: return;
   }

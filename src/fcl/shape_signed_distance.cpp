@@ -71,8 +71,12 @@ template <typename S>
 class MeshAndShape {
  public:
   MeshAndShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape, S tolerance)
-      : mesh_(mesh), shape_(shape), to_shape_(shape.tf, mesh.tf), to_mesh_(mesh.tf, shape.tf),
-        precision_(mesh.tf, shape.tf, size(), tolerance), result_(mesh.tf, shape.tf, precision_) {}
+      : mesh_(mesh),
+        shape_(shape),
+        to_shape_(shape.tf, mesh.tf),
+        to_mesh_(mesh.tf, shape.tf),
+        precision_(mesh.tf, shape.tf, size(), tolerance),
+        result_(mesh.tf, shape.tf, precision_) {}
 
   SignedDistance<S> distance() const {
     SignedDistance<S> found;
@@ -113,8 +117,7 @@ class MeshAndShape {
       shape = core.isBounded() ? far.norm() + core.radius : 0;
     });
     const auto& mesh = *mesh_.geometry;
-    return double(mesh.aabb_center.norm()) + double(mesh.aabb_radius) + shape +
-           to_shape_.T.norm();
+    return double(mesh.aabb_center.norm()) + double(mesh.aabb_radius) + shape + to_shape_.T.norm();
   }
 
   /// The nearest points, in the frame of the shape.
@@ -142,21 +145,20 @@ class MeshAndShape {
       in_mesh = depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error());
     } else {
       MeshSource<S> source(mesh_, to_shape_);
-      in_shape = DepthSearch<MeshSource<S>, Target>(
-                     source, target, tolerance,
-                     depthAt(gap.points.first, target, precision_.error()))
-                     .run();
+      in_shape =
+          DepthSearch<MeshSource<S>, Target>(source, target, tolerance,
+                                             depthAt(gap.points.first, target, precision_.error()))
+              .run();
       in_mesh = DepthBounds::from(in_shape.lower);
     }
     ShapeSource<AddPatches> source(addPatches, to_mesh_);
     in_mesh =
         DepthSearch<ShapeSource<AddPatches>, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh)
             .run();
-    SignedDistance<S> found =
-        in_shape.is_found || in_mesh.is_found
-            ? result_.inside(in_shape, in_mesh)
-            : result_.touching(gap, false, target.outward(gap.points.second),
-                               std::max(in_shape.upper, in_mesh.upper));
+    SignedDistance<S> found = in_shape.is_found || in_mesh.is_found
+                                  ? result_.inside(in_shape, in_mesh)
+                                  : result_.touching(gap, false, target.outward(gap.points.second),
+                                                     std::max(in_shape.upper, in_mesh.upper));
     found.searches = in_shape.searches + in_mesh.searches;
     return found;
   }

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -38,11 +38,11 @@ struct TurnedBox {
 /// How deep one surface, the source, reaches into a closed body, the target.
 struct DepthBounds {
   double lower = 0, upper = 0;
-  bool is_found = false;    ///< whether a point is deeper than what was known before
-  fcl::Vector3d x;          ///< that point of the source, `lower` deep
-  fcl::Vector3d nearest;    ///< of the target's surface
-  fcl::Vector3d outward;    ///< direction of that surface there
-  std::size_t searches = 0; ///< how often the distance of a point was searched for
+  bool is_found = false;     ///< whether a point is deeper than what was known before
+  fcl::Vector3d x;           ///< that point of the source, `lower` deep
+  fcl::Vector3d nearest;     ///< of the target's surface
+  fcl::Vector3d outward;     ///< direction of that surface there
+  std::size_t searches = 0;  ///< how often the distance of a point was searched for
 
   /// No point yet; less does not matter.
   static DepthBounds from(double depth) {
@@ -240,12 +240,11 @@ class DepthSearch {
     pushMeasured(part);
   }
   void pushByMiddle(Part& part) {
-    const fcl::Vector3d middle = (point(part.corners[0]).x + point(part.corners[1]).x +
-                                  point(part.corners[2]).x) / 3;
+    const fcl::Vector3d middle =
+        (point(part.corners[0]).x + point(part.corners[1]).x + point(part.corners[2]).x) / 3;
     part.hint = addMeasured(middle, part.hint);
     double square = 0;
-    for (const int i : part.corners)
-      square = std::max(square, (point(i).x - middle).squaredNorm());
+    for (const int i : part.corners) square = std::max(square, (point(i).x - middle).squaredNorm());
     const double off = deviation(part), radius = std::sqrt(square) + off;
     upper_ = std::min({part.upper, point(part.hint).distance + radius,
                        overTriangle(part, witnessOf(part.hint)) + off});
@@ -256,8 +255,8 @@ class DepthSearch {
     push(part);
   }
   double deviation(const Part& part) const {
-    return source_.deviation(point(part.corners[0]), point(part.corners[1]),
-                             point(part.corners[2]), part.chart);
+    return source_.deviation(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
+                             part.chart);
   }
   double overTriangle(const Part& part, const Witness& witness) const {
     const auto reach = target_.reach(witness);
@@ -303,8 +302,8 @@ class DepthSearch {
     const double share = (tolerance_ / 2 - off) / radius;
     if (!(share > 0)) return false;
     for (int k = 0; k < 3; ++k)
-      corners[k] = point(part.corners[k]).x +
-                   std::min(share, 1.) * (middle - point(part.corners[k]).x);
+      corners[k] =
+          point(part.corners[k]).x + std::min(share, 1.) * (middle - point(part.corners[k]).x);
     if (target_.touches({corners[0], corners[1], corners[2]})) return false;
     part.is_clear = true;
     return !target_.isInside(middle);
@@ -345,8 +344,8 @@ class DepthSearch {
     int longest = 0;
     double length = -1;
     for (int k = 0; k < 3; ++k) {
-      const double other = source_.length(point(part.corners[k]),
-                                          point(part.corners[(k + 1) % 3]), part.chart);
+      const double other =
+          source_.length(point(part.corners[k]), point(part.corners[(k + 1) % 3]), part.chart);
       if (other > length) longest = k, length = other;
     }
     return longest;
@@ -357,7 +356,8 @@ class DepthSearch {
     const auto take = [&](int edge, double gain, double at) {
       const fcl::Vector3d& a = point(part.corners[edge]).x;
       const double least = std::min(at, 1 - at);  // what is shorter was cut there before
-      if (gain > most && least * (point(part.corners[(edge + 1) % 3]).x - a).norm() > tolerance_ / 8)
+      if (gain > most &&
+          least * (point(part.corners[(edge + 1) % 3]).x - a).norm() > tolerance_ / 8)
         best = edge, most = gain, share = at;
     };
     for (int k = 0; k < 3; ++k) {
@@ -398,8 +398,8 @@ class DepthSearch {
     double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
     int last = 0;
     for (int i = 0; i < 60 && at_low < 0 && at_high > 0; ++i) {
-      const double t = i % 4 == 3 ? (low + high) / 2
-                                  : low + (high - low) * (at_low / (at_low - at_high));
+      const double t =
+          i % 4 == 3 ? (low + high) / 2 : low + (high - low) * (at_low / (at_low - at_high));
       if (!(t > low && t < high)) break;
       const double value = excess(t);
       if (value == 0) return t;

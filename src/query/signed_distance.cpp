@@ -113,10 +113,10 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   return found;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
-  template SignedDistance<S> signedDistance(const DeformableMesh<S>&,                       \
-                                            const fcl::Transform3<S>&,                      \
-                                            const DeformableMesh<S>&, const fcl::Transform3<S>&, S);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
+  template SignedDistance<S> signedDistance(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
+                                            const DeformableMesh<S>&, const fcl::Transform3<S>&, \
+                                            S);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

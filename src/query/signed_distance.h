@@ -51,7 +51,9 @@ class SignedDistanceResult {
  public:
   SignedDistanceResult(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
                        const DepthPrecision& precision)
-      : tf1_(tf1.template cast<double>()), tf2_(tf2.template cast<double>()), precision_(precision) {}
+      : tf1_(tf1.template cast<double>()),
+        tf2_(tf2.template cast<double>()),
+        precision_(precision) {}
 
   /// Of bodies that are apart. `points` are in the frame of one of them, and `outward` is the
   /// direction of the second's surface there.

@@ -59,7 +59,8 @@ class SurfaceChart {
   /// the same corners: docs/bounds.md, 19.
   double deviation(const Vector& p, const Vector& q, const Vector& r) const {
     if (kind_ == Kind::Flat) return 0;
-    if (kind_ == Kind::Disk) return kSlack * (rimDeviation(p, q) + rimDeviation(q, r) + rimDeviation(r, p));
+    if (kind_ == Kind::Disk)
+      return kSlack * (rimDeviation(p, q) + rimDeviation(q, r) + rimDeviation(r, p));
     return kSlack * (kind_ == Kind::Round ? roundDeviation(p, q, r) : turnedDeviation(p, q, r));
   }
 
@@ -71,8 +72,8 @@ class SurfaceChart {
   /// barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, with the edges e: at
   /// least 1 less a third of the longest one's square.
   double roundDeviation(const Vector& p, const Vector& q, const Vector& r) const {
-    const double square = std::max(
-        {(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
+    const double square =
+        std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
     return b_.maxCoeff() * square / (1 + std::sqrt(std::max(0., 1 - square)));
   }
   /// The height of the arc over an edge whose ends are on the rim.
@@ -88,7 +89,8 @@ class SurfaceChart {
       return std::max({p[k], q[k], r[k]}) - std::min({p[k], q[k], r[k]});
     };
     const double slope = b_[0] - a_[0], angle = range(1);
-    const double radius = std::max({a_[0] + p[0] * slope, a_[0] + q[0] * slope, a_[0] + r[0] * slope});
+    const double radius =
+        std::max({a_[0] + p[0] * slope, a_[0] + q[0] * slope, a_[0] + r[0] * slope});
     return std::abs(slope) * range(0) * angle / 4 + radius * angle * angle / 8;
   }
 

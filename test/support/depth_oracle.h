@@ -50,8 +50,8 @@ class JudgedMesh : public JudgedBody {
     if (least == 0) return 0;
     return std::lround(turns(x)) != 0 ? least : -least;
   }
-  void forEachPatch(const std::function<void(const Point&, const Point&, const Point&)>& each)
-      const override {
+  void forEachPatch(
+      const std::function<void(const Point&, const Point&, const Point&)>& each) const override {
     for (const exact::Triangle& t : triangles_) each(t[0], t[1], t[2]);
   }
 
@@ -82,8 +82,8 @@ class JudgedSolid : public JudgedBody {
   void add(Map map) { maps_.push_back(std::move(map)); }
 
   Real depth(const Point& x) const override { return inside_(at_.R.transpose() * (x - at_.T)); }
-  void forEachPatch(const std::function<void(const Point&, const Point&, const Point&)>& each)
-      const override {
+  void forEachPatch(
+      const std::function<void(const Point&, const Point&, const Point&)>& each) const override {
     constexpr int kParts = 12;
     for (const Map& map : maps_)
       for (int i = 0; i < kParts; ++i)
