@@ -115,7 +115,7 @@ class ShapeTarget {
   void measure(DepthPoint<Witness>& point, const Witness&) const {
     const ShapeSurface found = surface_(point.x);
     point.distance = std::abs(found.distance);
-    point.side = found.distance < 0 ? Side::Inside : Side::Outside;
+    point.side = found.distance < 0 ? SurfaceSide::Inside : SurfaceSide::Outside;
     point.witness = {found.outward, found.outward.dot(support_(found.outward))};
   }
   bool isInside(const fcl::Vector3d& x) const { return surface_(x).distance < 0; }

@@ -13,7 +13,7 @@
 namespace adaptive_bvh {
 
 /// On which side of a closed surface a point lies, as far as that is known.
-enum class Side : std::uint8_t { Unknown, Outside, Inside };
+enum class SurfaceSide : std::uint8_t { Unknown, Outside, Inside };
 
 /// A point in the target's frame, and what was measured there.
 template <typename Witness>
@@ -22,7 +22,7 @@ struct DepthPoint {
   fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< of a curved surface
   double distance = -1;                             ///< to the target's surface; -1: not measured
   Witness witness{};                                ///< what of the target has that distance
-  Side side = Side::Unknown;
+  SurfaceSide side = SurfaceSide::Unknown;
 
   bool isMeasured() const { return distance >= 0; }
 };
@@ -186,18 +186,18 @@ class DepthSearch {
     ++bounds_.searches;
     target_.measure(point(i), hint == kNone ? Witness{} : witnessOf(hint));
   }
-  Side sideOf(int i) {
+  SurfaceSide sideOf(int i) {
     Point& p = point(i);
-    if (p.side == Side::Unknown)
-      p.side = p.distance > 0 && target_.isInside(p.x) ? Side::Inside : Side::Outside;
+    if (p.side == SurfaceSide::Unknown)
+      p.side = p.distance > 0 && target_.isInside(p.x) ? SurfaceSide::Inside : SurfaceSide::Outside;
     return p.side;
   }
   /// Of a point of the surface. It raises the lower bound where it is deeper.
   void measureCorner(int i, const Part& part) {
     if (point(i).isMeasured()) return;
     measure(i, part.hint);
-    if (part.is_inside) point(i).side = Side::Inside;
-    if (point(i).distance <= bounds_.lower || sideOf(i) != Side::Inside) return;
+    if (part.is_inside) point(i).side = SurfaceSide::Inside;
+    if (point(i).distance <= bounds_.lower || sideOf(i) != SurfaceSide::Inside) return;
     bounds_.lower = point(i).distance;
     deepest_ = i;
   }
@@ -225,8 +225,8 @@ class DepthSearch {
   /// that is of use, by its side.
   void useSide(int i, double radius) {
     const double distance = point(i).distance, if_outside = radius - distance;
-    if (if_outside > limit() && point(i).side == Side::Unknown) return;
-    if (sideOf(i) == Side::Outside)
+    if (if_outside > limit() && point(i).side == SurfaceSide::Unknown) return;
+    if (sideOf(i) == SurfaceSide::Outside)
       upper_ = std::min(upper_, if_outside);
     else if (distance > radius)
       is_inside_ = true;
