@@ -1,71 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
-#include <fcl/common/types.h>
+#include "query/depth_cut.h"
 
 namespace adaptive_bvh {
-
-/// On which side of a closed surface a point lies, as far as that is known.
-enum class SurfaceSide : std::uint8_t { Unknown, Outside, Inside };
-
-/// A point in the target's frame, and what was measured there.
-template <typename Witness>
-struct DepthPoint {
-  fcl::Vector3d x;
-  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< of a curved surface
-  double distance = -1;                             ///< to the target's surface; -1: not measured
-  Witness witness{};                                ///< what of the target has that distance
-  SurfaceSide side = SurfaceSide::Unknown;
-
-  bool isMeasured() const { return distance >= 0; }
-};
-
-/// A box that encloses part of a surface: its middle and half of its sides, in the target's frame.
-struct TurnedBox {
-  fcl::Vector3d middle;
-  fcl::Matrix3d halves;  ///< a column each
-
-  double radius() const { return std::sqrt(halves.squaredNorm()); }
-};
-
-/// How deep one surface, the source, reaches into a closed body, the target.
-struct DepthBounds {
-  double lower = 0, upper = 0;
-  bool is_found = false;     ///< whether a point is deeper than what was known before
-  fcl::Vector3d x;           ///< that point of the source, `lower` deep
-  fcl::Vector3d nearest;     ///< of the target's surface
-  fcl::Vector3d outward;     ///< direction of that surface there
-  std::size_t searches = 0;  ///< how often the distance of a point was searched for
-
-  /// No point yet; less does not matter.
-  static DepthBounds from(double depth) {
-    DepthBounds bounds;
-    bounds.lower = bounds.upper = depth;
-    return bounds;
-  }
-};
-
-/// A point of a source, if it is deeper than `least` in the target.
-template <typename Target>
-DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
-  DepthPoint<typename Target::Witness> point;
-  point.x = x;
-  target.measure(point, {});
-  DepthBounds bounds = DepthBounds::from(least);
-  if (!(point.distance > least) || !target.isInside(x)) return bounds;
-  bounds.lower = bounds.upper = point.distance;
-  bounds.is_found = true;
-  bounds.x = x;
-  target.findNearest(point, bounds);
-  return bounds;
-}
 
 /// The largest distance to a target's surface that any point of a source has inside the target:
 /// branch and bound over boxes and triangles of the source, the largest upper bound first. Like
@@ -311,12 +254,19 @@ class DepthSearch {
 
   /// Cuts a triangle in two through a corner.
   void cut(const Part& part) {
-    double share = 0.5;
-    const int edge = cutEdge(part, share);
+    const Point* const corners[3] = {&point(part.corners[0]), &point(part.corners[1]),
+                                     &point(part.corners[2])};
+    const auto length = [&](const Point& p, const Point& q) {
+      return source_.length(p, q, part.chart);
+    };
+    // Of three cuts one halves the longest edge, so that triangles become small.
+    const DepthCut<Target> place(corners, target_, tolerance_, part.generation % 3 == 0, length);
+    const int edge = place.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
               c = part.corners[(edge + 2) % 3];
     fcl::Vector3d parameter = fcl::Vector3d::Zero();
-    const fcl::Vector3d x = source_.between(point(a), point(b), share, part.chart, parameter);
+    const fcl::Vector3d x =
+        source_.between(point(a), point(b), place.share(), part.chart, parameter);
     const int middle = add(x, parameter);
     measureCorner(middle, part);
     Part half = part;
@@ -331,88 +281,6 @@ class DepthSearch {
       pushMeasured(half);
     }
   }
-  /// The edge to cut, and where. Where the nearest features of its ends change places: then one of
-  /// them bounds either half better. Or where the edge crosses the surface, or a flat part of it
-  /// ends: then one half is outside. Of three cuts one halves the longest edge, so that triangles
-  /// become small.
-  int cutEdge(const Part& part, double& share) const {
-    if (part.generation % 3 != 0) {
-      const int edge = bestChange(part, share);
-      if (edge != kNone) return edge;
-    }
-    share = 0.5;
-    int longest = 0;
-    double length = -1;
-    for (int k = 0; k < 3; ++k) {
-      const double other =
-          source_.length(point(part.corners[k]), point(part.corners[(k + 1) % 3]), part.chart);
-      if (other > length) longest = k, length = other;
-    }
-    return longest;
-  }
-  int bestChange(const Part& part, double& share) const {
-    int best = kNone;
-    double most = tolerance_ / 8;
-    const auto take = [&](int edge, double gain, double at) {
-      const fcl::Vector3d& a = point(part.corners[edge]).x;
-      const double least = std::min(at, 1 - at);  // what is shorter was cut there before
-      if (gain > most &&
-          least * (point(part.corners[(edge + 1) % 3]).x - a).norm() > tolerance_ / 8)
-        best = edge, most = gain, share = at;
-    };
-    for (int k = 0; k < 3; ++k) {
-      const Point &a = point(part.corners[k]), &b = point(part.corners[(k + 1) % 3]);
-      const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
-      const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
-      if (gain > most) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
-      takeBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
-      takeBorder(b, a, of_b, [&](double g, double t) { take(k, g, 1 - t); });
-    }
-    return best;
-  }
-  /// Calls take(gain, t) where the line from a to b crosses the nearest feature of a, or leaves it.
-  template <typename Reach, typename Take>
-  void takeBorder(const Point& a, const Point& b, const Reach& reach, const Take& take) const {
-    const double zero = tolerance_ / 16, at_b = reach(b.x);
-    if (a.distance > zero) {
-      const double t = target_.crossing(a.witness, a.x, b.x);
-      if (t > 0 && t < 1 && reach(a.x + t * (b.x - a.x)) <= zero)
-        take(std::min(a.distance, at_b), t);
-    } else if (at_b > 2 * zero) {
-      double low = 0, high = 1;
-      for (int i = 0; i < 50; ++i) {
-        const double t = (low + high) / 2;
-        (reach(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
-      }
-      take(at_b, high);
-    }
-  }
-  /// Where on a segment two features are as far: by false position (Illinois).
-  template <typename Reach>
-  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b, const Reach& of_a,
-                              const Reach& of_b) {
-    const auto excess = [&](double t) {
-      const fcl::Vector3d x = a + t * (b - a);
-      return of_a(x) - of_b(x);
-    };
-    double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
-    int last = 0;
-    for (int i = 0; i < 60 && at_low < 0 && at_high > 0; ++i) {
-      const double t =
-          i % 4 == 3 ? (low + high) / 2 : low + (high - low) * (at_low / (at_low - at_high));
-      if (!(t > low && t < high)) break;
-      const double value = excess(t);
-      if (value == 0) return t;
-      const int side = value < 0 ? -1 : 1;
-      double& kept = side < 0 ? at_high : at_low;
-      (side < 0 ? low : high) = t;
-      (side < 0 ? at_low : at_high) = value;
-      if (side == last) kept /= 2;
-      last = side;
-    }
-    return at_low > -at_high ? low : high;
-  }
-
   Source& source_;
   Target& target_;
   const double tolerance_;

@@ -40,7 +40,7 @@ DepthBounds partInside(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, do
   const RelativePlacement to_other(other.tf, mesh.tf);
   MeshTarget<S> target(other);
   if (target.isClear(to_other(mesh.geometry->aabb_center),
-                     (1 + 1e-6) * double(mesh.geometry->aabb_radius)))
+                     1.01 * double(mesh.geometry->aabb_radius)))
     return DepthBounds::from(least);
   for (const unsigned vertex : partsOf(mesh.mesh)) {
     const fcl::Vector3d x = to_other(mesh.mesh.vertices[vertex]);
