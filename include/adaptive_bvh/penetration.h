@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -99,5 +100,61 @@ template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                            const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S margin,
                            VertexContacts<S>& of_first, VertexContacts<S>& of_second);
+
+/// Which body has the deepest point on its surface.
+enum class DeepBody {
+  None,    ///< no point was found inside of the other body
+  First,   ///< a point of the first, inside of the second
+  Second,  ///< a point of the second, inside of the first
+};
+
+/// The signed distance of two bodies.
+template <typename S>
+struct SignedDistance {
+  S lower, upper;      ///< it is between the two
+  DeepBody deep_body;  ///< None: the bodies are apart, or touch
+  /// On the surface of the first and of the second, in the world. Apart: the nearest points.
+  /// Inside: a point of the deep body's surface, whose depth is -`upper`, and the other surface's
+  /// nearest point to it.
+  std::array<fcl::Vector3<S>, 2> points;
+  /// From the first body to the second, of length 1. Apart, from the first point to the second;
+  /// inside, from the second point to the first. So points[1] - points[0] is always the signed
+  /// distance times the normal, and the second body moved by the depth along the normal takes these
+  /// two points apart. Where the points are nearer than 1e-8 of the coordinates, a direction of the
+  /// surface there: out of the first body or into the second.
+  fcl::Vector3<S> normal;
+  std::size_t searches;  ///< how often the distance of a point to a surface was searched for
+};
+
+/// The signed distance of two closed meshes. Where the surfaces are apart and neither body is
+/// inside of the other: their distance, 0 where they touch. Where one is inside of the other, or
+/// the surfaces cross: minus the depth, the largest distance to the other's surface that any point
+/// of either *surface* has inside of the other body. All points count, not only vertices, so the
+/// result does not depend on how a surface is cut into triangles. (It is not the length of the
+/// shortest motion that takes the bodies apart, which is at least as long as the depth.) Inside is
+/// where the winding number is not 0: a body in the hollow of another one is apart from it.
+///
+/// The bounds differ by at most `tolerance`, and contain the signed distance whatever is rounded
+/// (docs/bounds.md, 19); both are then rounded outward to S. Time grows with the part of the
+/// surfaces that is within the tolerance of the deepest point. A tolerance below 2^-30 (1e-9) of
+/// the coordinates of both bodies, seen from either, counts as that, and so does one below 6 times
+/// what R^T R differs from the identity, for the rotation R of either transform (1e-6 in all as a
+/// rule where S is float).
+///
+/// One thread computes it. Throws std::invalid_argument when the tolerance is negative or NaN, when
+/// a transform is not a rigid motion, and when a mesh is not closed; the message names an edge.
+template <typename S>
+SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                                 const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                                 S tolerance);
+
+/// As above, of a closed mesh and a solid of FCL's: a sphere, capsule, box, cylinder, cone,
+/// ellipsoid, convex or half-space. (Another DeformableMesh is answered as above.) Curved surfaces
+/// count as they are. Of a convex its faces count; std::invalid_argument where they do not enclose
+/// it, and on a plane, which has no inside.
+template <typename S>
+SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                                 const fcl::CollisionGeometry<S>& second,
+                                 const fcl::Transform3<S>& tf2, S tolerance);
 
 }  // namespace adaptive_bvh

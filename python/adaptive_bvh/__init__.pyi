@@ -420,6 +420,25 @@ class VertexContacts:
     def areas(self) -> _Floats: ...
     def __len__(self) -> int: ...
 
+class SignedDistance:
+    @property
+    def lower(self) -> float: ...
+    @property
+    def upper(self) -> float: ...
+    @property
+    def deep_body(self) -> str: ...
+    @property
+    def points(self) -> _Floats: ...
+    @property
+    def normal(self) -> _Floats: ...
+
+def signed_distance(
+    first: DeformableMesh,
+    second: _Object,
+    tolerance: float,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
+) -> SignedDistance: ...
 def vertex_contacts(
     mesh: DeformableMesh,
     other: _Object,
@@ -631,6 +650,7 @@ __all__ = [
     "SceneDistance",
     "SceneTrianglePairs",
     "Shape",
+    "SignedDistance",
     "Sphere",
     "TrianglePairs",
     "VertexContacts",
@@ -656,6 +676,7 @@ __all__ = [
     "safe_displacements",
     "self_collide",
     "signed_clearance",
+    "signed_distance",
     "signed_distances",
     "time_of_impact",
     "times_of_impact",

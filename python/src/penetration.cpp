@@ -18,6 +18,16 @@ Returns VertexContacts. A penalty force: -stiffness * ((margin - c.distances) * 
 c.normals. Raises ValueError when the margin is negative or NaN, and when `other` is open; the
 message names an edge.)";
 
+constexpr const char* kSignedDistance =
+    R"(The signed distance of two closed bodies: the distance where they are apart, and minus the depth
+where one reaches into the other: the largest distance to the other's surface that any point of
+either surface has inside of the other body.
+
+first, second: DeformableMesh, closed; `second` may be a shape with an inside.
+tolerance: the bounds differ by at most so much.
+Returns SignedDistance. Raises ValueError when the tolerance is negative or NaN, and when a mesh is
+open; the message names an edge.)";
+
 constexpr const char* kSignedDistances =
     R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
 positive there).
@@ -112,6 +122,93 @@ Doubles numberOfEach(const LockedMesh& mesh, const py::object& points, const Que
   return numbers;
 }
 
+/// A SignedDistance of numbers of either type.
+struct BodyDistance : Bound {
+  SignedDistance<double> found;
+
+  const char* deepBody() const {
+    return found.deep_body == DeepBody::First    ? "first"
+           : found.deep_body == DeepBody::Second ? "second"
+                                                 : "none";
+  }
+  Doubles points() const {
+    Doubles array(std::vector<py::ssize_t>{2, 3});
+    for (int i = 0; i < 2; ++i)
+      for (int k = 0; k < 3; ++k)
+        array.mutable_at(i, k) = found.points[static_cast<std::size_t>(i)][k];
+    return array;
+  }
+  Doubles normal() const {
+    Doubles array(3);
+    for (int k = 0; k < 3; ++k) array.mutable_at(k) = found.normal[k];
+    return array;
+  }
+};
+
+template <typename S>
+SignedDistance<double> inDouble(const SignedDistance<S>& d) {
+  return {double(d.lower),
+          double(d.upper),
+          d.deep_body,
+          {d.points[0].template cast<double>(), d.points[1].template cast<double>()},
+          d.normal.template cast<double>(),
+          d.searches};
+}
+
+BodyDistance distanceOfMeshes(const LockedMesh& first, const LockedMesh& second, double tolerance,
+                              const py::object& tf1, const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  BodyDistance result;
+  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
+    using S = ScalarOf<decltype(a)>;
+    result.found = inDouble(signedDistance(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2),
+                                           static_cast<S>(tolerance)));
+  });
+  return result;
+}
+
+BodyDistance distanceToShape(const LockedMesh& first, const Shape& second, double tolerance,
+                             const py::object& tf1, const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  BodyDistance result;
+  first.query([&](const auto& mesh) {
+    using S = ScalarOf<decltype(mesh)>;
+    const fcl::CollisionGeometry<S>& shape = *second.geometry<S>();
+    result.found = inDouble(signedDistance(mesh, poseAs<S>(poses.tf1), shape, poseAs<S>(poses.tf2),
+                                           static_cast<S>(tolerance)));
+  });
+  return result;
+}
+
+std::string textOf(const BodyDistance& d) {
+  const auto number = [](double x) { return py::repr(py::float_(x)).cast<std::string>(); };
+  return "SignedDistance(lower=" + number(d.found.lower) + ", upper=" + number(d.found.upper) +
+         ", deep_body='" + d.deepBody() + "')";
+}
+
+void bindSignedDistance(py::module_& module) {
+  py::class_<BodyDistance>(module, "SignedDistance",
+                           "The signed distance of two bodies: between `lower` and `upper`.")
+      .def_property_readonly("lower", [](const BodyDistance& d) { return d.found.lower; })
+      .def_property_readonly("upper", [](const BodyDistance& d) { return d.found.upper; })
+      .def_property_readonly("deep_body", &BodyDistance::deepBody,
+                             "'first' or 'second': the body with the deepest point on its surface; "
+                             "'none' where they are apart or touch.")
+      .def_property_readonly("points", &BodyDistance::points,
+                             "(2, 3) float64: on the first and on the second surface, in the "
+                             "world; their difference is the signed distance times the normal.")
+      .def_property_readonly("normal", &BodyDistance::normal,
+                             "(3,) float64, of length 1, from the first body to the second.")
+      .def("__repr__", &textOf);
+  const auto define = [&](auto function) {
+    module.def("signed_distance", function, py::arg("first"), py::arg("second"),
+               py::arg("tolerance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
+               docs::kSignedDistance);
+  };
+  define(&distanceOfMeshes);
+  define(&distanceToShape);
+}
+
 void bindContacts(py::module_& module) {
   py::class_<ContactArrays>(
       module, "VertexContacts",
@@ -143,6 +240,7 @@ void bindContacts(py::module_& module) {
 
 void bindPenetration(py::module_& module) {
   bindContacts(module);
+  bindSignedDistance(module);
   module.def(
       "signed_distances",
       [](const LockedMesh& mesh, const py::object& points) {

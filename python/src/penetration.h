@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh::python {
 
-/// vertex_contacts, signed_distances, winding_numbers, is_watertight.
+/// vertex_contacts, signed_distance, signed_distances, winding_numbers, is_watertight.
 void bindPenetration(py::module_& module);
 
 }  // namespace adaptive_bvh::python

@@ -70,3 +70,38 @@ def test_signs_and_winding_numbers_of_points(ball):
         ab.vertex_contacts(mesh, mesh, -1)
     with pytest.raises(ValueError, match="tolerance"):
         ab.winding_numbers(mesh, points, np.nan)
+
+
+def test_signed_distance_of_two_bodies(ball, tolerance):
+    mesh, vertices, _ = ball
+    radius = np.linalg.norm(vertices, axis=1).max()
+    deep = ab.signed_distance(mesh, mesh, 1e-3 * radius, tf2=pose(1.6 * radius, 0, 0))
+    assert deep.upper - deep.lower <= 1e-3 * radius + tolerance
+    np.testing.assert_allclose([deep.lower, deep.upper], -0.4 * radius, atol=0.15 * radius)
+    assert deep.deep_body in ("first", "second")
+    assert deep.normal[0] > 0.8
+    np.testing.assert_allclose(
+        deep.points[1] - deep.points[0], deep.upper * deep.normal, atol=10 * tolerance
+    )
+    assert repr(deep).startswith("SignedDistance(lower=-")
+    apart = ab.signed_distance(mesh, mesh, 0, tf2=pose(3 * radius, 0, 0))
+    assert apart.deep_body == "none"
+    np.testing.assert_allclose(
+        [apart.lower, apart.upper], np.linalg.norm(apart.points[1] - apart.points[0]),
+        atol=10 * tolerance,
+    )
+
+
+def test_signed_distance_of_a_body_and_a_shape(ball):
+    mesh, vertices, faces = ball
+    radius = np.linalg.norm(vertices, axis=1).max()
+    found = ab.signed_distance(mesh, ab.Sphere(radius), 1e-3, tf2=pose(0, 0, 1.6 * radius))
+    np.testing.assert_allclose([found.lower, found.upper], -0.4 * radius, atol=0.15 * radius)
+    below = ab.signed_distance(mesh, ab.Halfspace([0, 0, 1], 0.0), 0)
+    np.testing.assert_allclose(below.upper, mesh.vertices[:, 2].min(), atol=1e-5)
+    with pytest.raises(ValueError, match="no inside"):
+        ab.signed_distance(mesh, ab.Plane([0, 0, 1], 0.0), 0)
+    with pytest.raises(ValueError, match="the edge from vertex"):
+        ab.signed_distance(ab.DeformableMesh(vertices, faces[1:]), mesh, 0)
+    with pytest.raises(ValueError, match="tolerance"):
+        ab.signed_distance(mesh, mesh, np.nan)

@@ -1,0 +1,217 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "query/depth_search.h"
+#include "query/placed_mesh.h"
+#include "query/point_search.h"
+#include "query/surface_normals.h"
+#include "query/winding_number.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+
+/// The body of a closed mesh, for DepthSearch: how deep points are in it. In the mesh's frame.
+template <typename S>
+class MeshTarget {
+ public:
+  using Witness = int;  ///< a triangle
+
+  /// The distance to one triangle: a convex function, and at least the distance to the surface.
+  class Reach {
+   public:
+    explicit Reach(const TrianglePoints<double>& triangle) : face_(triangle) {}
+    double operator()(const fcl::Vector3d& x) const {
+      fcl::Vector3d on_face;
+      return std::sqrt(face_.nearest(x, on_face));
+    }
+
+   private:
+    feature_distance::Face<double> face_;
+  };
+
+  explicit MeshTarget(const PlacedMesh<S>& mesh)
+      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), open_(mesh.tree().depth()) {}
+
+  Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
+  double overBox(const Reach& reach, const TurnedBox& box) const {
+    double most = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      fcl::Vector3d x = box.middle;
+      for (int k = 0; k < 3; ++k) x += (corner >> k & 1 ? 1. : -1.) * box.halves.col(k);
+      most = std::max(most, reach(x));
+    }
+    return most;
+  }
+
+  void measure(DepthPoint<int>& point, int hint) {
+    typename PointSearch<S>::Nearest nearest;
+    search_.tryTriangle(point.x, hint, nearest);
+    search_.search(point.x, nearest);
+    point.distance = nearest.distance;
+    point.witness = nearest.triangle;
+  }
+  bool isInside(const fcl::Vector3d& x) { return winding_.of(x) != 0; }
+  /// Whether a ball is outside of the box around the mesh.
+  bool isClear(const fcl::Vector3d& middle, double radius) const {
+    const WideTree& tree = mesh_.tree();
+    const fcl::Vector3d y = tree.coordinates()(middle);
+    const WideNode& root = tree.nodes()[0];
+    double gap = 0;
+    for (int k = 0; k < 3; ++k) {
+      double low = root.boxes.low[k][0], high = root.boxes.high[k][0];
+      for (unsigned i = 1; i < root.count; ++i) {
+        low = std::min(low, double(root.boxes.low[k][i]));
+        high = std::max(high, double(root.boxes.high[k][i]));
+      }
+      gap = std::max({gap, low - y[k], y[k] - high});
+    }
+    return gap * kSlack > radius * tree.scale();
+  }
+  /// Whether a triangle touches the surface.
+  bool touches(const TrianglePoints<double>& triangle) {
+    const WideTree& tree = mesh_.tree();
+    Float4 low[3], high[3];
+    for (int k = 0; k < 3; ++k) low[k] = float4::all(kFar), high[k] = float4::all(-kFar);
+    for (const fcl::Vector3d& x : triangle) {
+      const fcl::Vector3d y = tree.coordinates()(x);
+      for (int k = 0; k < 3; ++k) {
+        const Float4 at = float4::all(static_cast<float>(std::clamp<double>(y[k], -kFar, kFar)));
+        low[k] = float4::lower(low[k], at);
+        high[k] = float4::upper(high[k], at);
+      }
+    }
+    open_.start();
+    while (!open_.isEmpty()) {
+      const WideNode& node = tree.nodes()[open_.pop().number];
+      auto overlap = low[0] <= node.boxes.high[0];
+      for (int k = 0; k < 3; ++k)
+        overlap &= (low[k] <= node.boxes.high[k]) & (high[k] >= node.boxes.low[k]);
+      unsigned lanes = float4::bits(overlap) & ((1u << node.count) - 1);
+      if (!node.isLeaf()) open_.push(node, lanes, float4::all(0));
+      for (; node.isLeaf() && lanes; lanes &= lanes - 1) {
+        const auto place = static_cast<unsigned>(node.first + __builtin_ctz(lanes));
+        const TrianglePoints<double> other = mesh_.pointsAt(place);
+        if (!areSurelyFarther(triangle, other, 0) && touch(triangle, other)) return true;
+      }
+    }
+    return false;
+  }
+  /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
+  double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
+    const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
+    const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double at_a = normal.dot(a - t[0]), at_b = normal.dot(b - t[0]);
+    return (at_a < 0) == (at_b < 0) ? -1 : at_a / (at_a - at_b);
+  }
+  void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
+    const auto triangle = static_cast<unsigned>(point.witness);
+    const SurfaceNormals<S> normals(mesh_.mesh);
+    bounds.nearest = vertexFaceDistance<double>(point.x, mesh_.pointsOf(triangle)).second;
+    bounds.outward = normals.at(normals.nearestPlace(point.x, triangle));
+  }
+
+ private:
+  static constexpr double kSlack = 1 - 1e-9;  // for all that is rounded here
+  static constexpr float kFar = 1e15f;
+
+  const PlacedMesh<S>& mesh_;
+  PointSearch<S> search_;
+  WindingNumber<S> winding_;
+  OpenNodes open_;
+};
+
+/// The surface of a mesh, for DepthSearch, in the target's frame. The memory is the thread's: one
+/// search at a time.
+template <typename S>
+class MeshSource {
+ public:
+  MeshSource(const PlacedMesh<S>& mesh, const RelativePlacement& to_target)
+      : mesh_(mesh), to_target_(to_target), points_(pointsOfThisThread()) {
+    const BodyCoordinates& body = mesh.tree().coordinates();
+    turn_ = to_target.R * body.axes() / body.scale;
+    origin_ = to_target(body.origin);
+    if (points_.size() < mesh.mesh.vertices.size()) points_.resize(mesh.mesh.vertices.size(), -1);
+  }
+  ~MeshSource() {
+    for (const unsigned vertex : usedOfThisThread()) points_[vertex] = -1;
+    usedOfThisThread().clear();
+  }
+  MeshSource(const MeshSource&) = delete;
+  MeshSource& operator=(const MeshSource&) = delete;
+
+  template <typename Search>
+  void start(Search& search) {
+    openBox(0, search, search.addMeasured(origin_, -1));
+  }
+  template <typename Search>
+  void openBox(int node, int lane, Search& search, int hint) {
+    openBox(mesh_.tree().nodes()[node].below[lane], search, hint);
+  }
+  TurnedBox boxOf(int node, int lane) const {
+    const Boxes4& boxes = mesh_.tree().nodes()[node].boxes;
+    TurnedBox box;
+    box.middle = origin_;
+    for (int k = 0; k < 3; ++k) {
+      const double low = boxes.low[k][lane], high = boxes.high[k][lane];
+      box.middle += turn_.col(k) * ((low + high) / 2);
+      box.halves.col(k) = turn_.col(k) * ((high - low) / 2);
+    }
+    return box;
+  }
+
+  template <typename Point>
+  fcl::Vector3d between(const Point& a, const Point& b, double share, std::uint8_t,
+                        fcl::Vector3d&) const {
+    return a.x + share * (b.x - a.x);
+  }
+  template <typename Point>
+  double length(const Point& a, const Point& b, std::uint8_t) const {
+    return (b.x - a.x).norm();
+  }
+  template <typename Point>
+  double deviation(const Point&, const Point&, const Point&, std::uint8_t) const {
+    return 0;
+  }
+
+ private:
+  static std::vector<int>& pointsOfThisThread() {
+    static thread_local std::vector<int> points;
+    return points;
+  }
+  static std::vector<unsigned>& usedOfThisThread() {
+    static thread_local std::vector<unsigned> used;
+    return used;
+  }
+
+  template <typename Search>
+  void openBox(int number, Search& search, int hint) {
+    const WideNode& node = mesh_.tree().nodes()[number];
+    for (unsigned i = 0; i < node.count; ++i) {
+      if (!node.isLeaf()) {
+        search.addBox(number, static_cast<int>(i), hint);
+        continue;
+      }
+      const Int4& corners = mesh_.tree().corners(static_cast<unsigned>(node.first) + i);
+      search.addTriangle(pointOf(corners[0], search), pointOf(corners[1], search),
+                         pointOf(corners[2], search), 0, hint);
+    }
+  }
+  /// A vertex is one point for all its triangles.
+  template <typename Search>
+  int pointOf(int vertex, Search& search) {
+    const auto v = static_cast<unsigned>(vertex);
+    if (points_[v] >= 0) return points_[v];
+    usedOfThisThread().push_back(v);
+    return points_[v] = search.add(to_target_(mesh_.mesh.vertices[v]));
+  }
+
+  const PlacedMesh<S>& mesh_;
+  const RelativePlacement to_target_;
+  std::vector<int>& points_;  ///< by vertex; -1: none
+  fcl::Matrix3d turn_;        ///< takes the tree's coordinates to the target
+  fcl::Vector3d origin_;
+};
+
+}  // namespace adaptive_bvh

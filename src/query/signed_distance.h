@@ -1,0 +1,124 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "adaptive_bvh/penetration.h"
+#include "base/rigid.h"
+#include "query/depth_search.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+
+template <typename S>
+void requireTolerance(S tolerance) {
+  if (!(tolerance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+}
+
+/// What a signed distance is asked for, in view of rounding: docs/bounds.md, 19.
+class DepthPrecision {
+ public:
+  /// `size`: of all coordinates of both bodies, seen from either.
+  template <typename S>
+  DepthPrecision(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, double size,
+                 S tolerance)
+      : size_(size),
+        error_(size * (0x1p-42 + 1.5 * std::max(defectOf(tf1), defectOf(tf2)))),
+        tolerance_(std::max({static_cast<double>(tolerance), 4 * error_, size * 0x1p-30})) {}
+
+  double size() const { return size_; }
+  /// Of a depth or distance, as it is computed.
+  double error() const { return error_; }
+  /// For the search: what the error leaves of it.
+  double tolerance() const { return tolerance_ - 2 * error_; }
+
+ private:
+  template <typename S>
+  static double defectOf(const fcl::Transform3<S>& tf) {
+    const fcl::Matrix3d R = tf.linear().template cast<double>();
+    return (R.transpose() * R - fcl::Matrix3d::Identity()).norm();
+  }
+
+  double size_, error_, tolerance_;
+};
+
+/// Makes the result for two placed bodies.
+template <typename S>
+class SignedDistanceResult {
+ public:
+  SignedDistanceResult(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+                       const DepthPrecision& precision)
+      : tf1_(tf1.template cast<double>()),
+        tf2_(tf2.template cast<double>()),
+        precision_(precision) {}
+
+  /// Of bodies that are apart. `points` are in the frame of one of them, and `outward` is the
+  /// direction of the second's surface there.
+  SignedDistance<S> apart(const TriangleGap& gap, bool is_in_first,
+                          const fcl::Vector3d& outward) const {
+    SignedDistance<S> result = touching(gap, is_in_first, outward, 0);
+    setBounds(gap.distance, gap.distance, result);
+    result.lower = std::max(result.lower, S(0));
+    return result;
+  }
+  /// Of bodies that touch, without a point inside; the depth is at most `depth`.
+  SignedDistance<S> touching(const TriangleGap& gap, bool is_in_first, const fcl::Vector3d& outward,
+                             double depth) const {
+    const auto& tf = is_in_first ? tf1_ : tf2_;
+    SignedDistance<S> result;
+    result.deep_body = DeepBody::None;
+    setPoints(tf * gap.points.first, tf * gap.points.second, 1, tf.linear() * -outward, result);
+    setBounds(-depth, 0, result);
+    result.upper = 0;
+    result.searches = 0;
+    return result;
+  }
+  /// Of bodies one of which has a point inside of the other. Both in the frame of the target, which
+  /// is the other one; one of them may have found nothing.
+  SignedDistance<S> inside(const DepthBounds& first_in_second,
+                           const DepthBounds& second_in_first) const {
+    SignedDistance<S> result;
+    if (second_in_first.is_found) {
+      const DepthBounds& at = second_in_first;
+      result.deep_body = DeepBody::Second;
+      setPoints(tf1_ * at.nearest, tf1_ * at.x, -1, tf1_.linear() * at.outward, result);
+    } else {
+      const DepthBounds& at = first_in_second;
+      result.deep_body = DeepBody::First;
+      setPoints(tf2_ * at.x, tf2_ * at.nearest, -1, tf2_.linear() * -at.outward, result);
+    }
+    setBounds(-std::max(first_in_second.upper, second_in_first.upper),
+              -std::max(first_in_second.lower, second_in_first.lower), result);
+    result.upper = std::min(result.upper, S(0));
+    return result;
+  }
+
+ private:
+  /// `sign`: whether the line between the points leads from the first body to the second.
+  void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
+                 const fcl::Vector3d& otherwise, SignedDistance<S>& result) const {
+    constexpr double kShort = 1e-8;
+    result.points = {fcl::Vector3<S>(first.template cast<S>()),
+                     fcl::Vector3<S>(second.template cast<S>())};
+    fcl::Vector3d normal = sign * (second - first);
+    if (!(normal.norm() > kShort * precision_.size())) normal = otherwise;
+    if (normal.isZero(0)) normal = fcl::Vector3d::UnitZ();
+    result.normal = normal.stableNormalized().template cast<S>();
+  }
+  void setBounds(double lower, double upper, SignedDistance<S>& result) const {
+    constexpr S kInfinity = std::numeric_limits<S>::infinity();
+    const double low = lower - precision_.error(), high = upper + precision_.error();
+    result.lower = static_cast<S>(low);
+    result.upper = static_cast<S>(high);
+    if (double(result.lower) > low) result.lower = std::nextafter(result.lower, -kInfinity);
+    if (double(result.upper) < high) result.upper = std::nextafter(result.upper, kInfinity);
+  }
+
+  const fcl::Transform3<double> tf1_, tf2_;
+  const DepthPrecision& precision_;
+};
+
+}  // namespace adaptive_bvh
