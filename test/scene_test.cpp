@@ -546,5 +546,46 @@ TYPED_TEST(SceneTest, RefusesWhatItCannotHold) {
   EXPECT_EQ(id + 1, scene.add(mesh)) << "numbers are never given again";
 }
 
+/// Three boxes in one mesh: 0 and 1 cross each other, 2 crosses itself.
+TYPED_TEST(SceneTest, PairsOfOneMeshAreChosenByLabels) {
+  using S = TypeParam;
+  TriangleMesh<S> all;
+  std::vector<unsigned> labels;
+  for (unsigned part = 0; part < 3; ++part) {
+    TriangleMesh<S> box = latticeBox<S>(2);
+    const std::size_t first = all.vertices.size();
+    for (std::size_t v = 0; v < box.vertices.size(); ++v) {
+      Vector3<S> x = box.vertices[v] + S(part == 2 ? 20 : 1.25 * part) * Vector3<S>::Ones();
+      if (part == 2 && v == 0) x += Vector3<S>(3, S(2.75), S(2.5));  // through the other side
+      all.vertices.push_back(x);
+    }
+    for (const fcl::Triangle& t : box.triangles) {
+      all.triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
+      labels.push_back(part);
+    }
+  }
+  const DeformableMesh<S> mesh(all);
+  const fcl::CollisionRequest<S> request(100000);
+  const auto count = [&](const adaptive_bvh::IgnoredPairs& ignored, bool within) {
+    fcl::CollisionResult<S> result;
+    adaptive_bvh::selfCollide(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), request,
+                              result, adaptive_bvh::NeighbourFilter::SharedVertex, ignored);
+    for (std::size_t i = 0; i < result.numContacts(); ++i) {
+      const fcl::Contact<S>& c = result.getContact(i);
+      EXPECT_EQ(within, labels[std::size_t(c.b1)] == labels[std::size_t(c.b2)]);
+    }
+    return result.numContacts();
+  };
+  using adaptive_bvh::ignoredByLabels;
+  using adaptive_bvh::LabelRule;
+  const std::size_t within = count(ignoredByLabels(labels, LabelRule::Within), true),
+                    between = count(ignoredByLabels(labels, LabelRule::Between), false);
+  fcl::CollisionResult<S> result;
+  adaptive_bvh::selfCollide(mesh, request, result);
+  EXPECT_GT(within, 0u);
+  EXPECT_GT(between, 0u);
+  EXPECT_EQ(result.numContacts(), within + between);
+}
+
 }  // namespace scene_test
 }  // namespace adaptive_bvh_test

@@ -71,6 +71,23 @@ struct IgnoredPairs {
   std::function<bool(unsigned first, unsigned second)> test;
 };
 
+/// Which pairs of triangles of one mesh count, by labels.
+enum class LabelRule {
+  Within,   ///< both triangles have the same label
+  Between,  ///< they have different labels
+};
+
+/// Leaves out pairs of triangles by a label for each triangle: of simulators that keep several
+/// components in one array. For `selfCollide` and `pairsWithin`. `labels` is in the order of the
+/// triangles, and must live as long as the query.
+inline IgnoredPairs ignoredByLabels(const std::vector<unsigned>& labels, LabelRule rule) {
+  IgnoredPairs ignored;
+  ignored.test = [&labels, rule](unsigned first, unsigned second) {
+    return (labels[first] == labels[second]) != (rule == LabelRule::Within);
+  };
+  return ignored;
+}
+
 /// Of pairs of features of one kind, in arrays side by side.
 template <typename S>
 struct FeatureDetails {
