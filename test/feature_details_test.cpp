@@ -180,7 +180,7 @@ TYPED_TEST_SUITE(FeatureDetailsTest, MeshScalars);
 
 TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
   using S = TypeParam;
-  using Body = typename TestFixture::Body;
+  using Placed = typename TestFixture::Body;
   FeaturePairDetails<S> found;
   for (int body = 0; body < manySteps(400) && !testing::Test::HasFailure(); ++body) {
     const bool is_lattice = this->random_.oneIn(2);
@@ -194,7 +194,7 @@ TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
     }
     const FeaturePairs pairs = this->pairsOf(a, b, 1 + this->random_.below(3));
     featurePairDetails(a, tf1, b, tf2, pairs, found);
-    this->expectAll(pairs, found, Body(a, tf1), Body(b, tf2));
+    this->expectAll(pairs, found, Placed(a, tf1), Placed(b, tf2));
   }
   std::printf("%ld pairs, %ld that touch\n", this->pairs_, this->touching_);
   EXPECT_GT(this->touching_, this->pairs_ / 100);
@@ -202,7 +202,7 @@ TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
 
 TYPED_TEST(FeatureDetailsTest, OfOneMeshAreInItsOwnFrame) {
   using S = TypeParam;
-  using Body = typename TestFixture::Body;
+  using Placed = typename TestFixture::Body;
   const auto still = fcl::Transform3<S>::Identity();
   FeaturePairDetails<S> found;
   for (int body = 0; body < manySteps(200) && !testing::Test::HasFailure(); ++body) {
@@ -211,7 +211,7 @@ TYPED_TEST(FeatureDetailsTest, OfOneMeshAreInItsOwnFrame) {
     FeaturePairs pairs;
     featurePairsWithin(mesh, S(0.3), pairs);
     featurePairDetails(mesh, pairs, found);
-    this->expectAll(pairs, found, Body(mesh, still), Body(mesh, still));
+    this->expectAll(pairs, found, Placed(mesh, still), Placed(mesh, still));
     for (const S d : found.edge_edge.distances) EXPECT_LE(d, S(0.3) * S(1 + 1e-6));
   }
   std::printf("%ld pairs, %ld that touch\n", this->pairs_, this->touching_);
