@@ -40,10 +40,10 @@ SceneCollisions.)";
 
 namespace {
 
-using Doubles = py::array_t<double>;
-using Ints = py::array_t<std::int64_t>;
+using DoubleArray = py::array_t<double>;
+using LongArray = py::array_t<std::int64_t>;
 
-Ints idsOf(const std::vector<BodyPair>& pairs) {
+LongArray idsOfPairs(const std::vector<BodyPair>& pairs) {
   std::vector<std::int64_t> ids;
   for (const BodyPair& pair : pairs) {
     ids.push_back(pair.first);
@@ -51,21 +51,21 @@ Ints idsOf(const std::vector<BodyPair>& pairs) {
   }
   return adopt<std::int64_t>(std::move(ids), {static_cast<py::ssize_t>(pairs.size()), 2});
 }
-Ints offsetsOf(const std::vector<std::size_t>& offsets) {
+LongArray offsetsOf(const std::vector<std::size_t>& offsets) {
   std::vector<std::int64_t> numbers(offsets.begin(), offsets.end());
   const auto count = static_cast<py::ssize_t>(numbers.size());
   return adopt<std::int64_t>(std::move(numbers), {count});
 }
 
-struct CollisionArrays : Bound {
-  Ints bodies, offsets;
+struct SceneCollisionArrays : Bound {
+  LongArray bodies, offsets;
   py::array_t<std::int32_t> pairs;
-  Doubles points, normals, depths;
+  DoubleArray points, normals, depths;
 };
-struct PairArrays : Bound {
-  Ints bodies, offsets;
+struct ScenePairArrays : Bound {
+  LongArray bodies, offsets;
   py::array_t<std::int32_t> triangles;
-  Doubles distances;
+  DoubleArray distances;
 };
 struct NearestBody : Bound {
   std::int64_t first, second;
@@ -75,7 +75,7 @@ struct NearestBody : Bound {
 };
 
 template <typename S>
-NearestBody nearestOf(const SceneDistance<S>& found) {
+NearestBody sceneDistanceOf(const SceneDistance<S>& found) {
   NearestBody nearest;
   nearest.first = found.bodies.first;
   nearest.second = found.bodies.second;
@@ -183,8 +183,9 @@ class LockedScene : public Bound {
   mutable std::shared_mutex mutex_;
 };
 
-CollisionArrays collisionsOf(const LockedScene& scene, std::optional<std::size_t> contacts_per_pair,
-                             bool enable_contact) {
+SceneCollisionArrays collisionsOfScene(const LockedScene& scene,
+                                       std::optional<std::size_t> contacts_per_pair,
+                                       bool enable_contact) {
   SceneCollisionRequest request;
   if (contacts_per_pair) request.contacts_per_pair = *contacts_per_pair;
   request.enable_contact = enable_contact;
@@ -209,8 +210,8 @@ CollisionArrays collisionsOf(const LockedScene& scene, std::optional<std::size_t
     }
   });
   const auto count = static_cast<py::ssize_t>(depths.size());
-  CollisionArrays arrays;
-  arrays.bodies = idsOf(bodies);
+  SceneCollisionArrays arrays;
+  arrays.bodies = idsOfPairs(bodies);
   arrays.offsets = offsetsOf(offsets);
   arrays.pairs = adopt<std::int32_t>(std::move(pairs), {count, 2});
   arrays.points = adopt<double>(std::move(points), {count, 3});
@@ -219,7 +220,8 @@ CollisionArrays collisionsOf(const LockedScene& scene, std::optional<std::size_t
   return arrays;
 }
 
-PairArrays pairsWithinOf(const LockedScene& scene, double distance, bool enable_distances) {
+ScenePairArrays pairsWithinOfScene(const LockedScene& scene, double distance,
+                                   bool enable_distances) {
   std::vector<BodyPair> bodies;
   std::vector<std::size_t> offsets;
   std::vector<FeaturePair> triangles;
@@ -238,15 +240,15 @@ PairArrays pairsWithinOf(const LockedScene& scene, double distance, bool enable_
   });
   const auto count = static_cast<py::ssize_t>(triangles.size()),
              measured = static_cast<py::ssize_t>(distances.size());
-  PairArrays arrays;
-  arrays.bodies = idsOf(bodies);
+  ScenePairArrays arrays;
+  arrays.bodies = idsOfPairs(bodies);
   arrays.offsets = offsetsOf(offsets);
   arrays.triangles = adopt<std::int32_t>(std::move(triangles), {count, 2});
   arrays.distances = adopt<double>(std::move(distances), {measured});
   return arrays;
 }
 
-py::object nearestPointOf(const LockedScene& scene, const py::object& point) {
+py::object nearestPointOfScene(const LockedScene& scene, const py::object& point) {
   const auto x = pointFrom<double>(point, "point");
   std::int64_t body = -1, triangle = -1;
   double distance = 0;
@@ -263,8 +265,8 @@ py::object nearestPointOf(const LockedScene& scene, const py::object& point) {
   return py::make_tuple(body, distance, py::array_t<double>(3, at.data()), triangle);
 }
 
-py::object firstHitsOf(const LockedScene& scene, const py::object& origins,
-                       const py::object& directions) {
+py::object firstHitsOfScene(const LockedScene& scene, const py::object& origins,
+                            const py::object& directions) {
   const Rows<double> from = rowsFrom<double>(origins, "origins"),
                      along = rowsFrom<double>(directions, "directions");
   requireRows(along, static_cast<std::size_t>(from.shape(0)), "directions");
@@ -293,33 +295,33 @@ py::object firstHitsOf(const LockedScene& scene, const py::object& origins,
                         adopt<std::int64_t>(std::move(triangles), {n}));
 }
 
-void bindResults(py::module_& module) {
-  py::class_<CollisionArrays>(module, "SceneCollisions",
-                              "Pairs of bodies that touch. len() counts them.")
-      .def_readonly("bodies", &CollisionArrays::bodies, "(P, 2) int64: numbers of bodies.")
-      .def_readonly("offsets", &CollisionArrays::offsets,
+void bindSceneResults(py::module_& module) {
+  py::class_<SceneCollisionArrays>(module, "SceneCollisions",
+                                   "Pairs of bodies that touch. len() counts them.")
+      .def_readonly("bodies", &SceneCollisionArrays::bodies, "(P, 2) int64: numbers of bodies.")
+      .def_readonly("offsets", &SceneCollisionArrays::offsets,
                     "(P + 1,) int64: pair i has the contacts from offsets[i] to offsets[i + 1].")
-      .def_readonly("pairs", &CollisionArrays::pairs,
+      .def_readonly("pairs", &SceneCollisionArrays::pairs,
                     "(K, 2) int32: of each contact the triangles of both bodies; -1 of a shape.")
-      .def_readonly("points", &CollisionArrays::points, "(K, 3) float64, in the world.")
-      .def_readonly("normals", &CollisionArrays::normals,
+      .def_readonly("points", &SceneCollisionArrays::points, "(K, 3) float64, in the world.")
+      .def_readonly("normals", &SceneCollisionArrays::normals,
                     "(K, 3) float64, of length 1, as those of collide.")
-      .def_readonly("depths", &CollisionArrays::depths, "(K,) float64.")
-      .def("__len__", [](const CollisionArrays& self) { return self.bodies.shape(0); })
-      .def("__repr__", [](const CollisionArrays& self) {
+      .def_readonly("depths", &SceneCollisionArrays::depths, "(K,) float64.")
+      .def("__len__", [](const SceneCollisionArrays& self) { return self.bodies.shape(0); })
+      .def("__repr__", [](const SceneCollisionArrays& self) {
         return "<adaptive_bvh.SceneCollisions: " + std::to_string(self.bodies.shape(0)) +
                " pairs, " + std::to_string(self.depths.shape(0)) + " contacts>";
       });
-  py::class_<PairArrays>(module, "SceneTrianglePairs",
-                         "Pairs of triangles that are near, by pairs of bodies.")
-      .def_readonly("bodies", &PairArrays::bodies, "(P, 2) int64: numbers of bodies.")
-      .def_readonly("offsets", &PairArrays::offsets,
+  py::class_<ScenePairArrays>(module, "SceneTrianglePairs",
+                              "Pairs of triangles that are near, by pairs of bodies.")
+      .def_readonly("bodies", &ScenePairArrays::bodies, "(P, 2) int64: numbers of bodies.")
+      .def_readonly("offsets", &ScenePairArrays::offsets,
                     "(P + 1,) int64: pair i has the triangles from offsets[i] to offsets[i + 1].")
-      .def_readonly("triangles", &PairArrays::triangles, "(K, 2) int32.")
-      .def_readonly("distances", &PairArrays::distances,
+      .def_readonly("triangles", &ScenePairArrays::triangles, "(K, 2) int32.")
+      .def_readonly("distances", &ScenePairArrays::distances,
                     "(K,) float64, or empty when they were not asked for.")
-      .def("__len__", [](const PairArrays& self) { return self.triangles.shape(0); })
-      .def("__repr__", [](const PairArrays& self) {
+      .def("__len__", [](const ScenePairArrays& self) { return self.triangles.shape(0); })
+      .def("__repr__", [](const ScenePairArrays& self) {
         return "<adaptive_bvh.SceneTrianglePairs: " + std::to_string(self.triangles.shape(0)) +
                " of " + std::to_string(self.bodies.shape(0)) + " pairs of bodies>";
       });
@@ -350,7 +352,7 @@ void bindResults(py::module_& module) {
 }  // namespace
 
 void bindScene(py::module_& module) {
-  bindResults(module);
+  bindSceneResults(module);
   py::class_<LockedScene> scene(module, "Scene", docs::kScene);
   scene.def(py::init<const py::object&>(), py::arg("dtype") = "float64")
       .def("add", &LockedScene::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
@@ -387,9 +389,10 @@ void bindScene(py::module_& module) {
            [](const LockedScene& self) {
              return self.query([](const auto& s) { return s.size(); });
            })
-      .def("collisions", &collisionsOf, py::kw_only(), py::arg("contacts_per_pair") = py::none(),
-           py::arg("enable_contact") = true, docs::kCollisions)
-      .def("pairs_within", &pairsWithinOf, py::arg("distance"), py::kw_only(),
+      .def("collisions", &collisionsOfScene, py::kw_only(),
+           py::arg("contacts_per_pair") = py::none(), py::arg("enable_contact") = true,
+           docs::kCollisions)
+      .def("pairs_within", &pairsWithinOfScene, py::arg("distance"), py::kw_only(),
            py::arg("enable_distances") = false,
            "Pairs of triangles of two meshes at most `distance` apart. Returns SceneTrianglePairs.")
       .def(
@@ -404,19 +407,19 @@ void bindScene(py::module_& module) {
       .def(
           "nearest",
           [](LockedScene& self, BodyId body) {
-            return self.changeWithMeshes([&](auto& s) { return nearestOf(s.nearest(body)); });
+            return self.changeWithMeshes([&](auto& s) { return sceneDistanceOf(s.nearest(body)); });
           },
           py::arg("body"), "The body nearest to one. Remembers it for the next step.")
       .def(
           "distance",
           [](LockedScene& self) {
-            return self.changeWithMeshes([&](auto& s) { return nearestOf(s.distance()); });
+            return self.changeWithMeshes([&](auto& s) { return sceneDistanceOf(s.distance()); });
           },
           "The two bodies that are nearest. Remembers them for the next step.")
-      .def("nearest_point", &nearestPointOf, py::arg("point"),
+      .def("nearest_point", &nearestPointOfScene, py::arg("point"),
            "Of all meshes: (body, distance, point, triangle); body and triangle are -1 where there "
            "is no mesh.")
-      .def("first_hits", &firstHitsOf, py::arg("origins"), py::arg("directions"),
+      .def("first_hits", &firstHitsOfScene, py::arg("origins"), py::arg("directions"),
            "The first hits of rays, (N, 3) each, with meshes: arrays (t, bodies, triangles) of N; "
            "t is infinite and the others -1 where a ray meets nothing.")
       .def(
