@@ -189,8 +189,12 @@ std::string textOf(const BodyDistance& d) {
 void bindSignedDistance(py::module_& module) {
   py::class_<BodyDistance>(module, "SignedDistance",
                            "The signed distance of two bodies: between `lower` and `upper`.")
-      .def_property_readonly("lower", [](const BodyDistance& d) { return d.found.lower; })
-      .def_property_readonly("upper", [](const BodyDistance& d) { return d.found.upper; })
+      .def_property_readonly(
+          "lower", [](const BodyDistance& d) { return d.found.lower; },
+          "Lower bound of the signed distance.")
+      .def_property_readonly(
+          "upper", [](const BodyDistance& d) { return d.found.upper; },
+          "Upper bound of the signed distance.")
       .def_property_readonly("deep_body", &BodyDistance::deepBody,
                              "'first' or 'second': the body with the deepest point on its surface; "
                              "'none' where they are apart or touch.")

@@ -102,6 +102,7 @@ def test_signed_distance_of_a_body_and_a_shape(ball):
     with pytest.raises(ValueError, match="no inside"):
         ab.signed_distance(mesh, ab.Plane([0, 0, 1], 0.0), 0)
     with pytest.raises(ValueError, match="the edge from vertex"):
-        ab.signed_distance(ab.DeformableMesh(vertices, faces[1:]), mesh, 0)
+        open_mesh = ab.DeformableMesh(vertices, faces[1:], dtype=mesh.dtype)
+        ab.signed_distance(open_mesh, mesh, 0)
     with pytest.raises(ValueError, match="tolerance"):
         ab.signed_distance(mesh, mesh, np.nan)
