@@ -18,6 +18,11 @@ enum class NeighbourFilter {
   SharedVertex,  ///< leaves out pairs with a vertex in common
   SharedEdge,    ///< leaves out pairs with two vertices in common
   None,          ///< leaves out no pair
+  /// Leaves out pairs with vertices in common whose triangles have no other common point:
+  /// neighbours count where they are folded over each other, or cross beyond the shared corner or
+  /// edge. That is decided without any error. Triangles with the same three vertices count. A
+  /// triangle without area does not count with its neighbours. Not for pairsWithin.
+  BeyondShared,
 };
 
 /// Where a deforming mesh touches itself (thesis chapter VI, future work): one contact for every

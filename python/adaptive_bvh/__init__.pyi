@@ -13,7 +13,7 @@ _Longs: TypeAlias = npt.NDArray[np.int64]
 _Bools: TypeAlias = npt.NDArray[np.bool_]
 _Pose: TypeAlias = Union[None, npt.ArrayLike, Tuple[npt.ArrayLike, npt.ArrayLike]]
 _Object: TypeAlias = Union[DeformableMesh, Shape]
-_Filter: TypeAlias = Literal["shared vertex", "shared edge", "none"]
+_Filter: TypeAlias = Literal["shared vertex", "shared edge", "beyond shared", "none"]
 _Kind: TypeAlias = Literal["vertex-face", "face-vertex", "edge-edge"]
 
 class _HasMesh(Protocol):

@@ -172,8 +172,9 @@ NeighbourFilter neighbourFilter(const std::string& name) {
   if (name == "shared vertex") return NeighbourFilter::SharedVertex;
   if (name == "shared edge") return NeighbourFilter::SharedEdge;
   if (name == "none") return NeighbourFilter::None;
+  if (name == "beyond shared") return NeighbourFilter::BeyondShared;
   throw py::value_error("filter is '" + name +
-                        "'; 'shared vertex', 'shared edge' or 'none' is needed");
+                        "'; 'shared vertex', 'shared edge', 'beyond shared' or 'none' is needed");
 }
 
 Nearest nearestFrom(const fcl::DistanceResult<double>& result) { return nearestOf(result, false); }

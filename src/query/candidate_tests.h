@@ -7,6 +7,7 @@
 #include "boxes/wide_search.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
+#include "triangles/neighbour_intersection.h"
 #include "triangles/triangle_differences.h"
 
 namespace adaptive_bvh {
@@ -108,12 +109,23 @@ class CandidateTests {
 
   void settle(const LeafPair& pair, bool apart, bool touching) {
     if (apart) return;
+    if (in_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
     const int i = in_.tree1.triangle(pair.first), j = in_.tree2.triangle(pair.second);
     if (touching)
       node_.add(i, j);
     else
       node_.test(i, j);
     is_done_ = node_.isDone();
+  }
+
+  bool meetBeyondShared(const LeafPair& pair) const {
+    const auto corners = [](const WideTree& tree, unsigned place) -> VertexIndices {
+      const Int4& v = tree.corners(place);
+      return {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])};
+    };
+    return adaptive_bvh::meetBeyondShared(
+        in_.first.pointsAt(pair.first), corners(in_.tree1, pair.first),
+        in_.second.pointsAt(pair.second), corners(in_.tree2, pair.second));
   }
 
   /// Keeps the pairs that `areApart` does not name, in order; returns how many.

@@ -87,7 +87,7 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {
-  if (filter == NeighbourFilter::None) return pairs;
+  if (filter == NeighbourFilter::None || filter == NeighbourFilter::BeyondShared) return pairs;
   const auto of_first = verticesOf(tree1, a);
   const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
   for (int j = 0; j < b.count; ++j) {

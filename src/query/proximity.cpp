@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <stdexcept>
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
@@ -210,6 +211,9 @@ std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>
 template <typename S>
 std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
                         TrianglePairs<S>& result, NeighbourFilter filter) {
+  if (filter == NeighbourFilter::BeyondShared)
+    throw std::invalid_argument(
+        "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
   requireDistance(request.distance);
   requireSorted(request.ignored);
   collectOwnPairs(mesh, double(request.distance), filter, [&](const WithinInput<S>& input) {
