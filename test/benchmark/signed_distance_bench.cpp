@@ -89,7 +89,7 @@ double distanceTo(const Surface& surface, const Transform& tf, const Point& x) {
   const exact::Placement at = exact::placement(tf);
   exact::Real least = 1e30L;
   for (const fcl::Triangle& t : surface.triangles) {
-    const auto corner = [&](std::size_t k) { return at(exact::of(surface.vertices[t[k]])); };
+    const auto corner = [&](int k) { return at(exact::of(surface.vertices[t[k]])); };
     least = std::min(least, exact::distance({corner(0), corner(1), corner(2)}, exact::of(x)));
   }
   return static_cast<double>(least);
