@@ -207,7 +207,7 @@ class Scene {
   void ignoreNeighbours(const std::vector<BodyId>& chain);
   /// Asked for each pair whose boxes are near and which nothing else leaves out; it must be
   /// thread-safe. An empty function admits all.
-  void setFilter(Filter filter);
+  void setFilter(const Filter& filter);
 
   // ---- Steps
 

@@ -20,7 +20,8 @@ void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
       if (i >= int(node.count)) {
         reach.of[i] = -std::numeric_limits<double>::infinity();
       } else if (node.isLeaf()) {
-        const VertexIndices at = tree.slots().slotsOf(static_cast<std::size_t>(node.first + i));
+        const VertexIndices at =
+            tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
         reach.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
       } else {
         const double* const below = reaches_[static_cast<std::size_t>(node.below[i])].of;

@@ -22,7 +22,7 @@ void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
 template <typename S>
 using Contacts = std::vector<fcl::Contact<S>>;
 template <typename S>
-Mark markOf(const Contacts<S>& contacts) {
+Mark endOf(const Contacts<S>& contacts) {
   return {contacts.size(), 0, 0};
 }
 template <typename S>
@@ -31,7 +31,7 @@ void append(const Contacts<S>& from, const Mark& begin, const Mark& end, Contact
 }
 
 template <typename S>
-Mark markOf(const TrianglePairs<S>& pairs) {
+Mark endOf(const TrianglePairs<S>& pairs) {
   return {pairs.size(), 0, 0};
 }
 template <typename S>
@@ -42,7 +42,7 @@ void append(const TrianglePairs<S>& from, const Mark& begin, const Mark& end,
   appendPart(from.nearest_points, begin[0], end[0], to.nearest_points);
 }
 
-Mark markOf(const FeaturePairs& pairs) {
+Mark endOf(const FeaturePairs& pairs) {
   return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
 }
 void append(const FeaturePairs& from, const Mark& begin, const Mark& end, FeaturePairs& to) {
@@ -52,7 +52,7 @@ void append(const FeaturePairs& from, const Mark& begin, const Mark& end, Featur
 }
 
 template <typename S>
-Mark markOf(const VertexContacts<S>& contacts) {
+Mark endOf(const VertexContacts<S>& contacts) {
   return {contacts.size(), 0, 0};
 }
 template <typename S>
@@ -84,7 +84,7 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
   const TaskPool pool(pairs.size() > 1 ? threads : 1);
   if (pool.size() == 1) {
     for (const BodyPair& pair : pairs)
-      if (query(pair, found)) take(pair, markOf(found));
+      if (query(pair, found)) take(pair, endOf(found));
     return;
   }
   static thread_local std::vector<Data> memory;
@@ -99,15 +99,15 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
     Data& data = of_slot[static_cast<std::size_t>(slot)];
     Found& part = of_pair[at];
     part.slot = static_cast<std::size_t>(slot);
-    part.begin = markOf(data);
+    part.begin = endOf(data);
     part.counts = query(pairs[at], data);
-    part.end = markOf(data);
+    part.end = endOf(data);
   });
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Found& part = of_pair[i];
     if (!part.counts) continue;
     append(of_slot[part.slot], part.begin, part.end, found);
-    take(pairs[i], markOf(found));
+    take(pairs[i], endOf(found));
   }
 }
 
@@ -191,7 +191,7 @@ std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
   }
   for (const BodyPair& pair : pairs) {
     if (!test(pair, result.contacts)) continue;
-    take(pair, markOf<S>(result.contacts));
+    take(pair, endOf<S>(result.contacts));
     break;
   }
   return result.pairs.size();
@@ -222,7 +222,7 @@ std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
         if (&a == &b)
           for (auto& points : near.nearest_points)
             for (fcl::Vector3<S>& x : points) x = a.tf * x;
-        append(near, {}, markOf(near), found);
+        append(near, {}, endOf(near), found);
         return near.size() > 0;
       },
       result.found,
@@ -254,7 +254,7 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
           adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
         else
           adaptive_bvh::featurePairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, distance, near);
-        append(near, {}, markOf(near), found);
+        append(near, {}, endOf(near), found);
         return near.size() > 0;
       },
       result.found,
@@ -291,7 +291,7 @@ std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) c
         const Body<S>&mesh = state.bodies[pair.first], &other = state.bodies[pair.second];
         VertexContacts<S>& near = scratch<VertexContacts<S>>();
         adaptive_bvh::vertexContacts(*mesh.mesh, mesh.tf, *other.geometry, other.tf, margin, near);
-        append(near, {}, markOf(near), found);
+        append(near, {}, endOf(near), found);
         return near.size() > 0;
       },
       result.found,

@@ -10,7 +10,7 @@ ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>& point) const {
   const State& state = *state_;
   state.requireCurrent();
   if (!point.allFinite()) throw std::invalid_argument("adaptive_bvh: a point is not finite");
-  const fcl::Vector3d x = point.template cast<double>();
+  const fcl::Vector3d x{double(point[0]), double(point[1]), double(point[2])};
   ScenePoint<S> best;
   double distance = std::numeric_limits<double>::infinity();
   state.tree.visitByDistance({x, x}, [&](unsigned i, double) {

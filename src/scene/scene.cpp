@@ -129,8 +129,8 @@ void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
   for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
 }
 template <typename S>
-void Scene<S>::setFilter(Filter filter) {
-  state_->filter = std::move(filter);
+void Scene<S>::setFilter(const Filter& filter) {
+  state_->filter = filter;
 }
 
 template <typename S>
@@ -167,7 +167,32 @@ void Scene<S>::update() {
   state.is_current = true;
 }
 
-template class Scene<float>;
-template class Scene<double>;
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
+  template Scene<S>::Scene();                                                           \
+  template Scene<S>::~Scene();                                                          \
+  template Scene<S>::Scene(Scene&&) noexcept;                                           \
+  template Scene<S>& Scene<S>::operator=(Scene&&) noexcept;                             \
+  template BodyId Scene<S>::add(std::shared_ptr<const Geometry>, const Transform&,      \
+                                const BodyOptions&);                                    \
+  template BodyId Scene<S>::add(const Geometry&, const Transform&, const BodyOptions&); \
+  template void Scene<S>::remove(BodyId);                                               \
+  template void Scene<S>::setTransform(BodyId, const Transform&);                       \
+  template void Scene<S>::setOptions(BodyId, const BodyOptions&);                       \
+  template bool Scene<S>::contains(BodyId) const;                                       \
+  template std::size_t Scene<S>::size() const;                                          \
+  template std::vector<BodyId> Scene<S>::bodies() const;                                \
+  template const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId) const;           \
+  template const fcl::Transform3<S>& Scene<S>::transform(BodyId) const;                 \
+  template const BodyOptions& Scene<S>::options(BodyId) const;                          \
+  template void Scene<S>::ignore(BodyId, BodyId);                                       \
+  template void Scene<S>::unignore(BodyId, BodyId);                                     \
+  template void Scene<S>::ignoreNeighbours(const std::vector<BodyId>&);                 \
+  template void Scene<S>::setFilter(const Filter&);                                     \
+  template void Scene<S>::setThreads(int);                                              \
+  template void Scene<S>::beginStep();                                                  \
+  template void Scene<S>::update();
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh
