@@ -31,7 +31,7 @@ struct RegionMemory {
 
 template <typename S>
 void collectCandidates(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                  std::vector<TrianglePair>& pairs) {
+                       std::vector<TrianglePair>& pairs) {
   pairs.clear();
   const PairCollector collector{pairs};
   TreePair<S> trees(first, second);
@@ -73,14 +73,14 @@ void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   placeSurface(second.mesh, to_first, m.bodies[1]);
   collectCandidates(first, second, m.pairs);
   m.crossings.build(m.bodies, m.pairs);
-  for (const Body body : {Body::First, Body::Second})
+  for (const Operand body : {Operand::First, Operand::Second})
     m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
   m.patches.build(m.bodies, m.crossings, m.windings);
 }
 
 /// Tries the points of one body that are inside the other.
 template <typename S>
-void findDepths(Body body, const MeshState<S>& other, const RelativePlacement& to_other,
+void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
   DepthSearch<S> search(other, to_other);
   const ClosedSurface& surface = m.bodies[indexOf(body)];
@@ -96,8 +96,8 @@ template <typename S>
 void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionMemory& m) {
   m.sums.assign(m.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
-  findDepths<S>(Body::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
-  findDepths<S>(Body::Second, first.mesh, RelativePlacement(), m);
+  findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
+  findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);
   for (RegionSums& sums : m.sums) {
     if (sums.depth >= 0) continue;
     sums.depth = 0;
@@ -117,8 +117,8 @@ class RegionWriter {
 
   void write() {
     writeRegions();
-    writePatches(Body::First, result_.first);
-    writePatches(Body::Second, result_.second);
+    writePatches(Operand::First, result_.first);
+    writePatches(Operand::Second, result_.second);
     writeCurves();
   }
 
@@ -142,7 +142,7 @@ class RegionWriter {
     }
   }
 
-  void writePatches(Body body, ContactPatches<S>& patches) const {
+  void writePatches(Operand body, ContactPatches<S>& patches) const {
     const std::size_t side = indexOf(body), count = m_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);

@@ -51,7 +51,7 @@ bool SurfacePatches::isAround(unsigned root, const fcl::Vector3d& point) const {
     const ClosedSurface& surface = (*bodies_)[indexOf(part.body)];
     const auto cut =
         std::lower_bound(cuts_.begin(), cuts_.end(), std::make_pair(part.body, part.triangle),
-                         [](const CutTriangle& c, const std::pair<Body, unsigned>& key) {
+                         [](const CutTriangle& c, const std::pair<Operand, unsigned>& key) {
                            return std::make_pair(c.body, c.triangle) < key;
                          });
     const bool is_cut =

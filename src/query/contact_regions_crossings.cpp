@@ -45,25 +45,25 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
-  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Body::First);
+  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
   if (areEqual(sides1)) {
     // A face without area has no sides, and yet its edges may cross the other.
     if (sides1[0].sign != 0) return;
   }
-  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Body::Second);
+  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Operand::Second);
   if (areEqual(sides2) && sides2[0].sign != 0) return;
   const std::size_t first_end = ends_.size();
-  testEdges(bodies[0], Body::First, pair, p, q, sides1);
-  testEdges(bodies[1], Body::Second, pair, q, p, sides2);
+  testEdges(bodies[0], Operand::First, pair, p, q, sides1);
+  testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
   keepIfWhole(first_end, pair);
 }
 
 /// The edges of one triangle with the face of the other.
-void SurfaceCrossings::testEdges(const ClosedSurface& surface, Body body, const TrianglePair& pair,
-                                 const TrianglePoints<double>& edges,
+void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
+                                 const TrianglePair& pair, const TrianglePoints<double>& edges,
                                  const TrianglePoints<double>& face,
                                  const std::array<FaceSide, 3>& sides) {
-  const bool is_first = body == Body::First;
+  const bool is_first = body == Operand::First;
   const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
@@ -115,7 +115,7 @@ void SurfaceCrossings::collectEdges() {
   }
 }
 
-SurfaceCrossings::Range SurfaceCrossings::along(Body body, unsigned from, unsigned to) const {
+SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, unsigned to) const {
   const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
   const auto at = std::lower_bound(
       edges_.begin(), edges_.end(), edge,

@@ -26,14 +26,16 @@ struct ClosedSurface {
   }
 };
 
-/// Both bodies of a query, by Body.
+/// Both bodies of a query, by Operand.
 using ClosedSurfaces = std::array<ClosedSurface, 2>;
-constexpr std::size_t indexOf(Body body) { return static_cast<std::size_t>(body); }
-constexpr Body otherOf(Body body) { return body == Body::First ? Body::Second : Body::First; }
+constexpr std::size_t indexOf(Operand body) { return static_cast<std::size_t>(body); }
+constexpr Operand otherOf(Operand body) {
+  return body == Operand::First ? Operand::Second : Operand::First;
+}
 
 /// Where an edge of one body crosses a triangle of the other.
 struct CrossingNode {
-  Body body;           ///< the edge's
+  Operand body;        ///< the edge's
   unsigned low, high;  ///< the edge's vertices, the smaller index first
   unsigned face;       ///< the other's triangle
   int sign;            ///< 1 where the way from `low` to `high` enters the other body, -1 leaves it
@@ -68,7 +70,7 @@ class SurfaceCrossings {
   /// The nodes of each edge that has some.
   const std::vector<Range>& edges() const { return edges_; }
   /// The nodes of an edge.
-  Range along(Body body, unsigned from, unsigned to) const;
+  Range along(Operand body, unsigned from, unsigned to) const;
 
  private:
   /// A node, as the end of a segment.
@@ -78,7 +80,7 @@ class SurfaceCrossings {
   };
 
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);
-  void testEdges(const ClosedSurface& surface, Body body, const TrianglePair& pair,
+  void testEdges(const ClosedSurface& surface, Operand body, const TrianglePair& pair,
                  const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
                  const std::array<FaceSide, 3>& sides);
   void keepIfWhole(std::size_t first_end, const TrianglePair& pair);

@@ -29,7 +29,7 @@ struct RegionSums {
     areas[side] += part.area;
     sizes[side] += part.size;
     moments[side] += from * part.area + part.moment;
-    if (part.body == Body::First) normal += part.area * part.normal;
+    if (part.body == Operand::First) normal += part.area * part.normal;
   }
   /// The deepest point where a side has no part; where a part has no area, a point of it.
   fcl::Vector3d centroid(std::size_t side) const {

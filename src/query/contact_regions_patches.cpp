@@ -22,12 +22,12 @@ void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings&
   parts_.clear();
   for (const CrossingSegment& s : crossings.segments())
     connect(nodeElement(s.start), nodeElement(s.end));
-  cutTriangles(Body::First);
-  cutTriangles(Body::Second);
+  cutTriangles(Operand::First);
+  cutTriangles(Operand::Second);
   traceCurves();
   connectHoles();
-  collectParts(Body::First);
-  collectParts(Body::Second);
+  collectParts(Operand::First);
+  collectParts(Operand::Second);
   connectCavities();
   numberRegions();
 }
@@ -44,7 +44,7 @@ void SurfacePatches::connect(unsigned a, unsigned b) {
   parents_[std::max(a, b)] = std::min(a, b);
 }
 
-unsigned SurfacePatches::regionOf(Body body, unsigned vertex) const {
+unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(vertex);
   if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
@@ -52,14 +52,14 @@ unsigned SurfacePatches::regionOf(Body body, unsigned vertex) const {
 }
 
 /// Pieces of all triangles of a body that cross the other.
-void SurfacePatches::cutTriangles(Body body) {
+void SurfacePatches::cutTriangles(Operand body) {
   const auto& segments = crossings_->segments();
   const auto triangleOf = [&](unsigned i) {
-    return body == Body::First ? segments[i].first : segments[i].second;
+    return body == Operand::First ? segments[i].first : segments[i].second;
   };
   order_.resize(segments.size());
   std::iota(order_.begin(), order_.end(), 0u);
-  if (body == Body::Second)
+  if (body == Operand::Second)
     std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
       return std::make_pair(triangleOf(a), a) < std::make_pair(triangleOf(b), b);
     });
@@ -74,7 +74,7 @@ void SurfacePatches::cutTriangles(Body body) {
 }
 
 /// The parts of a triangle's edges that are inside the other body. What they connect is connected.
-void SurfacePatches::addEdges(Body body, unsigned triangle) {
+void SurfacePatches::addEdges(Operand body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const VertexIndices v = surface.corners(triangle);
@@ -102,11 +102,11 @@ void SurfacePatches::addEdges(Body body, unsigned triangle) {
   }
 }
 
-void SurfacePatches::addSegment(Body body, const CrossingSegment& segment) {
+void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
   const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
                       &end = crossings_->nodes()[segment.end].position;
   const unsigned element = nodeElement(segment.start);
-  if (body == Body::First)
+  if (body == Operand::First)
     pieces_.push_back({element, 1, start, end});
   else
     pieces_.push_back({element, 1, end, start});
@@ -153,13 +153,13 @@ void SurfacePatches::connectHoles() {
       is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
       is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
     }
-    if (is_in_first) connectHole(curve, Body::First, s.first);
-    if (is_in_second) connectHole(curve, Body::Second, s.second);
+    if (is_in_first) connectHole(curve, Operand::First, s.first);
+    if (is_in_second) connectHole(curve, Operand::Second, s.second);
   }
 }
 
 /// Positive where the part is to the left of the curve, in the body's triangle.
-double SurfacePatches::signedArea(const CrossingCurve& curve, Body body,
+double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
                                   const fcl::Vector3d& normal) const {
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   const auto positionOf = [&](std::size_t i) -> const fcl::Vector3d& {
@@ -168,19 +168,20 @@ double SurfacePatches::signedArea(const CrossingCurve& curve, Body body,
   const fcl::Vector3d& origin = positionOf(curve.begin);
   for (std::size_t i = curve.begin + 1; i + 1 < curve.end; ++i)
     sum += (positionOf(i) - origin).cross(positionOf(i + 1) - origin);
-  return body == Body::First ? sum.dot(normal) : -sum.dot(normal);
+  return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
 }
 
-const SurfacePatches::CutTriangle& SurfacePatches::cutTriangle(Body body, unsigned triangle) const {
+const SurfacePatches::CutTriangle& SurfacePatches::cutTriangle(Operand body,
+                                                               unsigned triangle) const {
   return *std::lower_bound(cuts_.begin(), cuts_.end(), std::make_pair(body, triangle),
-                           [](const CutTriangle& cut, const std::pair<Body, unsigned>& key) {
+                           [](const CutTriangle& cut, const std::pair<Operand, unsigned>& key) {
                              return std::make_pair(cut.body, cut.triangle) < key;
                            });
 }
 
 /// Connects a curve around a hole with the next boundary of the part, seen from the curve's
 /// farthest point in some direction.
-void SurfacePatches::connectHole(const CrossingCurve& curve, Body body, unsigned triangle) {
+void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   if (!(signedArea(curve, body, normal) < 0)) return;
@@ -211,7 +212,7 @@ void SurfacePatches::connectHole(const CrossingCurve& curve, Body body, unsigned
   connect(curve.region, element);
 }
 
-void SurfacePatches::collectParts(Body body) {
+void SurfacePatches::collectParts(Operand body) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   auto cut = std::find_if(cuts_.begin(), cuts_.end(),
                           [&](const CutTriangle& c) { return c.body == body; });
@@ -224,7 +225,7 @@ void SurfacePatches::collectParts(Body body) {
 }
 
 /// A triangle that crosses nothing, if it is inside.
-void SurfacePatches::addWhole(Body body, unsigned triangle) {
+void SurfacePatches::addWhole(Operand body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(surface.corners(triangle)[0]);
@@ -278,7 +279,7 @@ void SurfacePatches::numberRegions() {
   };
   for (const SurfacePart& part : parts_) {
     RegionKey& key = keyOf(part.region);
-    unsigned& smallest = part.body == Body::First ? key.first : key.second;
+    unsigned& smallest = part.body == Operand::First ? key.first : key.second;
     smallest = std::min(smallest, part.triangle);
   }
   for (std::size_t c = curves_.size(); c-- > 0;)
@@ -292,9 +293,9 @@ void SurfacePatches::numberRegions() {
   for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
   for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];
   for (CrossingCurve& curve : curves_) curve.region = numbers_[rootOf(curve.region)];
-  std::stable_sort(
-      curves_.begin(), curves_.end(),
-      [](const CrossingCurve& a, const CrossingCurve& b) { return a.region < b.region; });
+  std::sort(curves_.begin(), curves_.end(), [](const CrossingCurve& a, const CrossingCurve& b) {
+    return std::make_pair(a.region, a.begin) < std::make_pair(b.region, b.begin);
+  });
 }
 
 }  // namespace adaptive_bvh

@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 /// The part of a triangle inside the other body that belongs to one region. Its area counts as
 /// often as the other body winds around it.
 struct SurfacePart {
-  Body body;
+  Operand body;
   unsigned triangle;
   unsigned region;  ///< an element of the forest, at last the region's number
   bool is_cut;      ///< whether the triangle crosses the other surface
@@ -52,7 +52,7 @@ class SurfacePatches {
   const std::vector<unsigned>& curveSegments() const { return curve_segments_; }
   std::size_t numRegions() const { return num_regions_; }
   /// Of a vertex that is inside the other body; kNoRegion of others.
-  unsigned regionOf(Body body, unsigned vertex) const;
+  unsigned regionOf(Operand body, unsigned vertex) const;
   static constexpr unsigned kNoRegion = ~0u;
 
  private:
@@ -64,7 +64,7 @@ class SurfacePatches {
   };
   /// The pieces of a triangle that crosses the other surface.
   struct CutTriangle {
-    Body body;
+    Operand body;
     unsigned triangle;
     std::size_t begin, end;
   };
@@ -76,22 +76,22 @@ class SurfacePatches {
   };
 
   unsigned nodeElement(unsigned node) const { return num_labels_ + node; }
-  unsigned labelElement(Body body, unsigned label) const {
-    return body == Body::First ? label : first_labels_ + label;
+  unsigned labelElement(Operand body, unsigned label) const {
+    return body == Operand::First ? label : first_labels_ + label;
   }
   unsigned rootOf(unsigned element) const;
   void connect(unsigned a, unsigned b);
 
-  void cutTriangles(Body body);
-  void addEdges(Body body, unsigned triangle);
-  void addSegment(Body body, const CrossingSegment& segment);
+  void cutTriangles(Operand body);
+  void addEdges(Operand body, unsigned triangle);
+  void addSegment(Operand body, const CrossingSegment& segment);
   void traceCurves();
   void connectHoles();
-  void connectHole(const CrossingCurve& curve, Body body, unsigned triangle);
-  double signedArea(const CrossingCurve& curve, Body body, const fcl::Vector3d& normal) const;
-  const CutTriangle& cutTriangle(Body body, unsigned triangle) const;
-  void collectParts(Body body);
-  void addWhole(Body body, unsigned triangle);
+  void connectHole(const CrossingCurve& curve, Operand body, unsigned triangle);
+  double signedArea(const CrossingCurve& curve, Operand body, const fcl::Vector3d& normal) const;
+  const CutTriangle& cutTriangle(Operand body, unsigned triangle) const;
+  void collectParts(Operand body);
+  void addWhole(Operand body, unsigned triangle);
   void addCut(const CutTriangle& cut);
   SurfacePart& partOf(std::size_t first_part, const Piece& piece, const CutTriangle& cut,
                       const fcl::Vector3d& normal);

@@ -4,14 +4,14 @@
 
 namespace adaptive_bvh {
 
-void SurfaceWinding::build(const ClosedSurfaces& bodies, Body body,
+void SurfaceWinding::build(const ClosedSurfaces& bodies, Operand body,
                            const SurfaceCrossings& crossings) {
   labelVertices(bodies[indexOf(body)], body, crossings);
   connectLabels(body, crossings);
   setNumbers(bodies, body);
 }
 
-void SurfaceWinding::labelVertices(const ClosedSurface& surface, Body body,
+void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
                                    const SurfaceCrossings& crossings) {
   const std::size_t count = surface.points.size();
   labels_.assign(count, kNoLabel);
@@ -27,7 +27,7 @@ void SurfaceWinding::labelVertices(const ClosedSurface& surface, Body body,
 }
 
 /// Gives a new label to all vertices that edges without crossings connect with one.
-void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Body body,
+void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand body,
                            const SurfaceCrossings& crossings) {
   const auto label = static_cast<unsigned>(first_vertices_.size());
   first_vertices_.push_back(from);
@@ -63,7 +63,7 @@ unsigned SurfaceWinding::rootOf(unsigned label) {
   return root;
 }
 
-void SurfaceWinding::connectLabels(Body body, const SurfaceCrossings& crossings) {
+void SurfaceWinding::connectLabels(Operand body, const SurfaceCrossings& crossings) {
   parents_.resize(first_vertices_.size());
   offsets_.assign(first_vertices_.size(), 0);
   for (unsigned i = 0; i < parents_.size(); ++i) parents_[i] = i;
@@ -90,7 +90,7 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
 }
 
 /// Of each root: 0 where a vertex is outside of the box around the other body, else by a ray.
-void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Body body) {
+void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);
   numbers_.assign(first_vertices_.size(), 0);
@@ -114,8 +114,8 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Body body) {
 }
 
 /// How often another body winds around a point: by the crossings of a ray along x.
-int SurfaceWinding::countAround(const fcl::Vector3d& point, Body body, const ClosedSurface& other,
-                                const Box& box) {
+int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
+                                const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;
   far[0] = box.high[0] + std::max(size, 1.);

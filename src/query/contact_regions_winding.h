@@ -15,7 +15,7 @@ class SurfaceWinding {
   static constexpr unsigned kNoLabel = ~0u;  ///< of vertices that no triangle has
 
   /// Of the vertices of bodies[body].
-  void build(const ClosedSurfaces& bodies, Body body, const SurfaceCrossings& crossings);
+  void build(const ClosedSurfaces& bodies, Operand body, const SurfaceCrossings& crossings);
 
   unsigned numLabels() const { return static_cast<unsigned>(numbers_.size()); }
   unsigned label(unsigned vertex) const { return labels_[vertex]; }
@@ -26,12 +26,12 @@ class SurfaceWinding {
     fcl::Vector3d low, high;
   };
 
-  void labelVertices(const ClosedSurface& surface, Body body, const SurfaceCrossings& crossings);
-  void flood(unsigned from, const ClosedSurface& surface, Body body,
+  void labelVertices(const ClosedSurface& surface, Operand body, const SurfaceCrossings& crossings);
+  void flood(unsigned from, const ClosedSurface& surface, Operand body,
              const SurfaceCrossings& crossings);
-  void connectLabels(Body body, const SurfaceCrossings& crossings);
-  void setNumbers(const ClosedSurfaces& bodies, Body body);
-  static int countAround(const fcl::Vector3d& point, Body body, const ClosedSurface& other,
+  void connectLabels(Operand body, const SurfaceCrossings& crossings);
+  void setNumbers(const ClosedSurfaces& bodies, Operand body);
+  static int countAround(const fcl::Vector3d& point, Operand body, const ClosedSurface& other,
                          const Box& box);
   static Box boxAround(const ClosedSurface& surface);
   unsigned rootOf(unsigned label);

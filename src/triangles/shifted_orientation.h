@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 
 /// Which of two bodies a point, an edge or a face belongs to.
-enum class Body : unsigned { First = 0, Second = 1 };
+enum class Operand : unsigned { First = 0, Second = 1 };
 
 namespace orientations {
 
@@ -52,22 +52,22 @@ struct FaceSide {
 };
 /// `body`: the point's.
 inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector3d& point,
-                           Body body) {
+                           Operand body) {
   const double value = orientation(face[0], face[1], face[2], point);
-  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == Body::First)};
+  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == Operand::First)};
 }
 
 /// On which side of the line through an edge that of another body's edge passes. `body`: of the
 /// first edge. 0 only where the edges are parallel.
 inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& a,
-                       const fcl::Vector3d& b, Body body) {
+                       const fcl::Vector3d& b, Operand body) {
   // By a shift of p and q the determinant changes by that times (q - p) x (a - b).
-  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == Body::Second);
+  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == Operand::Second);
 }
 
 /// Whether an edge that crosses the plane of a face passes within it. `body`: the edge's.
 inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
-                         const TrianglePoints<double>& face, Body body) {
+                         const TrianglePoints<double>& face, Operand body) {
   const int side = passingSide(p, q, face[0], face[1], body);
   return side == passingSide(p, q, face[1], face[2], body) &&
          side == passingSide(p, q, face[2], face[0], body);

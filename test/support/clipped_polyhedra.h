@@ -33,7 +33,7 @@ inline Polygon clipped(const Polygon& polygon, const HalfSpace& half) {
 
 /// Integrals over a flat or closed surface.
 struct Moments {
-  Real area = 0, volume = 0;  ///< the volume is that of the cones from the origin
+  Real area = 0, volume = 0;     ///< the volume is that of the cones from the origin
   Point first = Point::Zero();   ///< of the position, over the area
   Point normal = Point::Zero();  ///< times the area
 

@@ -47,8 +47,7 @@ class VoxelBody {
     std::map<std::array<int, 3>, std::size_t> numbers;
     const auto vertex = [&](std::array<int, 3> x) {
       const auto found = numbers.emplace(x, mesh.vertices.size());
-      if (found.second)
-        mesh.vertices.emplace_back(size * S(x[0]), size * S(x[1]), size * S(x[2]));
+      if (found.second) mesh.vertices.emplace_back(size * S(x[0]), size * S(x[1]), size * S(x[2]));
       return found.first->second;
     };
     forEachCube([&](std::array<int, 3> at) {
@@ -171,13 +170,12 @@ class VoxelOverlap {
     std::array<int, 3> cube;
     for (std::size_t k = 0; k < 3; ++k) {
       cube[k] = -1;
-      for (int i = 0; i <= place[k]; ++i) cube[k] += planes_[k][std::size_t(i)].is_first == is_first;
+      for (int i = 0; i <= place[k]; ++i)
+        cube[k] += planes_[k][std::size_t(i)].is_first == is_first;
     }
     return (is_first ? first_ : second_).has(cube[0], cube[1], cube[2]);
   }
-  bool isCommon(int cell) const {
-    return isIn(true, placeOf(cell)) && isIn(false, placeOf(cell));
-  }
+  bool isCommon(int cell) const { return isIn(true, placeOf(cell)) && isIn(false, placeOf(cell)); }
   void flood(int from) {
     Region region;
     std::vector<int> open{from};
@@ -190,8 +188,8 @@ class VoxelOverlap {
         for (const int step : {-1, 1}) {
           std::array<int, 3> next = at;
           next[k] += step;
-          const double area = length((k + 1) % 3, at[(k + 1) % 3]) *
-                              length((k + 2) % 3, at[(k + 2) % 3]);
+          const double area =
+              length((k + 1) % 3, at[(k + 1) % 3]) * length((k + 2) % 3, at[(k + 2) % 3]);
           const bool is_outside = next[k] < 0 || next[k] >= count_;
           // Which body ends here: two planes are never the same.
           if (is_outside || !isIn(true, next) || !isIn(false, next)) {
