@@ -78,6 +78,15 @@ void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   m.patches.build(m.bodies, m.crossings, m.windings);
 }
 
+/// Whether a point of a triangle's plane is in the triangle. The centroid of a part need not be,
+/// where the other body crosses itself.
+bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
+              const fcl::Vector3d& x) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if ((p[(k + 1) % 3] - p[k]).cross(x - p[k]).dot(normal) < 0) return false;
+  return true;
+}
+
 /// Tries the points of one body that are inside the other.
 template <typename S>
 void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement& to_other,
@@ -88,8 +97,13 @@ void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement
     const unsigned region = m.patches.regionOf(body, v);
     if (region != SurfacePatches::kNoRegion) search.take(surface.points[v], true, m.sums[region]);
   }
-  for (const SurfacePart& part : m.patches.parts())
-    if (part.body == body) search.take(part.centroid(), !part.is_cut, m.sums[part.region]);
+  for (const SurfacePart& part : m.patches.parts()) {
+    if (part.body != body) continue;
+    const fcl::Vector3d centroid = part.centroid();
+    const bool is_on_surface =
+        !part.is_cut || isWithin(surface.triangle(part.triangle), part.normal, centroid);
+    if (is_on_surface) search.take(centroid, !part.is_cut, m.sums[part.region]);
+  }
 }
 
 template <typename S>

@@ -265,6 +265,23 @@ SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
   return parts_.back();
 }
 
+/// A triangle has one part in each region: two were apart while cavities were not connected.
+void SurfacePatches::mergeParts() {
+  std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  for (const SurfacePart& part : parts_) {
+    if (kept > 0 &&
+        (parts_[kept - 1].body != part.body || parts_[kept - 1].triangle != part.triangle))
+      first = kept;
+    std::size_t same = first;
+    while (same < kept && parts_[same].region != part.region) ++same;
+    if (same == kept)
+      parts_[kept++] = part;
+    else
+      parts_[same].add(part);
+  }
+  parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(kept), parts_.end());
+}
+
 void SurfacePatches::numberRegions() {
   constexpr unsigned kNone = ~0u;
   keys_.clear();
@@ -292,6 +309,7 @@ void SurfacePatches::numberRegions() {
   num_regions_ = keys_.size();
   for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
   for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];
+  mergeParts();
   for (CrossingCurve& curve : curves_) curve.region = numbers_[rootOf(curve.region)];
   std::sort(curves_.begin(), curves_.end(), [](const CrossingCurve& a, const CrossingCurve& b) {
     return std::make_pair(a.region, a.begin) < std::make_pair(b.region, b.begin);

@@ -20,6 +20,12 @@ struct SurfacePart {
   fcl::Vector3d origin;  ///< a point of the part
   fcl::Vector3d moment;  ///< the integral of the position, seen from `origin`, over the area
 
+  /// Adds another part of the triangle.
+  void add(const SurfacePart& part) {
+    moment += part.moment + (part.origin - origin) * part.area;
+    area += part.area;
+    size += part.size;
+  }
   /// Some point of it where the area may be mere rounding.
   fcl::Vector3d centroid() const {
     if (!(std::fabs(area) > 1e-6 * size)) return origin;
@@ -98,6 +104,7 @@ class SurfacePatches {
   void connectCavities();
   void measureRoots();
   bool isAround(unsigned root, const fcl::Vector3d& point) const;
+  void mergeParts();
   void numberRegions();
 
   const ClosedSurfaces* bodies_ = nullptr;
