@@ -16,11 +16,28 @@ bool areEqual(const std::array<FaceSide, 3>& sides) {
   return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
 }
 
-/// How far from the first of two points on different sides of a plane it is crossed.
-double crossingParameter(double from, double to) {
-  const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
-  const double sum = a + b;
-  return sum > 0 ? a / sum : 0.5;
+/// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
+/// itself.
+bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
+  double size = 1;
+  for (const fcl::Vector3d& corner : face) size *= (corner - x).lpNorm<Eigen::Infinity>();
+  return value == 0 || std::fabs(value) > 0x1p-14 * size;
+}
+
+/// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
+/// orientations of needles and of nearly parallel parts have hardly a digit; exact ones take their
+/// place.
+double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+                         const fcl::Vector3d& q, double from, double to) {
+  if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
+    const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
+    return a / (a + b);
+  }
+  ExactSum above, whole;
+  addOrientation(above, face[0], face[1], face[2], p);
+  addOrientation(whole, face[0], face[1], face[2], p);
+  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
+  return above.value() / whole.value();
 }
 
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
@@ -70,7 +87,8 @@ void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
     if (sides[k].sign * sides[next].sign >= 0) continue;
     if (!passesWithin(edges[k], edges[next], face, body)) continue;
     const std::size_t low = v[k] < v[next] ? k : next, high = v[k] < v[next] ? next : k;
-    const double t = crossingParameter(sides[low].value, sides[high].value);
+    const double t =
+        crossingParameter(face, edges[low], edges[high], sides[low].value, sides[high].value);
     const CrossingNode node{body,
                             v[low],
                             v[high],
