@@ -7,6 +7,7 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
@@ -220,6 +221,32 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(found, 1000u);
+}
+
+/// Regions of two meshes, and their identity.
+TEST(AllocationOfContactRegions, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = gridBall<double>(24, 20);
+  DeformableMeshd model(mesh);
+  const DeformableMeshd other(gridBall<double>(20, 16));
+  const fcl::Transform3d tf = fcl::Transform3d::Identity();
+  fcl::Transform3d above = tf;
+  above.translation() = Eigen::Vector3d(0, 0.4, 1.6);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<Vector3<double>>> frames;
+  for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
+  adaptive_bvh::ContactRegions<double> regions;
+  adaptive_bvh::ContactTracker tracker;
+  long in_queries = 0;
+  std::size_t found = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    model.update(frames[std::size_t(frame) % frames.size()]);
+    const long before = allocations;
+    found += contactRegions(model, tf, other, above, regions);
+    tracker.track(regions);
+    if (frame >= 40) in_queries += allocations - before;
+  }
+  EXPECT_EQ(0, in_queries);
+  EXPECT_GE(found, 60u);
 }
 
 /// Continuous collision keeps its memory in the thread and in the results.

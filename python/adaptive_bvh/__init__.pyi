@@ -1,5 +1,5 @@
 import os
-from typing import Any, Dict, Optional, Protocol, Tuple, Union, overload
+from typing import Any, Dict, List, Optional, Protocol, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -521,6 +521,51 @@ class Scene:
         self, origins: npt.ArrayLike, directions: npt.ArrayLike
     ) -> Tuple[_Floats, _Longs, _Longs]: ...
     def largest_safe_step(self, separation: float = 0.0) -> float: ...
+class ContactPatches:
+    @property
+    def areas(self) -> _Floats: ...
+    @property
+    def centroids(self) -> _Floats: ...
+    @property
+    def triangles(self) -> _Ints: ...
+    @property
+    def begins(self) -> npt.NDArray[np.int64]: ...
+
+class ContactRegions:
+    @property
+    def volumes(self) -> _Floats: ...
+    @property
+    def depths(self) -> _Floats: ...
+    @property
+    def deepest_points(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    @property
+    def first(self) -> ContactPatches: ...
+    @property
+    def second(self) -> ContactPatches: ...
+    @property
+    def curve_points(self) -> _Floats: ...
+    @property
+    def curve_first(self) -> _Ints: ...
+    @property
+    def curve_second(self) -> _Ints: ...
+    @property
+    def curve_begins(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def curve_regions(self) -> _Ints: ...
+    def __len__(self) -> int: ...
+
+def contact_regions(
+    first: DeformableMesh, second: DeformableMesh, tf1: _Pose = None, tf2: _Pose = None
+) -> ContactRegions: ...
+
+class ContactTracker:
+    def __init__(self) -> None: ...
+    def track(self, regions: ContactRegions) -> List[Tuple[str, int, int]]: ...
+    def clear(self) -> None: ...
+    @property
+    def ids(self) -> npt.NDArray[np.int64]: ...
 
 class Motion:
     def __init__(
@@ -626,6 +671,9 @@ __all__ = [
     "CoherentDistance",
     "CoherentProximity",
     "Cone",
+    "ContactPatches",
+    "ContactRegions",
+    "ContactTracker",
     "Contacts",
     "Cylinder",
     "DeformableMesh",
@@ -661,6 +709,7 @@ __all__ = [
     "closest_point",
     "closest_points",
     "collide",
+    "contact_regions",
     "distance",
     "earliest_impact",
     "feature_pair_details",

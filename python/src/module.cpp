@@ -1,5 +1,6 @@
 #include <pybind11/pybind11.h>
 
+#include "contact_regions.h"
 #include "continuous.h"
 #include "docs.h"
 #include "feature_details.h"
@@ -32,6 +33,7 @@ PYBIND11_MODULE(_core, module) {
   bindProximity(module);
   bindPoints(module);
   bindPenetration(module);
+  bindContactRegions(module);
   bindContinuous(module);
   bindScene(module);
   bindMeshes(module);

@@ -1,0 +1,145 @@
+#include "query/contact_regions_crossings.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace adaptive_bvh {
+namespace {
+
+auto edgeOf(const CrossingNode& node) { return std::make_tuple(node.body, node.low, node.high); }
+/// Of equal ones, an edge crosses one face twice only if these are one node.
+auto orderOf(const CrossingNode& node) {
+  return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
+}
+
+bool areEqual(const std::array<FaceSide, 3>& sides) {
+  return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
+}
+
+/// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
+/// itself.
+bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
+  double size = 1;
+  for (const fcl::Vector3d& corner : face) size *= (corner - x).lpNorm<Eigen::Infinity>();
+  return value == 0 || std::fabs(value) > 0x1p-14 * size;
+}
+
+/// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
+/// orientations of needles and of nearly parallel parts have hardly a digit; exact ones take their
+/// place.
+double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+                         const fcl::Vector3d& q, double from, double to) {
+  if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
+    const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
+    return a / (a + b);
+  }
+  ExactSum above, whole;
+  addOrientation(above, face[0], face[1], face[2], p);
+  addOrientation(whole, face[0], face[1], face[2], p);
+  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
+  return above.value() / whole.value();
+}
+
+fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
+  if (t > 0.5) return b + (1 - t) * (a - b);
+  return a + t * (b - a);
+}
+
+}  // namespace
+
+void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs) {
+  const auto key = [](const TrianglePair& p) { return std::make_pair(p.first, p.second); };
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const TrianglePair& a, const TrianglePair& b) { return key(a) < key(b); });
+  ends_.clear();
+  segments_.clear();
+  for (const TrianglePair& pair : pairs) testPair(bodies, pair);
+  collectNodes();
+  collectEdges();
+}
+
+void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair& pair) {
+  const TrianglePoints<double> p = bodies[0].triangle(pair.first),
+                               q = bodies[1].triangle(pair.second);
+  std::array<FaceSide, 3> sides1, sides2;
+  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
+  if (areEqual(sides1)) {
+    // A face without area has no sides, and yet its edges may cross the other.
+    if (sides1[0].sign != 0) return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Operand::Second);
+  if (areEqual(sides2) && sides2[0].sign != 0) return;
+  const std::size_t first_end = ends_.size();
+  testEdges(bodies[0], Operand::First, pair, p, q, sides1);
+  testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
+  keepIfWhole(first_end, pair);
+}
+
+/// The edges of one triangle with the face of the other.
+void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
+                                 const TrianglePair& pair, const TrianglePoints<double>& edges,
+                                 const TrianglePoints<double>& face,
+                                 const std::array<FaceSide, 3>& sides) {
+  const bool is_first = body == Operand::First;
+  const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    if (sides[k].sign * sides[next].sign >= 0) continue;
+    if (!passesWithin(edges[k], edges[next], face, body)) continue;
+    const std::size_t low = v[k] < v[next] ? k : next, high = v[k] < v[next] ? next : k;
+    const double t =
+        crossingParameter(face, edges[low], edges[high], sides[low].value, sides[high].value);
+    const CrossingNode node{body,
+                            v[low],
+                            v[high],
+                            is_first ? pair.second : pair.first,
+                            sides[high].sign,
+                            t,
+                            between(edges[low], edges[high], t)};
+    // The part of the first is to the left: its edges lead to the start, those of the second away.
+    const bool leaves = sides[k].sign > 0;
+    ends_.push_back({node, 2 * static_cast<unsigned>(segments_.size()) + (leaves != is_first)});
+  }
+}
+
+/// Two triangles that cross have two nodes, one where the segment starts and one where it ends.
+void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
+  if (ends_.size() == first_end) return;
+  const bool is_whole =
+      ends_.size() == first_end + 2 && (ends_[first_end].place ^ ends_[first_end + 1].place) == 1;
+  if (is_whole)
+    segments_.push_back({pair.first, pair.second, 0, 0});
+  else
+    ends_.resize(first_end);
+}
+
+void SurfaceCrossings::collectNodes() {
+  std::sort(ends_.begin(), ends_.end(), [](const SegmentEnd& a, const SegmentEnd& b) {
+    return orderOf(a.node) < orderOf(b.node);
+  });
+  nodes_.clear();
+  for (const SegmentEnd& end : ends_) {
+    if (nodes_.empty() || orderOf(nodes_.back()) != orderOf(end.node)) nodes_.push_back(end.node);
+    CrossingSegment& segment = segments_[end.place / 2];
+    (end.place % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
+  }
+}
+
+void SurfaceCrossings::collectEdges() {
+  edges_.clear();
+  for (unsigned i = 0; i < nodes_.size(); ++i) {
+    if (i == 0 || edgeOf(nodes_[i]) != edgeOf(nodes_[i - 1])) edges_.push_back({i, i});
+    edges_.back().end = i + 1;
+  }
+}
+
+SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, unsigned to) const {
+  const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
+  const auto at = std::lower_bound(
+      edges_.begin(), edges_.end(), edge,
+      [&](const Range& range, const auto& key) { return edgeOf(nodes_[range.begin]) < key; });
+  if (at == edges_.end() || edgeOf(nodes_[at->begin]) != edge) return {0, 0};
+  return *at;
+}
+
+}  // namespace adaptive_bvh

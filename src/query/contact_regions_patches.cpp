@@ -1,0 +1,319 @@
+#include "query/contact_regions_patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace adaptive_bvh {
+
+void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
+                           const std::array<SurfaceWinding, 2>& windings) {
+  bodies_ = &bodies;
+  crossings_ = &crossings;
+  windings_ = &windings;
+  first_labels_ = windings[0].numLabels();
+  num_labels_ = first_labels_ + windings[1].numLabels();
+  parents_.resize(num_labels_ + crossings.nodes().size());
+  std::iota(parents_.begin(), parents_.end(), 0u);
+  pieces_.clear();
+  cuts_.clear();
+  parts_.clear();
+  for (const CrossingSegment& s : crossings.segments())
+    connect(nodeElement(s.start), nodeElement(s.end));
+  cutTriangles(Operand::First);
+  cutTriangles(Operand::Second);
+  traceCurves();
+  connectHoles();
+  collectParts(Operand::First);
+  collectParts(Operand::Second);
+  connectCavities();
+  numberRegions();
+}
+
+unsigned SurfacePatches::rootOf(unsigned element) const {
+  while (parents_[element] != element) element = parents_[element] = parents_[parents_[element]];
+  return element;
+}
+
+/// The smaller element becomes the root.
+void SurfacePatches::connect(unsigned a, unsigned b) {
+  a = rootOf(a);
+  b = rootOf(b);
+  parents_[std::max(a, b)] = std::min(a, b);
+}
+
+unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const unsigned label = winding.label(vertex);
+  if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
+  return numbers_[rootOf(labelElement(body, label))];
+}
+
+/// Pieces of all triangles of a body that cross the other.
+void SurfacePatches::cutTriangles(Operand body) {
+  const auto& segments = crossings_->segments();
+  const auto triangleOf = [&](unsigned i) {
+    return body == Operand::First ? segments[i].first : segments[i].second;
+  };
+  order_.resize(segments.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (body == Operand::Second)
+    std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
+      return std::make_pair(triangleOf(a), a) < std::make_pair(triangleOf(b), b);
+    });
+  for (std::size_t i = 0; i < order_.size();) {
+    const unsigned triangle = triangleOf(order_[i]);
+    const std::size_t begin = pieces_.size();
+    addEdges(body, triangle);
+    for (; i < order_.size() && triangleOf(order_[i]) == triangle; ++i)
+      addSegment(body, segments[order_[i]]);
+    cuts_.push_back({body, triangle, begin, pieces_.size()});
+  }
+}
+
+/// The parts of a triangle's edges that are inside the other body. What they connect is connected.
+void SurfacePatches::addEdges(Operand body, unsigned triangle) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const VertexIndices v = surface.corners(triangle);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const unsigned a = v[k], b = v[(k + 1) % 3];
+    if (a == b) continue;
+    const SurfaceCrossings::Range range = crossings_->along(body, a, b);
+    int number = winding.numberOf(winding.label(a));
+    unsigned element = labelElement(body, winding.label(a));
+    fcl::Vector3d from = surface.points[a];
+    const auto advance = [&](unsigned next, const fcl::Vector3d& to) {
+      if (number != 0) {
+        connect(element, next);
+        pieces_.push_back({element, number, from, to});
+      }
+      element = next;
+      from = to;
+    };
+    for (unsigned i = 0; i < range.end - range.begin; ++i) {
+      const unsigned node = a < b ? range.begin + i : range.end - 1 - i;
+      advance(nodeElement(node), crossings_->nodes()[node].position);
+      number += a < b ? crossings_->nodes()[node].sign : -crossings_->nodes()[node].sign;
+    }
+    advance(labelElement(body, winding.label(b)), surface.points[b]);
+  }
+}
+
+void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
+  const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
+                      &end = crossings_->nodes()[segment.end].position;
+  const unsigned element = nodeElement(segment.start);
+  if (body == Operand::First)
+    pieces_.push_back({element, 1, start, end});
+  else
+    pieces_.push_back({element, 1, end, start});
+}
+
+/// Curves by their smallest segment. As many segments start at a node as end there: so each curve
+/// comes back to where it began.
+void SurfacePatches::traceCurves() {
+  const auto& segments = crossings_->segments();
+  order_.resize(segments.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
+    return std::make_pair(segments[a].start, a) < std::make_pair(segments[b].start, b);
+  });
+  next_.assign(crossings_->nodes().size(), 0);
+  for (std::size_t i = order_.size(); i-- > 0;)
+    next_[segments[order_[i]].start] = static_cast<unsigned>(i);
+  is_traced_.assign(segments.size(), 0);
+  curves_.clear();
+  curve_segments_.clear();
+  for (unsigned first = 0; first < segments.size(); ++first) {
+    if (is_traced_[first]) continue;
+    const std::size_t begin = curve_segments_.size();
+    for (unsigned at = first;;) {
+      is_traced_[at] = 1;
+      curve_segments_.push_back(at);
+      const unsigned node = segments[at].end;
+      if (node == segments[first].start) break;
+      while (next_[node] < order_.size() && is_traced_[order_[next_[node]]]) ++next_[node];
+      at = order_[next_[node]];
+    }
+    curves_.push_back({begin, curve_segments_.size(), nodeElement(segments[first].start)});
+  }
+}
+
+/// A curve that lies in one triangle and goes around a hole of its part touches no other boundary
+/// of that part.
+void SurfacePatches::connectHoles() {
+  const auto& segments = crossings_->segments();
+  for (const CrossingCurve& curve : curves_) {
+    const CrossingSegment& s = segments[curve_segments_[curve.begin]];
+    bool is_in_first = true, is_in_second = true;
+    for (std::size_t i = curve.begin; i < curve.end; ++i) {
+      is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
+      is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
+    }
+    if (is_in_first) connectHole(curve, Operand::First, s.first);
+    if (is_in_second) connectHole(curve, Operand::Second, s.second);
+  }
+}
+
+/// Positive where the part is to the left of the curve, in the body's triangle.
+double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
+                                  const fcl::Vector3d& normal) const {
+  fcl::Vector3d sum = fcl::Vector3d::Zero();
+  const auto positionOf = [&](std::size_t i) -> const fcl::Vector3d& {
+    return crossings_->nodes()[crossings_->segments()[curve_segments_[i]].start].position;
+  };
+  const fcl::Vector3d& origin = positionOf(curve.begin);
+  for (std::size_t i = curve.begin + 1; i + 1 < curve.end; ++i)
+    sum += (positionOf(i) - origin).cross(positionOf(i + 1) - origin);
+  return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
+}
+
+const SurfacePatches::CutTriangle& SurfacePatches::cutTriangle(Operand body,
+                                                               unsigned triangle) const {
+  return *std::lower_bound(cuts_.begin(), cuts_.end(), std::make_pair(body, triangle),
+                           [](const CutTriangle& cut, const std::pair<Operand, unsigned>& key) {
+                             return std::make_pair(cut.body, cut.triangle) < key;
+                           });
+}
+
+/// Connects a curve around a hole with the next boundary of the part, seen from the curve's
+/// farthest point in some direction.
+void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
+  const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  if (!(signedArea(curve, body, normal) < 0)) return;
+  const fcl::Vector3d along = (p[1] - p[0]).stableNormalized(), across = normal.cross(along);
+  fcl::Vector3d from = fcl::Vector3d::Zero();
+  double farthest = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = curve.begin; i < curve.end; ++i) {
+    const CrossingSegment& s = crossings_->segments()[curve_segments_[i]];
+    const fcl::Vector3d& x = crossings_->nodes()[s.start].position;
+    if ((x - p[0]).dot(along) <= farthest) continue;
+    farthest = (x - p[0]).dot(along);
+    from = x;
+  }
+  const unsigned own = rootOf(curve.region);
+  double nearest = std::numeric_limits<double>::infinity();
+  unsigned element = curve.region;
+  const CutTriangle& cut = cutTriangle(body, triangle);
+  for (std::size_t i = cut.begin; i < cut.end; ++i) {
+    const Piece& piece = pieces_[i];
+    const double y0 = (piece.from - from).dot(across), y1 = (piece.to - from).dot(across);
+    if ((y0 > 0) == (y1 > 0) || rootOf(piece.element) == own) continue;
+    const double x0 = (piece.from - from).dot(along), x1 = (piece.to - from).dot(along);
+    const double x = x0 + (x1 - x0) * (y0 / (y0 - y1));
+    if (!(x >= 0) || !(x < nearest)) continue;
+    nearest = x;
+    element = piece.element;
+  }
+  connect(curve.region, element);
+}
+
+void SurfacePatches::collectParts(Operand body) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  auto cut = std::find_if(cuts_.begin(), cuts_.end(),
+                          [&](const CutTriangle& c) { return c.body == body; });
+  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
+    if (cut != cuts_.end() && cut->body == body && cut->triangle == t)
+      addCut(*cut++);
+    else
+      addWhole(body, t);
+  }
+}
+
+/// A triangle that crosses nothing, if it is inside.
+void SurfacePatches::addWhole(Operand body, unsigned triangle) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const unsigned label = winding.label(surface.corners(triangle)[0]);
+  const int number = winding.numberOf(label);
+  if (number == 0) return;
+  const TrianglePoints<double> p = surface.triangle(triangle);
+  const fcl::Vector3d u = p[1] - p[0], v = p[2] - p[0], across = u.cross(v),
+                      normal = across.stableNormalized();
+  const double area = 0.5 * number * across.dot(normal);
+  parts_.push_back({body, triangle, labelElement(body, label), false, area, std::fabs(area), normal,
+                    p[0], fcl::Vector3d((u + v) * (area / 3))});
+}
+
+void SurfacePatches::addCut(const CutTriangle& cut) {
+  const TrianglePoints<double> p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  const std::size_t first_part = parts_.size();
+  for (std::size_t i = cut.begin; i < cut.end; ++i) {
+    const Piece& piece = pieces_[i];
+    SurfacePart& part = partOf(first_part, piece, cut, normal);
+    const fcl::Vector3d u = piece.from - part.origin, v = piece.to - part.origin;
+    const double area = 0.5 * piece.count * u.cross(v).dot(normal);
+    part.area += area;
+    part.size += std::fabs(area);
+    part.moment += (u + v) * (area / 3);
+  }
+}
+
+/// Of the triangle's parts, that of a piece.
+SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
+                                    const CutTriangle& cut, const fcl::Vector3d& normal) {
+  const unsigned root = rootOf(piece.element);
+  for (std::size_t i = first_part; i < parts_.size(); ++i)
+    if (parts_[i].region == root) return parts_[i];
+  parts_.push_back(
+      {cut.body, cut.triangle, root, true, 0, 0, normal, piece.from, fcl::Vector3d::Zero()});
+  return parts_.back();
+}
+
+/// A triangle has one part in each region: two were apart while cavities were not connected.
+void SurfacePatches::mergeParts() {
+  std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  for (const SurfacePart& part : parts_) {
+    if (kept > 0 &&
+        (parts_[kept - 1].body != part.body || parts_[kept - 1].triangle != part.triangle))
+      first = kept;
+    std::size_t same = first;
+    while (same < kept && parts_[same].region != part.region) ++same;
+    if (same == kept)
+      parts_[kept++] = part;
+    else
+      parts_[same].add(part);
+  }
+  parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(kept), parts_.end());
+}
+
+void SurfacePatches::numberRegions() {
+  constexpr unsigned kNone = ~0u;
+  keys_.clear();
+  numbers_.assign(parents_.size(), kNoRegion);
+  const auto keyOf = [&](unsigned element) -> RegionKey& {
+    unsigned& number = numbers_[rootOf(element)];
+    if (number == kNoRegion) {
+      number = static_cast<unsigned>(keys_.size());
+      keys_.push_back({kNone, kNone, kNone, rootOf(element)});
+    }
+    return keys_[number];
+  };
+  for (const SurfacePart& part : parts_) {
+    RegionKey& key = keyOf(part.region);
+    unsigned& smallest = part.body == Operand::First ? key.first : key.second;
+    smallest = std::min(smallest, part.triangle);
+  }
+  for (std::size_t c = curves_.size(); c-- > 0;)
+    keyOf(curves_[c].region).curve = static_cast<unsigned>(c);
+  const auto placeOf = [](const RegionKey& k) {
+    return std::make_tuple(k.first, k.second, k.curve, k.root);
+  };
+  std::sort(keys_.begin(), keys_.end(),
+            [&](const RegionKey& a, const RegionKey& b) { return placeOf(a) < placeOf(b); });
+  num_regions_ = keys_.size();
+  for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
+  for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];
+  mergeParts();
+  for (CrossingCurve& curve : curves_) curve.region = numbers_[rootOf(curve.region)];
+  std::sort(curves_.begin(), curves_.end(), [](const CrossingCurve& a, const CrossingCurve& b) {
+    return std::make_pair(a.region, a.begin) < std::make_pair(b.region, b.begin);
+  });
+}
+
+}  // namespace adaptive_bvh
