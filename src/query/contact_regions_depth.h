@@ -59,7 +59,8 @@ class DepthSearch {
     if (last_.triangle >= 0 && last_.distance + (x - last_point_).norm() <= region.depth) return;
     typename PointSearch<S>::Nearest nearest;
     if (last_.triangle >= 0) search_.tryTriangle(x, last_.triangle, nearest);
-    search_.search(x, nearest);
+    // No point is farther from the surface than from one of its triangles.
+    search_.search(x, nearest, region.depth);
     last_ = nearest;
     last_point_ = x;
     if (!(nearest.distance > region.depth)) return;

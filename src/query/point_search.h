@@ -45,10 +45,11 @@ class PointSearch {
 
   /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
   /// that is does not depend on what `nearest` was.
-  void search(const fcl::Vector3d& x, Nearest& nearest) {
+  /// May stop at one that is at most `enough` away.
+  void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
     setPoint(x, nearest.distance);
     open_.start();
-    while (!open_.isEmpty()) {
+    while (!open_.isEmpty() && nearest.distance > enough) {
       const OpenNodes::Node at = open_.pop();
       if (at.key <= limit_) visit(tree_.nodes()[at.number], x, nearest);
     }
