@@ -15,7 +15,7 @@ namespace neighbour_collision_test {
 
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::NeighbourFilter;
-using Whole = __int128;
+__extension__ typedef __int128 Whole;
 
 /// A fraction. The numbers of this test are so small that products of two fit.
 struct Fraction {

@@ -56,7 +56,7 @@ Doubles doublesOf(std::vector<S>&& numbers) {
   return adoptDoubles<S>(std::move(numbers), {count});
 }
 template <typename S>
-Doubles pointsOf(std::vector<fcl::Vector3<S>>&& points) {
+Doubles arrayOfPoints(std::vector<fcl::Vector3<S>>&& points) {
   const auto count = static_cast<py::ssize_t>(points.size());
   return adoptDoubles<S>(std::move(points), {count, 3});
 }
@@ -65,7 +65,7 @@ template <typename S>
 PatchArrays arraysOf(ContactPatches<S>&& p) {
   PatchArrays arrays;
   arrays.areas = doublesOf(std::move(p.areas));
-  arrays.centroids = pointsOf(std::move(p.centroids));
+  arrays.centroids = arrayOfPoints(std::move(p.centroids));
   arrays.triangles = rowOf<std::int32_t>(std::move(p.triangles));
   arrays.begins = rowOf<std::int64_t>(std::move(p.begins));
   return arrays;
@@ -81,11 +81,11 @@ RegionArrays arraysOf(ContactRegions<S>&& r) {
   arrays.tracked.second.begins = r.second.begins;
   arrays.volumes = doublesOf(std::move(r.volumes));
   arrays.depths = doublesOf(std::move(r.depths));
-  arrays.deepest_points = pointsOf(std::move(r.deepest_points));
-  arrays.normals = pointsOf(std::move(r.normals));
+  arrays.deepest_points = arrayOfPoints(std::move(r.deepest_points));
+  arrays.normals = arrayOfPoints(std::move(r.normals));
   arrays.first = arraysOf(std::move(r.first));
   arrays.second = arraysOf(std::move(r.second));
-  arrays.curve_points = pointsOf(std::move(r.curve_points));
+  arrays.curve_points = arrayOfPoints(std::move(r.curve_points));
   arrays.curve_first = rowOf<std::int32_t>(std::move(r.curve_first));
   arrays.curve_second = rowOf<std::int32_t>(std::move(r.curve_second));
   arrays.curve_begins = rowOf<std::int64_t>(std::move(r.curve_begins));

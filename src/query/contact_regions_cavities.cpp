@@ -45,6 +45,9 @@ void SurfacePatches::measureRoots() {
 /// Whether the parts of a root wind around a point, by solid angles.
 bool SurfacePatches::isAround(unsigned root, const fcl::Vector3d& point) const {
   double sum = 0;
+  const auto angle = [&](const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
+    return SolidAngle<double>(a - point, b - point, c - point).value();
+  };
   root = rootOf(root);
   for (const SurfacePart& part : parts_) {
     if (rootOf(part.region) != root) continue;
@@ -58,13 +61,12 @@ bool SurfacePatches::isAround(unsigned root, const fcl::Vector3d& point) const {
         cut != cuts_.end() && cut->body == part.body && cut->triangle == part.triangle;
     if (!is_cut) {
       const TrianglePoints<double> p = surface.triangle(part.triangle);
-      sum += solidAngle<double>(p[0], p[1], p[2], point);
+      sum += angle(p[0], p[1], p[2]);
       continue;
     }
     for (std::size_t i = cut->begin; i < cut->end; ++i)
       if (rootOf(pieces_[i].element) == root)
-        sum += pieces_[i].count *
-               solidAngle<double>(part.origin, pieces_[i].from, pieces_[i].to, point);
+        sum += pieces_[i].count * angle(part.origin, pieces_[i].from, pieces_[i].to);
   }
   return std::fabs(sum) > 2 * M_PI;
 }
