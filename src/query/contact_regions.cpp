@@ -66,6 +66,7 @@ void placeSurface(const MeshState<S>& mesh, const Place& place, ClosedSurface& s
 template <typename S>
 void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                  const RelativePlacement& to_first, RegionMemory& m) {
+  if (areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
   placeSurface(
       first.mesh,
       [](const fcl::Vector3<S>& x) -> fcl::Vector3d { return x.template cast<double>(); },
@@ -114,6 +115,7 @@ template <typename S>
 void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionMemory& m) {
   m.sums.assign(m.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
+  if (m.sums.empty()) return;
   findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
   findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);
   for (RegionSums& sums : m.sums) {

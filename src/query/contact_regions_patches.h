@@ -51,6 +51,13 @@ class SurfacePatches {
   void build(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
              const std::array<SurfaceWinding, 2>& windings);
 
+  /// No parts: the bodies are apart.
+  void clear() {
+    parts_.clear();
+    curves_.clear();
+    num_regions_ = 0;
+  }
+
   /// Parts of the first, then of the second, each by increasing triangle.
   const std::vector<SurfacePart>& parts() const { return parts_; }
   const std::vector<CrossingCurve>& curves() const { return curves_; }
