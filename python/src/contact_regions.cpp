@@ -46,17 +46,17 @@ struct RegionArrays : Bound {
 };
 
 template <typename T, typename Element>
-py::array_t<T> rowOf(std::vector<Element>&& numbers) {
+py::array_t<T> rowArray(std::vector<Element>&& numbers) {
   const auto count = static_cast<py::ssize_t>(numbers.size());
   return adopt<T>(std::move(numbers), {count});
 }
 template <typename S>
-Doubles doublesOf(std::vector<S>&& numbers) {
+Doubles doubleArray(std::vector<S>&& numbers) {
   const auto count = static_cast<py::ssize_t>(numbers.size());
   return adoptDoubles<S>(std::move(numbers), {count});
 }
 template <typename S>
-Doubles arrayOfPoints(std::vector<fcl::Vector3<S>>&& points) {
+Doubles pointArray(std::vector<fcl::Vector3<S>>&& points) {
   const auto count = static_cast<py::ssize_t>(points.size());
   return adoptDoubles<S>(std::move(points), {count, 3});
 }
@@ -64,10 +64,10 @@ Doubles arrayOfPoints(std::vector<fcl::Vector3<S>>&& points) {
 template <typename S>
 PatchArrays arraysOf(ContactPatches<S>&& p) {
   PatchArrays arrays;
-  arrays.areas = doublesOf(std::move(p.areas));
-  arrays.centroids = arrayOfPoints(std::move(p.centroids));
-  arrays.triangles = rowOf<std::int32_t>(std::move(p.triangles));
-  arrays.begins = rowOf<std::int64_t>(std::move(p.begins));
+  arrays.areas = doubleArray(std::move(p.areas));
+  arrays.centroids = pointArray(std::move(p.centroids));
+  arrays.triangles = rowArray<std::int32_t>(std::move(p.triangles));
+  arrays.begins = rowArray<std::int64_t>(std::move(p.begins));
   return arrays;
 }
 
@@ -79,17 +79,17 @@ RegionArrays arraysOf(ContactRegions<S>&& r) {
   arrays.tracked.first.begins = r.first.begins;
   arrays.tracked.second.triangles = r.second.triangles;
   arrays.tracked.second.begins = r.second.begins;
-  arrays.volumes = doublesOf(std::move(r.volumes));
-  arrays.depths = doublesOf(std::move(r.depths));
-  arrays.deepest_points = arrayOfPoints(std::move(r.deepest_points));
-  arrays.normals = arrayOfPoints(std::move(r.normals));
+  arrays.volumes = doubleArray(std::move(r.volumes));
+  arrays.depths = doubleArray(std::move(r.depths));
+  arrays.deepest_points = pointArray(std::move(r.deepest_points));
+  arrays.normals = pointArray(std::move(r.normals));
   arrays.first = arraysOf(std::move(r.first));
   arrays.second = arraysOf(std::move(r.second));
-  arrays.curve_points = arrayOfPoints(std::move(r.curve_points));
-  arrays.curve_first = rowOf<std::int32_t>(std::move(r.curve_first));
-  arrays.curve_second = rowOf<std::int32_t>(std::move(r.curve_second));
-  arrays.curve_begins = rowOf<std::int64_t>(std::move(r.curve_begins));
-  arrays.curve_regions = rowOf<std::int32_t>(std::move(r.curve_regions));
+  arrays.curve_points = pointArray(std::move(r.curve_points));
+  arrays.curve_first = rowArray<std::int32_t>(std::move(r.curve_first));
+  arrays.curve_second = rowArray<std::int32_t>(std::move(r.curve_second));
+  arrays.curve_begins = rowArray<std::int64_t>(std::move(r.curve_begins));
+  arrays.curve_regions = rowArray<std::int32_t>(std::move(r.curve_regions));
   return arrays;
 }
 
@@ -121,7 +121,7 @@ struct Tracker : Bound {
     return events;
   }
   py::array_t<std::int64_t> ids() const {
-    return rowOf<std::int64_t>(std::vector<std::uint64_t>(tracker.ids()));
+    return rowArray<std::int64_t>(std::vector<std::uint64_t>(tracker.ids()));
   }
 };
 

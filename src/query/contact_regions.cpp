@@ -66,7 +66,8 @@ void placeSurface(const MeshState<S>& mesh, const Place& place, ClosedSurface& s
 template <typename S>
 void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                  const RelativePlacement& to_first, RegionMemory& m) {
-  if (areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
+  const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
+  if (has_none || areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
   placeSurface(
       first.mesh,
       [](const fcl::Vector3<S>& x) -> fcl::Vector3d { return x.template cast<double>(); },
