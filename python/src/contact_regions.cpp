@@ -148,8 +148,10 @@ void bindRegions(py::module_& module) {
       .def_readonly("normals", &R::normals,
                     "(R, 3) float64: mean normals, from the first mesh to the second; zero where "
                     "they cancel each other.")
-      .def_readonly("first", &R::first, "Patches of the first mesh.")
-      .def_readonly("second", &R::second, "Patches of the second mesh.")
+      .def_property_readonly(
+          "first", [](const R& self) { return self.first; }, "Patches of the first mesh.")
+      .def_property_readonly(
+          "second", [](const R& self) { return self.second; }, "Patches of the second mesh.")
       .def_readonly("curve_points", &R::curve_points,
                     "(K, 3) float64: closed curve c is "
                     "curve_points[curve_begins[c]:curve_begins[c + 1]].")
