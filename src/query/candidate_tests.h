@@ -5,9 +5,9 @@
 #include "adaptive_bvh/self_collision.h"
 #include "boxes/flat_patches.h"
 #include "boxes/wide_search.h"
+#include "query/neighbour_intersection.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
-#include "triangles/neighbour_intersection.h"
 #include "triangles/triangle_differences.h"
 
 namespace adaptive_bvh {

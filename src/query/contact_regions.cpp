@@ -93,7 +93,7 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
 template <typename S>
 void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
-  DepthSearch<S> search(other, to_other);
+  RegionDepth<S> search(other, to_other);
   const ClosedSurface& surface = m.bodies[indexOf(body)];
   // First a few: the deeper the deepest of them, the fewer of the others need a search.
   constexpr unsigned kStride = 13;

@@ -46,10 +46,10 @@ struct RegionSums {
 
 /// Finds the deepest of points that lie on one surface inside the other body.
 template <typename S>
-class DepthSearch {
+class RegionDepth {
  public:
   /// `to_other`: takes points to the other mesh's frame.
-  DepthSearch(const MeshState<S>& other, const RelativePlacement& to_other)
+  RegionDepth(const MeshState<S>& other, const RelativePlacement& to_other)
       : to_other_(to_other), search_(other), winding_(other) {}
 
   /// `is_inside`: whether the point is known to be inside.
