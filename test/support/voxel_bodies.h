@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "support/random_geometry.h"
@@ -133,7 +134,7 @@ class VoxelOverlap {
   /// The first's cubes have the size 1; the second's another one, and an origin.
   VoxelOverlap(const VoxelBody& first, const VoxelBody& second, double size,
                const std::array<double, 3>& origin)
-      : first_(first), second_(second), size_(size), origin_(origin) {
+      : first_(first), second_(second) {
     for (std::size_t k = 0; k < 3; ++k) {
       for (int i = 0; i <= VoxelBody::kSide; ++i) {
         planes_[k].push_back({double(i), true});
@@ -207,8 +208,6 @@ class VoxelOverlap {
   }
 
   const VoxelBody &first_, &second_;
-  const double size_;
-  const std::array<double, 3> origin_;
   std::array<std::vector<Plane>, 3> planes_;
   int count_ = 0;
   std::vector<int> label_;
