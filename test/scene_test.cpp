@@ -81,6 +81,7 @@ class SceneTest : public testing::Test {
     body.id = random_.oneIn(2) ? scene_.add(body.geometry, body.tf, body.options)
                                : scene_.add(*body.geometry, body.tf, body.options);
     bodies_.push_back(body);
+    starts_[body.id] = body.tf;
   }
   TriangleMesh<S> mesh() {
     TriangleMesh<S> mesh;
@@ -412,9 +413,8 @@ class SceneTest : public testing::Test {
     const auto motion = [&](const Judged<S>& body) {
       const auto& end = body.mesh->vertices();
       const auto& previous = body.mesh->previousVertices();
-      const auto start = starts_.find(body.id);
       return adaptive_bvh::Motion<S>(*body.mesh, previous.empty() ? end : previous, end,
-                                     start == starts_.end() ? body.tf : start->second, body.tf);
+                                     starts_.at(body.id), body.tf);
     };
     forEachPair([&](const Judged<S>& a, const Judged<S>& b) {
       if (!a.mesh || !b.mesh) return;
