@@ -224,5 +224,27 @@ TYPED_TEST(ShapeDistance, IsMinusTheDepthOfASphere) {
   EXPECT_NEAR(0, double(result.nearest_points[0].norm()), 1e-6);
 }
 
+/// The line from the centre of a ball to a triangle through it is rounding alone.
+TEST(ShapeContact, OfABallWhoseCentreIsOnATriangleIsAlongItsNormal) {
+  RandomGeometry<double> random(91);
+  const auto ball = std::make_shared<fcl::Sphered>(0.5);
+  for (int round = 0; round < 2000; ++round) {
+    const fcl::Transform3d pose = random.pose(3);
+    TriangleMesh<double> mesh;
+    for (const Vector3<double>& x :
+         {Vector3<double>(-2, -1, 0), Vector3<double>(2, -1, 0), Vector3<double>(0, 3, 0)})
+      mesh.vertices.push_back(pose * x);
+    mesh.triangles.emplace_back(0, 1, 2);
+    const adaptive_bvh::DeformableMeshd triangle(mesh);
+    fcl::CollisionResultd result;
+    adaptive_bvh::collide<double>(&triangle, fcl::Transform3d::Identity(), ball.get(), pose,
+                                  fcl::CollisionRequestd(1, true), result);
+    ASSERT_EQ(1u, result.numContacts());
+    const fcl::Contactd& contact = result.getContact(0);
+    ASSERT_NEAR(1, std::abs(contact.normal.dot(pose.linear().col(2))), 1e-12);
+    ASSERT_NEAR(0.5, contact.penetration_depth, 1e-12);
+  }
+}
+
 }  // namespace shape_distance_test
 }  // namespace adaptive_bvh_test

@@ -29,6 +29,8 @@ class ShortestWay {
   }
 
   double depth() const { return std::max(depth_, 0.); }
+  /// Less than 0 where they are apart along the normal.
+  double signedDepth() const { return depth_; }
   const Vector& normal() const { return normal_; }
 
  private:
@@ -90,25 +92,33 @@ TriangleGap RoundedSegment::gap(const Triangle& triangle) const {
   return gap;
 }
 
+/// Where the nearest points nearly coincide, the line between them is mostly rounding: then the
+/// shortest way along it and along the axes of triangle and segment is taken.
 bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) const {
+  constexpr double kReliable = 0x1p-20;
   const TriangleGap gap = coreGap(triangle);
   const Vector& on_triangle = gap.points.first;
   if (gap.distance > radius_) return false;
-  if (gap.distance > 0) {
-    contact = {on_triangle, (gap.points.second - on_triangle) / gap.distance,
-               radius_ - gap.distance};
+  double size = half_;
+  for (const Vector& x : triangle) size = std::max(size, x.norm());
+  const Vector between = gap.points.second - on_triangle;
+  if (gap.distance > kReliable * size) {
+    contact = {on_triangle, between / gap.distance, radius_ - gap.distance};
     return true;
   }
   const Vector end(0, 0, half_);
   const std::array<Vector, 2> ends = {end, -end};
   ShortestWay<2> way(triangle, ends);
+  way.tryAxis(between);
   way.tryAxis(faceNormal(triangle));
   for (const Vector& edge : edgesOf(triangle)) way.tryAxis(acrossEdges(edge, end));
   if (isThin(triangle)) {  // parallel to the segment, perhaps
     way.tryAxis(Vector::UnitX());
     way.tryAxis(Vector::UnitY());
+    for (const Vector& edge : edgesOf(triangle))
+      if (half_ == 0 && !edge.isZero(0)) way.tryAxis(edge.unitOrthogonal());
   }
-  contact = {on_triangle, way.normal(), radius_ + way.depth()};
+  contact = {on_triangle, way.normal(), std::max(0., radius_ + way.signedDepth())};
   return true;
 }
 
