@@ -7,6 +7,7 @@
 
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
+#include "support/closed_bodies.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
@@ -471,52 +472,12 @@ TYPED_TEST(Proximity, ClearanceIsTheDistanceOfEveryVertexUpToTheLimit) {
   }
 }
 
-/// A closed ball of radius 1, from a grid around its axis.
-template <typename S>
-TriangleMesh<S> ball(int around, int rings) {
-  TriangleMesh<S> mesh;
-  mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
-  const auto at = [&](int ring, int i) { return std::size_t(2 + ring * around + i % around); };
-  for (int r = 0; r < rings; ++r)
-    for (int i = 0; i < around; ++i) {
-      const S polar = S(M_PI) * S(r + 1) / S(rings + 1), angle = 2 * S(M_PI) * S(i) / S(around);
-      mesh.vertices.emplace_back(std::sin(polar) * std::cos(angle),
-                                 std::sin(polar) * std::sin(angle), std::cos(polar));
-    }
-  for (int i = 0; i < around; ++i) {
-    mesh.triangles.emplace_back(0, at(0, i), at(0, i + 1));
-    mesh.triangles.emplace_back(1, at(rings - 1, i + 1), at(rings - 1, i));
-    for (int r = 0; r + 1 < rings; ++r) {
-      mesh.triangles.emplace_back(at(r, i), at(r + 1, i), at(r + 1, i + 1));
-      mesh.triangles.emplace_back(at(r, i), at(r + 1, i + 1), at(r, i + 1));
-    }
-  }
-  return mesh;
-}
-
-/// The winding number by solid angles, in long double.
-template <typename Model>
-Real windingNumber(const Model& model, const exact::Point& x) {
-  Real sum = 0;
-  for (int i = 0; i < numTriangles(model); ++i) {
-    exact::Point p[3];
-    Real n[3];
-    for (int k = 0; k < 3; ++k) {
-      p[k] = exact::of(model.vertices()[model.triangles()[i][k]]) - x;
-      n[k] = p[k].norm();
-    }
-    sum +=
-        std::atan2(p[0].dot(p[1].cross(p[2])), n[0] * n[1] * n[2] + p[0].dot(p[1]) * n[2] +
-                                                   p[1].dot(p[2]) * n[0] + p[2].dot(p[0]) * n[1]);
-  }
-  return sum / (2 * std::acos(Real(-1)));
-}
-
 TYPED_TEST(Proximity, SignedClearanceIsNegativeInside) {
   using S = TypeParam;
   for (int body = 0; body < 20; ++body) {
     typename TestFixture::Model a(this->mesh(80));
-    typename TestFixture::Model b(ball<S>(6 + this->random_.below(6), 3 + this->random_.below(5)));
+    typename TestFixture::Model b(
+        gridBall<S>(6 + this->random_.below(6), 3 + this->random_.below(5)));
     for (int step = 0; step < 3; ++step) {
       this->deform(b, S(0.5));
       const auto tf = this->random_.pose(S(0.5));
@@ -529,7 +490,7 @@ TYPED_TEST(Proximity, SignedClearanceIsNegativeInside) {
         if (distances[v] < S(1e-5)) continue;
         const exact::Point x =
             exact::of(tf.linear()) * exact::of(a.vertices()[v]) + exact::of(tf.translation());
-        const Real number = windingNumber(b, x);
+        const Real number = windingNumberOf(b, x);
         EXPECT_EQ(std::abs(number) > 0.5L, result[v] < 0) << double(number);
         inside += result[v] < 0;
       }

@@ -58,14 +58,16 @@ struct ContactRegions {
   /// both together are closed. Zero where they cancel each other, as of a body that lies inside the
   /// other as a whole.
   std::vector<fcl::Vector3<S>> normals;
-  ContactPatches<S> first, second;
+  ContactPatches<S> first;   ///< the parts of the first surface inside the second body
+  ContactPatches<S> second;  ///< the parts of the second surface inside the first body
 
   /// The points of all curves, where an edge of one mesh crosses a triangle of the other. Two that
   /// follow each other may be the same. All curves are closed: the last point of each is joined
   /// with its first. Seen from outside of `first`, its part inside `second` is to the left.
   std::vector<fcl::Vector3<S>> curve_points;
-  /// The triangles that meet along the segment from each of these points to the next.
-  std::vector<unsigned> curve_first, curve_second;
+  /// The triangle of the first mesh that the segment from each of these points to the next lies on.
+  std::vector<unsigned> curve_first;
+  std::vector<unsigned> curve_second;  ///< the triangle of the second mesh, likewise
   /// Curve c has the points from curve_begins[c] up to curve_begins[c + 1], which is excluded.
   std::vector<std::size_t> curve_begins;
   /// The region of each curve. They come region by region, and begin with the smallest pair of
@@ -95,9 +97,9 @@ enum class ContactChange {
 
 /// A change of one region.
 struct ContactEvent {
-  ContactChange change;
-  std::uint64_t id;     ///< of the region
-  std::uint64_t other;  ///< of the region that it was split from or merged into; else its own
+  ContactChange change;  ///< what happened
+  std::uint64_t id;      ///< of the region
+  std::uint64_t other;   ///< of the region that it was split from or merged into; else its own
 };
 
 /// Gives the regions of one pair of meshes an identity over many steps, by the triangles of either

@@ -91,7 +91,7 @@ inline IgnoredPairs ignoredByLabels(const std::vector<unsigned>& labels, LabelRu
 /// Of pairs of features of one kind, in arrays side by side.
 template <typename S>
 struct FeatureDetails {
-  std::vector<S> distances;
+  std::vector<S> distances;  ///< of the two features of each pair
   /// A nearest point on the first feature and on the second, in the world.
   std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
   /// Where the nearest points lie. Of a vertex and a face: the weights of the face's corners, whose
@@ -121,7 +121,9 @@ struct FeatureDetails {
 /// Of FeaturePairs, kind by kind in their order.
 template <typename S>
 struct FeaturePairDetails {
-  FeatureDetails<S> vertex_face, face_vertex, edge_edge;
+  FeatureDetails<S> vertex_face;  ///< a vertex of the first mesh and a face of the second
+  FeatureDetails<S> face_vertex;  ///< a face of the first mesh and a vertex of the second
+  FeatureDetails<S> edge_edge;    ///< an edge of each mesh
 };
 
 /// The ends of an edge, by its number. `triangles` are a model's: model.tri_indices.

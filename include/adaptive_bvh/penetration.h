@@ -111,7 +111,8 @@ enum class DeepBody {
 /// The signed distance of two bodies.
 template <typename S>
 struct SignedDistance {
-  S lower, upper;      ///< it is between the two
+  S lower;             ///< the signed distance is at least this
+  S upper;             ///< the signed distance is at most this
   DeepBody deep_body;  ///< None: the bodies are apart, or touch
   /// On the surface of the first and of the second, in the world. Apart: the nearest points.
   /// Inside: a point of the deep body's surface, whose depth is -`upper`, and the other surface's

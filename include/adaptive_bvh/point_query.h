@@ -118,7 +118,8 @@ void windingNumbers(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector
 
 /// An edge that the triangles that share it run through more often in one direction.
 struct OpenEdge {
-  unsigned from, to;  ///< vertices, in that direction
+  unsigned from;      ///< the vertex where it begins, in that direction
+  unsigned to;        ///< the vertex where it ends
   unsigned triangle;  ///< with the smallest index that has the edge
   int surplus;        ///< how much more often; 1 on a boundary
 };

@@ -123,7 +123,9 @@ template <typename S>
 struct FeatureProximityRequest {
   S distance = 0;  ///< pairs at most so far apart
   /// Pairs of each kind to leave out. Of one mesh with itself, `face_vertex` is not read.
-  IgnoredPairs vertex_face = {}, face_vertex = {}, edge_edge = {};
+  IgnoredPairs vertex_face = {};
+  IgnoredPairs face_vertex = {};  ///< likewise
+  IgnoredPairs edge_edge = {};    ///< likewise
 };
 
 /// What contact solvers work on: all pairs of a vertex and a face, and of two edges, whose distance

@@ -55,9 +55,11 @@ struct BodyPair {
   BodyId first;   ///< a body
   BodyId second;  ///< another one, or the same for a self-collision
 
+  /// Whether both bodies are the same.
   friend bool operator==(const BodyPair& a, const BodyPair& b) {
     return a.first == b.first && a.second == b.second;
   }
+  /// Whether a body differs.
   friend bool operator!=(const BodyPair& a, const BodyPair& b) { return !(a == b); }
   /// By the first id, then by the second.
   friend bool operator<(const BodyPair& a, const BodyPair& b) {
@@ -187,21 +189,26 @@ class Scene {
              const BodyOptions& options = {});
   BodyId add(Geometry&&, const Transform& = Transform::Identity(),
              const BodyOptions& = {}) = delete;
+  /// Removes a body. Its id is never given again.
   void remove(BodyId body);
+  /// Moves a body. Throws std::invalid_argument on a transform that is not rigid.
   void setTransform(BodyId body, const Transform& tf);
+  /// Replaces the options of a body.
   void setOptions(BodyId body, const BodyOptions& options);
 
+  /// Whether the scene has a body with this id.
   bool contains(BodyId body) const;
-  std::size_t size() const;            ///< bodies
-  std::vector<BodyId> bodies() const;  ///< by increasing id
-  const Geometry& geometry(BodyId body) const;
-  const Transform& transform(BodyId body) const;
-  const BodyOptions& options(BodyId body) const;
+  std::size_t size() const;                       ///< bodies
+  std::vector<BodyId> bodies() const;             ///< by increasing id
+  const Geometry& geometry(BodyId body) const;    ///< that `add` was given
+  const Transform& transform(BodyId body) const;  ///< from the body's frame to the world
+  const BodyOptions& options(BodyId body) const;  ///< that the body has now
 
   // ---- Which pairs count
 
   /// Leaves a pair out. Nothing when it is left out already.
   void ignore(BodyId first, BodyId second);
+  /// Lets a pair count again that `ignore` or `ignoreNeighbours` left out.
   void unignore(BodyId first, BodyId second);
   /// Leaves out bodies that follow each other in a kinematic chain.
   void ignoreNeighbours(const std::vector<BodyId>& chain);

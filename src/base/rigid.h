@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 
 #include <fcl/common/types.h>
@@ -50,6 +52,12 @@ template <typename S>
 void requireDistance(S distance) {
   if (!(distance >= 0))
     throw std::invalid_argument("adaptive_bvh: a distance to ask for is negative or not a number");
+}
+
+inline void requireSeparation(double separation) {
+  if (!(separation >= 0) || !std::isfinite(separation))
+    throw std::invalid_argument("adaptive_bvh, continuous collision: the separation is " +
+                                std::to_string(separation) + "; 0 or a positive length is needed");
 }
 
 }  // namespace adaptive_bvh

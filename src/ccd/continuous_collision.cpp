@@ -17,12 +17,6 @@ namespace {
   throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
 }
 
-void requireSeparation(double separation) {
-  if (!(separation >= 0) || !std::isfinite(separation))
-    refuseMotion("the separation is " + std::to_string(separation) +
-                 "; 0 or a positive length is needed");
-}
-
 /// Positions in the world, in double precision; returns how far they may be from the exact ones.
 template <typename S>
 double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3<S>& tf,

@@ -7,6 +7,11 @@
 
 namespace adaptive_bvh {
 
+/// Whether our queries take it as a shape.
+inline bool isShape(fcl::NODE_TYPE type) {
+  return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE;
+}
+
 /// Recorded queries of two meshes by FCL's traversal. Both must have triangles.
 template <typename BV>
 typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,

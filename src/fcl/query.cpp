@@ -15,8 +15,6 @@
 namespace adaptive_bvh {
 namespace {
 
-bool isShape(fcl::NODE_TYPE type) { return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE; }
-
 [[noreturn]] void refuse(const char* why) {
   throw std::invalid_argument(std::string("adaptive_bvh: ") + why);
 }

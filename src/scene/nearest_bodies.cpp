@@ -1,8 +1,7 @@
 #include <cmath>
-#include <optional>
 
 #include "adaptive_bvh/query.h"
-#include "boxes/open_nodes.h"
+#include "fcl/shape_search.h"
 #include "query/nearest_search.h"
 #include "scene/scene_state.h"
 
@@ -39,53 +38,28 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
   return true;
 }
 
-/// Boxes of a body as the tree of a mesh sees them: whether parts of the mesh may be near a body.
+/// Whether a leaf of a mesh may be at most so far from the box of another body.
 template <typename S>
-class NearParts {
- public:
-  explicit NearParts(const Body<S>& body)
-      : mesh_(stateOf(*body.mesh)),
-        turn_(mesh_.tree.toBody() * body.tf.linear().template cast<double>().transpose()),
-        from_(body.tf.translation().template cast<double>()),
-        origin_(mesh_.tree.toBody() * mesh_.tree.origin()),
-        open_(mesh_.tree.depth()) {}
-
-  /// False when no leaf of the mesh is at most so far from a box.
-  bool areNear(const WorldBox& box, double distance) {
-    const WideTree& tree = mesh_.tree;
-    const fcl::Vector3d middle = turn_ * ((box.low + box.high) / 2 - from_) - origin_,
-                        half = turn_.cwiseAbs() * ((box.high - box.low) / 2);
-    const double error = 1e-6 * (middle.cwiseAbs() + half).maxCoeff();
-    if (!(error < 1e6)) return true;
-    Float4 low[3], high[3];
-    for (int k = 0; k < 3; ++k) {
-      low[k] = float4::all(static_cast<float>(middle[k] - half[k] - error));
-      high[k] = float4::all(static_cast<float>(middle[k] + half[k] + error));
-    }
-    const Float4 limit = float4::all(squaredGapOf(distance * tree.scale()));
-    open_.start();
-    while (!open_.isEmpty()) {
-      const WideNode& node = tree.nodes()[open_.pop().number];
-      Float4 gaps = float4::all(0);
-      for (int k = 0; k < 3; ++k) {
-        const Float4 gap = float4::upper<Float4>(
-            float4::upper<Float4>(node.boxes.low[k] - high[k], low[k] - node.boxes.high[k]),
-            float4::all(0));
-        gaps += gap * gap;
-      }
-      const unsigned lanes = float4::bits(gaps <= limit) & ((1u << node.count) - 1);
-      if (lanes && node.isLeaf()) return true;
-      if (lanes) open_.push(node, lanes, gaps);
-    }
-    return false;
+bool hasNearLeaf(const Body<S>& mesh, const WorldBox& box, double distance) {
+  ShapeCore core;
+  core.low = box.low;
+  core.high = box.high;
+  const WideTree& tree = stateOf(*mesh.mesh).tree;
+  const ShapeInTree in_tree(core, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), tree,
+                            mesh.tf);
+  if (!in_tree.isPrecise()) return true;
+  const Float4 limit = float4::all(in_tree.squaredLimit(distance));
+  OpenNodes open(tree.depth());
+  open.start();
+  while (!open.isEmpty()) {
+    const WideNode& node = tree.nodes()[open.pop().number];
+    const Float4 gaps = in_tree.squaredGaps(node.boxes);
+    const unsigned lanes = float4::bits(gaps <= limit) & ((1u << node.count) - 1);
+    if (lanes && node.isLeaf()) return true;
+    if (lanes) open.push(node, lanes, gaps);
   }
-
- private:
-  const MeshState<S>& mesh_;
-  const fcl::Matrix3d turn_;  ///< from the world into the tree
-  const fcl::Vector3d from_, origin_;
-  OpenNodes open_;
-};
+  return false;
+}
 
 }  // namespace
 
@@ -101,22 +75,14 @@ SceneDistance<S> Scene<S>::nearest(BodyId body) {
   const auto& last = asked.witness;
   const bool has_witness = last.exists && state.contains(last.other);
   if (has_witness) tryBody(state.bodies[state.placeOf(last.other)], last.elements);
-  std::optional<NearParts<S>> parts;
-  if (asked.mesh) parts.emplace(asked);
   const auto tryOthers = [&](const Body<S>& other) {
     const double limit = State::slack(double(best.distance));
     const bool is_tried = has_witness && other.id == last.other;
-    const bool is_far = parts && other.box.isBounded() && !parts->areNear(other.box, limit);
+    const bool is_far = asked.mesh && !hasNearLeaf(asked, other.box, limit);
     if (!is_tried && !is_far) tryBody(other, {-1, -1});
     return State::slack(double(best.distance));
   };
-  for (const unsigned place : state.unbounded) tryOthers(state.bodies[place]);
-  if (asked.box.isBounded()) {
-    state.tree.visitByDistance(
-        asked.box, [&](unsigned i, double) { return tryOthers(state.bodies[state.in_tree[i]]); });
-  } else {
-    for (const unsigned place : state.in_tree) tryOthers(state.bodies[place]);
-  }
+  state.visitByDistance(asked.box, tryOthers);
   if (best.exists()) asked.witness = {true, best.bodies.second, best.elements};
   return best;
 }
@@ -146,12 +112,7 @@ void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>
     }
     return result.size() == k ? State::slack(double(result.back().distance)) : double(kFar);
   };
-  for (const unsigned place : state.unbounded) tryBody(state.bodies[place]);
-  if (asked.box.isBounded())
-    state.tree.visitByDistance(
-        asked.box, [&](unsigned i, double) { return tryBody(state.bodies[state.in_tree[i]]); });
-  else
-    for (const unsigned place : state.in_tree) tryBody(state.bodies[place]);
+  state.visitByDistance(asked.box, tryBody);
 }
 
 /// The gap of two boxes, a lower bound of the distance of what is in them.

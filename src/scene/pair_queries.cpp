@@ -1,4 +1,6 @@
-#include <functional>
+#include <array>
+#include <tuple>
+#include <utility>
 
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
@@ -8,64 +10,51 @@
 namespace adaptive_bvh {
 namespace {
 
-/// How much of each of its vectors a result has.
-using Mark = std::array<std::size_t, 3>;
-
-template <typename T>
-void appendPart(const std::vector<T>& from, std::size_t begin, std::size_t end,
-                std::vector<T>& to) {
-  begin = std::min(begin, from.size());  // of a vector that was not asked for
-  end = std::min(end, from.size());
-  to.insert(to.end(), from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
-}
-
 template <typename S>
 using Contacts = std::vector<fcl::Contact<S>>;
+
+// The vectors that a result is made of. Those that were not asked for are empty.
 template <typename S>
-Mark endOf(const Contacts<S>& contacts) {
-  return {contacts.size(), 0, 0};
+auto vectorsOf(Contacts<S>& contacts) {
+  return std::tie(contacts);
 }
 template <typename S>
-void append(const Contacts<S>& from, const Mark& begin, const Mark& end, Contacts<S>& to) {
-  appendPart(from, begin[0], end[0], to);
+auto vectorsOf(TrianglePairs<S>& pairs) {
+  return std::tie(pairs.triangles, pairs.distances, pairs.nearest_points);
+}
+auto vectorsOf(FeaturePairs& pairs) {
+  return std::tie(pairs.vertex_face, pairs.face_vertex, pairs.edge_edge);
+}
+template <typename S>
+auto vectorsOf(VertexContacts<S>& c) {
+  return std::tie(c.vertices, c.distances, c.positions, c.nearest_points, c.normals, c.triangles,
+                  c.barycentric, c.areas);
 }
 
-template <typename S>
-Mark endOf(const TrianglePairs<S>& pairs) {
-  return {pairs.size(), 0, 0};
-}
-template <typename S>
-void append(const TrianglePairs<S>& from, const Mark& begin, const Mark& end,
-            TrianglePairs<S>& to) {
-  appendPart(from.triangles, begin[0], end[0], to.triangles);
-  appendPart(from.distances, begin[0], end[0], to.distances);
-  appendPart(from.nearest_points, begin[0], end[0], to.nearest_points);
+/// How much each of a result's vectors holds.
+using Mark = std::array<std::size_t, 8>;
+
+template <typename Data>
+Mark endOf(Data& data) {
+  Mark mark{};
+  std::size_t i = 0;
+  std::apply([&](auto&... vectors) { ((mark[i++] = vectors.size()), ...); }, vectorsOf(data));
+  return mark;
 }
 
-Mark endOf(const FeaturePairs& pairs) {
-  return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
+/// Adds what `from` holds from one mark to the other.
+template <typename Data, std::size_t... I>
+void append(Data& from, const Mark& begin, const Mark& end, Data& to, std::index_sequence<I...>) {
+  const auto sources = vectorsOf(from), targets = vectorsOf(to);
+  const auto at = [](auto& vector, std::size_t i) { return vector.begin() + std::ptrdiff_t(i); };
+  (std::get<I>(targets).insert(std::get<I>(targets).end(), at(std::get<I>(sources), begin[I]),
+                               at(std::get<I>(sources), end[I])),
+   ...);
 }
-void append(const FeaturePairs& from, const Mark& begin, const Mark& end, FeaturePairs& to) {
-  appendPart(from.vertex_face, begin[0], end[0], to.vertex_face);
-  appendPart(from.face_vertex, begin[1], end[1], to.face_vertex);
-  appendPart(from.edge_edge, begin[2], end[2], to.edge_edge);
-}
-
-template <typename S>
-Mark endOf(const VertexContacts<S>& contacts) {
-  return {contacts.size(), 0, 0};
-}
-template <typename S>
-void append(const VertexContacts<S>& from, const Mark& begin, const Mark& end,
-            VertexContacts<S>& to) {
-  appendPart(from.vertices, begin[0], end[0], to.vertices);
-  appendPart(from.distances, begin[0], end[0], to.distances);
-  appendPart(from.positions, begin[0], end[0], to.positions);
-  appendPart(from.nearest_points, begin[0], end[0], to.nearest_points);
-  appendPart(from.normals, begin[0], end[0], to.normals);
-  appendPart(from.triangles, begin[0], end[0], to.triangles);
-  appendPart(from.barycentric, begin[0], end[0], to.barycentric);
-  appendPart(from.areas, begin[0], end[0], to.areas);
+template <typename Data>
+void append(Data& from, const Mark& begin, const Mark& end, Data& to) {
+  constexpr std::size_t kVectors = std::tuple_size<decltype(vectorsOf(from))>::value;
+  append(from, begin, end, to, std::make_index_sequence<kVectors>());
 }
 
 /// What a pair found: some of what its thread found.
@@ -77,14 +66,15 @@ struct Found {
 
 /// Calls query(pair, found) for all pairs, on all threads; it appends to `found` and returns
 /// whether the pair counts. Then take(pair, mark) for each that does, in order, when `found` has
-/// all that was found for the pairs before and for this one, up to `mark`.
+/// all that was found for the pairs before and for this one, up to `mark`; it returns whether to go
+/// on.
 template <typename Data, typename Query, typename Take>
 void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& query, Data& found,
                 const Take& take) {
   const TaskPool pool(pairs.size() > 1 ? threads : 1);
   if (pool.size() == 1) {
     for (const BodyPair& pair : pairs)
-      if (query(pair, found)) take(pair, endOf(found));
+      if (query(pair, found) && !take(pair, endOf(found))) return;
     return;
   }
   static thread_local std::vector<Data> memory;
@@ -107,7 +97,7 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
     const Found& part = of_pair[i];
     if (!part.counts) continue;
     append(of_slot[part.slot], part.begin, part.end, found);
-    take(pairs[i], endOf(found));
+    if (!take(pairs[i], endOf(found))) return;
   }
 }
 
@@ -123,11 +113,6 @@ Data& scratch() {
 std::vector<BodyPair>& pairsOfThisThread() {
   static thread_local std::vector<BodyPair> pairs;
   return pairs;
-}
-
-template <typename S>
-bool isSelf(const BodyPair& pair) {
-  return pair.first == pair.second;
 }
 
 /// Adds each body that is to be tested against itself, where `pairs` are sorted.
@@ -165,6 +150,50 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
   return result.isCollision();
 }
 
+std::size_t offsetOf(const Mark& mark, const std::size_t*) { return mark[0]; }
+std::array<std::size_t, 3> offsetOf(const Mark& mark, const std::array<std::size_t, 3>*) {
+  return {mark[0], mark[1], mark[2]};
+}
+
+/// Overwrites a result, of which `found` is a part, by what query(first, second, found) finds for
+/// pairs of bodies, as queryPairs; up to the first pair that counts on request.
+template <typename S, typename Query, typename Result, typename Data>
+void collect(const std::vector<Body<S>>& bodies, int threads, const std::vector<BodyPair>& pairs,
+             const Query& query, Result& result, Data& found, bool first_only = false) {
+  using Offset = typename decltype(result.offsets)::value_type;
+  result.pairs.clear();
+  result.offsets.assign(1, Offset());
+  found.clear();
+  queryPairs(
+      first_only ? 1 : threads, pairs,
+      [&](const BodyPair& pair, Data& of_pair) {
+        return query(bodies[pair.first], bodies[pair.second], of_pair);
+      },
+      found,
+      [&](const BodyPair& pair, const Mark& mark) {
+        result.pairs.push_back({bodies[pair.first].id, bodies[pair.second].id});
+        result.offsets.push_back(offsetOf(mark, static_cast<const Offset*>(nullptr)));
+        return !first_only;
+      });
+}
+
+/// As above, where query(first, second, near) overwrites `near`, of which all counts.
+template <typename S, typename Query, typename Result>
+std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
+                         const std::vector<BodyPair>& pairs, const Query& query, Result& result) {
+  using Data = decltype(result.found);
+  collect(
+      bodies, threads, pairs,
+      [&](const Body<S>& a, const Body<S>& b, Data& found) {
+        Data& near = scratch<Data>();
+        query(a, b, near);
+        append(near, {}, endOf(near), found);
+        return near.size() > 0;
+      },
+      result, result.found);
+  return result.found.size();
+}
+
 }  // namespace
 
 template <typename S>
@@ -175,25 +204,12 @@ std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
   std::vector<BodyPair>& pairs = pairsOfThisThread();
   state.findPairs(0, pairs);
   addSelves(state.bodies, pairs);
-  result.pairs.clear();
-  result.contacts.clear();
-  result.offsets.assign(1, 0);
-  const auto test = [&](const BodyPair& pair, Contacts<S>& found) {
-    return collidePair(state.bodies[pair.first], state.bodies[pair.second], request, found);
-  };
-  const auto take = [&](const BodyPair& pair, const Mark& mark) {
-    result.pairs.push_back({state.bodies[pair.first].id, state.bodies[pair.second].id});
-    result.offsets.push_back(mark[0]);
-  };
-  if (!request.first_only) {
-    queryPairs(state.threads, pairs, test, result.contacts, take);
-    return result.pairs.size();
-  }
-  for (const BodyPair& pair : pairs) {
-    if (!test(pair, result.contacts)) continue;
-    take(pair, endOf<S>(result.contacts));
-    break;
-  }
+  collect(
+      state.bodies, state.threads, pairs,
+      [&](const Body<S>& a, const Body<S>& b, Contacts<S>& found) {
+        return collidePair(a, b, request, found);
+      },
+      result, result.contacts, request.first_only);
   return result.pairs.size();
 }
 
@@ -206,31 +222,17 @@ std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
   std::vector<BodyPair>& pairs = pairsOfThisThread();
   state.findPairs(double(request.distance), pairs);
   addSelves(state.bodies, pairs);
-  result.pairs.clear();
-  result.found.clear();
-  result.offsets.assign(1, 0);
-  queryPairs(
-      state.threads, pairs,
-      [&](const BodyPair& pair, TrianglePairs<S>& found) {
-        const Body<S>&a = state.bodies[pair.first], &b = state.bodies[pair.second];
-        if (!a.mesh || !b.mesh) return false;
-        TrianglePairs<S>& near = scratch<TrianglePairs<S>>();
-        if (&a == &b)
-          adaptive_bvh::pairsWithin(*a.mesh, request, near);
-        else
-          adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
-        if (&a == &b)
-          for (auto& points : near.nearest_points)
-            for (fcl::Vector3<S>& x : points) x = a.tf * x;
-        append(near, {}, endOf(near), found);
-        return near.size() > 0;
-      },
-      result.found,
-      [&](const BodyPair& pair, const Mark& mark) {
-        result.pairs.push_back({state.bodies[pair.first].id, state.bodies[pair.second].id});
-        result.offsets.push_back(mark[0]);
-      });
-  return result.found.size();
+  const auto query = [&](const Body<S>& a, const Body<S>& b, TrianglePairs<S>& near) {
+    if (!a.mesh || !b.mesh) return;
+    if (&a != &b) {
+      adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
+      return;
+    }
+    adaptive_bvh::pairsWithin(*a.mesh, request, near);
+    for (auto& points : near.nearest_points)
+      for (fcl::Vector3<S>& x : points) x = a.tf * x;
+  };
+  return collectFound(state.bodies, state.threads, pairs, query, result);
 }
 
 template <typename S>
@@ -241,28 +243,14 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
   std::vector<BodyPair>& pairs = pairsOfThisThread();
   state.findPairs(double(distance), pairs);
   addSelves(state.bodies, pairs);
-  result.pairs.clear();
-  result.found.clear();
-  result.offsets.assign(1, {});
-  queryPairs(
-      state.threads, pairs,
-      [&](const BodyPair& pair, FeaturePairs& found) {
-        const Body<S>&a = state.bodies[pair.first], &b = state.bodies[pair.second];
-        if (!a.mesh || !b.mesh) return false;
-        FeaturePairs& near = scratch<FeaturePairs>();
-        if (&a == &b)
-          adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
-        else
-          adaptive_bvh::featurePairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, distance, near);
-        append(near, {}, endOf(near), found);
-        return near.size() > 0;
-      },
-      result.found,
-      [&](const BodyPair& pair, const Mark& mark) {
-        result.pairs.push_back({state.bodies[pair.first].id, state.bodies[pair.second].id});
-        result.offsets.push_back(mark);
-      });
-  return result.found.size();
+  const auto query = [&](const Body<S>& a, const Body<S>& b, FeaturePairs& near) {
+    if (!a.mesh || !b.mesh) return;
+    if (&a == &b)
+      adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
+    else
+      adaptive_bvh::featurePairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, distance, near);
+  };
+  return collectFound(state.bodies, state.threads, pairs, query, result);
 }
 
 template <typename S>
@@ -274,32 +262,14 @@ std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) c
   state.findPairs(double(margin), pairs);
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});
-  const auto isAnswered = [&](const BodyPair& pair) {
-    const Body<S>&mesh = state.bodies[pair.first], &other = state.bodies[pair.second];
-    if (!mesh.mesh) return false;
-    if (other.mesh) return stateOf(*other.mesh).topology->owners.isClosed();
-    return other.geometry->getNodeType() != fcl::GEOM_OCTREE;
-  };
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), std::not_fn(isAnswered)), pairs.end());
   std::sort(pairs.begin(), pairs.end());
-  result.pairs.clear();
-  result.found.clear();
-  result.offsets.assign(1, 0);
-  queryPairs(
-      state.threads, pairs,
-      [&](const BodyPair& pair, VertexContacts<S>& found) {
-        const Body<S>&mesh = state.bodies[pair.first], &other = state.bodies[pair.second];
-        VertexContacts<S>& near = scratch<VertexContacts<S>>();
-        adaptive_bvh::vertexContacts(*mesh.mesh, mesh.tf, *other.geometry, other.tf, margin, near);
-        append(near, {}, endOf(near), found);
-        return near.size() > 0;
-      },
-      result.found,
-      [&](const BodyPair& pair, const Mark& mark) {
-        result.pairs.push_back({state.bodies[pair.first].id, state.bodies[pair.second].id});
-        result.offsets.push_back(mark[0]);
-      });
-  return result.found.size();
+  const auto query = [&](const Body<S>& a, const Body<S>& b, VertexContacts<S>& near) {
+    const bool has_inside = b.mesh ? stateOf(*b.mesh).topology->owners.isClosed()
+                                   : b.geometry->getNodeType() != fcl::GEOM_OCTREE;
+    if (a.mesh && has_inside)
+      adaptive_bvh::vertexContacts(*a.mesh, a.tf, *b.geometry, b.tf, margin, near);
+  };
+  return collectFound(state.bodies, state.threads, pairs, query, result);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \

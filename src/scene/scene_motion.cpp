@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "base/task_pool.h"
 #include "scene/scene_state.h"
 
@@ -48,8 +46,7 @@ struct SweptBodies {
 template <typename S>
 SceneImpact Scene<S>::earliestImpact(double separation) const {
   const State& state = *state_;
-  if (!(separation >= 0) || std::isinf(separation))
-    throw std::invalid_argument("adaptive_bvh: a separation is negative, infinite or not a number");
+  requireSeparation(separation);
   state.requireCurrent();
   static thread_local SweptBodies memory;
   SweptBodies& swept = memory;  // that of this thread, for all

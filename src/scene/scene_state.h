@@ -66,6 +66,17 @@ struct Scene<S>::State {
     return distance * (std::is_same<S, float>::value ? 1 + 2e-3 : 1 + 2e-6);
   }
 
+  /// Calls visit(body) for all bodies, those without bounds first, then by how far their boxes are
+  /// from a box at least; it returns the distance from which on no more are wanted.
+  template <typename Visit>
+  void visitByDistance(const WorldBox& box, const Visit& visit) const {
+    for (const unsigned place : unbounded) visit(bodies[place]);
+    if (box.isBounded())
+      tree.visitByDistance(box, [&](unsigned i, double) { return visit(bodies[in_tree[i]]); });
+    else
+      for (const unsigned place : in_tree) visit(bodies[place]);
+  }
+
   /// All pairs that count whose boxes are at most so far apart, by places, sorted.
   void findPairs(double distance, std::vector<BodyPair>& pairs) const {
     pairs.clear();

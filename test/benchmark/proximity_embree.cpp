@@ -193,6 +193,8 @@ class EmbreePoints : public ProximityMethod {
   std::vector<float> results_;
 };
 
+/// The t of first hits; or, with kAny, whether rays hit anything: 1 or 0.
+template <bool kAny>
 class EmbreeRays : public ProximityMethod {
  public:
   explicit EmbreeRays(const ProximityCase& c)
@@ -216,8 +218,13 @@ class EmbreeRays : public ProximityMethod {
       ray.ray.tfar = std::numeric_limits<float>::infinity();
       ray.ray.mask = ~0u;
       ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect1(body_.scene(), &context, &ray);
-      results_[i] = ray.ray.tfar;
+      if constexpr (kAny) {
+        rtcOccluded1(body_.scene(), &context, &ray.ray);
+        results_[i] = ray.ray.tfar < 0 ? 1.f : 0.f;
+      } else {
+        rtcIntersect1(body_.scene(), &context, &ray);
+        results_[i] = ray.ray.tfar;
+      }
     }
   }
   ProximityAnswer answer() const override {
@@ -231,44 +238,6 @@ class EmbreeRays : public ProximityMethod {
   std::vector<float> results_;
 };
 
-/// Whether rays hit anything: 1 or 0.
-class EmbreeAnyRays : public ProximityMethod {
- public:
-  explicit EmbreeAnyRays(const ProximityCase& c)
-      : case_(c),
-        device_(rtcNewDevice("threads=1")),
-        body_(device_.get(), c.scenario.first),
-        results_(c.points.size()) {}
-
-  void update(const Frame& frame) override { body_.update(frame.first); }
-  void ask() override {
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
-      RTCRay ray = {};
-      ray.org_x = float(case_.points[i][0]);
-      ray.org_y = float(case_.points[i][1]);
-      ray.org_z = float(case_.points[i][2]);
-      ray.dir_x = float(case_.directions[i][0]);
-      ray.dir_y = float(case_.directions[i][1]);
-      ray.dir_z = float(case_.directions[i][2]);
-      ray.tfar = std::numeric_limits<float>::infinity();
-      ray.mask = ~0u;
-      rtcOccluded1(body_.scene(), &context, &ray);
-      results_[i] = ray.tfar < 0;
-    }
-  }
-  ProximityAnswer answer() const override {
-    return {{}, std::vector<double>(results_.begin(), results_.end())};
-  }
-
- private:
-  const ProximityCase& case_;
-  Owned<RTCDevice> device_;
-  EmbreeTriangles body_;
-  std::vector<unsigned char> results_;
-};
-
 template <typename M>
 ProximityKind kind(const char* title, Question question) {
   return {title, {question}, [](const ProximityCase& c) { return std::make_unique<M>(c); }};
@@ -279,8 +248,8 @@ ProximityKind kind(const char* title, Question question) {
 std::vector<ProximityKind> embreeProximityMethods() {
   return {kind<EmbreePairs>("Embree", Question::Pairs),
           kind<EmbreePoints>("Embree, single precision", Question::Points),
-          kind<EmbreeRays>("Embree, single precision", Question::Rays),
-          kind<EmbreeAnyRays>("Embree, single precision", Question::AnyRays)};
+          kind<EmbreeRays<false>>("Embree, single precision", Question::Rays),
+          kind<EmbreeRays<true>>("Embree, single precision", Question::AnyRays)};
 }
 
 }  // namespace adaptive_bvh_bench
