@@ -150,8 +150,8 @@ class ShapeDistance : public testing::Test {
       ASSERT_GT(signed_distance, 0);
     }
   }
-  /// The shape moved by the depth along the normal is apart; along other directions it takes as
-  /// long.
+  /// The shape moved by the depth along the normal is apart; along other directions, far from the
+  /// normal and near it, it takes as long.
   void checkDepth(const Shape& shape, const exact::Triangle& t, const Point& normal, Real depth,
                   Real tolerance) {
     ASSERT_GE(depth, 0);
@@ -163,6 +163,8 @@ class ShapeDistance : public testing::Test {
     std::vector<Point> others = {normal, -normal, (t[1] - t[0]).cross(t[2] - t[0])};
     for (int k = 0; k < 3; ++k) others.insert(others.end(), {Point::Unit(k), -Point::Unit(k)});
     for (int i = 0; i < 20; ++i) others.push_back(exact::of(random().direction()));
+    for (Real step = 0.1L; step > 1e-6L; step /= 2)
+      others.push_back(normal + step * exact::of(random().direction()));
     for (const Point& other : others)
       if (other.norm() > 0) {
         ASSERT_GE(shape.way(t, other / other.norm()), depth - slack);

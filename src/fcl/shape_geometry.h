@@ -73,6 +73,9 @@ struct Cone final : RoundSet {
     const double share = r > 0 ? y[0] / r : 0;
     return {share * x[0], share * x[1], y[1]};
   }
+  Penetration penetration(const TrianglePoints<double>& triangle) const override {
+    return conePenetration(triangle, radius, half);
+  }
 };
 struct Ellipsoid final : RoundSet {
   Point radii;

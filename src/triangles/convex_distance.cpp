@@ -202,7 +202,8 @@ class ExpandingPolytope {
                            [](const Face& a, const Face& b) { return a.offset < b.offset; });
       const Vector top = measure(nearest->normal);
       best_.error = best_.depth - nearest->offset;
-      if (best_.error <= kError * extent_ || !grow(top)) break;
+      if (best_.error <= kError * extent_ || !grow(std::size_t(nearest - faces_.begin()), top))
+        break;
     }
     best_.depth = std::max(best_.depth, 0.);
     return best_;
@@ -212,10 +213,16 @@ class ExpandingPolytope {
   static constexpr double kError = 1e-10;
   static constexpr int kMostSteps = 300;
 
+  using Edge = std::pair<std::size_t, std::size_t>;
   struct Face {
     std::size_t corners[3];
     Vector normal;  ///< outward
     double offset;  ///< of its plane from the origin
+
+    Edge edge(std::size_t k) const { return {corners[k], corners[(k + 1) % 3]}; }
+    bool has(const Edge& other) const {
+      return edge(0) == other || edge(1) == other || edge(2) == other;
+    }
   };
 
   /// Asks how far the difference reaches along a direction of length 1: no shorter motion along it
@@ -269,29 +276,45 @@ class ExpandingPolytope {
     faces_.push_back({{a, b, c}, normal, offset});
   }
 
-  /// Replaces the faces that a new corner sees. False where it sees none.
-  bool grow(const Vector& top) {
+  /// Replaces the faces around `nearest` that a new corner sees. False where it does not see that
+  /// one. Only faces that are joined by edges go: else, where faces are nearly flat, those that
+  /// seem seen would be anywhere, and more would come than go.
+  bool grow(std::size_t nearest, const Vector& top) {
     const double least = 1e-3 * kError * extent_;
-    std::vector<std::pair<std::size_t, std::size_t>> horizon;
-    const auto end = std::remove_if(faces_.begin(), faces_.end(), [&](const Face& face) {
-      if (!(face.normal.dot(top) - face.offset > least)) return false;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::pair<std::size_t, std::size_t> edge = {face.corners[k],
-                                                          face.corners[(k + 1) % 3]};
-        const auto back =
-            std::find(horizon.begin(), horizon.end(), std::make_pair(edge.second, edge.first));
-        if (back == horizon.end())
-          horizon.push_back(edge);
-        else
-          horizon.erase(back);
+    const auto isSeen = [&](const Face& face) {
+      return face.normal.dot(top) - face.offset > least;
+    };
+    if (!isSeen(faces_[nearest])) return false;
+    std::vector<Edge> horizon;
+    take(nearest, horizon);
+    for (std::size_t i = 0; i < faces_.size();) {
+      const Face& face = faces_[i];
+      const bool is_joined = std::any_of(horizon.begin(), horizon.end(), [&](const Edge& edge) {
+        return face.has({edge.second, edge.first});
+      });
+      if (!is_joined || !isSeen(face)) {
+        ++i;
+        continue;
       }
-      return true;
-    });
-    if (end == faces_.end()) return false;
-    faces_.erase(end, faces_.end());
+      take(i, horizon);
+      i = 0;
+    }
     corners_.push_back(top);
     for (const auto& [from, to] : horizon) addFace(from, to, corners_.size() - 1);
     return true;
+  }
+  /// Removes a face, and changes the edge of the hole.
+  void take(std::size_t face, std::vector<Edge>& horizon) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge edge = faces_[face].edge(k);
+      const auto back = std::find(horizon.begin(), horizon.end(), Edge(edge.second, edge.first));
+      if (back == horizon.end())
+        horizon.push_back(edge);
+      else
+        horizon.erase(back);
+    }
+    faces_[face] = faces_.back();
+    faces_.pop_back();
   }
 
   const DifferenceSet& differences_;

@@ -42,8 +42,15 @@ ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set
 /// both.
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 
-/// How deep a triangle is in a cylinder around the z axis, from -half to half, that it touches. By
-/// the directions in which the way out can be shortest: docs/bounds.md, 17.
+// How deep a triangle is in a round shape that it touches, by the directions in which the way out
+// can be shortest (docs/bounds.md, 17).
+
+/// A cylinder around the z axis, from -half to half.
 Penetration cylinderPenetration(const TrianglePoints<double>& triangle, double radius, double half);
+/// A cone around the z axis, with its base at -half and its tip at half.
+Penetration conePenetration(const TrianglePoints<double>& triangle, double radius, double half);
+/// An ellipsoid with its axes along the coordinates.
+Penetration ellipsoidPenetration(const TrianglePoints<double>& triangle,
+                                 const fcl::Vector3d& radii);
 
 }  // namespace adaptive_bvh

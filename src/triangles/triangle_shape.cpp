@@ -4,56 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "triangles/shortest_way.h"
+
 namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
-
-/// Of all motions of a convex polytope along some axes, the shortest that separates it from a
-/// triangle. Where the axes are the normals of the faces of their difference, it is the shortest of
-/// all.
-template <std::size_t kCorners>
-class ShortestWay {
- public:
-  ShortestWay(const Triangle& triangle, const std::array<Vector, kCorners>& corners)
-      : triangle_(triangle), corners_(corners) {}
-
-  void tryAxis(const Vector& axis) {
-    const double length = axis.norm();
-    if (!(length > 0)) return;
-    const auto [t_low, t_high] = ends(triangle_, axis);
-    const auto [c_low, c_high] = ends(corners_, axis);
-    take(axis / length, (t_high - c_low) / length);
-    take(-axis / length, (c_high - t_low) / length);
-  }
-
-  double depth() const { return std::max(depth_, 0.); }
-  /// Less than 0 where they are apart along the normal.
-  double signedDepth() const { return depth_; }
-  const Vector& normal() const { return normal_; }
-
- private:
-  template <typename Points>
-  static std::pair<double, double> ends(const Points& points, const Vector& axis) {
-    std::pair<double, double> ends = {axis.dot(points[0]), axis.dot(points[0])};
-    for (const Vector& x : points) {
-      ends.first = std::min(ends.first, axis.dot(x));
-      ends.second = std::max(ends.second, axis.dot(x));
-    }
-    return ends;
-  }
-  void take(const Vector& normal, double depth) {
-    if (!(depth < depth_)) return;
-    depth_ = depth;
-    normal_ = normal;
-  }
-
-  const Triangle& triangle_;
-  const std::array<Vector, kCorners>& corners_;
-  double depth_ = std::numeric_limits<double>::infinity();
-  Vector normal_ = Vector::UnitX();
-};
 
 /// Products of edges may be rounding alone where edges are parallel.
 Vector acrossEdges(const Vector& e, const Vector& f) {
@@ -63,9 +20,6 @@ Vector acrossEdges(const Vector& e, const Vector& f) {
 }
 
 std::array<Vector, 3> edgesOf(const Triangle& t) { return {t[1] - t[0], t[2] - t[1], t[0] - t[2]}; }
-Vector faceNormal(const Triangle& t) {
-  return isThin(t) ? Vector(Vector::Zero()) : Vector((t[1] - t[0]).cross(t[2] - t[0]));
-}
 
 }  // namespace
 
@@ -106,17 +60,15 @@ bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) co
     contact = {on_triangle, between / gap.distance, radius_ - gap.distance};
     return true;
   }
-  const Vector end(0, 0, half_);
-  const std::array<Vector, 2> ends = {end, -end};
-  ShortestWay<2> way(triangle, ends);
-  way.tryAxis(between);
-  way.tryAxis(faceNormal(triangle));
-  for (const Vector& edge : edgesOf(triangle)) way.tryAxis(acrossEdges(edge, end));
+  ShortestWay way(triangle, [&](const Vector& m) { return half_ * std::abs(m[2]); });
+  way.tryBoth(between);
+  way.tryFaceNormal();
+  for (const Vector& edge : edgesOf(triangle)) way.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
   if (isThin(triangle)) {  // parallel to the segment, perhaps
-    way.tryAxis(Vector::UnitX());
-    way.tryAxis(Vector::UnitY());
+    way.tryBoth(Vector::UnitX());
+    way.tryBoth(Vector::UnitY());
     for (const Vector& edge : edgesOf(triangle))
-      if (half_ == 0 && !edge.isZero(0)) way.tryAxis(edge.unitOrthogonal());
+      if (half_ == 0 && !edge.isZero(0)) way.tryBoth(edge.unitOrthogonal());
   }
   contact = {on_triangle, way.normal(), std::max(0., radius_ + way.signedDepth())};
   return true;
@@ -154,15 +106,12 @@ TriangleGap BoxShape::gap(const Triangle& triangle) const {
 bool BoxShape::touches(const Triangle& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
-  std::array<Vector, 8> corners;
-  for (std::size_t i = 0; i < 8; ++i)
-    corners[i] = half_.cwiseProduct(Vector(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
-  ShortestWay<8> way(triangle, corners);
-  for (int k = 0; k < 3; ++k) way.tryAxis(Vector::Unit(k));
-  way.tryAxis(faceNormal(triangle));
+  ShortestWay way(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
+  for (int k = 0; k < 3; ++k) way.tryBoth(Vector::Unit(k));
+  way.tryFaceNormal();
   for (const Vector& edge : edgesOf(triangle))
-    for (int k = 0; k < 3; ++k) way.tryAxis(acrossEdges(edge, Vector::Unit(k)));
-  contact = {common.points.first, way.normal(), way.depth()};
+    for (int k = 0; k < 3; ++k) way.tryBoth(acrossEdges(edge, Vector::Unit(k)));
+  contact = {common.points.first, way.normal(), std::max(0., way.signedDepth())};
   return true;
 }
 
