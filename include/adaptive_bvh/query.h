@@ -84,7 +84,7 @@ namespace queries {
 /// (docs/guide.md, "Where FCL's answers are wrong"). Distances to a sphere, capsule, box, plane,
 /// half-space or cell are those of their geometry, with the same error; to a cylinder, cone,
 /// ellipsoid or convex they are off by less than 2^-42 of the extent. (A convex counts as touching
-/// below 2^-46.) Depths are exact up to 2^-38 of the extent, of the last four shapes up to 1e-10.
+/// below 2^-46.) Depths are exact up to 2^-38 of the extent, those of a convex up to 1e-10.
 /// Results are rounded to S. The solver that a request names is not used.
 ///
 /// **Nearest points** are in the world. Two meshes have them when `enable_nearest_points` is set, a
