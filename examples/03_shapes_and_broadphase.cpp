@@ -64,9 +64,9 @@ int main(int argc, char** argv) {
 
   Page page(argc, argv, "A gripper pad among shapes");
   page.add(*model, gripper.getTransform(), "pad");
-  page.addShape(fcl::Sphered(0.2), ball.getTransform(), "ball", 16u, 16u);
-  page.addShape(fcl::Cylinderd(0.1, 0.8), pin.getTransform(), "pin", 24u, 1u);
-  page.addShape(fcl::Boxd(4, 4, 0.1), bin.getTransform(), "bin");
+  page.add(fcl::Sphered(0.2), ball.getTransform(), "ball");
+  page.add(fcl::Cylinderd(0.1, 0.8), pin.getTransform(), "pin");
+  page.add(fcl::Boxd(4, 4, 0.1), bin.getTransform(), "bin");
   for (int step = 1; step <= 10; ++step) {
     model->update(pad(0.1 * step));
     adaptive_bvh::refresh(gripper, manager);

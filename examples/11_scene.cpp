@@ -63,16 +63,17 @@ int main(int argc, char** argv) {
     scene.add(part(i), tf);
   }
   Page page(argc, argv, "A hose in an engine bay");
-  page.add(mesh, fcl::Transform3d::Identity(), "hose");
+  page.follow(scene);
   adaptive_bvh::SceneCollisionRequest pairs_only;
   pairs_only.contacts_per_pair = 0;
   adaptive_bvh::SceneCollisions<double> touching;
   for (int step = 1; step <= 40; ++step) {
     mesh.update(hoseAt(0.05 * step));
     scene.update();
-    page.frame();
     const auto nearest = scene.nearest(id);
     scene.collisions(pairs_only, touching);
+    page.note("Nearest to the hose: body " + std::to_string(nearest.bodies.second));
+    page.frame(nearest);
     if (step % 5 == 0)
       std::printf("step %2d: nearest is part %2u at %.4f, %zu parts touch\n", step,
                   nearest.bodies.second, nearest.distance, touching.pairs.size());

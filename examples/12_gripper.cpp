@@ -43,8 +43,10 @@ int main(int argc, char** argv) {
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   std::array<Mesh, 2> fingers = {pad(-0.03), pad(0.03)};
   const std::array<Points, 2> open = {fingers[0].vertices(), fingers[1].vertices()};
-  Page page(argc, argv, "Two soft fingers close on a cylinder");
-  for (const Mesh& finger : fingers) page.add(finger, still, "finger");
+  Page page(argc, argv, "Two soft fingers close on a cylinder", "m");
+  page.add(cylinder, still, "cylinder");
+  const std::array<int, 2> bodies = {page.add(fingers[0], still, "left finger"),
+                                     page.add(fingers[1], still, "right finger")};
   adaptive_bvh::VertexContacts<double> contacts;
   for (int step = 1; step <= kSteps; ++step) {
     const double closed = kTravel * std::min(1., 2. * step / kSteps);
@@ -57,13 +59,17 @@ int main(int argc, char** argv) {
         forces[v] = kMaterial * (held - positions[v]);
       }
       vertexContacts(fingers[f], still, cylinder, still, kMargin, contacts);
+      Points pushes;  // contact forces, for the page
       for (std::size_t i = 0; i < contacts.size(); ++i) {
         const double pressure = kPressure * (kMargin - contacts.distances[i]);
         const Point force = -pressure * contacts.areas[i] * contacts.normals[i];
         forces[contacts.vertices[i]] += force;
+        pushes.push_back(force);
         grip[f] += force[0];
         deepest = std::min(deepest, contacts.distances[i]);
       }
+      page.arrows("contact force, N", contacts.positions, pushes);
+      page.colour(bodies[f], fingers[f].triangles(), contacts.vertices);
       for (std::size_t v = 0; v < positions.size(); ++v) {
         positions[v] += kMobility * forces[v];
         moved = std::max(moved, kMobility * forces[v].norm());

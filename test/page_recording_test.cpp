@@ -10,14 +10,27 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <map>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <nlohmann/json.hpp>
 
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
+#include "recording/shape_mesh.h"
 
 namespace adaptive_bvh_test {
 namespace page_recording_test {
@@ -202,6 +215,16 @@ void expectVolumes(const Page& page, std::size_t frame, std::size_t body,
   }
 }
 
+template <typename Call>
+std::string messageOf(Call&& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
 template <typename BV>
 class PageOf : public testing::Test {};
 using Volumes =
@@ -364,6 +387,216 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   EXPECT_FALSE(page.run["frames"][1].contains("distance"));
 }
 
+/// Arrows and segments are those given, within the precision of the box around them; pairs that are
+/// not finite are left out.
+TEST(PageRecording, ArrowsAndSegmentsAreThoseGiven) {
+  const TriangleMesh<float> mesh = sheet<float>(4, 0);
+  DeformableMesh<float> body(mesh);
+  Recording recording;
+  recording.add(body, fcl::Transform3f(fcl::Transform3f::Identity()), "sheet");
+  const std::vector<fcl::Vector3f> origins = {{1, 2, 3}, {4, 5, 6}, {7, 8, float(kNaN)}},
+                                   forces = {{0, 0, 1}, {0, -2, 0.5f}, {1, 1, 1}};
+  FrameResults results;
+  results.addArrows("force", origins, forces, 0.25).addArrows("normal", forces, origins);
+  results.addSegments<double>("pair", {{fcl::Vector3d(0, 1, 2), fcl::Vector3d(3, 4, 6)}});
+  recording.frame(results);
+  recording.frame();
+  const Page page(recording);
+  const json arrows = page.run["frames"][0]["arrows"], segments = page.run["frames"][0]["segments"];
+  ASSERT_EQ(arrows.size(), 2u);
+  EXPECT_EQ(arrows[0]["label"], "force");
+  EXPECT_EQ(arrows[0]["scale"], 0.25);
+  EXPECT_EQ(arrows[1]["scale"], 0);
+  const auto from = page.points(arrows[0]["blocks"][0]),
+             along = page.points(arrows[0]["blocks"][1]);
+  ASSERT_EQ(from.size(), 2u);
+  ASSERT_EQ(along.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_LT((from[i] - origins[i].cast<double>()).norm(), 1e-4);
+    EXPECT_LT((along[i] - forces[i].cast<double>()).norm(), 1e-4);
+  }
+  EXPECT_EQ(segments[0]["label"], "pair");
+  EXPECT_EQ(page.points(segments[0]["blocks"][1])[0], fcl::Vector3d(3, 4, 6));
+  EXPECT_FALSE(page.run["frames"][1].contains("arrows"));
+
+  results.arrows[0].vectors.pop_back();
+  EXPECT_ANY_THROW(recording.frame(results));
+  results.arrows[0].vectors.push_back(fcl::Vector3d::Zero());
+  results.arrows[0].scale = -1;
+  EXPECT_ANY_THROW(recording.frame(results));
+  EXPECT_EQ(recording.frames(), 2) << "what is refused is not recorded";
+}
+
+/// Contact regions colour the triangles that they have, by the identity of a tracker.
+TEST(PageRecording, PatchesAreThoseOfTheRegions) {
+  const TriangleMesh<double> ball = adaptive_bvh::shapeMesh<double>(fcl::Boxd(1, 1, 1));
+  TriangleMesh<double> closed = ball;
+  adaptive_bvh::weldVertices(closed);
+  const DeformableMeshd first(closed), second(closed);
+  fcl::Transform3d aside = fcl::Transform3d::Identity();
+  aside.translation() = fcl::Vector3d(0.7, 0.1, 0.2);
+  adaptive_bvh::ContactRegions<double> regions;
+  ASSERT_EQ(adaptive_bvh::contactRegions(first, fcl::Transform3d(fcl::Transform3d::Identity()),
+                                         second, aside, regions),
+            1u);
+  Recording recording;
+  recording.add(first, fcl::Transform3d(fcl::Transform3d::Identity()), "first");
+  const int body = recording.add(second, aside, "second");
+  FrameResults results;
+  results.colourTriangles(body, regions.second, {77});
+  EXPECT_THROW(results.colourTriangles(body, regions.second, {1, 2}), std::invalid_argument);
+  recording.frame(results);
+  const Page page(recording);
+  EXPECT_FALSE(page.run["frames"][0]["bodies"][0].contains("patches"));
+  const json block = page.run["frames"][0]["bodies"][1]["patches"];
+  const std::size_t count = block["count"];
+  ASSERT_GT(count, 0u);
+  const auto numbers = page.numbers<std::uint32_t>(block["at"], 2 * count);
+  const std::vector<unsigned>& triangles = regions.second.triangles;
+  EXPECT_EQ(std::vector<unsigned>(numbers.begin(), numbers.begin() + long(count)), triangles);
+  for (std::size_t i = count; i < 2 * count; ++i) EXPECT_EQ(numbers[i], 77u);
+
+  results.patches[0].triangles[0] = 12;
+  EXPECT_ANY_THROW(recording.frame(results)) << "there is no triangle 12";
+  results.patches[0].triangles.pop_back();
+  EXPECT_ANY_THROW(recording.frame(results)) << "one patch too many";
+  EXPECT_EQ(recording.frames(), 1);
+}
+
+/// The volume that triangles enclose, which face outward.
+double volumeOf(const TriangleMesh<double>& mesh) {
+  double volume = 0;
+  for (const fcl::Triangle& t : mesh.triangles)
+    volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
+  return volume;
+}
+
+/// The surfaces of shapes: closed, facing outward, with the extents and nearly the volume of the
+/// shape.
+TEST(PageRecording, ShapesAreTheirSurfaces) {
+  const auto corners = std::make_shared<const std::vector<fcl::Vector3d>>(
+      std::vector<fcl::Vector3d>{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4}});
+  const auto faces = std::make_shared<const std::vector<int>>(
+      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 0, 3, 2, 3, 1, 2, 3});
+  struct Case {
+    std::shared_ptr<fcl::CollisionGeometryd> shape;
+    fcl::Vector3d size;
+    double volume;
+  };
+  const double pi = std::acos(-1);
+  const Case cases[] = {
+      {std::make_shared<fcl::Boxd>(1, 2, 3), {1, 2, 3}, 6},
+      {std::make_shared<fcl::Sphered>(2), {4, 4, 4}, 4. / 3 * pi * 8},
+      {std::make_shared<fcl::Capsuled>(1, 3), {2, 2, 5}, 4. / 3 * pi + 3 * pi},
+      {std::make_shared<fcl::Cylinderd>(2, 5), {4, 4, 5}, 20 * pi},
+      {std::make_shared<fcl::Coned>(2, 3), {4, 4, 3}, 4 * pi},
+      {std::make_shared<fcl::Ellipsoidd>(1, 2, 3), {2, 4, 6}, 4. / 3 * pi * 6},
+      {std::make_shared<fcl::Convexd>(corners, 4, faces), {2, 3, 4}, 4},
+  };
+  for (const auto& [shape, size, volume] : cases) {
+    TriangleMesh<double> mesh = adaptive_bvh::shapeMesh(*shape);
+    EXPECT_NEAR(volumeOf(mesh), volume, 0.015 * volume) << shape->getNodeType();
+    fcl::Vector3d low = mesh.vertices[0], high = low;
+    for (const fcl::Vector3d& point : mesh.vertices) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+    EXPECT_LT((high - low - size).norm(), 1e-12) << shape->getNodeType();
+    // Each edge comes once in either direction.
+    adaptive_bvh::weldVertices(mesh, 1e-9);
+    std::map<std::pair<std::size_t, std::size_t>, int> edges;
+    for (const fcl::Triangle& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+    for (const auto& [edge, count] : edges) {
+      ASSERT_EQ(count, 1) << shape->getNodeType();
+      ASSERT_TRUE(edges.count({edge.second, edge.first})) << shape->getNodeType();
+    }
+  }
+  const fcl::Vector3d up(0, 0.6, 0.8);
+  for (const TriangleMesh<double>& mesh : {adaptive_bvh::shapeMesh<double>(fcl::Planed(up, 2)),
+                                           adaptive_bvh::shapeMesh<double>(fcl::Halfspaced(up, 2))})
+    for (const fcl::Vector3d& corner : mesh.vertices) {
+      EXPECT_NEAR(up.dot(corner), 2, 1e-12);
+      EXPECT_NEAR((corner - 2 * up).norm(), std::sqrt(2), 1e-12);
+    }
+}
+
+TEST(PageRecording, ShapesAreBodies) {
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
+  Recording recording;
+  recording.add(fcl::Sphered(2), origin, "ball");  // copied
+  recording.add(fcl::Halfspaced(fcl::Vector3d::UnitZ(), -1), origin, "ground");
+  recording.frame();
+  recording.frame();
+  const Page page(recording);
+  EXPECT_EQ(page.run["bodies"][0]["unbounded"], false);
+  EXPECT_EQ(page.run["bodies"][1]["unbounded"], true);
+  expectPositions(page, 1, 0, adaptive_bvh::shapeMesh<double>(fcl::Sphered(2)).vertices);
+  EXPECT_FALSE(page.run["frames"][1]["bodies"][0].contains("positions"));
+  const fcl::BVHModel<fcl::RSSd> plain;
+  EXPECT_THROW(recording.add(plain, origin, "plain"), std::invalid_argument);
+}
+
+/// Bodies come and go between frames, and keep their numbers.
+TEST(PageRecording, BodiesAppearAndVanish) {
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
+  DeformableMeshd late(sheet<double>(3, 1));
+  Recording recording;
+  recording.add(fcl::Sphered(2), origin, "ball");
+  recording.frame();
+  EXPECT_EQ(recording.add(late, origin, "late"), 1);
+  recording.frame();
+  recording.remove(0);
+  FrameResults results;
+  results.addClearance(0, std::vector<double>(3, 1.));
+  EXPECT_EQ(messageOf([&] { recording.frame(results); }),
+            "Recording::frame: a clearance of 'ball', which was removed");
+  recording.frame();
+  EXPECT_EQ(messageOf([&] { recording.place(0, origin); }), "Recording::place: 'ball' was removed");
+  const Page page(recording);
+  EXPECT_EQ(page.run["frames"][0]["bodies"].size(), 1u);
+  EXPECT_EQ(page.run["frames"][1]["bodies"].size(), 2u);
+  EXPECT_TRUE(page.run["frames"][2]["bodies"][0].is_null());
+  expectPositions(page, 2, 1, late.vertices());
+}
+
+/// A scene is recorded with its transforms, names, and the bodies that it has at each frame.
+TEST(PageRecording, FollowsAScene) {
+  fcl::Transform3f up = fcl::Transform3f::Identity();
+  up.translation().z() = 3;
+  DeformableMesh<float> cloth(sheet<float>(5, 0));
+  adaptive_bvh::Scenef scene;
+  const auto of_cloth = scene.add(cloth);
+  const auto of_ball = scene.add(std::make_shared<fcl::Spheref>(0.5f), up);
+  Recording recording;
+  recording.follow(scene);
+  EXPECT_THROW(recording.follow(scene), std::logic_error);
+  EXPECT_EQ(recording.bodyOf(of_ball), 1);
+  recording.frame();
+  cloth.update(sheet<float>(5, 0.4).vertices);
+  up.translation().x() = -2;
+  scene.setTransform(of_ball, up);
+  const auto of_box = scene.add(std::make_shared<fcl::Boxf>(1.f, 2.f, 3.f), up);
+  EXPECT_EQ(recording.bodyOf(of_box), 2) << "before a frame has it";
+  recording.frame();
+  scene.remove(of_ball);
+  scene.update();
+  recording.frame(FrameResults().add(scene.nearest(of_cloth)));
+  EXPECT_ANY_THROW(recording.bodyOf(of_ball));
+  const Page page(recording);
+  EXPECT_EQ(page.run["bodies"][1]["name"], "body " + std::to_string(of_ball));
+  EXPECT_EQ(page.run["frames"][0]["bodies"][1]["pose"][11], 3);
+  EXPECT_EQ(page.run["frames"][1]["bodies"][1]["pose"][9], -2);
+  EXPECT_EQ(page.run["frames"][0]["bodies"].size(), 2u);
+  EXPECT_TRUE(page.run["frames"][2]["bodies"][1].is_null());
+  EXPECT_FALSE(page.run["frames"][2]["bodies"][2].is_null());
+  expectPositions(page, 0, 0, sheet<float>(5, 0).vertices);
+  expectPositions(page, 2, 0, cloth.vertices());
+  const json last = page.run["frames"][2];
+  EXPECT_EQ(last["distance"].get<double>(), double(scene.nearest(of_cloth).distance));
+  EXPECT_EQ(last["nearest"].size(), 1u);
+}
+
 /// What was not computed is left out, not shown as a number.
 TEST(PageRecording, UndefinedNumbersAreLeftOut) {
   AdaptiveBVHModeld model;
@@ -441,16 +674,6 @@ TEST(PageRecording, WithoutVolumes) {
   }
 }
 
-template <typename Call>
-std::string messageOf(Call&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
-}
-
 TEST(PageRecording, SaysWhatIsWrong) {
   const auto origin = fcl::Transform3d::Identity();
   AdaptiveBVHModeld model, empty;
@@ -481,7 +704,7 @@ TEST(PageRecording, SaysWhatIsWrong) {
   EXPECT_EQ(messageOf([&] { recording.place(0, bad); }),
             "Recording::place: the transform is not finite");
   recording.frame();
-  EXPECT_THROW(recording.add(model, origin, "late"), std::logic_error);
+  EXPECT_EQ(messageOf([&] { recording.remove(1); }), "Recording::remove: body 1, of 1");
   fillModel(sheet<double>(5, 0), model);
   EXPECT_EQ(messageOf([&] { recording.frame(); }),
             "Recording::frame: 'sheet' has 36 vertices and 50 triangles, and had 25 and 32 when it "

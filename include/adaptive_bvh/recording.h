@@ -2,18 +2,24 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <fcl/geometry/collision_geometry.h>
 #include <fcl/narrowphase/collision_result.h>
 #include <fcl/narrowphase/distance_result.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/mesh.h"
+#include "adaptive_bvh/scene.h"
 
 namespace adaptive_bvh {
 
@@ -25,7 +31,7 @@ class BodySource;  ///< What is read of a mesh or model (src/recording/body.h).
 /// Needs nlohmann-json and three.js to build.
 ///
 ///     adaptive_bvh::Recording recording;
-///     recording.add(hose, hose_pose, "hose");  // DeformableMeshes, or AdaptiveBVHModels
+///     recording.add(hose, hose_pose, "hose");  // a DeformableMesh, AdaptiveBVHModel or shape
 ///     recording.add(engine, engine_pose, "engine");
 ///     for (...) {
 ///       hose.update(positions);
@@ -33,11 +39,38 @@ class BodySource;  ///< What is read of a mesh or model (src/recording/body.h).
 ///       recording.frame(result);
 ///     }
 ///     recording.write("run.html");
+///
+/// `recording.follow(scene)` takes the place of `add` where a Scene holds the bodies.
 
 /// A number for every vertex of a body, to be painted on it.
 struct VertexValues {
   int body = 0;                ///< what Recording::add returned
   std::vector<double> values;  ///< one a vertex, finite; as `clearance` (proximity.h) computes
+};
+
+/// Vectors in one frame, such as normals or forces. Drawn as arrows, all of one label in one
+/// colour.
+struct Arrows {
+  std::string label;                   ///< names them on the page, e.g. "contact force, N"
+  std::vector<fcl::Vector3d> origins;  ///< in the world
+  std::vector<fcl::Vector3d> vectors;  ///< as many as origins
+  /// Drawn length of a vector of length 1, in the bodies' unit. 0: the longest vector with this
+  /// label in the run is drawn as long as an eighth of the scene.
+  double scale = 0;
+};
+
+/// Pairs of points in one frame, such as the nearest points of feature pairs. Drawn as segments,
+/// all of one label in one colour.
+struct Segments {
+  std::string label;                                ///< names them on the page
+  std::vector<std::array<fcl::Vector3d, 2>> pairs;  ///< both ends of each, in the world
+};
+
+/// Triangles of a body that are coloured in one frame, by patch.
+struct TrianglePatches {
+  int body = 0;                        ///< what Recording::add returned
+  std::vector<unsigned> triangles;     ///< indices; of a triangle that comes twice the last counts
+  std::vector<std::uint64_t> patches;  ///< one a triangle. Equal numbers get equal colours.
 };
 
 /// What a run has computed in one frame. Every member may be left out; lengths are in the bodies'
@@ -51,6 +84,9 @@ struct FrameResults {
   std::optional<std::size_t> contact_count;  ///< pairs of triangles that touch
   std::vector<fcl::Vector3d> contacts;       ///< where they do: drawn as points
   std::vector<VertexValues> clearance;       ///< at most one a body
+  std::vector<Arrows> arrows;                ///< vectors at points
+  std::vector<Segments> segments;            ///< pairs of points beside nearest_points
+  std::vector<TrianglePatches> patches;      ///< at most one a body
   std::string note;                          ///< shown with the frame
 
   FrameResults() = default;
@@ -87,6 +123,61 @@ struct FrameResults {
   template <typename S>
   FrameResults& addClearance(int body, const std::vector<S>& values) {
     clearance.push_back({body, std::vector<double>(values.begin(), values.end())});
+    return *this;
+  }
+  /// The nearest pair of a scene: its distance and points. Nothing where there is no pair.
+  template <typename S>
+  FrameResults& add(const SceneDistance<S>& result) {
+    if (!result.exists()) return *this;
+    const double now = static_cast<double>(result.distance);
+    if (!distance || now < *distance) distance = now;
+    nearest_points.push_back(
+        {result.points[0].template cast<double>(), result.points[1].template cast<double>()});
+    return *this;
+  }
+  /// The contacts of a scene. Their positions are known where `enable_contact` was set.
+  template <typename S>
+  FrameResults& add(const SceneCollisions<S>& result) {
+    contact_count = contact_count.value_or(0) + result.contacts.size();
+    for (const fcl::Contact<S>& contact : result.contacts)
+      contacts.push_back(contact.pos.template cast<double>());
+    return *this;
+  }
+  /// Arrows at points, e.g. at VertexContacts::positions along VertexContacts::normals; see Arrows.
+  template <typename S>
+  FrameResults& addArrows(const std::string& label, const std::vector<fcl::Vector3<S>>& origins,
+                          const std::vector<fcl::Vector3<S>>& vectors, double scale = 0) {
+    Arrows added{label, {}, {}, scale};
+    for (const auto& point : origins) added.origins.push_back(point.template cast<double>());
+    for (const auto& vector : vectors) added.vectors.push_back(vector.template cast<double>());
+    arrows.push_back(std::move(added));
+    return *this;
+  }
+  /// Segments between points, e.g. FeatureDetails::nearest_points; see Segments.
+  template <typename S>
+  FrameResults& addSegments(const std::string& label,
+                            const std::vector<std::array<fcl::Vector3<S>, 2>>& pairs) {
+    Segments added{label, {}};
+    for (const auto& [a, b] : pairs)
+      added.pairs.push_back({a.template cast<double>(), b.template cast<double>()});
+    segments.push_back(std::move(added));
+    return *this;
+  }
+  /// Colours the triangles of `body` in contact regions, each region in a colour of its own.
+  /// `regions` is ContactRegions::first where `body` is the first mesh, else
+  /// ContactRegions::second. With the `ids` of a ContactTracker a region keeps its colour over
+  /// frames. Throws std::invalid_argument when there are ids, but not one a region.
+  template <typename S>
+  FrameResults& colourTriangles(int body, const ContactPatches<S>& regions,
+                                const std::vector<std::uint64_t>& ids = {}) {
+    const std::size_t count = regions.begins.empty() ? 0 : regions.begins.size() - 1;
+    if (!ids.empty() && ids.size() != count)
+      throw std::invalid_argument("FrameResults::colourTriangles: " + std::to_string(ids.size()) +
+                                  " ids given for " + std::to_string(count) + " regions");
+    TrianglePatches added{body, regions.triangles, {}};
+    for (std::size_t r = 0; r < count; ++r)
+      added.patches.resize(regions.begins[r + 1], ids.empty() ? r : ids[r]);
+    patches.push_back(std::move(added));
     return *this;
   }
   /// How long updates and queries of this frame took, in milliseconds.
@@ -137,19 +228,33 @@ class Recording {
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
-  /// A body of the run, placed by `tf`. Its triangles are those of now. Returns its number: 0, 1,
-  /// ... Throws std::invalid_argument when its transform is not finite, and std::logic_error when
-  /// frames have been recorded.
+  /// A DeformableMesh, FCL shape or octree, placed by `tf`, from the next frame on. Its triangles
+  /// are those of now; shapes and octrees are copied. Returns its number: 0, 1, ... Planes and
+  /// half-spaces are drawn as a square. Throws std::invalid_argument when the transform is not
+  /// finite, when the body has no triangles, and on any other geometry.
   template <typename S>
-  int add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf, const std::string& name);
-  /// As above, with its volumes. Throws std::invalid_argument also when the model has no triangles
-  /// or is not built.
+  int add(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf,
+          const std::string& name);
+  /// A model, with its volumes. Throws std::invalid_argument also when it is not built.
   template <typename BV>
   int add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
           const std::string& name);
-  /// A body that does not deform and is only looked at: an obstacle, or a shape as a mesh. Copied.
-  /// Throws as above.
+  /// A copy of a mesh that does not deform and is only looked at. Throws std::invalid_argument also
+  /// when a vertex is not finite or a triangle names a missing one.
   int add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf, const std::string& name);
+  /// Takes a body out from the next frame on. Its number is never given again. Throws
+  /// std::invalid_argument when there is no such body.
+  void remove(int body);
+
+  /// Records the bodies of a scene with their transforms: `frame` reads them, adds bodies that are
+  /// new in the scene and removes those that have left it. The scene must live until the last call
+  /// of `frame`. `name` names a body on the page, by default "body 7" for the id 7. Throws
+  /// std::logic_error when a scene is followed already.
+  template <typename S>
+  void follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name = {});
+  /// The number of a body of the followed scene, for VertexValues and TrianglePatches. Throws
+  /// std::invalid_argument when no scene with such a body is followed.
+  int bodyOf(BodyId id);
 
   /// The body's transform from the next frame on. Throws std::invalid_argument when there is no
   /// such body or the transform is not finite.
@@ -157,12 +262,12 @@ class Recording {
 
   /// Records the bodies as they are now, with what was computed. Takes about 12 ns a vertex that
   /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a body
-  /// has another number of vertices or triangles than when it was added, or a clearance names a
-  /// missing body or has another number of values than the body has vertices. Then nothing is
-  /// recorded.
+  /// has another number of vertices or triangles than when it was added, when clearances or patches
+  /// name a missing body or triangle, and when arrays that belong together differ in length. Then
+  /// nothing is recorded.
   void frame(const FrameResults& results = FrameResults());
 
-  int bodies() const;         ///< how many were added
+  int bodies() const;         ///< how many were added, also those that were removed
   int frames() const;         ///< how many were recorded
   std::size_t bytes() const;  ///< what they take in memory, about; on the page up to 4/3 of it
 

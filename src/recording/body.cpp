@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
+
+#include "shape_mesh.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -163,7 +166,8 @@ Surface<double> surfaceOf(const TriangleMesh<double>& mesh) {
 template <typename Kept>
 class SourceOf : public BodySource {
  public:
-  explicit SourceOf(const Kept& source) : source_(source) {}
+  explicit SourceOf(const Kept& source, bool unbounded = false)
+      : source_(source), unbounded_(unbounded) {}
 
   int vertexCount() const override { return static_cast<int>(surfaceOf(source_).vertex_count); }
   int triangleCount() const override { return static_cast<int>(surfaceOf(source_).triangle_count); }
@@ -185,18 +189,28 @@ class SourceOf : public BodySource {
     return volumesOf(source_, choice, low);
   }
   UpdateReport lastUpdate() const override { return updateOf(source_); }
+  bool isUnbounded() const override { return unbounded_; }
+  bool isFixed() const override { return std::is_same<Kept, TriangleMesh<double>>::value; }
 
  private:
   Kept source_;
+  bool unbounded_;
 };
 
 }  // namespace
 
 template <typename S>
-int Recording::add(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<S>& geometry) {
+  if (const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&geometry))
+    return std::make_unique<SourceOf<const DeformableMesh<S>&>>(*mesh);
+  return std::make_unique<SourceOf<TriangleMesh<double>>>(shapeMesh(geometry),
+                                                          isUnbounded(geometry));
+}
+
+template <typename S>
+int Recording::add(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf,
                    const std::string& name) {
-  using Kept = const DeformableMesh<S>&;
-  return add(std::make_unique<SourceOf<Kept>>(mesh), tf.template cast<double>(), name);
+  return add(sourceOf(geometry), tf.template cast<double>(), name);
 }
 
 template <typename BV>
@@ -224,9 +238,11 @@ template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<float>>&, const f
                             const std::string&);
 template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<double>>&, const fcl::Transform3d&,
                             const std::string&);
-template int Recording::add(const DeformableMesh<float>&, const fcl::Transform3f&,
+template int Recording::add(const fcl::CollisionGeometry<float>&, const fcl::Transform3f&,
                             const std::string&);
-template int Recording::add(const DeformableMesh<double>&, const fcl::Transform3d&,
+template int Recording::add(const fcl::CollisionGeometry<double>&, const fcl::Transform3d&,
                             const std::string&);
+template std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<float>&);
+template std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<double>&);
 
 }  // namespace adaptive_bvh

@@ -47,6 +47,12 @@ class BodySource {
                                             const fcl::Vector3d& low) const = 0;
   /// Of a DeformableMesh: only its displacement and how long it took.
   virtual UpdateReport lastUpdate() const = 0;
+  virtual bool isUnbounded() const = 0;  ///< a plane: the page chooses the size of its square
+  virtual bool isFixed() const = 0;      ///< its positions never change
 };
+
+/// A DeformableMesh by reference; a shape or octree as a copy of its surface.
+template <typename S>
+std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<S>& geometry);
 
 }  // namespace adaptive_bvh

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -32,7 +33,7 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
 
 /// A body of the run, and what the last frame has of it.
 struct RecordedBody {
-  std::unique_ptr<BodySource> source;
+  std::unique_ptr<BodySource> source;  ///< none when the body was removed
   std::string name;
   int vertices = 0, triangles = 0;
   fcl::Transform3d pose;
@@ -55,17 +56,50 @@ void checkCounts(const RecordedBody& body) {
                       " when it was added");
 }
 
-void checkClearance(const VertexValues& clearance, const std::vector<RecordedBody>& bodies) {
-  const auto body = static_cast<std::size_t>(clearance.body);
-  if (clearance.body < 0 || body >= bodies.size())
-    refuse("frame", "a clearance of body " + std::to_string(clearance.body) + ", of " +
+/// The body that results are given for.
+const RecordedBody& bodyWith(int number, const char* what,
+                             const std::vector<RecordedBody>& bodies) {
+  const auto body = static_cast<std::size_t>(number);
+  if (number < 0 || body >= bodies.size())
+    refuse("frame", std::string(what) + " of body " + std::to_string(number) + ", of " +
                         std::to_string(bodies.size()) + " bodies");
-  if (clearance.values.size() != static_cast<std::size_t>(bodies[body].vertices))
+  if (!bodies[body].source)
+    refuse("frame", std::string(what) + " of '" + bodies[body].name + "', which was removed");
+  return bodies[body];
+}
+
+void checkClearance(const VertexValues& clearance, const std::vector<RecordedBody>& bodies) {
+  const RecordedBody& body = bodyWith(clearance.body, "a clearance", bodies);
+  if (clearance.values.size() != static_cast<std::size_t>(body.vertices))
     refuse("frame", std::to_string(clearance.values.size()) + " clearances given for the " +
-                        std::to_string(bodies[body].vertices) + " vertices of '" +
-                        bodies[body].name + "'");
+                        std::to_string(body.vertices) + " vertices of '" + body.name + "'");
   for (const double value : clearance.values)
     if (!std::isfinite(value)) refuse("frame", "a clearance is not finite");
+}
+
+void checkPatches(const TrianglePatches& patches, const std::vector<RecordedBody>& bodies) {
+  const RecordedBody& body = bodyWith(patches.body, "patches", bodies);
+  if (patches.triangles.size() != patches.patches.size())
+    refuse("frame", std::to_string(patches.patches.size()) + " patches given for " +
+                        std::to_string(patches.triangles.size()) + " triangles");
+  for (const unsigned triangle : patches.triangles)
+    if (triangle >= static_cast<unsigned>(body.triangles))
+      refuse("frame", "a patch names triangle " + std::to_string(triangle) + " of '" + body.name +
+                          "', which has " + std::to_string(body.triangles));
+}
+
+void checkArrows(const Arrows& arrows) {
+  if (arrows.origins.size() != arrows.vectors.size())
+    refuse("frame", "'" + arrows.label + "' has " + std::to_string(arrows.vectors.size()) +
+                        " vectors for " + std::to_string(arrows.origins.size()) + " origins");
+  if (!(arrows.scale >= 0 && std::isfinite(arrows.scale)))
+    refuse("frame", "the scale of '" + arrows.label + "' is negative or not finite");
+}
+
+void checkResults(const FrameResults& results, const std::vector<RecordedBody>& bodies) {
+  for (const VertexValues& clearance : results.clearance) checkClearance(clearance, bodies);
+  for (const TrianglePatches& patches : results.patches) checkPatches(patches, bodies);
+  for (const Arrows& arrows : results.arrows) checkArrows(arrows);
 }
 
 /// Not the report that the frame before saw: even equal work hardly takes equal times.
@@ -123,6 +157,36 @@ json appendClearance(const std::vector<double>& values, Blob& blob) {
   return {{"at", begin}, {"low", *low}, {"high", *high}};
 }
 
+json appendPatches(const TrianglePatches& patches, Blob& blob) {
+  std::vector<std::uint32_t> numbers(patches.triangles.begin(), patches.triangles.end());
+  for (const std::uint64_t patch : patches.patches)
+    numbers.push_back(static_cast<std::uint32_t>(patch));
+  const std::size_t begin = blob.size();
+  blob.append(numbers);
+  return {{"at", begin}, {"count", patches.triangles.size()}};
+}
+
+/// Pairs of points, or of a point and a vector, of which both are finite.
+json appendPairs(const std::vector<std::array<fcl::Vector3d, 2>>& pairs, Blob& blob) {
+  std::array<std::vector<fcl::Vector3d>, 2> kept;
+  for (const auto& [a, b] : pairs) {
+    if (!a.allFinite() || !b.allFinite()) continue;
+    kept[0].push_back(a);
+    kept[1].push_back(b);
+  }
+  json blocks;
+  for (const auto& points : kept)
+    blocks.push_back(asJson(appendPoints(points.data(), points.size(), blob)));
+  return blocks;
+}
+
+json appendArrows(const Arrows& arrows, Blob& blob) {
+  std::vector<std::array<fcl::Vector3d, 2>> pairs;
+  for (std::size_t i = 0; i < arrows.origins.size(); ++i)
+    pairs.push_back({arrows.origins[i], arrows.vectors[i]});
+  return {{"label", arrows.label}, {"scale", arrows.scale}, {"blocks", appendPairs(pairs, blob)}};
+}
+
 /// What is not finite is left out.
 json resultsOf(const FrameResults& results, Blob& blob) {
   json frame;
@@ -141,6 +205,10 @@ json resultsOf(const FrameResults& results, Blob& blob) {
                [](const fcl::Vector3d& point) { return point.allFinite(); });
   if (!contacts.empty())
     frame["contacts"] = asJson(appendPoints(contacts.data(), contacts.size(), blob));
+  for (const Arrows& arrows : results.arrows) frame["arrows"].push_back(appendArrows(arrows, blob));
+  for (const Segments& segments : results.segments)
+    frame["segments"].push_back(
+        {{"label", segments.label}, {"blocks", appendPairs(segments.pairs, blob)}});
   if (!results.note.empty()) frame["note"] = results.note;
   return frame;
 }
@@ -153,11 +221,14 @@ struct Recording::State {
   int frame_count = 0;
   std::string frames;  ///< as JSON, with commas between them
   Blob blob;
+  std::function<void(Recording&)> read_scene;  ///< makes the bodies those of the followed scene
+  std::map<BodyId, int> numbers;               ///< of its bodies that the recording has
 
   std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
   json record(RecordedBody& body);
   void recordVolumes(RecordedBody& body, bool updated);
   std::string runAsJson() const;
+  void requireBody(const char* call, int body) const;  ///< throws when it is not there
 };
 
 std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& corners, bool small) {
@@ -169,14 +240,17 @@ std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& co
   return begin;
 }
 
-/// A body as it is now. What is as in the frame before is left out.
+/// A body as it is now; null of one that was removed. What is as in the frame before is left out.
 json Recording::State::record(RecordedBody& body) {
+  if (!body.source) return nullptr;
   json now;
-  const PointBlock positions = body.source->appendPositions(blob);
-  if (positions == body.positions)
-    blob.takeBack(positions.begin);
-  else
-    now["positions"] = asJson(body.positions = positions);
+  if (!body.source->isFixed() || body.positions.count == 0) {
+    const PointBlock positions = body.source->appendPositions(blob);
+    if (positions == body.positions)
+      blob.takeBack(positions.begin);
+    else
+      now["positions"] = asJson(body.positions = positions);
+  }
   json pose = asJson(body.pose);
   if (pose != body.written_pose) now["pose"] = body.written_pose = std::move(pose);
 
@@ -232,8 +306,6 @@ Recording& Recording::operator=(Recording&&) noexcept = default;
 int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& tf,
                    const std::string& name) {
   checkPose("add", tf);
-  if (state_->frame_count > 0)
-    throw std::logic_error("Recording::add: frames have been recorded; add all bodies before");
   const std::vector<std::uint32_t> corners = source->corners();
   const int vertices = source->vertexCount(), triangles = source->triangleCount();
   if (corners.empty()) refuse("add", "'" + name + "' has no triangles");
@@ -247,6 +319,7 @@ int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& t
                             {"triangles", triangles},
                             {"indices", state_->appendCorners(corners, small)},
                             {"indexBits", small ? 16 : 32},
+                            {"unbounded", source->isUnbounded()},
                             {"volumes", source->volumeKind()}};
   RecordedBody body;
   body.source = std::move(source);
@@ -259,24 +332,75 @@ int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& t
   return bodies() - 1;
 }
 
+void Recording::State::requireBody(const char* call, int body) const {
+  if (body < 0 || static_cast<std::size_t>(body) >= bodies.size())
+    refuse(call, "body " + std::to_string(body) + ", of " + std::to_string(bodies.size()));
+  const RecordedBody& found = bodies[static_cast<std::size_t>(body)];
+  if (!found.source) refuse(call, "'" + found.name + "' was removed");
+}
+
 void Recording::place(int body, const fcl::Transform3d& tf) {
-  if (body < 0 || body >= bodies())
-    refuse("place", "body " + std::to_string(body) + ", of " + std::to_string(bodies()));
+  state_->requireBody("place", body);
   checkPose("place", tf);
   state_->bodies[static_cast<std::size_t>(body)].pose = tf;
 }
 
+void Recording::remove(int body) {
+  state_->requireBody("remove", body);
+  state_->bodies[static_cast<std::size_t>(body)].source.reset();
+}
+
+template <typename S>
+void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
+  if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
+  state_->read_scene = [&scene, name](Recording& recording) {
+    std::map<BodyId, int>& numbers = recording.state_->numbers;
+    for (auto known = numbers.begin(); known != numbers.end();) {
+      const auto [id, number] = *known;
+      if (scene.contains(id)) {
+        recording.place(number, scene.transform(id).template cast<double>());
+        ++known;
+      } else {
+        recording.remove(number);
+        known = numbers.erase(known);
+      }
+    }
+    for (const BodyId id : scene.bodies()) {
+      if (numbers.count(id)) continue;
+      std::unique_ptr<BodySource> source = sourceOf(scene.geometry(id));
+      if (source->triangleCount() == 0) continue;  // an octree without occupied cells
+      numbers[id] = recording.add(std::move(source), scene.transform(id).template cast<double>(),
+                                  name ? name(id) : "body " + std::to_string(id));
+    }
+  };
+  state_->read_scene(*this);
+}
+
+int Recording::bodyOf(BodyId id) {
+  if (state_->read_scene) state_->read_scene(*this);
+  const auto found = state_->numbers.find(id);
+  if (found == state_->numbers.end())
+    refuse("bodyOf", "no scene with a body " + std::to_string(id) + " is followed");
+  return found->second;
+}
+
 void Recording::frame(const FrameResults& results) {
   State& run = *state_;
+  if (run.read_scene) run.read_scene(*this);
   if (run.bodies.empty()) throw std::logic_error("Recording::frame: no body was added");
-  for (const RecordedBody& body : run.bodies) checkCounts(body);
-  for (const VertexValues& clearance : results.clearance) checkClearance(clearance, run.bodies);
+  for (const RecordedBody& body : run.bodies)
+    if (body.source) checkCounts(body);
+  checkResults(results, run.bodies);
 
   json frame = resultsOf(results, run.blob);
   for (RecordedBody& body : run.bodies) frame["bodies"].push_back(run.record(body));
+  const auto at = [&frame](int body) -> json& {
+    return frame["bodies"][static_cast<std::size_t>(body)];
+  };
   for (const VertexValues& clearance : results.clearance)
-    frame["bodies"][static_cast<std::size_t>(clearance.body)]["clearance"] =
-        appendClearance(clearance.values, run.blob);
+    at(clearance.body)["clearance"] = appendClearance(clearance.values, run.blob);
+  for (const TrianglePatches& patches : results.patches)
+    at(patches.body)["patches"] = appendPatches(patches, run.blob);
   if (run.frame_count++ > 0) run.frames += ',';
   run.frames += textOf(frame);
 }
@@ -300,5 +424,8 @@ void Recording::write(const std::string& path) const {
     throw std::runtime_error("Recording::write: cannot write '" + path +
                              "': " + (errno ? std::strerror(errno) : "output failed"));
 }
+
+template void Recording::follow(const Scene<float>&, const std::function<std::string(BodyId)>&);
+template void Recording::follow(const Scene<double>&, const std::function<std::string(BodyId)>&);
 
 }  // namespace adaptive_bvh

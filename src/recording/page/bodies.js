@@ -22,6 +22,8 @@ function ramp(stops) {
 const inflationRamp = ramp(["#3f8efc", "#8f6bd9", "#f0731c"]);
 const clearanceRamp = ramp(["#b2182b", "#ef8a62", "#f3e9df", "#67a9cf", "#2166ac"]);
 const kRefitted = "#12b76a";
+const patchColours = ["#e4572e", "#17a398", "#7b4ff0", "#e8a13a", "#2e86de", "#c2338f", "#5a9e1f",
+  "#8d5524"];
 const bodyColours = ["#7f9cbd", "#c9a97c", "#8fb08c", "#b08fb3", "#a3a3a3", "#c98f85"];
 
 function css(name) {
@@ -57,9 +59,17 @@ function writeNormals(positions, triangles, normals) {
   }
 }
 
+// What all surfaces are made of, before their colour.
+function surfaceMaterial(options) {
+  return new THREE.MeshPhongMaterial({side: THREE.DoubleSide, specular: 0x16181c, shininess: 18,
+    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, ...options});
+}
+
 class BodyView {
   constructor(body, index) {
     this.index = index;
+    this.unbounded = body.unbounded;
+    this.wanted = true;
     this.colour = new THREE.Color(bodyColours[index % bodyColours.length]);
     this.positions = new Float32Array(3 * body.vertices);
     this.triangles = readTriangles(body);
@@ -68,16 +78,19 @@ class BodyView {
       this.geometry.setAttribute(name, new THREE.BufferAttribute(
         name === "position" ? this.positions : new Float32Array(3 * body.vertices), 3));
     this.geometry.setIndex(new THREE.BufferAttribute(this.triangles, 1));
-    this.material = new THREE.MeshPhongMaterial({vertexColors: THREE.VertexColors,
-      side: THREE.DoubleSide, specular: 0x16181c, shininess: 18, polygonOffset: true,
-      polygonOffsetFactor: 1, polygonOffsetUnits: 1});
+    this.material = surfaceMaterial({vertexColors: THREE.VertexColors});
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = false;
     scene.add(this.mesh);
+    this.setOpacity(body.unbounded ? 0.3 : 1);
   }
 
   show(frame) {
     const now = run.frames[frame].bodies[this.index];
+    this.absent = Boolean(now.absent);
+    this.showPatches(now.patches);
+    this.applyVisible();
+    if (this.absent) return;
     if (now.positions !== this.shownPositions) {
       readPoints(now.positions, this.positions);
       writeNormals(this.positions, this.triangles, this.geometry.attributes.normal.array);
@@ -87,7 +100,65 @@ class BodyView {
     }
     this.paint(now.clearance);
     placeInScene(this.mesh, now.pose, now.positions.low);
-    if (this.edges) this.edges.matrix.copy(this.mesh.matrix);
+    if (this.unbounded) this.spread(now.positions.size);
+    for (const other of [this.edges, this.patches])
+      if (other) placeAs(other, this.mesh);
+  }
+
+  // Makes the square of a plane larger than the scene, about the point nearest to its middle.
+  spread(size) {
+    const {matrix} = this.mesh, axes = [0, 1, 2].map(() => new THREE.Vector3());
+    const corner = (i) => new THREE.Vector3().fromArray(this.positions, 3 * i).applyMatrix4(matrix);
+    const middle = new THREE.Vector3(...size).multiplyScalar(0.5).applyMatrix4(matrix);
+    axes[0].subVectors(corner(1), corner(0)).normalize();
+    axes[1].subVectors(corner(3), corner(0)).normalize();
+    axes[2].crossVectors(axes[0], axes[1]);
+    const nearest = axes[2].clone().multiplyScalar(axes[2].dot(middle)), factor = 1.5 / world.scale;
+    matrix.premultiply(new THREE.Matrix4().makeTranslation(-middle.x, -middle.y, -middle.z))
+      .premultiply(new THREE.Matrix4().makeScale(factor, factor, factor))
+      .premultiply(new THREE.Matrix4().makeTranslation(nearest.x, nearest.y, nearest.z));
+  }
+
+  // Coloured triangles lie over the surface, whose vertices they share.
+  showPatches(block) {
+    if (block === this.shownPatches) return;
+    this.shownPatches = block;
+    if (!block) return;
+    if (!this.patches) {
+      const geometry = new THREE.BufferGeometry();
+      for (const name of ["position", "normal"]) geometry.attributes[name] = this.geometry.attributes[name];
+      this.patches = new THREE.Mesh(geometry, patchColours.map((color) =>
+        surfaceMaterial({color, polygonOffsetFactor: 0, polygonOffsetUnits: 0})));
+      this.patches.frustumCulled = false;
+      scene.add(this.patches);
+    }
+    const numbers = readPatches(block), byColour = patchColours.map(() => []);
+    for (let i = 0; i < block.count; ++i) {
+      const t = 3 * numbers[i];
+      byColour[numbers[block.count + i] % patchColours.length].push(...this.triangles.subarray(t, t + 3));
+    }
+    const {geometry} = this.patches;
+    geometry.clearGroups();
+    let first = 0;
+    byColour.forEach((corners, colour) => {
+      geometry.addGroup(first, corners.length, colour);
+      first += corners.length;
+    });
+    geometry.setIndex(byColour.flat());
+  }
+
+  setColour(colour) {
+    this.colour.set(colour);
+    this.shownPaint = null;
+    this.show(frameShown);
+  }
+
+  setOpacity(opacity) {
+    const {material} = this;
+    material.opacity = opacity;
+    material.transparent = opacity < 1;
+    material.depthWrite = opacity === 1;
+    material.needsUpdate = true;
   }
 
   paint(clearance) {
@@ -110,16 +181,22 @@ class BodyView {
       const ink = new THREE.MeshBasicMaterial({wireframe: true, color: 0x0b1118, transparent: true,
         opacity: 0.28, depthWrite: false});
       this.edges = new THREE.Mesh(this.geometry, ink);
-      this.edges.matrixAutoUpdate = false;
       this.edges.frustumCulled = false;
-      this.edges.matrix.copy(this.mesh.matrix);
+      placeAs(this.edges, this.mesh);
       scene.add(this.edges);
     }
     if (this.edges) this.edges.visible = on && this.mesh.visible;
   }
 
   setVisible(on) {
-    this.mesh.visible = on;
+    this.wanted = on;
+    this.applyVisible();
+  }
+
+  applyVisible() {
+    this.mesh.visible = this.wanted && !this.absent;
+    if (this.patches)
+      this.patches.visible = this.mesh.visible && settings.patches && Boolean(this.shownPatches);
     this.setEdges(settings.edges);
   }
 }

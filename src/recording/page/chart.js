@@ -2,13 +2,12 @@
 class Chart {
   // series: [{name, colour (of the style sheet), values}], format: of a value, pick: of a frame
   constructor(title, series, format, pick) {
-    Object.assign(this, {series, format, pick, frame: 0, hovered: null});
+    Object.assign(this, {title, series, format, pick, frame: 0, hovered: null});
     const box = document.createElement("div");
     box.className = "chart";
     box.innerHTML = "<h2><b></b><span></span></h2><canvas role=\"img\"></canvas>";
     [this.readout, this.canvas] = [box.querySelector("span"), box.querySelector("canvas")];
     box.querySelector("b").textContent = title;
-    this.canvas.setAttribute("aria-label", `${title} over the frames; click to show a frame`);
     document.getElementById("charts").append(box);
     const known = series.flatMap((line) => line.values).filter((value) => value !== undefined);
     const [low, high] = extremes(known), usual = known.sort((a, b) => a - b)[
@@ -118,5 +117,7 @@ class Chart {
     const values = this.series.map((line) => line.values[frame])
       .filter((value) => value !== undefined).map((value) => this.format(value));
     this.readout.textContent = `frame ${frame + 1}: ${values.join(" · ") || "–"}`;
+    this.canvas.setAttribute("aria-label", `${this.title} over the frames. Now ` +
+      `${this.readout.textContent}. Axis up to ${this.format(this.high)}.`);
   }
 }

@@ -14,12 +14,16 @@ function decodeBase64(text) {
 const data = decodeBase64(document.getElementById("data").textContent);
 document.getElementById("data").remove();
 
-// What a frame leaves out is as in the frame before.
-run.frames.forEach((frame, f) => frame.bodies.forEach((body, b) => {
-  const before = f > 0 ? run.frames[f - 1].bodies[b] : {};
-  body.positions = body.positions || before.positions;
-  body.pose = body.pose || before.pose;
-}));
+// What a frame leaves out is as in the frame before. A body that is not in it is absent.
+run.frames.forEach((frame, f) => {
+  frame.bodies = run.bodies.map((_, b) => {
+    const body = frame.bodies[b], before = f > 0 ? run.frames[f - 1].bodies[b] : {};
+    if (!body) return {absent: true, volumes: [0, 0]};
+    body.positions = body.positions || before.positions;
+    body.pose = body.pose || before.pose;
+    return body;
+  });
+});
 
 // The points of a block, seen from the corner `low` of their box.
 function readPoints(block, out) {
@@ -31,6 +35,18 @@ function readPoints(block, out) {
     out[i + 2] = steps[i + 2] * z;
   }
   return out;
+}
+
+// The points of a block in the world, in double precision.
+function readWorldPoints(block) {
+  const points = readPoints(block, new Float64Array(3 * block.count));
+  return Array.from({length: block.count}, (_, i) => new THREE.Vector3(points[3 * i] + block.low[0],
+    points[3 * i + 1] + block.low[1], points[3 * i + 2] + block.low[2]));
+}
+
+// Indices of the coloured triangles, and after them the patch of each.
+function readPatches(block) {
+  return new Uint32Array(data, block.at, 2 * block.count);
 }
 
 function readValues(block, count) {
@@ -77,12 +93,37 @@ function extremes(list) {
   return [low, high];
 }
 
+// Three digits.
+function number(value) {
+  const rounded = Number(value.toPrecision(3));
+  if (rounded === 0) return "0";
+  const exponent = Math.floor(Math.log10(Math.abs(rounded)));
+  return exponent < -5 || exponent > 5 ? rounded.toExponential(2)
+    : rounded.toFixed(Math.max(0, 2 - exponent));
+}
+
+// A metric length gets the unit in which it is at least 1; any other keeps the run's.
+const metres = {km: 1e3, m: 1, dm: 0.1, cm: 1e-2, mm: 1e-3, "µm": 1e-6, um: 1e-6, nm: 1e-9}[run.unit];
+function length(value) {
+  if (!metres || value === 0) return number(value) + (run.unit ? " " + run.unit : "");
+  const size = Number(Math.abs(value * metres).toPrecision(3));
+  const [unit, factor] = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]]
+    .find(([, least]) => size >= least) || ["nm", 1e-9];
+  return `${number(value * metres / factor)} ${unit}`;
+}
+
+// The largest of ..., 1, 2, 5, 10, ... that is not larger.
+function roundDown(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * [5, 2, 1].find((factor) => factor * power <= value * (1 + 1e-9));
+}
+
 const shown = {
-  length: (value) => value.toPrecision(6) + (run.unit ? " " + run.unit : ""),
+  number,
+  length,
   // Beside a larger length.
-  short: (value, largest) => (Math.abs(value) < 1e-4 * largest ? "0" : value.toPrecision(3)) +
-    (run.unit ? " " + run.unit : ""),
-  time: (value) => value.toPrecision(3) + " ms",
+  short: (value, largest) => length(Math.abs(value) < 1e-4 * largest ? 0 : value),
+  time: (value) => number(value) + " ms",
   count: (value) => value.toLocaleString("en"),
   megabytes: (value) => (value / 1e6).toFixed(1) + " MB",
 };

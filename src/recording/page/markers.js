@@ -36,8 +36,7 @@ class Segments {
     const up = new THREE.Vector3(0, 1, 0);
     this.shown.forEach(([a, b], i) => {
       const middle = a.clone().lerp(b, 0.5), way = b.clone().sub(a), length = way.length();
-      const pixel = camera.position.distanceTo(middle) * 2 *
-        Math.tan(camera.fov * Math.PI / 360) / Math.max(canvas.clientHeight, 1);
+      const pixel = pixelAt(middle);
       for (const first of [6 * i, 6 * i + 3]) {
         const [rod, from, to] = this.group.children.slice(first, first + 3);
         rod.position.copy(middle);

@@ -1,6 +1,7 @@
 // The numbers, charts and settings beside the scene.
 const element = (id) => document.getElementById(id);
-const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, refits: true};
+const hasPatches = run.frames.some((frame) => frame.bodies.some((body) => body.patches));
+const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, patches: true};
 
 const columns = {
   distance: run.frames.map((frame) => frame.distance),
@@ -22,6 +23,10 @@ const rows = [
   ["update", "Volumes refitted", null, (f) =>
     `${shown.count(columns.update[f].refitted)} of ${shown.count(columns.update[f].nodes)}`],
 ].filter(([id]) => isRecorded(id));
+arrowLabels.forEach((label, i) => {
+  columns[`arrows-${i}`] = arrowLengths[i].map(({count, longest}) => (count ? longest : undefined));
+  rows.push([`arrows-${i}`, `Longest ${label}`, null, (f) => shown.number(columns[`arrows-${i}`][f])]);
+});
 
 for (const [id, label, colour] of rows) {
   const term = document.createElement("dt"), value = document.createElement("dd");
@@ -49,10 +54,10 @@ function makeCharts(pick) {
     if (series.length && run.frames.length > 1) charts.push(new Chart(title, series, format, pick));
   };
   add("Distance", lines({name: "distance", colour: "--distance"}),
-    (value) => value.toPrecision(4) + (run.unit ? " " + run.unit : ""));
+    shown.length);
   if (!isRecorded("distance")) {
     add("Least clearance", lines({name: "clearance", colour: "--distance"}),
-      (value) => value.toPrecision(4) + (run.unit ? " " + run.unit : ""));
+      shown.length);
     add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
   }
   add("Time", lines({name: "updateMs", colour: "--update"},
@@ -61,19 +66,29 @@ function makeCharts(pick) {
 }
 
 // A row of the settings: box, label and what follows it.
-function addSetting(id, label, on, change, more) {
-  const row = document.createElement("label"), box = document.createElement("input");
-  const name = document.createElement("span");
+function addSetting(id, label, on, change, {parent = "show", more = []} = {}) {
+  const row = document.createElement("div"), box = document.createElement("input");
+  const name = document.createElement("span"), words = document.createElement("label");
+  row.className = "row";
   box.type = "checkbox";
   box.id = id;
   box.checked = on;
   box.addEventListener("change", () => change(box.checked));
   name.className = "name";
-  name.textContent = label;
-  row.append(box, name);
-  if (more) row.append(more);
-  element("show").append(row);
+  name.textContent = name.title = label;
+  words.append(box, name);
+  row.append(words, ...more);
+  element(parent).append(row);
   return box;
+}
+
+// An input that calls `change` with its value.
+function input(properties, label, change) {
+  const made = Object.assign(document.createElement("input"), properties);
+  made.setAttribute("aria-label", label);
+  made.title = label;
+  made.addEventListener("input", () => change(made.value));
+  return made;
 }
 
 function swatch(colour) {
@@ -119,11 +134,15 @@ function plural(count, one, many) {
 function captionOf(frame, bodies, volumes) {
   const now = run.frames[frame], visible = run.bodies.filter((_, b) => bodies[b].mesh.visible);
   const said = [];
-  if (now.note) said.push(now.note.replace(/[.\s]*$/, "") + ".");
-  said.push(visible.length ? `Frame ${frame + 1}: ${listed(visible.map(({name}) => name))}.`
-    : `Frame ${frame + 1}.`);
+  const names = visible.length > 6 ? plural(visible.length, "body", "bodies")
+    : listed(visible.map(({name}) => name));
+  said.push(names ? `Frame ${frame + 1}: ${names}.` : `Frame ${frame + 1}.`);
   if (now.nearest) said.push(`The ${now.nearest.length > 1 ? "segments join" : "segment joins"} the nearest points.`);
   if (now.contacts) said.push(`Points mark ${plural(now.contacts.count, "contact")}.`);
+  for (const {kind, label, wanted, drawn} of labelViews)
+    if (wanted && drawn) said.push(`${kind === "arrows" ? "Arrows" : "Segments"}: ${drawn} of “${label}”.`);
+  if (settings.patches && now.bodies.some((body) => body.patches))
+    said.push("Patches of the surface are in strong colours.");
   if (settings.clearance && now.bodies.some((body) => body.clearance))
     said.push("Colours on the surface: clearance, the distance of each vertex to the other body.");
   if (settings.volumes) {

@@ -2,6 +2,9 @@
 const bodies = run.bodies.map((body, index) => new BodyView(body, index));
 const volumes = run.bodies.map((body, index) => new VolumeView(body, index));
 const segments = new Segments(), contacts = new Contacts();
+const labelViews = [...arrowLabels.map((label) => ["arrows", label]),
+  ...segmentLabels.map((label) => ["segments", label])].map(([kind, label], i) =>
+  new LabelView(kind, label, labelColours[i % labelColours.length]));
 const hasVolumes = run.frames.some((frame) => frame.bodies.some((body) => body.volumes[1] > 0));
 const kFlashMs = 550;
 let frameShown = 0, playing = false, flashFrom = -Infinity;
@@ -18,19 +21,23 @@ function show(frame) {
   showVolumes();
   segments.show(now.nearest || []);
   contacts.show(now.contacts);
+  labelViews.forEach((view) => view.show(frameShown));
   showNumbers(frameShown);
   charts.forEach((chart) => chart.show(frameShown));
   element("scrubber").value = frameShown;
+  element("scrubber").setAttribute("aria-valuetext", `Frame ${frameShown + 1} of ${run.frames.length}`);
+  element("note").hidden = !now.note;
+  element("note").textContent = now.note || "";
   element("frame-number").textContent = `${frameShown + 1} / ${run.frames.length}`;
   wantRender();
 }
 
 function showVolumes() {
-  volumes.forEach((view, b) => view.setVisible(settings.volumes && bodies[b].mesh.visible));
   if (settings.volumes) {
     volumes.forEach((view) => view.show(frameShown, settings.depth));
     if (volumes.some((view) => view.refitted || view.others)) flashFrom = performance.now();
   }
+  volumes.forEach((view, b) => view.setVisible(settings.volumes && bodies[b].mesh.visible));
   element("caption").textContent = captionOf(frameShown, bodies, volumes);
   wantRender();
 }
@@ -90,6 +97,7 @@ function sayPlaying() {
 function step(frames) {
   pause();
   show(frameShown + frames);
+  saveInAddress("frame", frameShown + 1);
 }
 
 function setDepth(depth) {
@@ -108,15 +116,41 @@ function toggle(id) {
 
 function makeSettings() {
   run.bodies.forEach((body, b) => {
-    const box = addSetting(`body-${b}`, body.name, true, (on) => {
-      bodies[b].setVisible(on);
+    const view = bodies[b], triangles = document.createElement("small");
+    triangles.textContent = shown.count(body.triangles);
+    triangles.title = plural(body.triangles, "triangle");
+    const colour = input({type: "color", value: bodyColours[b % bodyColours.length],
+      id: `colour-${b}`}, `Colour of ${body.name}`, (value) => {
+      view.setColour(value);
+      wantRender();
+    });
+    const opacity = input({type: "range", className: "opacity", min: 0.05, max: 1, step: 0.05,
+      value: view.material.opacity, id: `opacity-${b}`}, `Opacity of ${body.name}`, (value) => {
+      view.setOpacity(Number(value));
+      wantRender();
+    });
+    addSetting(`body-${b}`, body.name, true, (on) => {
+      view.setVisible(on);
       showVolumes();
-    }, Object.assign(document.createElement("small"), {textContent: plural(body.triangles, "triangle")}));
-    box.after(swatch(bodyColours[b % bodyColours.length]));
+    }, {parent: "bodies", more: [triangles, colour, opacity]});
   });
+  labelViews.forEach((view, i) =>
+    addSetting(`label-${i}`, view.label, true, (on) => {
+      view.wanted = on;
+      show(frameShown);
+    }, {more: [swatch(view.colour)]}));
+  if (hasPatches)
+    addSetting("patches", "coloured patches", true, (on) => {
+      settings.patches = on;
+      show(frameShown);
+    });
   addSetting("edges", "edges", false, (on) => {
     settings.edges = on;
     bodies.forEach((view) => view.setEdges(on));
+    wantRender();
+  });
+  addSetting("grid", `ground grid, squares of ${shown.length(gridSquare)}`, true, (on) => {
+    grid.visible = on;
     wantRender();
   });
   if (hasClearance) makeClearanceSetting();
@@ -136,14 +170,14 @@ function makeClearanceSetting() {
 function makeVolumeSettings() {
   const legend = addLegend("inflation-legend", "Inflation, of the volume's size", inflationRamp,
     "0", "", refittedKey());
-  settings.volumes = !hasClearance;
-  legend.hidden = !settings.volumes;
-  addSetting("volumes", "bounding volumes", settings.volumes, (on) => {
+  legend.hidden = true;
+  addSetting("volumes", "bounding volumes", false, (on) => {
     settings.volumes = on;
     legend.hidden = !on;
     showVolumes();
   });
   const row = document.createElement("label"), slider = document.createElement("input");
+  row.className = "row";
   const number = Object.assign(document.createElement("small"), {id: "depth-number"});
   Object.assign(slider, {type: "range", id: "depth", min: 0, max: deepest(), step: 1});
   slider.addEventListener("input", () => setDepth(Number(slider.value)));
@@ -151,13 +185,33 @@ function makeVolumeSettings() {
   element("show").append(row);
 }
 
+// [keys, as they are shown, what they do, whether this run has it]
+const keyList = [
+  ["Space", "play, pause", true], ["← →", "step", true], ["Home End", "first, last frame", true],
+  ["Shift+← → ↑ ↓", "turn the view", true], ["Z X", "zoom in, out", true],
+  ["R", "reset the view", true], ["E", "edges", true], ["G", "ground grid", true],
+  ["C", "clearance", hasClearance], ["V", "volumes", hasVolumes],
+  ["+ −", "their depth", hasVolumes],
+];
 const keys = {
   " ": () => (playing ? pause() : play()), "ArrowRight": () => step(1), "ArrowLeft": () => step(-1),
   "Home": () => step(-run.frames.length), "End": () => step(run.frames.length),
   "v": () => toggle("volumes"), "e": () => toggle("edges"), "c": () => toggle("clearance"),
-  "+": () => setDepth(settings.depth + 1), "=": () => setDepth(settings.depth + 1),
-  "-": () => setDepth(settings.depth - 1), "r": () => orbit.reset(),
+  "g": () => toggle("grid"), "+": () => setDepth(settings.depth + 1),
+  "=": () => setDepth(settings.depth + 1), "-": () => setDepth(settings.depth - 1),
+  "r": () => orbit.reset(), "z": () => orbit.zoom(1 / 1.2), "x": () => orbit.zoom(1.2),
+  "Shift+ArrowLeft": () => orbit.rotate(-20, 0), "Shift+ArrowRight": () => orbit.rotate(20, 0),
+  "Shift+ArrowUp": () => orbit.rotate(0, 20), "Shift+ArrowDown": () => orbit.rotate(0, -20),
 };
+
+function sayKeys() {
+  keyList.filter(([, , has]) => has).forEach(([names, work], i) => {
+    if (i > 0) element("key-list").append(" · ");
+    for (const name of names.split(" "))
+      element("key-list").append(Object.assign(document.createElement("kbd"), {textContent: name}), " ");
+    element("key-list").append(work);
+  });
+}
 
 function listen() {
   element("scrubber").max = run.frames.length - 1;
@@ -167,39 +221,52 @@ function listen() {
     element(id).addEventListener("click", work);
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const key = event.shiftKey && name.startsWith("Arrow") ? `Shift+${name}` : name;
     const onControl = event.target.closest && event.target.closest("input, button, summary");
-    if (!keys[key] || (onControl && (key === " " || (event.target.type === "range" && key.length > 1))))
+    if (!keys[key] || (onControl && (key === " " || (event.target.type === "range" && name.length > 1))))
       return;
     event.preventDefault();
     keys[key]();
   });
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", setColours);
+  element("save-picture").addEventListener("click", savePicture);
+  element("save-video").addEventListener("click", saveVideo);
+  window.addEventListener("hashchange", readAddress);
   window.addEventListener("resize", () => charts.forEach((chart) => chart.draw()));
 }
 
 function setColours() {
   segments.setColour(css("--nearest"));
+  grid.material.color.set(css("--grid"));
   contacts.setColour(css("--contact"));
   charts.forEach((chart) => chart.draw());
   wantRender();
 }
 
+// run.html#frame=20&depth=4&view=... opens the page there.
+function readAddress() {
+  const wanted = new URLSearchParams(location.hash.slice(1));
+  if (wanted.has("depth")) setDepth(Number(wanted.get("depth")) || 0);
+  orbit.load(wanted.get("view"));
+  show((Number(wanted.get("frame")) || frameShown + 1) - 1);
+}
+
 sayFacts();
 makeSettings();
+sayKeys();
 listen();
 setColours();
 fitCanvas();
-// run.html#frame=20&depth=4 opens the page there.
-const wanted = new URLSearchParams(location.hash.slice(1));
-setDepth(wanted.has("depth") ? Number(wanted.get("depth")) || 0 : Math.min(3, deepest()));
-show((Number(wanted.get("frame")) || 1) - 1);
+setDepth(Math.min(3, deepest()));
+readAddress();
 sayPlaying();
 render();
 
 // For tests, and for those who want to steer the page by a script.
 window.adaptiveBvhPage = {
-  run, settings, show, play, pause, setDepth, orbit, render,
+  run, settings, show, play, pause, setDepth, orbit, render, shown, composeView, filmFrames,
+  labelViews, scaleBar, bodies,
   get frame() { return frameShown; },
   get playing() { return playing; },
   get firstPictureMs() { return firstPictureMs; },

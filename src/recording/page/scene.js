@@ -9,10 +9,11 @@ function matrixOf(pose) {
 }
 
 // Some of the points that are seen in the run, in the world.
-function samplePoints() {
+function samplePoints(unboundedToo) {
   const points = [], step = Math.max(1, Math.floor(run.frames.length / 16));
   for (let f = 0; f < run.frames.length; f += step)
-    for (const {positions, pose} of run.frames[f].bodies) {
+    for (const [b, {absent, positions, pose}] of run.frames[f].bodies.entries()) {
+      if (absent || (run.bodies[b].unbounded && !unboundedToo)) continue;
       const all = readPoints(positions, new Float32Array(3 * positions.count));
       const matrix = new THREE.Matrix4().fromArray(matrixOf(pose));
       const stride = 3 * Math.max(1, Math.floor(positions.count / 400));
@@ -24,11 +25,12 @@ function samplePoints() {
 }
 
 const world = (() => {
-  const points = samplePoints(), box = new THREE.Box3().setFromPoints(points);
-  const radius = box.getSize(new THREE.Vector3()).length() / 2;
+  const bounded = samplePoints(false), points = bounded.length ? bounded : samplePoints(true);
+  const box = new THREE.Box3().setFromPoints(points);
+  const radius = points.length && box.getSize(new THREE.Vector3()).length() / 2;
   const up = new THREE.Vector3(...run.up).normalize();
   const turn = new THREE.Quaternion().setFromUnitVectors(up, new THREE.Vector3(0, 1, 0));
-  const middle = box.getCenter(new THREE.Vector3());
+  const middle = points.length ? box.getCenter(new THREE.Vector3()) : new THREE.Vector3();
   const scale = radius > 0 ? 1 / radius : 1;
   const matrix = new THREE.Matrix4().makeRotationFromQuaternion(turn)
     .multiply(new THREE.Matrix4().makeScale(scale, scale, scale))
@@ -42,6 +44,12 @@ function placeInScene(object, pose, low) {
   object.matrix.copy(world.matrix);
   if (pose) object.matrix.multiply(new THREE.Matrix4().fromArray(matrixOf(pose)));
   object.matrix.multiply(new THREE.Matrix4().makeTranslation(...low));
+  object.matrixWorldNeedsUpdate = true;
+}
+
+function placeAs(object, other) {
+  object.matrixAutoUpdate = false;
+  object.matrix.copy(other.matrix);
   object.matrixWorldNeedsUpdate = true;
 }
 
@@ -95,6 +103,21 @@ function fitCanvas() {
 }
 window.addEventListener("resize", fitCanvas);
 
+// The size in the scene of a pixel at a point of it.
+function pixelAt(point) {
+  return camera.position.distanceTo(point) * 2 * Math.tan(camera.fov * Math.PI / 360) /
+    Math.max(canvas.clientHeight, 1);
+}
+
+// Sets one value of the page's address, which is read when the page opens.
+function saveInAddress(name, value) {
+  const values = new URLSearchParams(location.hash.slice(1));
+  values.set(name, value);
+  try {
+    history.replaceState(null, "", "#" + values.toString().replace(/%2C/g, ","));
+  } catch (error) { /* a page inside of another one may have no address */ }
+}
+
 // Looking around: turn, zoom and move the view by mouse, pen or fingers.
 const orbit = (() => {
   const kStart = {turn: 0.62, tilt: 0.42, zoom: 1};
@@ -128,27 +151,48 @@ const orbit = (() => {
   function reset() {
     Object.assign(view, kStart);
     target.set(0, 0, 0);
+    changed();
+  }
+
+  // The user has changed the view: keeps it in the address, so that a copied link shows it.
+  let saving = 0;
+  function changed() {
+    wantRender();
+    clearTimeout(saving);
+    saving = setTimeout(save, 250);
+  }
+
+  function save() {
+    const numbers = [view.turn, view.tilt, view.zoom, ...target.toArray()];
+    saveInAddress("view", numbers.map((number) => Number(number.toFixed(4))).join(","));
+  }
+
+  // The view that an address holds.
+  function load(text) {
+    const numbers = (text || "").split(",").map(Number);
+    if (numbers.length !== 6 || !numbers.every(Number.isFinite) || !(numbers[2] > 0)) return;
+    [view.turn, view.tilt, view.zoom] = numbers;
+    target.fromArray(numbers, 3);
     wantRender();
   }
 
   function rotate(dx, dy) {
     view.turn -= 0.008 * dx;
     view.tilt = Math.min(Math.max(view.tilt + 0.008 * dy, -1.55), 1.55);
-    wantRender();
+    changed();
   }
 
   function zoom(factor) {
     view.zoom = Math.min(Math.max(view.zoom * factor, 0.01), 10);
-    wantRender();
+    changed();
   }
 
   function move(dx, dy) {
-    const pixel = camera.position.distanceTo(target) * 2 * Math.tan(camera.fov * Math.PI / 360) /
-      Math.max(canvas.clientHeight, 1);
+    const pixel = pixelAt(target);
     const side = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0);
     const up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
     target.addScaledVector(side, -dx * pixel).addScaledVector(up, dy * pixel);
-    wantRender();
+    changed();
   }
 
   // Middle of the fingers, and how far they are apart.
@@ -188,6 +232,31 @@ const orbit = (() => {
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", reset);
   beforeRender.push(place);
-  reset();
-  return {reset, rotate, zoom, move, view};
+  Object.assign(view, kStart);
+  return {reset, rotate, zoom, move, load, view, target};
 })();
+
+// A grid of round squares below everything, and a scale bar: a round length where the view turns.
+const gridSquare = roundDown(0.2 / world.scale);
+const grid = (() => {
+  const side = gridSquare * world.scale, half = Math.ceil(1.3 / side);
+  const made = new THREE.GridHelper(2 * half * side, 2 * half, 0xffffff, 0xffffff);
+  made.position.y = Math.min(0, ...world.points.map((point) => point.y)) - 0.002;
+  made.material.transparent = true;
+  made.material.opacity = 0.45;
+  made.material.depthWrite = false;
+  scene.add(made);
+  return made;
+})();
+
+const scaleBar = {pixels: 0, text: ""};
+beforeRender.push(() => {
+  const pixel = pixelAt(orbit.target) / world.scale, kPixels = 120;
+  const length = roundDown(kPixels * pixel);
+  scaleBar.pixels = length / pixel;
+  scaleBar.text = shown.length(length);
+  const bar = document.getElementById("scale");
+  bar.style.width = `${scaleBar.pixels}px`;
+  bar.textContent = scaleBar.text;
+  bar.setAttribute("aria-label", `Scale: the bar is ${scaleBar.text} long at the centre of the view`);
+});

@@ -143,6 +143,9 @@ class VolumeView {
 
   show(frame, depth) {
     if (!this.exists) return;
+    const now = run.frames[frame].bodies[this.index];
+    this.absent = now.absent;
+    if (now.absent) return;
     const {all, chosen, others} = volumesAt(frame, this.index, depth);
     const drawn = [...chosen, ...others];
     if (drawn.length > (this.capacity || 0)) this.grow(drawn.length);
@@ -162,7 +165,6 @@ class VolumeView {
     this.count = chosen.length;
     this.others = others.length;
     this.refitted = chosen.filter((i) => all[i + volumeField.refitted]).length;
-    const now = run.frames[frame].bodies[this.index];
     placeInScene(this.mesh, now.pose, now.positions.low);
   }
 

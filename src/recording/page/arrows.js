@@ -1,0 +1,93 @@
+// Arrows and segments of the run, all of one label in one colour.
+const labelColours = ["#0b8f86", "#e8590c", "#6741d9", "#2f9e44", "#c2255c", "#1971c2"];
+
+// The labels of one kind, in the order in which they come.
+function labelsOf(kind) {
+  return [...new Set(run.frames.flatMap((frame) => (frame[kind] || []).map(({label}) => label)))];
+}
+const arrowLabels = labelsOf("arrows"), segmentLabels = labelsOf("segments");
+
+// Lengths of the arrows with a label, by frame: the longest, and how many.
+const arrowLengths = arrowLabels.map((label) => run.frames.map((frame) => {
+  const found = (frame.arrows || []).filter((arrows) => arrows.label === label)
+    .flatMap(({blocks}) => readWorldPoints(blocks[1]).map((vector) => vector.length()));
+  return {longest: found.reduce((a, b) => Math.max(a, b), 0), count: found.length};
+}));
+
+// Many copies of a shape that stands on the origin, along y, one long.
+class Copies {
+  constructor(geometry) {
+    this.geometry = geometry;
+    this.material = new THREE.MeshPhongMaterial({specular: 0x16181c});
+    this.mesh = null;
+  }
+
+  // Each from `from` along a direction, with a length and a thickness, in the scene.
+  show(list) {
+    if (!this.mesh || list.length > this.capacity) {
+      if (this.mesh) scene.remove(this.mesh);
+      this.capacity = Math.max(2 * list.length, 16);
+      this.mesh = new THREE.InstancedMesh(this.geometry, this.material, this.capacity);
+      this.mesh.frustumCulled = false;
+      scene.add(this.mesh);
+    }
+    const matrix = new THREE.Matrix4(), turn = new THREE.Quaternion(), up = new THREE.Vector3(0, 1, 0);
+    list.forEach(({from, direction, length, width}, i) => {
+      turn.setFromUnitVectors(up, direction);
+      this.mesh.setMatrixAt(i, matrix.compose(from, turn, new THREE.Vector3(width, length, width)));
+    });
+    this.mesh.count = list.length;
+    this.mesh.visible = list.length > 0;
+    this.mesh.instanceMatrix.needsUpdate = true;
+  }
+}
+
+class LabelView {
+  constructor(kind, label, colour) {
+    Object.assign(this, {kind, label, colour, wanted: true, drawn: 0});
+    const rod = new THREE.CylinderBufferGeometry(1, 1, 1, 8), tip = new THREE.ConeBufferGeometry(1, 1, 12);
+    for (const geometry of [rod, tip]) geometry.translate(0, 0.5, 0);
+    this.rods = new Copies(rod);
+    this.tips = new Copies(tip);
+    for (const {material} of [this.rods, this.tips]) material.color.set(colour);
+  }
+
+  // From and to, in the scene.
+  pairsIn(frame) {
+    const pairs = [];
+    for (const {label, scale, blocks} of run.frames[frame][this.kind] || []) {
+      if (label !== this.label) continue;
+      const seconds = readWorldPoints(blocks[1]);
+      readWorldPoints(blocks[0]).forEach((from, i) => {
+        const to = this.kind === "arrows"
+          ? from.clone().addScaledVector(seconds[i], scale || this.usualScale()) : seconds[i];
+        pairs.push([from.applyMatrix4(world.matrix), to.applyMatrix4(world.matrix)]);
+      });
+    }
+    return pairs;
+  }
+
+  // Of arrows without a scale: the longest of the run is an eighth of the scene.
+  usualScale() {
+    const longest = arrowLengths[arrowLabels.indexOf(this.label)]
+      .reduce((all, {longest: one}) => Math.max(all, one), 0);
+    return longest > 0 ? 0.25 / world.scale / longest : 0;
+  }
+
+  show(frame) {
+    const rods = [], tips = [], arrows = this.kind === "arrows";
+    for (const [from, to] of this.wanted ? this.pairsIn(frame) : []) {
+      const direction = to.clone().sub(from), length = direction.length();
+      if (!(length > 0)) continue;
+      direction.divideScalar(length);
+      const tip = arrows ? Math.min(0.035, 0.4 * length) : 0;
+      rods.push({from, direction, length: length - tip, width: arrows ? 0.12 * tip : 0.003});
+      if (arrows)
+        tips.push({from: to.clone().addScaledVector(direction, -tip), direction, length: tip,
+          width: 0.32 * tip});
+    }
+    this.drawn = rods.length;
+    this.rods.show(rods);
+    this.tips.show(tips);
+  }
+}
