@@ -140,7 +140,8 @@ void expectPositions(const Page& page, std::size_t frame, std::size_t body,
   for (std::size_t v = 0; v < points.size(); ++v)
     for (int k = 0; k < 3; ++k) {
       const double size = block["size"][static_cast<std::size_t>(k)].get<double>();
-      const double rounding = 1e-14 * std::abs(points[v][k]);
+      const double low = block["low"][static_cast<std::size_t>(k)].get<double>();
+      const double rounding = 1e-14 * (std::abs(points[v][k]) + std::abs(low));
       ASSERT_NEAR(points[v][k], double(positions[v][k]), size * 0.5 / 65535 + rounding)
           << "frame " << frame << ", vertex " << v;
     }

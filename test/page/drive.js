@@ -2,7 +2,7 @@
 // bodies held (`expected`, written by record_runs). Findings go into the document. With #play it
 // lets the run play instead: that takes time, which run.sh then lets pass faster.
 (async () => {
-  const failures = [], page = window.adaptiveBvhPage;
+  const failures = [], page = window.adaptiveBvhPage, mode = location.hash;
   let checks = 0;
   const check = (holds, what) => {
     ++checks;
@@ -13,7 +13,15 @@
     new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true}));
   const near = (a, b, tolerance) => Math.abs(a - b) <= tolerance;
   const hasVolumes = expected.frames.some(({bodies}) => bodies.some(({volumes}) => volumes > 0));
-  const unit = page.run.unit ? " " + page.run.unit : "";
+  // A length that is shown, in the unit of the run.
+  const lengthIn = (shown) => {
+    const [number, unit] = shown.split(" "), sizes = {km: 1e3, m: 1, mm: 1e-3, "µm": 1e-6, nm: 1e-9};
+    return Number(number) * (sizes[unit] / sizes[page.run.unit] || 1);
+  };
+  const showsLength = (shown, value) =>
+    Math.abs(lengthIn(shown) - value) <= 0.00501 * Math.abs(value) && /^-?[\d.]+(e[-+]\d+)?( .m| m)?$/.test(shown);
+  const showsTime = (shown, value) =>
+    / ms$/.test(shown) && Math.abs(parseFloat(shown) - value) <= 0.00501 * value;
 
   // How many of a picture's pixels show something; and a number that stands for all of them.
   function look() {
@@ -34,17 +42,24 @@
     const at = `frame ${frame + 1}`, now = page.run.frames[frame];
     check(text("frame-number") === `${frame + 1} / ${expected.frames.length}`, `${at}: number`);
     check(document.getElementById("scrubber").value === String(frame), `${at}: scrubber`);
-    for (const [name, format] of [["distance", (v) => v.toPrecision(6) + unit],
-      ["updateMs", (v) => v.toPrecision(3) + " ms"], ["queryMs", (v) => v.toPrecision(3) + " ms"],
-      ["clearance", (v) => v.toPrecision(6) + unit],
-      ["contacts", (v) => v.toLocaleString("en")]]) {
+    for (const [name, shows] of [["distance", showsLength], ["updateMs", showsTime],
+      ["queryMs", showsTime], ["clearance", showsLength],
+      ["contacts", (shown, count) => shown === count.toLocaleString("en")]]) {
       if (wanted[name] === undefined) continue;
-      check(text(`value-${name}`) === format(wanted[name]),
+      check(shows(text(`value-${name}`), wanted[name]),
         `${at}: shows ${name} ${text(`value-${name}`)}, recorded was ${wanted[name]}`);
     }
     check(now.distance === wanted.distance, `${at}: the distance is not the same number`);
     check((now.nearest || []).length === wanted.nearest, `${at}: nearest points`);
-    if (wanted.note) check(text("caption").includes(wanted.note), `${at}: note`);
+    check(text("note") === (wanted.note || "") && document.getElementById("note").hidden === !wanted.note,
+      `${at}: note`);
+    if (wanted.note) check(!text("caption").includes(wanted.note), `${at}: the note is in the caption`);
+    if (wanted.visible !== undefined)
+      check(page.bodies.filter(({mesh}) => mesh.visible).length === wanted.visible, `${at}: bodies`);
+    Object.entries(wanted.drawn).forEach(([label, count]) => {
+      const view = page.labelViews.find((one) => one.label === label);
+      check(view && view.drawn === count, `${at}: ${view && view.drawn} of ${count} of ${label}`);
+    });
   }
 
   function checkBody(frame, b, wanted) {
@@ -105,7 +120,9 @@
     scrubber.value = last;
     scrubber.dispatchEvent(new Event("input"));
     check(page.frame === last, "the scrubber does not lead to the last frame");
-    const chart = document.querySelector(".chart canvas"), box = chart.getBoundingClientRect();
+    const chart = document.querySelector(".chart canvas");
+    if (!chart) return;
+    const box = chart.getBoundingClientRect();
     chart.dispatchEvent(new PointerEvent("pointerdown", {clientX: box.left + box.width / 2}));
     check(near(page.frame, last / 2, 1), "the chart does not lead to its middle");
     chart.dispatchEvent(new PointerEvent("pointermove", {clientX: box.left + 1}));
@@ -127,23 +144,116 @@
 
   // Chromium has no window of a phone's width, but the page can be laid out for one.
   function checkLayout() {
-    const width = location.hash === "#phone" ? 390 : window.innerWidth;
+    const width = mode === "#phone" ? 390 : window.innerWidth;
     document.body.style.width = `${width}px`;
     window.dispatchEvent(new Event("resize"));
     const wide = document.body.scrollWidth;
     check(wide <= width, `the page is ${wide} wide in a window of ${width}`);
-    for (const id of ["scene", "play", "scrubber", "caption", "numbers"]) {
+    for (const id of ["scene", "play", "scrubber", "caption", "bodies", "save-video"]) {
       const box = document.getElementById(id).getBoundingClientRect();
       check(box.width > 20 && box.left >= 0 && box.right <= width + 1, `${id} is cut off`);
     }
     for (const button of document.querySelectorAll("button"))
-      check(button.getAttribute("aria-label"), "a button has no label");
+      check(button.getAttribute("aria-label") || button.textContent.trim(), "a button has no label");
+    for (const input of document.querySelectorAll("input"))
+      check(input.getAttribute("aria-label") || input.closest("label").textContent.trim(),
+        `${input.id} has no label`);
+    for (const image of document.querySelectorAll("[role=img]"))
+      check(image.getAttribute("aria-label"), "an image has no label");
+  }
+
+  // Three digits and a prefix; a scale bar of the length that it says.
+  function checkLengths() {
+    if (page.run.unit === "mm")
+      for (const [value, shown] of [[8.2345, "8.23 mm"], [0.0123456, "12.3 µm"], [1234, "1.23 m"],
+        [999.6, "1.00 m"], [0, "0 mm"], [-25, "-25.0 mm"]])
+        check(page.shown.length(value) === shown, `${value} is shown as ${page.shown.length(value)}`);
+    for (const [value, shown] of [[123.456, "123"], [1234567, "1.23e+6"], [0.0009996, "0.00100"]])
+      check(page.shown.number(value) === shown, `${value} is shown as ${page.shown.number(value)}`);
+    page.orbit.reset();
+    page.render();
+    const wide = lengthIn(page.scaleBar.text) / page.scaleBar.pixels;
+    page.orbit.zoom(0.1);
+    page.render();
+    const near10 = lengthIn(page.scaleBar.text) / page.scaleBar.pixels;
+    check(near(wide / near10, 10, 0.1), `the scale bar changes by ${wide / near10} when 10 times nearer`);
+    check(document.getElementById("scale").textContent === page.scaleBar.text, "text of the scale bar");
+    page.orbit.reset();
+  }
+
+  // Each setting of what is drawn changes the picture, and back.
+  function checkSettings() {
+    page.orbit.reset();
+    page.show(Math.floor(expected.frames.length / 2));
+    const set = (id, value) => {
+      const input = document.getElementById(id);
+      if (input.type === "checkbox") input.click();
+      else input.value = value;
+      if (input.type !== "checkbox") input.dispatchEvent(new Event("input"));
+    };
+    const ids = [...document.querySelectorAll("#bodies input[type=checkbox], #grid, #patches, [id^=label-]")]
+      .map(({id}) => id);
+    for (const id of ids) {
+      const before = look().sum;
+      set(id);
+      check(look().sum !== before, `${id} changes nothing`);
+      set(id);
+      check(look().sum === before, `${id} does not bring back what it hid`);
+    }
+    const before = look().sum;
+    set("opacity-0", 0.3);
+    check(look().sum !== before, "opacity changes nothing");
+    set("opacity-0", 1);
+    check(look().sum === before, "a body that was faint does not become solid");
+    set("colour-0", "#ff0000");
+    check(document.getElementById("clearance") || look().sum !== before, "a colour changes nothing");
+  }
+
+  // The address keeps the view, and opens the page with it.
+  async function checkAddress() {
+    page.orbit.reset();
+    page.orbit.rotate(100, 40);
+    page.orbit.zoom(0.7);
+    page.orbit.move(30, 20);
+    const there = look().sum, {turn, zoom} = page.orbit.view;
+    const until = performance.now() + 5000;
+    while (!location.hash.includes("view=") && performance.now() < until)
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    const saved = new URLSearchParams(location.hash.slice(1)).get("view");
+    page.orbit.reset();
+    check(look().sum !== there, "R does not reset the view");
+    page.orbit.load(saved);
+    check(near(page.orbit.view.turn, turn, 1e-3) && near(page.orbit.view.zoom, zoom, 1e-3),
+      `the address keeps another view: ${saved}`);
+    const kept = page.orbit.view.turn;
+    page.orbit.load("1,2,3");
+    page.orbit.load("1,2,x,0,0,0");
+    check(page.orbit.view.turn === kept, "a damaged address is taken");
+  }
+
+  // Files that are saved: a PNG of the size of the view, and a video of all frames.
+  async function checkExports() {
+    const view = page.composeView(), pen = view.getContext("2d");
+    const blob = await new Promise((resolve) => view.toBlob(resolve, "image/png"));
+    check(blob.type === "image/png" && blob.size > 5000, `a PNG of ${blob.size} bytes`);
+    const image = pen.getImageData(0, 0, view.width, view.height).data;
+    const colours = new Set();
+    for (let i = 0; i < image.length; i += 40) colours.add(image[i] << 16 | image[i + 1] << 8 | image[i + 2]);
+    check(colours.size > 50, `the picture has ${colours.size} colours`);
+    let shownFrames = 0;
+    const film = await page.filmFrames(() => ++shownFrames <= 5);
+    check(shownFrames === 6 && film.type.startsWith("video/") && film.size > 2000,
+      `a video of ${film.size} bytes of ${shownFrames} frames`);
   }
 
   function checkAll() {
     check(page.run.frames.length === expected.frames.length, "number of frames");
     check(text("facts").includes("16 bits") && / \d+\.\d MB/.test(text("facts")), "facts");
-    if (hasVolumes && !page.settings.volumes) press("v");
+    check(!page.settings.volumes, "volumes are drawn without a request");
+    check(hasVolumes || !/volume/i.test(document.body.innerText), "volumes that were not recorded are named");
+    checkLengths();
+    checkSettings();
+    if (hasVolumes) press("v");
     if (hasVolumes) page.setDepth(expected.depth);
     check(!!document.getElementById("volumes") === hasVolumes, "a setting for volumes, or none");
     expected.frames.forEach((wanted, frame) => {
@@ -157,7 +267,11 @@
   }
 
   try {
-    if (location.hash === "#play") await checkPlaying();
+    if (mode === "#play") {
+      await checkPlaying();
+      await checkAddress();
+      await checkExports();
+    }
     else checkAll();
   } catch (error) {
     failures.push(String(error && error.stack || error));

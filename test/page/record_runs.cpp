@@ -1,12 +1,15 @@
-// Records four runs as pages, and writes beside each what a browser must show of it, read from the
+// Records five runs as pages, and writes beside each what a browser must show of it, read from the
 // meshes and models themselves: test/page/run.sh compares. Prints what recording costs.
 //   record_runs FOLDER
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <stdexcept>
 
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <nlohmann/json.hpp>
 
 #include "adaptive_bvh/coherent_distance.h"
@@ -63,7 +66,9 @@ class TestRun {
   TestRun(std::string path, const adaptive_bvh::RecordingOptions& options)
       : path_(std::move(path)), recording(options) {}
 
-  void frame(const adaptive_bvh::FrameResults& results, json bodies) {
+  /// `drawn`: arrows and segments by label. `visible`: bodies in the picture, unknown below 0.
+  void frame(const adaptive_bvh::FrameResults& results, json bodies, json drawn = json::object(),
+             int visible = -1) {
     const auto start = Clock::now();
     recording.frame(results);
     recording_ms_ += millisecondsSince(start);
@@ -78,6 +83,8 @@ class TestRun {
     }
     if (!results.note.empty()) frame["note"] = results.note;
     frame["nearest"] = results.nearest_points.size();
+    frame["drawn"] = std::move(drawn);
+    if (visible >= 0) frame["visible"] = visible;
     work_ms_ += results.update_ms.value_or(0) + results.query_ms.value_or(0);
     expected_["frames"].push_back(std::move(frame));
   }
@@ -94,8 +101,8 @@ class TestRun {
     std::printf(
         "%s: %d frames, update and query %.1f ms, recording %.2f ms (%.1f %%), writing "
         "%.1f ms, page %.2f MB\n",
-        path_.c_str(), recording.frames(), work_ms_, recording_ms_, 100 * recording_ms_ / work_ms_,
-        writing, double(page.tellg()) / 1e6);
+        path_.c_str(), recording.frames(), work_ms_, recording_ms_,
+        100 * recording_ms_ / std::max(work_ms_, 1e-9), writing, double(page.tellg()) / 1e6);
   }
 
  private:
@@ -219,6 +226,41 @@ void recordContacts(const std::string& path) {
   run.write();
 }
 
+/// A scene: a sheet, shapes that come and go, arrows, segments and patches.
+void recordScene(const std::string& path) {
+  const scenarios::Mesh plate = scenarios::plate(2).mesh();
+  adaptive_bvh::DeformableMeshd sheet(plate);
+  adaptive_bvh::Scened scene;
+  const adaptive_bvh::BodyId of_sheet = scene.add(sheet);
+  scene.add(std::make_shared<fcl::Halfspaced>(fcl::Vector3d::UnitZ(), -1.5));
+  fcl::Transform3d aside = fcl::Transform3d::Identity();
+  aside.translation() = fcl::Vector3d(0, 0, 0.8);
+  const adaptive_bvh::BodyId ball = scene.add(std::make_shared<fcl::Sphered>(0.3), aside);
+
+  adaptive_bvh::RecordingOptions options;
+  options.title = "A scene";
+  options.unit = "m";
+  TestRun run(path, options);
+  run.recording.follow(scene, [&](adaptive_bvh::BodyId id) {
+    return id == of_sheet ? "sheet" : "shape " + std::to_string(id);
+  });
+  for (int frame = 0; frame < 8; ++frame) {
+    sheet.update(scenarios::plate(2).positions(frame));
+    if (frame == 4) scene.remove(ball);
+    adaptive_bvh::FrameResults results;
+    std::vector<fcl::Vector3d> up(sheet.vertices().size() / 9, fcl::Vector3d::UnitZ());
+    std::vector<fcl::Vector3d> from(sheet.vertices().begin(),
+                                    sheet.vertices().begin() + long(up.size()));
+    results.addArrows("normal", from, up, 0.2);
+    results.addSegments<double>("pair", {{from[0], fcl::Vector3d(0, 0, 1)}});
+    results.patches.push_back(
+        {run.recording.bodyOf(of_sheet), {0, 1, 2, 3, 10, 11}, {0, 0, 0, 0, 1, 1}});
+    json bodies = {expectedBody(sheet)};
+    run.frame(results, bodies, {{"normal", up.size()}, {"pair", 1}}, frame < 4 ? 3 : 2);
+  }
+  run.write();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -235,4 +277,5 @@ int main(int argc, char** argv) {
   recordDistances<ModelPair>(folder + "/large", "A fine helmet above a plate", large, 50);
   recordDistances<MeshPair>(folder + "/meshes", "Meshes without volumes", small, 40);
   recordContacts(folder + "/contacts");
+  recordScene(folder + "/scene");
 }

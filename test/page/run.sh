@@ -50,6 +50,8 @@ drive_large
 drive helmet 1280 800 all
 drive contacts 1280 800 all
 drive meshes 1280 800 all
+drive scene 1280 800 all
 drive helmet 500 844 phone
+drive scene 500 844 phone
 drive helmet 1280 800 play --virtual-time-budget=30000
 test "$(stat -c %s "$folder/large.html")" -le 12000000

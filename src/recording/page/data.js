@@ -121,6 +121,8 @@ function roundDown(value) {
 const shown = {
   number,
   length,
+  // Of a round length: without zeros at its end.
+  round: (value) => length(value).replace(/(\.\d*?)0+(?= |$)/, "$1").replace(/\.(?= |$)/, ""),
   // Beside a larger length.
   short: (value, largest) => length(Math.abs(value) < 1e-4 * largest ? 0 : value),
   time: (value) => number(value) + " ms",

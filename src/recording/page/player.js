@@ -18,10 +18,10 @@ function show(frame) {
   frameShown = Math.min(Math.max(frame, 0), run.frames.length - 1);
   const now = run.frames[frameShown];
   bodies.forEach((view) => view.show(frameShown));
-  showVolumes();
   segments.show(now.nearest || []);
   contacts.show(now.contacts);
   labelViews.forEach((view) => view.show(frameShown));
+  showVolumes();
   showNumbers(frameShown);
   charts.forEach((chart) => chart.show(frameShown));
   element("scrubber").value = frameShown;
@@ -149,7 +149,7 @@ function makeSettings() {
     bodies.forEach((view) => view.setEdges(on));
     wantRender();
   });
-  addSetting("grid", `ground grid, squares of ${shown.length(gridSquare)}`, true, (on) => {
+  addSetting("grid", `ground grid, squares of ${shown.round(gridSquare)}`, true, (on) => {
     grid.visible = on;
     wantRender();
   });

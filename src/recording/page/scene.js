@@ -241,7 +241,7 @@ const gridSquare = roundDown(0.2 / world.scale);
 const grid = (() => {
   const side = gridSquare * world.scale, half = Math.ceil(1.3 / side);
   const made = new THREE.GridHelper(2 * half * side, 2 * half, 0xffffff, 0xffffff);
-  made.position.y = Math.min(0, ...world.points.map((point) => point.y)) - 0.002;
+  made.position.y = world.points.reduce((low, {y}) => Math.min(low, y), 0) - 0.012;
   made.material.transparent = true;
   made.material.opacity = 0.45;
   made.material.depthWrite = false;
@@ -254,7 +254,7 @@ beforeRender.push(() => {
   const pixel = pixelAt(orbit.target) / world.scale, kPixels = 120;
   const length = roundDown(kPixels * pixel);
   scaleBar.pixels = length / pixel;
-  scaleBar.text = shown.length(length);
+  scaleBar.text = shown.round(length);
   const bar = document.getElementById("scale");
   bar.style.width = `${scaleBar.pixels}px`;
   bar.textContent = scaleBar.text;
