@@ -14,7 +14,7 @@ inline constexpr const char* kRecordingInit =
 frames_per_second: at which the page plays. up: (3,), which way is up in the world.)";
 
 inline constexpr const char* kRecordingAdd =
-    R"(Adds a body, placed by a pose, before the first frame. Returns its number: 0, 1, ...
+    R"(Adds a body, placed by a pose, from the next frame on. Returns its number: 0, 1, ...
 
 body: a DeformableMesh, or an object with `vertices` and `faces` that does not deform, such as a
     Mesh.)";

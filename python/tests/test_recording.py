@@ -71,8 +71,7 @@ def test_errors(run, tmp_path):
         recording.frame(clearance={"sheet": np.zeros(len(vertices))})
     assert recording.num_frames == 0
     recording.frame()
-    with pytest.raises(RuntimeError):
-        recording.add(mesh)  # too late
+    assert recording.add(mesh, name="late") == 2  # from the next frame on
     with pytest.raises(RuntimeError):
         recording.write(tmp_path / "no" / "folder.html")
     for wrong in ({"frames_per_second": 0}, {"up": (0, 0, 0)}):

@@ -39,8 +39,8 @@ drive() {
 drive_large() {
   local try ms
   for try in 1 2 3; do
-    drive large 1280 800 all
-    ms=$(sed -n 's/.*first picture \([0-9]*\) ms.*/\1/p' "$folder/large.1280.all.txt")
+    drive large 1280 800 large
+    ms=$(sed -n 's/.*first picture \([0-9]*\) ms.*/\1/p' "$folder/large.1280.large.txt")
     if [ "$ms" -le 3000 ]; then return; fi
   done
   return 1
