@@ -192,7 +192,8 @@
       if (input.type !== "checkbox") input.dispatchEvent(new Event("input"));
     };
     const ids = [...document.querySelectorAll("#bodies input[type=checkbox], #grid, #patches, [id^=label-]")]
-      .map(({id}) => id);
+      .map(({id}) => id)
+      .filter((id) => !id.startsWith("body-") || page.bodies[Number(id.slice(5))].mesh.visible);
     for (const id of ids) {
       const before = look().sum;
       set(id);
@@ -267,10 +268,11 @@
   }
 
   try {
-    if (mode === "#play") {
+    if (mode === "#film") {
+      await checkExports();
+    } else if (mode === "#play") {
       await checkPlaying();
       await checkAddress();
-      await checkExports();
     }
     else checkAll();
   } catch (error) {
