@@ -8,7 +8,7 @@
 // for one mesh with itself.
 namespace adaptive_bvh {
 
-/// One or two meshes, and what is asked of them.
+/// One or two moving meshes, and the parameters of the query.
 struct ContinuousQuery {
   const MovingMesh &first, &second;
   double separation;

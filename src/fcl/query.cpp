@@ -26,7 +26,8 @@ const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
              ? static_cast<const DeformableMesh<S>*>(&geometry)
              : nullptr;
 }
-/// As above, or the mesh of an adaptive model. Refuses what has no mesh but triangles.
+/// The geometry as a mesh, or the mesh of an adaptive model. Throws on geometry with triangles but
+/// without a mesh.
 template <typename S, typename BV>
 const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
   const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);

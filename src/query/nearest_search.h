@@ -21,8 +21,8 @@ class LeafBlocks {
   LeafBlocks(const LeafBlocks&) = delete;
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
-  /// Bounds from now on look along a direction of length 1, or zero, too: from the first to the
-  /// second. To be called first, and after the trees were aligned.
+  /// Sets a direction from the first to the second mesh, of length 1 or zero: bounds also use the
+  /// extents along it. Call it before the search, and again after the trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
     second_of_ = slab_of_ = -1;
@@ -185,7 +185,7 @@ class NearestSearch {
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
   bool has_supports_ = false;
   long next_supports_, next_alignment_;
-  long near_pairs_ = 0, apart_pairs_ = 0;  ///< of nodes, and those that supports tell apart
+  long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
   int turned_node_ = -1;                   ///< whose boxes these are
   Boxes4 turned_;
   long box_tests_ = 0;

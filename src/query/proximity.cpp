@@ -14,8 +14,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Writes the near features of near pairs of triangles into a result: those that the triangles own,
-/// so each pair comes once.
+/// Writes the near features of near pairs of triangles into a result. Only features that the
+/// triangles own are written, so each pair occurs once.
 template <typename S>
 class FeatureSink {
  public:

@@ -95,7 +95,7 @@ class RayInTree {
     }
   }
   /// From so far away that the body is smaller than what is rounded off. Empty boxes, whose sides
-  /// are at 1e30, are not met.
+  /// are at 1e30, are not hit.
   bool meetEveryBox() {
     for (int k = 0; k < 3; ++k) {
       const auto axis = static_cast<std::size_t>(k);
@@ -126,7 +126,7 @@ class RayInTree {
 };
 
 /// A ray on its way through the four-wide tree of a mesh, node by node, so that several rays can
-/// take turns: what one waits for, from memory, then comes in the meantime. Boxes are tested in
+/// be processed in turn, which hides the latency of memory. Boxes are tested in
 /// single precision, triangles exactly.
 template <typename S>
 class RayWalk {

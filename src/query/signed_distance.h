@@ -18,7 +18,7 @@ void requireTolerance(S tolerance) {
     throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
 }
 
-/// What a signed distance is asked for, in view of rounding: docs/bounds.md, 19.
+/// The tolerance of a signed distance, adjusted for rounding: docs/bounds.md, 19.
 class DepthPrecision {
  public:
   /// `size`: of all coordinates of both bodies, seen from either.

@@ -219,7 +219,7 @@ void searchInFrame(const TreePair<S>& trees, const Search& search, const TestAll
     search(trees.frame());
 }
 
-/// Whether balls around two meshes are farther apart.
+/// Whether the bounding spheres of two meshes are farther apart than `distance`.
 template <typename S>
 bool areBallsFarther(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                      const RelativePlacement& to_first, double distance) {

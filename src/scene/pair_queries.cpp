@@ -13,7 +13,7 @@ namespace {
 template <typename S>
 using Contacts = std::vector<fcl::Contact<S>>;
 
-// The vectors that a result is made of. Those that were not asked for are empty.
+// The vectors of a result. Vectors that were not requested are empty.
 template <typename S>
 auto vectorsOf(Contacts<S>& contacts) {
   return std::tie(contacts);
@@ -177,7 +177,7 @@ void collect(const std::vector<Body<S>>& bodies, int threads, const std::vector<
       });
 }
 
-/// As above, where query(first, second, near) overwrites `near`, of which all counts.
+/// Collects results of a query(first, second, near) that overwrites `near`, all of which counts.
 template <typename S, typename Query, typename Result>
 std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
                          const std::vector<BodyPair>& pairs, const Query& query, Result& result) {

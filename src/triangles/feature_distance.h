@@ -108,7 +108,7 @@ class Face {
     FacePlace<S> place;
     return nearest(x, on_face, place);
   }
-  /// As above, and where that point lies.
+  /// Also returns where on the face that point lies.
   S nearest(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
     on_face = corners_[0];

@@ -172,8 +172,8 @@ void BodyFit<BV>::finish(Group& group, FitFunction<S> fit) {
   group.count = 0;
 }
 
-/// Of the axes that a volume has and those that a search finds, the better ones are kept. One or
-/// two triangles in two frames do not keep any.
+/// Keeps the better axes: the present ones of the volume, or the result of a search. One or two
+/// triangles in two frames do not keep any.
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;

@@ -108,7 +108,7 @@ struct Volume<fcl::RSS<S_>> {
   /// the shorter one is 0.
   static double aspectRatio(const BV& bv);
   /// The share of `inner` that lies in `outer`, by 64 evenly spread sample points of the box around
-  /// `inner`. Those that touch count.
+  /// `inner`. Points on the surface count.
   static double shareWithin(const BV& inner, const BV& outer);
   /// \}
 };
