@@ -21,7 +21,8 @@ bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 template <typename S>
 bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result);
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                   bool solid);
 
 /// Replaces values that FCL left uninitialised.
 template <typename S>
@@ -139,13 +140,24 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
 
 /// Finds the contacts of two objects. Returns their number. In adaptive models it records for tests
 /// B and D only, because an overlap test computes no distances.
+///
+/// With `solid`, meshes are filled, as shapes always are: a body inside of a closed mesh touches
+/// it, even if their surfaces are far apart. If no triangles touch, there is one contact for each
+/// component (triangles joined by vertices) inside of the other mesh, and one for a shape inside of
+/// a mesh. Its position is a vertex of the component or a point of the shape. Its depth is the
+/// distance of that point from the surface around it, and its normal is the direction in which the
+/// point leaves the mesh. `b1` and `b2` are the component's triangle with the smallest index, and
+/// the nearest triangle around it. For the depth of the bodies use signedDistance (penetration.h).
+/// Throws std::invalid_argument for a mesh that is not closed, for an octree, and for models
+/// without a DeformableMesh.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   const std::size_t before = result.numContacts();
   if (request.num_max_contacts == 0) return 0;  // as FCL, without its message
-  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result);
+  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result, solid);
   const std::size_t contacts =
       is_answered ? result.numContacts() : fcl::collide(o1, tf1, o2, tf2, request, result);
   detail::finishCollide(request, before, result);
@@ -155,9 +167,11 @@ std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 /// Finds the contacts of two objects with their transforms. Returns their number.
 template <typename S>
 std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   return queries::collide(o1->collisionGeometry().get(), o1->getTransform(),
-                          o2->collisionGeometry().get(), o2->getTransform(), request, result);
+                          o2->collisionGeometry().get(), o2->getTransform(), request, result,
+                          solid);
 }
 
 }  // namespace queries

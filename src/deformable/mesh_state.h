@@ -10,6 +10,7 @@
 #include "boxes/wide_tree.h"
 #include "deformable/body_axes.h"
 #include "deformable/moved_leaves.h"
+#include "mesh/components.h"
 #include "mesh/vertex_triangles.h"
 
 namespace adaptive_bvh {
@@ -20,12 +21,14 @@ struct MeshTopology {
   LeafTriangles leaves;
   FeatureOwners owners;
   VertexTriangles vertex_triangles;
+  Components components;
   FeatureLeaves features;
   Contours contours;
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
-           owners.bytes() + vertex_triangles.bytes() + features.bytes() + contours.bytes();
+           owners.bytes() + vertex_triangles.bytes() + components.bytes() + features.bytes() +
+           contours.bytes();
   }
 };
 
