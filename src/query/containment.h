@@ -5,10 +5,10 @@
 
 namespace adaptive_bvh {
 
-/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one,
-/// until it returns false; x is the first corner of that triangle, in the frame of `around`. The
-/// surfaces must not touch: then one vertex decides for its component. Where they are nearer than
-/// what the placement of a vertex rounds, either answer may come.
+/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one, until
+/// `visit` returns false; x is the first corner of that triangle, in the frame of `around`. The
+/// surfaces must not touch, so one vertex decides for its component. If they are nearer than the
+/// rounding error of a transformed vertex, either answer is possible.
 template <typename S, typename Visit>
 void visitContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, const Visit& visit) {
   const RelativePlacement to_around(around.tf, mesh.tf);
@@ -22,7 +22,7 @@ void visitContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, cons
   }
 }
 
-/// Whether a component of a mesh is inside of a closed one, as above.
+/// Whether a component of a mesh is inside of a closed one. The surfaces must not touch.
 template <typename S>
 bool isContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around) {
   bool is_contained = false;
