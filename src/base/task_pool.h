@@ -22,7 +22,7 @@ inline int partBegin(int size, int parts, int i) {
 /// Starts no threads.
 class TaskPool {
  public:
-  /// Of size 1 without oneTBB.
+  /// Has size 1 without oneTBB.
   explicit TaskPool(int size) : size_(size > 1 && canRunTasks() ? size : 1) {}
 
   int size() const { return size_; }

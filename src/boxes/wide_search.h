@@ -75,7 +75,7 @@ struct WideTrees {
   int depth;                       ///< of both, added
   BoxFrame frame;
   bool is_self = false;
-  /// Of one tree: inner nodes below which nothing need be found; or null.
+  /// For one tree: inner nodes below which nothing has to be found; or null.
   const FlatPatches* flat = nullptr;
 };
 

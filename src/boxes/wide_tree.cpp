@@ -147,7 +147,7 @@ int WideTree::blockBegin(int node) const {
       nodes_.begin());
 }
 
-/// Of a blockBegin: those before it belong to leaves before it.
+/// The first slot of a blockBegin: slots before it belong to leaves before it.
 std::size_t WideTree::firstSlot(int node) const {
   if (node == 0) return 0;
   if (node == size()) return slots().size();
@@ -169,8 +169,8 @@ void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin,
   }
 }
 
-/// Of a part of the nodes, from the last to the first. `later` are those with nodes of another part
-/// below: one above the other, so the last one is all to look at.
+/// Refits a part of the nodes, from the last to the first. `later` gets nodes with children in
+/// another part. They form a chain of ancestors, so only the last one has to be compared.
 void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& later) {
   constexpr int kAhead = 12;
   later.clear();

@@ -17,7 +17,7 @@ struct ContinuousQuery {
   bool isSelf() const { return &first == &second; }
 };
 
-/// Of a pair of features, by their numbers, which must be there.
+/// The motion of a pair of features, by their numbers, which must exist.
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
                               const FeaturePair& pair);
 

@@ -126,8 +126,8 @@ class ModelShapeSearch {
                });
   }
 
-  /// Of the whole model, for FCL's approximate cost: its root volume. (FCL centres that box on the
-  /// rectangle's corner; kept, so that the cost is FCL's.)
+  /// Box of the whole model, for FCL's approximate cost: its root volume. (FCL centres that box on
+  /// the rectangle's corner; kept, so that the cost is FCL's.)
   void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
     fcl::constructBox(model_.model->getBV(0).bv, model_.tf, box, box_tf);
   }

@@ -32,9 +32,9 @@ class VertexSlots {
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }
-  /// Of those whose vertex has a triangle: they come first.
+  /// The number of slots whose vertex has a triangle; they come first.
   std::size_t used() const { return end_; }
-  /// By slot.
+  /// The vertex of each slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 
   /// By leaf.

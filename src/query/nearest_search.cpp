@@ -13,7 +13,7 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   Boxes4 boxes = node.boxes;  // where there is nothing, these stay
   for (int k = 0; k < 3; ++k)
     for (int i = 0; i < int(node.count); ++i) {
-      // Of a number that is none the first argument is taken.
+      // If one argument is NaN, std::min and std::max return the first one.
       boxes.low[k][i] = std::min(kFar, std::max(-kFar, turned.low[k][i]));
       boxes.high[k][i] = std::max(-kFar, std::min(kFar, turned.high[k][i]));
     }

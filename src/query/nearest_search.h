@@ -52,8 +52,8 @@ class LeafBlocks {
     gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
-  /// Of two leaves, by their numbers. Valid until the next call. Leaves of the second that follow
-  /// each other often are the same.
+  /// Returns the block of two leaves, by their numbers. Valid until the next call. Consecutive
+  /// calls often have the same second leaf.
   TriangleBlock operator()(int first, int second) {
     if (second_of_ != second) readSecond(second);
     readFirst(trees_.first().nodes()[first]);

@@ -19,7 +19,7 @@ struct CornerSource {
   const Float4 *positions, *residuals;  ///< by slot
 };
 
-/// Of two trees with the same coordinates.
+/// Corners of two trees with the same coordinates.
 struct PairSource {
   CornerSource first, second;
 };

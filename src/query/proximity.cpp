@@ -164,7 +164,7 @@ void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
                [&](const WalkTasks& walks) { runTasks(input, frame, sink, walks, pool); });
 }
 
-/// Of two meshes.
+/// Collects pairs of two meshes.
 template <typename S, typename MakeSink>
 void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
   TreePair<S> trees(meshes.first, meshes.second);
@@ -176,7 +176,7 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
       [&] { testAllPairs(input, sink); });
 }
 
-/// Of one with itself.
+/// Collects pairs of one mesh with itself.
 template <typename S, typename MakeSink>
 void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
                      const MakeSink& makeSink) {

@@ -68,8 +68,8 @@ void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
               double(range.begin), double(range.end), found);
 }
 
-/// Of many rays: `none` is what a ray has to begin with, and found(triangle, hit, of_ray) is called
-/// for each hit.
+/// Searches many rays: `none` is the initial result of a ray, and found(triangle, hit, of_ray) is
+/// called for each hit.
 template <typename S, typename Result, typename Found>
 void searchMany(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
                 const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,

@@ -111,7 +111,7 @@ class RayInTree {
   double lengthTo(double t) const {
     return (exponent_ == 0 ? t : std::ldexp(t, exponent_)) * per_t_ - start_;
   }
-  /// Of lengths in the tree, and of t as RayTriangle computes it.
+  /// Error of lengths in the tree and of the t that RayTriangle computes.
   double slack() const { return (start_ + 16) * (1. / (1 << 16)) + 4 * rounding_ + 1e-4; }
   static float limit(double length, float most) {
     return length < double(most) ? static_cast<float>(std::max(length, -double(most))) : most;

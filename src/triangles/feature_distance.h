@@ -143,7 +143,7 @@ class Face {
 
 }  // namespace feature_distance
 
-/// Of a vertex (first) and a face.
+/// Distance of a vertex (first) and a face.
 template <typename S>
 FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
                                       const std::array<Eigen::Matrix<S, 3, 1>, 3>& face) {

@@ -15,7 +15,7 @@ using Corners = std::array<Vector, 4>;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;
 
-/// Of length one, or zero where that is not sure.
+/// Normalises a direction; zero if its length is uncertain.
 Vector unit(const Vector& direction) {
   const double length = direction.norm();
   return length > 1e-150 ? Vector(direction / length) : Vector(Vector::Zero());

@@ -8,8 +8,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Of two triangles abc and bad: a, b, c, d. Four equal ones where they have no common edge, or are
-/// the same.
+/// Returns a, b, c, d for two triangles abc and bad; four equal vertices if they have no common
+/// edge or are equal.
 std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
   const auto has = [](const VertexIndices& of, unsigned v) {
     return (of[0] == v) + (of[1] == v) + (of[2] == v);

@@ -44,10 +44,10 @@ class BodyFit {
 
   void addTo(Group& group, int node, FitFunction<S> fit);
   void finish(Group& group, FitFunction<S> fit);
-  /// Of an inner node whose shape does not give its axes, or null.
+  /// The kept axes of an inner node whose shape does not define its axes, or null.
   KeptAxes* keptAxes(int node) const;
   void makeRoom(std::size_t points);
-  /// Axes anew for a volume that has outgrown its own.
+  /// New axes for a volume that has outgrown its present ones.
   void renewAxes(const Group& group, int lane, float area);
   Axes<Float4> bestAxesOf(const FitGroup<S>& of) const;
 
