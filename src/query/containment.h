@@ -5,10 +5,10 @@
 
 namespace adaptive_bvh {
 
-/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one, until
-/// `visit` returns false; x is the first corner of that triangle, in the frame of `around`. The
-/// surfaces must not touch, so one vertex decides for its component. If they are nearer than the
-/// rounding error of a transformed vertex, either answer is possible.
+/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one,
+/// until `visit` returns false; x is the first corner of that triangle, in the frame of `around`.
+/// The surfaces must not touch, so one vertex decides for its component. If they are nearer than
+/// the rounding error of a transformed vertex, either answer is possible.
 template <typename S, typename Visit>
 void visitContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, const Visit& visit) {
   const RelativePlacement to_around(around.tf, mesh.tf);
