@@ -231,6 +231,12 @@ class Scene {
   /// step, before its first query. Allocates nothing in a steady step.
   void update();
 
+  /// A scene that stays as this one was in its last update, with the same ids, for other threads:
+  /// they query it while this scene and its meshes change. It has copies of the meshes, which share
+  /// the topologies: one copy for bodies that share a mesh. Referenced shapes must outlive it, too.
+  /// Throws std::logic_error where the scene has changed since its last update.
+  Scene snapshot() const;
+
   // ---- Queries of all pairs
 
   /// Pairs of bodies that touch. Returns their number; `result` is overwritten.
