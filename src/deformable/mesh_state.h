@@ -22,10 +22,12 @@ struct MeshTopology {
   VertexTriangles vertex_triangles;
   FeatureLeaves features;
   Contours contours;
+  std::vector<bool> shape;  ///< of the binary tree (shapeOf), for DeformableMesh::save
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
-           owners.bytes() + vertex_triangles.bytes() + features.bytes() + contours.bytes();
+           owners.bytes() + vertex_triangles.bytes() + features.bytes() + contours.bytes() +
+           shape.capacity() / 8;
   }
 };
 
