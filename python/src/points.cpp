@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "adaptive_bvh/point_query.h"
-#include "arrays.h"
 #include "locked_mesh.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -15,27 +15,49 @@ are best near each other.
 
 points: (N, 3), in the mesh's own frame. Returns ClosestPoints.)";
 
-constexpr const char* kFirstHits =
+constexpr const char* kFirstHit =
     R"(Of each of many rays the first triangle that it meets.
 
-origins, directions: (N, 3), in the mesh's own frame; directions of any length but 0.
-begin, end: hits count where begin <= t <= end.
+origins, directions: (N, 3), or (3,) for one ray, in the mesh's own frame; directions of any length
+    but 0. Many rays in one call are faster than one by one.
+begin, end: hits count where begin <= t <= end. ValueError when begin is negative or end is less.
 Returns RayHits with N entries: t is infinite and the triangle -1 where a ray meets nothing.)";
 
-constexpr const char* kAnyHits =
-    R"(Of each of many rays whether it meets a triangle (occlusion): (N,) bool. Faster than first_hits.
+constexpr const char* kAnyHit =
+    R"(Of each of many rays whether it meets a triangle (occlusion): (N,) bool. Faster than first_hit.
 
-origins, directions, begin, end: as of first_hits. The segment from a point to another is the ray
+origins, directions, begin, end: as of first_hit. The segment from a point to another is the ray
 along their difference from 0 to 1.)";
 
 constexpr const char* kRayHits =
     R"(All triangles that rays meet: of each ray by increasing t.
 
-origins, directions: (N, 3), or (3,) for one ray, in the mesh's own frame; directions of any length
-    but 0. Sides and corners belong to each triangle that has them: no ray slips between two.
-begin, end: hits count where begin <= t <= end.
+origins, directions, begin, end: as of first_hit. Sides and corners belong to each triangle that has
+    them: no ray slips between two.
 Returns RayHits; `rays` says which ray.)";
 }  // namespace docs
+
+namespace {
+
+/// One ray becomes a list of one.
+py::object listed(const py::object& rows, const char* name) {
+  py::array array = numbersFrom(rows, name);
+  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
+                           : py::object(array);
+}
+
+}  // namespace
+
+template <typename S>
+Rays<S>::Rays(const py::object& from, const py::object& along)
+    : origins(rowsFrom<S>(listed(from, "origins"), "origins")),
+      directions(rowsFrom<S>(listed(along, "directions"), "directions")) {
+  if (origins.shape(0) != directions.shape(0))
+    throw py::value_error("there are " + std::to_string(origins.shape(0)) + " origins and " +
+                          std::to_string(directions.shape(0)) + " directions");
+}
+template struct Rays<double>;
+template struct Rays<float>;
 
 namespace {
 
@@ -48,12 +70,6 @@ struct OnePoint : Bound {
 struct ManyPoints : Bound {
   py::array_t<double> points, distances;
   py::array_t<std::int32_t> triangles;
-};
-
-struct OneHit : Bound {
-  double t;
-  int triangle;
-  double u, v;
 };
 
 struct ManyHits : Bound {
@@ -137,106 +153,53 @@ RayRange<S> rangeOf(double begin, double end) {
   return {static_cast<S>(begin), static_cast<S>(end)};
 }
 
-OneHit firstHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction,
-                  double begin, double end) {
-  OneHit answer{};
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
-    mesh.queryAs<S>([&](const auto& m) {
-      const RayHit<S> hit = firstHit(m, from, along, rangeOf<S>(begin, end));
-      answer.t = double(hit.t);
-      answer.triangle = hit.triangle;
-      answer.u = double(hit.u);
-      answer.v = double(hit.v);
-    });
-  });
-  return answer;
-}
-
-/// N rays. Throws py::value_error when there are not as many directions as origins.
-template <typename S>
-struct Rays {
-  Rays(const py::object& from, const py::object& along)
-      : origins(rowsFrom<S>(from, "origins")), directions(rowsFrom<S>(along, "directions")) {
-    if (origins.shape(0) != directions.shape(0))
-      throw py::value_error("there are " + std::to_string(origins.shape(0)) + " origins and " +
-                            std::to_string(directions.shape(0)) + " directions");
-  }
-  std::size_t size() const { return static_cast<std::size_t>(origins.shape(0)); }
-
-  Rows<S> origins, directions;
-};
-
-bool anyHitOf(const LockedMesh& mesh, const py::object& origin, const py::object& direction,
-              double begin, double end) {
-  bool answer = false;
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const auto from = pointFrom<S>(origin, "origin"), along = pointFrom<S>(direction, "direction");
-    mesh.queryAs<S>(
-        [&](const auto& m) { answer = anyHit(m, from, along, rangeOf<S>(begin, end)); });
-  });
-  return answer;
-}
-
-py::array_t<bool> anyHitsOf(const LockedMesh& mesh, const py::object& origins,
-                            const py::object& directions, double begin, double end) {
-  std::vector<std::uint8_t> result;
+/// Runs query(mesh, origins, directions, count, range).
+template <typename Query>
+void queryRays(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
+               double begin, double end, const Query& query) {
   mesh.withScalar([&](auto scalar) {
     using S = decltype(scalar);
     const Rays<S> rays(origins, directions);
     const std::size_t count = rays.size();
     const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    mesh.queryAs<S>(
-        [&](const auto& m) { anyHits(m, from, along, count, rangeOf<S>(begin, end), result); });
+    mesh.queryAs<S>([&](const auto& m) { query(m, from, along, count, rangeOf<S>(begin, end)); });
   });
+}
+
+ManyHits firstHitOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
+                    double begin, double end) {
+  HitLists lists;
+  queryRays(mesh, origins, directions, begin, end,
+            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
+              std::vector<RayHit<ScalarOf<decltype(m)>>> result;
+              firstHits(m, from, along, count, range, result);
+              for (std::size_t i = 0; i < count; ++i) lists.add(int(i), result[i]);
+            });
+  return std::move(lists).arrays();
+}
+
+py::array_t<bool> anyHitOf(const LockedMesh& mesh, const py::object& origins,
+                           const py::object& directions, double begin, double end) {
+  std::vector<std::uint8_t> result;
+  queryRays(mesh, origins, directions, begin, end,
+            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
+              anyHits(m, from, along, count, range, result);
+            });
   const auto count = static_cast<py::ssize_t>(result.size());
   return adopt<bool>(std::move(result), {count});
 }
 
-ManyHits firstHitsOf(const LockedMesh& mesh, const py::object& origins,
-                     const py::object& directions, double begin, double end) {
-  HitLists lists;
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rays<S> rays(origins, directions);
-    const std::size_t count = rays.size();
-    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    mesh.queryAs<S>([&](const auto& m) {
-      std::vector<RayHit<S>> result;
-      firstHits(m, from, along, count, rangeOf<S>(begin, end), result);
-      for (std::size_t i = 0; i < result.size(); ++i) lists.add(int(i), result[i]);
-    });
-  });
-  return std::move(lists).arrays();
-}
-
-/// One ray becomes a list of one.
-py::object listed(const py::object& rows, const char* name) {
-  py::array array = numbersFrom(rows, name);
-  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
-                           : py::object(array);
-}
-
 ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
                    double begin, double end) {
-  const py::object from_rows = listed(origins, "origins"),
-                   along_rows = listed(directions, "directions");
   HitLists lists;
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rays<S> rays(from_rows, along_rows);
-    const std::size_t count = rays.size();
-    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    mesh.queryAs<S>([&](const auto& m) {
-      std::vector<RayHit<S>> result;
-      for (std::size_t i = 0; i < count; ++i) {
-        rayHits(m, from[i], along[i], rangeOf<S>(begin, end), result);
-        for (const RayHit<S>& hit : result) lists.add(int(i), hit);
-      }
-    });
-  });
+  queryRays(mesh, origins, directions, begin, end,
+            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
+              std::vector<RayHit<ScalarOf<decltype(m)>>> result;
+              for (std::size_t i = 0; i < count; ++i) {
+                rayHits(m, from[i], along[i], range, result);
+                for (const auto& hit : result) lists.add(int(i), hit);
+              }
+            });
   return std::move(lists).arrays();
 }
 
@@ -246,49 +209,42 @@ void bindPointResults(py::module_& module) {
           "point", [](const OnePoint& self) { return py::array_t<double>(3, self.point.data()); },
           "On the surface, (3,) float64.")
       .def_readonly("distance", &OnePoint::distance, "A length.")
-      .def_readonly("triangle", &OnePoint::triangle, "That has the point.");
+      .def_readonly("triangle", &OnePoint::triangle, "That has the point.")
+      .def("__repr__", TextOf({"point", "distance", "triangle"}));
   py::class_<ManyPoints>(module, "ClosestPoints", "Of N points, in their order. len() is N.")
       .def_readonly("points", &ManyPoints::points, "On the surface, (N, 3) float64.")
       .def_readonly("distances", &ManyPoints::distances, "(N,) float64, lengths.")
       .def_readonly("triangles", &ManyPoints::triangles, "(N,) int32: those that have the points.")
-      .def("__len__", [](const ManyPoints& self) { return self.distances.shape(0); });
+      .def("__len__", [](const ManyPoints& self) { return self.distances.shape(0); })
+      .def("__repr__", TextOf({"points", "distances", "triangles"}));
 }
 
 void bindHitResults(py::module_& module) {
-  py::class_<OneHit>(module, "RayHit", "Where a ray meets a triangle: at origin + t * direction.")
-      .def_readonly("t", &OneHit::t, "0 or more; infinite where the ray meets nothing.")
-      .def_readonly("triangle", &OneHit::triangle, "-1 where the ray meets nothing.")
-      .def_readonly("u", &OneHit::u,
-                    "The point is (1 - u - v) a + u b + v c of the triangle's corners a, b, c.")
-      .def_readonly("v", &OneHit::v, "As u.");
   py::class_<ManyHits>(module, "RayHits",
                        "Where rays meet triangles, in arrays side by side. len() counts the hits.")
       .def_readonly("rays", &ManyHits::rays, "(K,) int32: which of the rays.")
-      .def_readonly("triangles", &ManyHits::triangles, "(K,) int32: which triangle.")
-      .def_readonly("t", &ManyHits::t, "(K,) float64: the point is at origin + t * direction.")
+      .def_readonly("triangles", &ManyHits::triangles,
+                    "(K,) int32: which triangle; -1 where a ray of first_hit meets nothing.")
+      .def_readonly("t", &ManyHits::t,
+                    "(K,) float64: the point is at origin + t * direction; infinite where a ray of "
+                    "first_hit meets nothing.")
       .def_readonly(
           "u", &ManyHits::u,
           "(K,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners.")
       .def_readonly("v", &ManyHits::v, "(K,) float64, as u.")
-      .def("__len__", [](const ManyHits& self) { return self.t.shape(0); });
+      .def("__len__", [](const ManyHits& self) { return self.t.shape(0); })
+      .def("__repr__", TextOf({"rays", "triangles", "t", "u", "v"}));
 }
 
 void bindRays(py::module_& module) {
-  const auto define = [&](const char* name, auto function, const char* origin,
-                          const char* direction, const char* doc) {
-    module.def(name, function, py::arg("mesh"), py::arg(origin), py::arg(direction), py::kw_only(),
-               py::arg("begin") = 0.0, py::arg("end") = std::numeric_limits<double>::infinity(),
-               doc);
+  const auto define = [&](const char* name, auto function, const char* doc) {
+    module.def(name, function, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
+               py::kw_only(), py::arg("begin") = 0.0,
+               py::arg("end") = std::numeric_limits<double>::infinity(), doc);
   };
-  define(
-      "first_hit", &firstHitOf, "origin", "direction",
-      "The first triangle that a ray meets, where begin <= t <= end. origin, direction: (3,), in "
-      "the mesh's own frame; the direction has any length but 0.");
-  define("first_hits", &firstHitsOf, "origins", "directions", docs::kFirstHits);
-  define("any_hit", &anyHitOf, "origin", "direction",
-         "Whether a ray meets a triangle (occlusion), as first_hit, and faster.");
-  define("any_hits", &anyHitsOf, "origins", "directions", docs::kAnyHits);
-  define("ray_hits", &rayHitsOf, "origins", "directions", docs::kRayHits);
+  define("first_hit", &firstHitOf, docs::kFirstHit);
+  define("any_hit", &anyHitOf, docs::kAnyHit);
+  define("ray_hits", &rayHitsOf, docs::kRayHits);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 import meshes
 import numpy as np
 import pytest
-from brute_force import surface_distances
+from brute_force import ray_hits, surface_distances
 
 import adaptive_bvh as ab
 
@@ -31,21 +31,13 @@ def test_closest_points_equal_brute_force(moved, tolerance):
     assert len(ab.closest_points(mesh, np.zeros((0, 3)))) == 0
 
 
-def brute_hits(origin, direction, vertices, faces):
-    """t of each triangle, infinite where it is missed."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    matrix = np.stack([np.broadcast_to(-direction, a.shape), b - a, c - a], axis=2)
-    t, u, v = np.linalg.solve(matrix, (origin - a)[..., None])[..., 0].T
-    return np.where((t >= 0) & (u >= 0) & (v >= 0) & (u + v <= 1), t, np.inf)
-
-
 def test_rays_equal_brute_force(moved, tolerance):
     mesh, vertices, faces = moved
     rng = np.random.default_rng(8)
     origins, directions = rng.normal(size=(2, 100, 3))
-    t = np.array([brute_hits(o, d, vertices, faces) for o, d in zip(origins, directions)])
-    first = ab.first_hits(mesh, origins, directions)
-    assert len(first) == 100
+    t = np.array([ray_hits(o, d, vertices, faces) for o, d in zip(origins, directions)])
+    first = ab.first_hit(mesh, origins, directions)
+    assert len(first) == 100 and first.rays.tolist() == list(range(100))
     np.testing.assert_allclose(first.t, t.min(axis=1), rtol=1e3 * tolerance)
     missed = np.isinf(first.t)
     assert 0 < missed.sum() < 100 and (first.triangles[missed] == -1).all()
@@ -58,7 +50,7 @@ def test_rays_equal_brute_force(moved, tolerance):
     np.testing.assert_allclose((weights * corners).sum(axis=1), points, atol=1e3 * tolerance)
     ray = np.flatnonzero(~missed)[0]
     one = ab.first_hit(mesh, origins[ray], directions[ray])
-    assert (one.t, one.triangle) == (first.t[ray], first.triangles[ray])
+    assert (one.t, one.triangles) == (first.t[[ray]], first.triangles[[ray]])
     alone = ab.ray_hits(mesh, origins[ray], directions[ray])
     np.testing.assert_array_equal(alone.triangles, hits.triangles[hits.rays == ray])
     assert (np.diff(alone.t) >= 0).all() and (alone.rays == 0).all()
@@ -74,14 +66,14 @@ def test_a_range_of_rays_keeps_what_lies_in_it(moved, begin, end):
     np.testing.assert_array_equal(hits.triangles, all_hits.triangles[kept])
     np.testing.assert_array_equal(hits.t, all_hits.t[kept])
     is_hit = np.isin(np.arange(100), hits.rays)
-    any_hits = ab.any_hits(mesh, origins, directions, begin=begin, end=end)
-    assert any_hits.dtype == np.bool_
-    np.testing.assert_array_equal(any_hits, is_hit)
-    first = ab.first_hits(mesh, origins, directions, begin=begin, end=end)
+    any_hit = ab.any_hit(mesh, origins, directions, begin=begin, end=end)
+    assert any_hit.dtype == np.bool_
+    np.testing.assert_array_equal(any_hit, is_hit)
+    first = ab.first_hit(mesh, origins, directions, begin=begin, end=end)
     np.testing.assert_array_equal(first.triangles >= 0, is_hit)
-    assert ab.any_hit(mesh, origins[3], directions[3], begin=begin, end=end) == is_hit[3]
+    assert ab.any_hit(mesh, origins[3], directions[3], begin=begin, end=end).tolist() == [is_hit[3]]
     one = ab.first_hit(mesh, origins[3], directions[3], begin=begin, end=end)
-    assert one.triangle == first.triangles[3] and one.t == first.t[3]
+    assert one.triangles == first.triangles[[3]] and one.t == first.t[[3]]
 
 
 def test_what_is_no_point_or_ray_is_refused(moved):
@@ -91,11 +83,11 @@ def test_what_is_no_point_or_ray_is_refused(moved):
         (lambda: ab.closest_point(mesh, [0, 0, np.nan]), "not finite"),
         (lambda: ab.closest_points(mesh, [0, 0, 0]), "has the shape"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [0, 0, 0]), "direction is zero"),
-        (lambda: ab.first_hits(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
+        (lambda: ab.first_hit(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [1, 0, 0], end=np.nan), "range of a ray is NaN"),
-        (lambda: ab.any_hits(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
+        (lambda: ab.any_hit(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
         (lambda: ab.ray_hits(mesh, [0, 0, 0], [1, 0, 0], begin=2, end=1), "ends before it begins"),
     ):
         with pytest.raises(ValueError, match=sentence):
