@@ -8,8 +8,12 @@ namespace {
 /// NumPy's text of an array, on one line.
 std::string textOfArray(const py::array& array) {
   constexpr py::ssize_t kShown = 12;
+  py::dict formatter;
+  formatter["float_kind"] = py::str("{:.6g}").attr("format");
+  formatter["int_kind"] = py::str("{}").attr("format");
   const py::object text = py::module_::import("numpy").attr("array2string")(
-      array, py::arg("separator") = ", ", py::arg("threshold") = kShown, py::arg("edgeitems") = 2);
+      array, py::arg("separator") = ", ", py::arg("threshold") = kShown, py::arg("edgeitems") = 2,
+      py::arg("formatter") = formatter);
   const std::string line = py::str(" ")
                                .attr("join")(text.attr("split")())
                                .cast<std::string>();  // rows end with newlines

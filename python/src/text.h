@@ -9,8 +9,8 @@ namespace adaptive_bvh::python {
 
 namespace py = pybind11;
 
-/// A __repr__ that shows attributes by name: "RayHits(rays=[0, 2], triangles=[7, 9], ...)". Arrays
-/// of more than 12 numbers are abbreviated, and followed by their shape.
+/// A __repr__ that shows attributes by name: "RayHits(rays=[0, 2], triangles=[7, 9], ...)". Numbers
+/// of arrays have six digits. Arrays of more than 12 are abbreviated, and followed by their shape.
 class TextOf {
  public:
   explicit TextOf(std::vector<const char*> attributes) : attributes_(std::move(attributes)) {}

@@ -15,15 +15,9 @@ from brute_force import (
     triangle_distances,
     winding_numbers,
 )
-from meshes import ball, placed, pose, sheet, wave
+from meshes import ball, place, placed, pose, sheet, wave
 
 import adaptive_bvh as ab
-
-
-def place(x, y, z):
-    result = np.eye(4)
-    result[:3, 3] = x, y, z
-    return result
 
 
 class Crowd:
