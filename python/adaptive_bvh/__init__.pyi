@@ -247,7 +247,7 @@ class FeaturePairs:
 
 def is_nearer(
     first: DeformableMesh,
-    second: DeformableMesh,
+    second: _Object,
     distance: float,
     tf1: _Pose = None,
     tf2: _Pose = None,
@@ -357,6 +357,23 @@ class ClosestPoints:
     def triangles(self) -> _Ints: ...
     def __len__(self) -> int: ...
 
+class ClosestFeatures:
+    @property
+    def points(self) -> _Floats: ...
+    @property
+    def distances(self) -> _Floats: ...
+    @property
+    def triangles(self) -> _Ints: ...
+    @property
+    def barycentric(self) -> _Floats: ...
+    @property
+    def features(self) -> npt.NDArray[np.str_]: ...
+    @property
+    def numbers(self) -> _Ints: ...
+    @property
+    def normals(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
 class RayHits:
     @property
     def rays(self) -> _Ints: ...
@@ -372,6 +389,9 @@ class RayHits:
 
 def closest_point(mesh: DeformableMesh, point: _Array) -> ClosestPoint: ...
 def closest_points(mesh: DeformableMesh, points: _Array) -> ClosestPoints: ...
+def closest_features(
+    mesh: DeformableMesh, points: _Array, limit: float = ...
+) -> ClosestFeatures: ...
 def first_hit(
     mesh: DeformableMesh,
     origins: _Array,
@@ -447,6 +467,7 @@ def winding_numbers(
     mesh: DeformableMesh, points: _Array, tolerance: float = 0.1
 ) -> _Floats: ...
 def is_watertight(mesh: DeformableMesh) -> bool: ...
+def open_edges(mesh: DeformableMesh) -> _Ints: ...
 
 class SceneCollisions:
     @property
@@ -747,6 +768,7 @@ __all__ = [
     "BodyOptions",
     "Box",
     "Capsule",
+    "ClosestFeatures",
     "ClosestPoint",
     "ClosestPoints",
     "CoherentDistance",
@@ -790,6 +812,7 @@ __all__ = [
     "any_hit",
     "candidates",
     "clearance",
+    "closest_features",
     "closest_point",
     "closest_points",
     "collide",
@@ -803,6 +826,7 @@ __all__ = [
     "is_watertight",
     "largest_safe_step",
     "load_mesh",
+    "open_edges",
     "pairs_within",
     "ray_hits",
     "safe_displacements",

@@ -19,7 +19,9 @@ int32.
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair
 (R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6.
 
-Errors: TypeError, ValueError and IndexError. A refused update leaves the mesh as it was.
+Errors: TypeError for other kinds of objects and numbers that are not real, ValueError for wrong shapes
+and for numbers that are not finite or out of range, IndexError for indices of what is not there. A
+refused update leaves the mesh as it was.
 
 Threads: updates and queries release the GIL. Every DeformableMesh has a lock: any number of threads
 may query it at once; an update waits until they are done, and queries wait for it. A copy() is a

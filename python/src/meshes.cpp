@@ -32,8 +32,8 @@ constexpr const char* kWeldVertices =
 
 vertices: (N, 3). faces: (M, 3) integers. tolerance: a vertex no farther than this from one that was
 kept becomes the first such vertex, and faces of which two corners become one are removed. Returns a
-Mesh. Neighbours that share vertices make a
-mesh cheaper to query, and self_collide leaves them out.)";
+Mesh. Neighbours that share vertices make a mesh cheaper to query, and self_collide leaves them out.
+ValueError when the tolerance is negative or NaN.)";
 
 /// Python's Mesh.
 struct MeshArrays : Bound {

@@ -261,9 +261,23 @@ void bindPenetration(py::module_& module) {
         return is_closed;
       },
       py::arg("mesh"),
-      "Whether every edge is run through as often in one direction as in the other by the "
-      "triangles "
-      "that share it.");
+      "Whether a mesh encloses something: every edge is run through as often in one direction as "
+      "in the other by the triangles that share it. Vertices are compared by index "
+      "(weld_vertices).");
+  module.def(
+      "open_edges",
+      [](const LockedMesh& mesh) {
+        std::vector<OpenEdge> open;
+        mesh.query([&](const auto& m) { isWatertight(m, &open); });
+        std::vector<std::int32_t> rows;
+        for (const OpenEdge& edge : open)
+          rows.insert(rows.end(), {int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
+        return adopt<std::int32_t>(std::move(rows), {static_cast<py::ssize_t>(open.size()), 4});
+      },
+      py::arg("mesh"),
+      "The edges for which a mesh is not watertight, (K, 4) int32, by increasing triangle: the "
+      "vertices where an edge begins and ends, its triangle with the smallest index, and how much "
+      "more often triangles run through it in this direction, 1 on a boundary.");
 }
 
 }  // namespace adaptive_bvh::python

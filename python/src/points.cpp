@@ -15,6 +15,15 @@ are best near each other.
 
 points: (N, 3), in the mesh's own frame. Returns ClosestPoints.)";
 
+constexpr const char* kClosestFeatures =
+    R"(Of each of many points the nearest point of the mesh's surface, what it lies on, and the normal
+there.
+
+points: (N, 3), in the mesh's own frame.
+limit: a length, 0 or more; points of the surface that are farther away are left out. ValueError when
+    it is negative or NaN.
+Returns ClosestFeatures.)";
+
 constexpr const char* kFirstHit =
     R"(Of each of many rays the first triangle that it meets.
 
@@ -70,6 +79,13 @@ struct OnePoint : Bound {
 struct ManyPoints : Bound {
   py::array_t<double> points, distances;
   py::array_t<std::int32_t> triangles;
+};
+
+/// Python's ClosestFeatures.
+struct ManyFeatures : Bound {
+  py::array_t<double> points, distances, barycentric, normals;
+  py::array_t<std::int32_t> triangles, numbers;
+  py::array features;  ///< of strings
 };
 
 struct ManyHits : Bound {
@@ -147,6 +163,58 @@ ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
   return arrays;
 }
 
+/// numberOf(element) of each element; and vectorOf(element), three numbers each.
+template <typename T, typename Element, typename NumberOf>
+py::array_t<T> column(const std::vector<Element>& elements, const NumberOf& numberOf) {
+  const auto count = static_cast<py::ssize_t>(elements.size());
+  std::vector<T> numbers;
+  numbers.reserve(elements.size());
+  for (const Element& element : elements) numbers.push_back(static_cast<T>(numberOf(element)));
+  return adopt<T>(std::move(numbers), {count});
+}
+template <typename Element, typename VectorOf>
+py::array_t<double> vectors(const std::vector<Element>& elements, const VectorOf& vectorOf) {
+  const auto count = static_cast<py::ssize_t>(elements.size());
+  std::vector<Eigen::Vector3d> rows;
+  rows.reserve(elements.size());
+  for (const Element& element : elements) rows.push_back(vectorOf(element).template cast<double>());
+  return adopt<double>(std::move(rows), {count, 3});
+}
+
+template <typename S>
+ManyFeatures arraysOf(const std::vector<ClosestFeature<S>>& found) {
+  using F = ClosestFeature<S>;
+  ManyFeatures arrays;
+  arrays.points = vectors(found, [](const F& f) { return f.point; });
+  arrays.distances = column<double>(found, [](const F& f) { return f.distance; });
+  arrays.triangles = column<std::int32_t>(found, [](const F& f) { return f.triangle; });
+  arrays.barycentric = vectors(found, [](const F& f) { return f.barycentric; });
+  arrays.normals = vectors(found, [](const F& f) { return f.normal; });
+  arrays.numbers = column<std::int32_t>(
+      found, [](const F& f) { return f.triangle < 0 ? -1 : static_cast<int>(f.number); });
+  static_assert(int(SurfaceFeature::Face) == 0 && int(SurfaceFeature::Edge) == 1 &&
+                    int(SurfaceFeature::Vertex) == 2,
+                "the order of the names");
+  const py::object names =
+      py::module_::import("numpy").attr("array")(py::make_tuple("face", "edge", "vertex", "none"));
+  arrays.features = names[column<std::int32_t>(
+      found, [](const F& f) { return f.triangle < 0 ? 3 : static_cast<int>(f.feature); })];
+  return arrays;
+}
+
+ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points, double limit) {
+  return mesh.withScalar([&](auto scalar) {
+    using S = decltype(scalar);
+    const Rows<S> rows = rowsFrom<S>(points, "points");
+    const auto count = static_cast<std::size_t>(rows.shape(0));
+    const auto* asked = pointsOf<S>(rows);
+    std::vector<ClosestFeature<S>> found;
+    mesh.queryAs<S>(
+        [&](const auto& m) { closestFeatures(m, asked, count, static_cast<S>(limit), found); });
+    return arraysOf(found);
+  });
+}
+
 /// From `begin` to `end`, as S.
 template <typename S>
 RayRange<S> rangeOf(double begin, double end) {
@@ -219,6 +287,32 @@ void bindPointResults(py::module_& module) {
       .def("__repr__", TextOf({"points", "distances", "triangles"}));
 }
 
+void bindFeatureResults(py::module_& module) {
+  using F = ManyFeatures;
+  py::class_<F>(module, "ClosestFeatures",
+                "Of N points, in their order, the nearest points of a surface. len() is N.")
+      .def_readonly("points", &F::points,
+                    "On the surface, (N, 3) float64; NaN where none is within the limit.")
+      .def_readonly("distances", &F::distances,
+                    "(N,) float64, lengths; infinite where none is within the limit.")
+      .def_readonly("triangles", &F::triangles,
+                    "(N,) int32: those that have the points; -1 where there is none.")
+      .def_readonly("barycentric", &F::barycentric,
+                    "(N, 3) float64: of the points, for the triangles' corners.")
+      .def_readonly("features", &F::features,
+                    "(N,) of 'face', 'edge', 'vertex', or 'none' where none is within the limit: "
+                    "what the points lie on.")
+      .def_readonly("numbers", &F::numbers,
+                    "(N,) int32: of the triangle, the edge (as in FeaturePairs) or the vertex; -1 "
+                    "where there is none.")
+      .def_readonly("normals", &F::normals,
+                    "(N, 3) float64, of length 1: the outward direction; on an edge the mean of "
+                    "its triangles, on a vertex their mean weighted by their angles.")
+      .def("__len__", [](const F& self) { return self.distances.shape(0); })
+      .def("__repr__", TextOf({"points", "distances", "triangles", "barycentric", "features",
+                               "numbers", "normals"}));
+}
+
 void bindHitResults(py::module_& module) {
   py::class_<ManyHits>(module, "RayHits",
                        "Where rays meet triangles, in arrays side by side. len() counts the hits.")
@@ -251,11 +345,14 @@ void bindRays(py::module_& module) {
 
 void bindPoints(py::module_& module) {
   bindPointResults(module);
+  bindFeatureResults(module);
   bindHitResults(module);
   module.def("closest_point", &closestPointOf, py::arg("mesh"), py::arg("point"),
              "The nearest point of the mesh's surface to `point`, (3,), in the mesh's own frame.");
   module.def("closest_points", &closestPointsOf, py::arg("mesh"), py::arg("points"),
              docs::kClosestPoints);
+  module.def("closest_features", &closestFeaturesOf, py::arg("mesh"), py::arg("points"),
+             py::arg("limit") = std::numeric_limits<double>::infinity(), docs::kClosestFeatures);
   bindRays(module);
 }
 

@@ -6,17 +6,20 @@
 #include "features.h"
 #include "objects.h"
 #include "query.h"
+#include "shapes.h"
 #include "text.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kIsNearer =
-    R"(Whether two meshes are at most `distance`, a length, apart. Much cheaper than their distance.
+    R"(Whether two meshes, or a mesh and a shape, are at most `distance`, a length, apart. Much cheaper
+than their distance. ValueError when it is negative or NaN.
 
 tf1, tf2: poses that place them in the world.)";
 
 constexpr const char* kPairsWithin =
-    R"(All pairs of a triangle of the first mesh and one of the second at most `distance` apart.
+    R"(All pairs of a triangle of the first mesh and one of the second at most `distance`, a length, apart.
+ValueError when it is negative or NaN.
 
 tf1, tf2: poses that place them in the world.
 enable_distances, enable_nearest_points: also compute these.
@@ -31,6 +34,7 @@ ignored, labels, label_rule: as of self_collide.)";
 
 constexpr const char* kFeaturePairsWithin =
     R"(All pairs of a vertex and a face, and of two edges, at most `distance`, a length, apart.
+ValueError when it is negative or NaN.
 
 tf1, tf2: poses that place the meshes in the world.
 ignored: pairs of features to leave out, FeaturePairs in any order, or None. Returns FeaturePairs.)";
@@ -46,6 +50,7 @@ constexpr const char* kClearance =
     R"(For every vertex of `mesh` its distance to the surface of `other`: (num_vertices,) float64.
 
 Exact where it is less than `limit`, a length, and `limit` elsewhere. A small limit is fast.
+ValueError when it is negative or NaN.
 tf, other_tf: poses that place the meshes in the world.)";
 
 constexpr const char* kSignedClearance =
@@ -62,6 +67,16 @@ bool isNearerOf(const LockedMesh& first, const LockedMesh& second, double distan
   return LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     return isNearer(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance));
+  });
+}
+
+bool isNearerToShape(const LockedMesh& first, const Shape& second, double distance,
+                     const py::object& tf1, const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  return first.query([&](const auto& mesh) {
+    using S = ScalarOf<decltype(mesh)>;
+    return isNearer(mesh, poseAs<S>(poses.tf1), *second.geometry<S>(), poseAs<S>(poses.tf2),
+                    static_cast<S>(distance));
   });
 }
 
@@ -233,6 +248,9 @@ void bindProximity(py::module_& module) {
   bindNearPairs(module);
   module.def("is_nearer", &isNearerOf, py::arg("first"), py::arg("second"), py::arg("distance"),
              py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), docs::kIsNearer);
+  module.def("is_nearer", &isNearerToShape, py::arg("first"), py::arg("second"),
+             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
+             docs::kIsNearer);
   module.def("pairs_within", &pairsWithinOf, py::arg("first"), py::arg("second"),
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              py::kw_only(), py::arg("enable_distances") = false,

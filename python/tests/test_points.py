@@ -56,6 +56,76 @@ def test_rays_equal_brute_force(moved, tolerance):
     assert (np.diff(alone.t) >= 0).all() and (alone.rays == 0).all()
 
 
+def test_closest_features_equal_brute_force(moved, tolerance):
+    mesh, vertices, faces = moved
+    rng = np.random.default_rng(17)
+    far = 1.2 * rng.normal(size=(200, 3))
+    corners = vertices[rng.integers(len(vertices), size=100)]
+    points = np.concatenate([far, 2.5 * corners, corners * 0.9])
+    limit = 0.8
+    distances = surface_distances(points, vertices, faces)
+    nearest = distances.min(axis=1)
+    found = ab.closest_features(mesh, points, limit)
+    has_any = found.triangles >= 0
+    np.testing.assert_array_equal(has_any, nearest <= limit)
+    assert 0 < has_any.sum() < len(points) == len(found)
+    assert np.isinf(found.distances[~has_any]).all() and np.isnan(found.points[~has_any]).all()
+    assert set(found.features[~has_any]) == {"none"} and (found.numbers[~has_any] == -1).all()
+    np.testing.assert_allclose(found.distances[has_any], nearest[has_any], atol=tolerance)
+    triangles = found.triangles[has_any]
+    named = distances[has_any, triangles]
+    np.testing.assert_allclose(named, nearest[has_any], atol=tolerance)
+    weights = found.barycentric[has_any]
+    np.testing.assert_allclose(weights.sum(axis=1), 1, atol=tolerance)
+    placed = (weights[..., None] * vertices[faces[triangles]]).sum(axis=1)
+    np.testing.assert_allclose(found.points[has_any], placed, atol=4 * tolerance)
+    assert {"face", "edge", "vertex"} == set(found.features[has_any])
+    sides = vertices[faces]
+    outward = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    angles = np.stack(
+        [
+            np.arccos(np.clip(np.sum(a * b, 1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1), -1, 1))
+            for a, b in (
+                (sides[:, (k + 1) % 3] - sides[:, k], sides[:, (k + 2) % 3] - sides[:, k])
+                for k in range(3)
+            )
+        ],
+        axis=1,
+    )
+    for i in np.flatnonzero(has_any):
+        t, number, weights = found.triangles[i], found.numbers[i], found.barycentric[i]
+        if found.features[i] == "face":
+            assert number == t
+            expected = outward[t]
+        elif found.features[i] == "edge":
+            ends = {faces[number // 3, number % 3], faces[number // 3, (number + 1) % 3]}
+            assert ends < set(faces[t]) and weights.min() == pytest.approx(0, abs=tolerance)
+            expected = sum(outward[k] for k, face in enumerate(faces) if ends < set(face))
+        else:
+            assert number in faces[t] and weights.max() == pytest.approx(1, abs=tolerance)
+            expected = (outward[:, None] * ((faces == number) * angles)[..., None]).sum(axis=(0, 1))
+        expected = expected / np.linalg.norm(expected)
+        np.testing.assert_allclose(found.normals[i], expected, atol=100 * tolerance)
+    everything = ab.closest_features(mesh, points)
+    np.testing.assert_allclose(everything.distances, nearest, atol=tolerance)
+    for wrong in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="negative or not a number"):
+            ab.closest_features(mesh, points, wrong)
+
+
+def test_open_edges():
+    vertices, faces = meshes.ball(1)
+    assert ab.open_edges(ab.DeformableMesh(vertices, faces)).shape == (0, 4)
+    mesh = ab.DeformableMesh(vertices, faces[1:])
+    missing = {(int(a), int(b)) for a, b in zip(faces[0], np.roll(faces[0], -1))}
+    found = ab.open_edges(mesh)
+    assert {(b, a) for a, b in found[:, :2]} == missing and (found[:, 3] == 1).all()
+    for a, b, t, _ in found:
+        assert {a, b} < set(faces[1:][t])
+    assert not ab.is_watertight(mesh) and (np.diff(found[:, 2]) >= 0).all()
+
+
 @pytest.mark.parametrize("begin, end", [(0.0, np.inf), (0.0, 1.0), (0.5, 2.0), (3.0, 3.0)])
 def test_a_range_of_rays_keeps_what_lies_in_it(moved, begin, end):
     mesh, _, _ = moved

@@ -31,6 +31,7 @@ def everything():
         details.vertex_face,
         ab.closest_point(a, [0, 0, 3]),
         ab.closest_points(a, [[0, 0, 3]]),
+        ab.closest_features(a, [[0, 0, 3]]),
         ab.first_hit(a, [0, 0, 3], [0, 0.1, -1]),
         ab.vertex_contacts(a, b, 0.1, None, tf),
         ab.signed_distance(a, b, 0.01, None, tf),
