@@ -34,16 +34,22 @@ namespace adaptive_bvh {
 
 /// Whether the distance of two meshes is at most `distance`. Much cheaper than the distance: stops
 /// at the first pair of triangles that is near enough, and looks at nothing that is farther away.
+/// With `solid`, meshes are filled: also true where a component of one is inside of the other,
+/// however far from its surface. Then both meshes must be closed; std::invalid_argument names an
+/// edge that is open.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance);
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
+              bool solid = false);
 
 /// Whether a shape of FCL's is at most `distance` away from a mesh, or touches it: a sphere,
 /// capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space. std::invalid_argument on
-/// other geometry.
+/// other geometry. A mesh inside of a shape touches it. With `solid`, so does a shape inside of the
+/// mesh, which must be closed.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance);
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance,
+              bool solid = false);
 
 /// `isNearer` for one pair of meshes, asked step after step. Keeps a lower bound of their distance:
 /// while deformation and changed transforms cannot have used up what it exceeds d by, there is no

@@ -21,7 +21,8 @@ bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 template <typename S>
 bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result);
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                   bool solid);
 
 /// Replaces what FCL left uninitialised.
 template <typename S>
@@ -136,13 +137,23 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
 
 /// Returns the number of contacts. Records for tests B and D only: an overlap test computes no
 /// distances.
+///
+/// With `solid`, meshes are filled, as shapes always are: a body inside of a closed mesh touches
+/// it, though their surfaces may be far apart. Where no triangle touches, there is one contact for
+/// each component (triangles that are joined by vertices) that is inside of the other mesh, and one
+/// for a shape inside: its position is a vertex of the component or a point of the shape, its depth
+/// is how far that point is from the surface around it, and along its normal that point gets out.
+/// `b1` and `b2` are the component's triangle with the smallest index, and the nearest triangle
+/// around it. The depth of the bodies is signedDistance's (penetration.h). std::invalid_argument is
+/// thrown for a mesh that is not closed, for an octree, and for models without a DeformableMesh.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   const std::size_t before = result.numContacts();
   if (request.num_max_contacts == 0) return 0;  // as FCL, without its message
-  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result);
+  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result, solid);
   const std::size_t contacts =
       is_answered ? result.numContacts() : fcl::collide(o1, tf1, o2, tf2, request, result);
   detail::finishCollide(request, before, result);
@@ -152,9 +163,11 @@ std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 /// Collides two placed objects.
 template <typename S>
 std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   return queries::collide(o1->collisionGeometry().get(), o1->getTransform(),
-                          o2->collisionGeometry().get(), o2->getTransform(), request, result);
+                          o2->collisionGeometry().get(), o2->getTransform(), request, result,
+                          solid);
 }
 
 }  // namespace queries

@@ -74,6 +74,10 @@ struct BodyOptions {
   /// Whether `collisions`, `pairsWithin` and `featurePairsWithin` include the body with itself,
   /// without triangles that share a vertex. Meshes only.
   bool self_collision = false;
+  /// Whether a mesh is filled: then meshes and shapes inside of it, which do not touch its surface,
+  /// touch it for `collisions` and `isNearer` (adaptive_bvh::collide says which contacts they
+  /// have). It must be closed. Shapes are always filled. An octree inside of a mesh is not found.
+  bool solid = false;
   std::uintptr_t user = 0;  ///< a value of the caller's
 };
 

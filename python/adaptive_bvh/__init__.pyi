@@ -196,6 +196,7 @@ def collide(
     *,
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
+    solid: bool = False,
 ) -> Contacts: ...
 def self_collide(
     mesh: DeformableMesh,
@@ -217,7 +218,9 @@ class CoherentDistance:
 
 class CoherentProximity:
     def __init__(self, first: DeformableMesh, second: DeformableMesh) -> None: ...
-    def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None) -> bool: ...
+    def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None    *,
+    solid: bool = False,
+) -> bool: ...
     @property
     def searches(self) -> int: ...
 
@@ -554,6 +557,8 @@ class BodyOptions:
     @property
     def self_collision(self) -> bool: ...
     @property
+    def solid(self) -> bool: ...
+    @property
     def user(self) -> int: ...
 
 class Scene:
@@ -566,6 +571,7 @@ class Scene:
         group: int = 1,
         mask: int = 4294967295,
         self_collision: bool = False,
+        solid: bool = False,
         user: int = 0,
     ) -> int: ...
     def remove(self, body: int) -> None: ...
@@ -579,6 +585,7 @@ class Scene:
         group: int = 1,
         mask: int = 4294967295,
         self_collision: bool = False,
+        solid: bool = False,
         user: int = 0,
     ) -> None: ...
     def options(self, body: int) -> BodyOptions: ...

@@ -15,7 +15,9 @@ constexpr const char* kIsNearer =
     R"(Whether two meshes, or a mesh and a shape, are at most `distance`, a length, apart. Much cheaper
 than their distance. ValueError when it is negative or NaN.
 
-tf1, tf2: poses that place them in the world.)";
+tf1, tf2: poses that place them in the world.
+solid: meshes are filled: also true where a component of one body is inside of the other, however far
+    from its surface. ValueError when a mesh is open; the message names an edge.)";
 
 constexpr const char* kPairsWithin =
     R"(All pairs of a triangle of the first mesh and one of the second at most `distance`, a length, apart.
@@ -62,21 +64,22 @@ constexpr const char* kSignedClearance =
 namespace {
 
 bool isNearerOf(const LockedMesh& first, const LockedMesh& second, double distance,
-                const py::object& tf1, const py::object& tf2) {
+                const py::object& tf1, const py::object& tf2, bool solid) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   return LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
-    return isNearer(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance));
+    return isNearer(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance),
+                    solid);
   });
 }
 
 bool isNearerToShape(const LockedMesh& first, const Shape& second, double distance,
-                     const py::object& tf1, const py::object& tf2) {
+                     const py::object& tf1, const py::object& tf2, bool solid) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   return first.query([&](const auto& mesh) {
     using S = ScalarOf<decltype(mesh)>;
     return isNearer(mesh, poseAs<S>(poses.tf1), *second.geometry<S>(), poseAs<S>(poses.tf2),
-                    static_cast<S>(distance));
+                    static_cast<S>(distance), solid);
   });
 }
 
@@ -246,11 +249,13 @@ void bindNearPairs(py::module_& module) {
 
 void bindProximity(py::module_& module) {
   bindNearPairs(module);
-  module.def("is_nearer", &isNearerOf, py::arg("first"), py::arg("second"), py::arg("distance"),
-             py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), docs::kIsNearer);
-  module.def("is_nearer", &isNearerToShape, py::arg("first"), py::arg("second"),
-             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             docs::kIsNearer);
+  const auto define = [&](auto function) {
+    module.def("is_nearer", function, py::arg("first"), py::arg("second"), py::arg("distance"),
+               py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), py::kw_only(),
+               py::arg("solid") = false, docs::kIsNearer);
+  };
+  define(&isNearerOf);
+  define(&isNearerToShape);
   module.def("pairs_within", &pairsWithinOf, py::arg("first"), py::arg("second"),
              py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              py::kw_only(), py::arg("enable_distances") = false,

@@ -96,7 +96,7 @@ void requireCount(const std::optional<long long>& max_contacts) {
 
 Contacts collideOf(const py::object& o1, const py::object& o2, const py::object& tf1,
                    const py::object& tf2, const std::optional<long long>& max_contacts,
-                   bool enable_contact) {
+                   bool enable_contact, bool solid) {
   requireCount(max_contacts);
   const Objects objects = objectsFrom(o1, o2, tf1, tf2);
   ContactLists lists;
@@ -104,7 +104,7 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
     using S = typename std::decay_t<decltype(pose1)>::Scalar;
     fcl::CollisionResult<S> result;
     if (!detail::answerCollide<S>(geometry1, pose1, geometry2, pose2,
-                                  requestOf<S>(max_contacts, enable_contact), result))
+                                  requestOf<S>(max_contacts, enable_contact), result, solid))
       refusePair();
     addAll(result, objects.is_swapped, lists);
   });
@@ -179,7 +179,7 @@ void bindQuery(py::module_& module) {
              docs::kDistance);
   module.def("collide", &collideOf, py::arg("o1"), py::arg("o2"), py::arg("tf1") = py::none(),
              py::arg("tf2") = py::none(), py::kw_only(), py::arg("max_contacts") = py::none(),
-             py::arg("enable_contact") = true, docs::kCollide);
+             py::arg("enable_contact") = true, py::arg("solid") = false, docs::kCollide);
   module.def("self_collide", &selfCollideOf, py::arg("mesh"), py::arg("tf") = py::none(),
              py::kw_only(), py::arg("max_contacts") = py::none(), py::arg("enable_contact") = true,
              py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),

@@ -24,6 +24,10 @@ inline constexpr const char* kCollide =
 tf1, tf2: poses that place them in the world.
 max_contacts: stops when it has so many; None finds all.
 enable_contact: False leaves out points, normals and depths, which are then NaN. Faster.
+solid: meshes are filled, as shapes always are: a body inside of a closed mesh touches it. Where no
+    triangle touches, there is one contact for each component inside of the other mesh, and one for a
+    shape inside: its depth is how far a vertex of the component, or a point of the shape, is from the
+    surface around it. ValueError when a mesh is open; the message names an edge.
 Returns Contacts.)";
 
 inline constexpr const char* kSelfCollide =

@@ -34,6 +34,8 @@ tf: pose that places it in the world.
 group, mask: bits; two bodies are a pair where each one's mask has a bit of the other's group.
 self_collision: whether the queries of pairs include the mesh with itself, without triangles that
     share a vertex. ValueError for a shape.
+solid: whether the mesh is filled: bodies inside of it touch it, for `collisions` and `is_nearer`.
+    ValueError for a shape, which always is, and for an open mesh.
 user: a number of your own, 0 or more.)";
 
 constexpr const char* kSetOptions = "Replaces all options of a body, which are those of `add`.";
@@ -75,12 +77,13 @@ struct OptionsOfBody : Bound {
   BodyOptions options;
 };
 
-BodyOptions optionsOf(std::uint32_t group, std::uint32_t mask, bool self_collision,
+BodyOptions optionsOf(std::uint32_t group, std::uint32_t mask, bool self_collision, bool solid,
                       std::uintptr_t user) {
   BodyOptions options;
   options.group = group;
   options.mask = mask;
   options.self_collision = self_collision;
+  options.solid = solid;
   options.user = user;
   return options;
 }
@@ -190,9 +193,12 @@ void bindOptions(py::module_& module) {
           "self_collision", [](const OptionsOfBody& self) { return self.options.self_collision; },
           "Whether queries of pairs include the mesh with itself.")
       .def_property_readonly(
+          "solid", [](const OptionsOfBody& self) { return self.options.solid; },
+          "Whether the mesh is filled.")
+      .def_property_readonly(
           "user", [](const OptionsOfBody& self) { return self.options.user; },
           "A number of the caller's.")
-      .def("__repr__", TextOf({"group", "mask", "self_collision", "user"}));
+      .def("__repr__", TextOf({"group", "mask", "self_collision", "solid", "user"}));
 }
 
 void bindBodies(SceneClass& scene) {
@@ -200,12 +206,12 @@ void bindBodies(SceneClass& scene) {
       .def(
           "add",
           [](LockedScene& self, const py::object& body, const py::object& tf, std::uint32_t group,
-             std::uint32_t mask, bool self_collision, std::uintptr_t user) {
-            return self.add(body, tf, optionsOf(group, mask, self_collision, user));
+             std::uint32_t mask, bool self_collision, bool solid, std::uintptr_t user) {
+            return self.add(body, tf, optionsOf(group, mask, self_collision, solid, user));
           },
           py::arg("body"), py::arg("tf") = py::none(), py::kw_only(), py::arg("group") = 1,
-          py::arg("mask") = 0xffffffffu, py::arg("self_collision") = false, py::arg("user") = 0,
-          docs::kAdd)
+          py::arg("mask") = 0xffffffffu, py::arg("self_collision") = false,
+          py::arg("solid") = false, py::arg("user") = 0, docs::kAdd)
       .def("remove", &LockedScene::remove, py::arg("body"),
            "Removes a body. Its number is not given again.")
       .def("set_transform", &LockedScene::setTransform, py::arg("body"), py::arg("tf"),
@@ -217,12 +223,14 @@ void bindBodies(SceneClass& scene) {
       .def(
           "set_options",
           [](LockedScene& self, BodyId body, std::uint32_t group, std::uint32_t mask,
-             bool self_collision, std::uintptr_t user) {
-            self.change(
-                [&](auto& s) { s.setOptions(body, optionsOf(group, mask, self_collision, user)); });
+             bool self_collision, bool solid, std::uintptr_t user) {
+            self.change([&](auto& s) {
+              s.setOptions(body, optionsOf(group, mask, self_collision, solid, user));
+            });
           },
           py::arg("body"), py::kw_only(), py::arg("group") = 1, py::arg("mask") = 0xffffffffu,
-          py::arg("self_collision") = false, py::arg("user") = 0, docs::kSetOptions)
+          py::arg("self_collision") = false, py::arg("solid") = false, py::arg("user") = 0,
+          docs::kSetOptions)
       .def(
           "options",
           [](const LockedScene& self, BodyId body) {

@@ -365,6 +365,21 @@ def test_a_body_with_itself():
     assert len(scene.collisions()) == 0 and other in scene
 
 
+def test_solid_bodies_touch_what_is_inside():
+    outer, inner = ab.DeformableMesh(*ball(2, 2.0)), ab.DeformableMesh(*ball(1, 0.3))
+    scene = ab.Scene()
+    around = scene.add(outer, solid=True)
+    small, shape = scene.add(inner, place(0.5, 0, 0)), scene.add(ab.Sphere(0.2), place(-0.5, 0, 0))
+    assert touching_pairs(scene) == [(around, small), (around, shape)]
+    assert scene.is_nearer(0) and scene.options(around).solid
+    scene.set_options(around)
+    assert touching_pairs(scene) == [] and not scene.is_nearer(0)
+    with pytest.raises(ValueError, match="edge"):
+        scene.add(ab.DeformableMesh(*sheet(2)), solid=True)
+    with pytest.raises(ValueError):
+        scene.add(ab.Sphere(1), solid=True)
+
+
 def test_bodies_come_and_go():
     mesh = ab.DeformableMesh(*ball(1))
     sphere = ab.Sphere(2.0)

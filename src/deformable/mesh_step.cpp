@@ -150,6 +150,7 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
   topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
   topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
+  topology->components.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
   topology->features.adopt(state.tree, topology->owners);
   topology->contours.adopt(state.tree);

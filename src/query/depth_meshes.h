@@ -5,6 +5,7 @@
 
 #include "query/depth_search.h"
 #include "query/placed_mesh.h"
+#include "query/tree_pair.h"
 #include "query/point_search.h"
 #include "query/surface_normals.h"
 #include "query/winding_number.h"

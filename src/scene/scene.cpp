@@ -1,5 +1,6 @@
 #include "adaptive_bvh/scene.h"
 
+#include "query/closed_surface.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -19,6 +20,10 @@ template <typename S>
 void requireOptions(const DeformableMesh<S>* mesh, const BodyOptions& options) {
   if (options.self_collision && !mesh)
     throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
+  if (!options.solid) return;
+  if (!mesh)
+    throw std::invalid_argument("adaptive_bvh: only a mesh can be made solid; a shape always is");
+  requireClosed(stateOf(*mesh), "a solid body");
 }
 
 }  // namespace

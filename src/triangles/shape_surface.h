@@ -26,8 +26,8 @@ ShapeSurface surfaceOfPlane(const fcl::Vector3d& x, const fcl::Vector3d& n, doub
 ShapeSurface surfaceOfCylinder(const fcl::Vector3d& x, double radius, double half);
 /// Of a cone with its base at z = -half and its tip at half.
 ShapeSurface surfaceOfCone(const fcl::Vector3d& x, double radius, double half);
-/// Of an ellipsoid (D. Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
-/// Hyperellipsoid": a root by bisection, which no shape and no point makes imprecise).
+/// Of an ellipsoid, by the equation of D. Eberly, "Distance from a Point to an Ellipse, an
+/// Ellipsoid, or a Hyperellipsoid", which no shape and no point makes imprecise.
 ShapeSurface surfaceOfEllipsoid(const fcl::Vector3d& x, const fcl::Vector3d& radii);
 /// Of a convex set, by its farthest points, up to the errors of convex_distance.h: outside by
 /// convexGap, inside by penetrationOf.
