@@ -101,7 +101,8 @@ class DeformableMesh:
     @property
     def dtype(self) -> np.dtype[Any]: ...
 
-class Shape: ...
+class Shape:
+    def __reduce__(self) -> Tuple[Any, ...]: ...
 
 class Box(Shape):
     def __init__(self, x: float, y: float, z: float) -> None: ...
@@ -218,9 +219,7 @@ class CoherentDistance:
 
 class CoherentProximity:
     def __init__(self, first: DeformableMesh, second: DeformableMesh) -> None: ...
-    def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None    *,
-    solid: bool = False,
-) -> bool: ...
+    def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None) -> bool: ...
     @property
     def searches(self) -> int: ...
 
@@ -254,6 +253,8 @@ def is_nearer(
     distance: float,
     tf1: _Pose = None,
     tf2: _Pose = None,
+    *,
+    solid: bool = False,
 ) -> bool: ...
 @overload
 def pairs_within(
