@@ -113,7 +113,7 @@ BodyId LockedScene::add(const py::object& body, const py::object& tf, const Body
   std::shared_ptr<LockedMesh> mesh;
   std::optional<Shape> shape;
   if (py::isinstance<LockedMesh>(body))
-    mesh = body.cast<std::shared_ptr<LockedMesh>>();
+    mesh = body.cast<LockedMesh&>().shared_from_this();
   else if (py::isinstance<Shape>(body))
     shape = body.cast<Shape>();
   else
