@@ -79,5 +79,8 @@ using SceneClass = py::class_<LockedScene>;
 /// The queries of Scene; their results.
 void bindSceneQueries(SceneClass& scene);
 void bindSceneResults(py::module_& module);
+/// Those of all pairs of bodies, likewise.
+void bindScenePairs(SceneClass& scene);
+void bindScenePairResults(py::module_& module);
 
 }  // namespace adaptive_bvh::python
