@@ -27,7 +27,8 @@ def ball_mesh(n, radius):
     plane, faces = grid(n, 2.0)
     plane[:, 2] = 1
     sides = [plane, plane * (-1, 1, -1)]  # up and down; then the same along x and y
-    sides = np.concatenate([s[:, order] for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]) for s in sides])
+    axes = [0, 1, 2], [2, 0, 1], [1, 2, 0]
+    sides = np.concatenate([side[:, order] for order in axes for side in sides])
     faces = np.concatenate([faces + k * len(plane) for k in range(6)])
     round_ = radius * sides / np.linalg.norm(sides, axis=1)[:, None]
     return ab.weld_vertices(round_, faces, 1e-6 * radius)
@@ -38,7 +39,7 @@ def at(x, y, z):
     return np.eye(3), (x, y, z)
 
 
-# ---- 1. A mesh that deforms, and its distance to a shape ------------------------------------------
+# ---- 1. A mesh that deforms, and its distance to a shape -----------------------------------------
 # A DeformableMesh is built once. update() takes the positions of a step, and every query then
 # answers for them. Lengths are in metres.
 rest, faces = grid(24, 1.0)
@@ -46,9 +47,10 @@ net = ab.DeformableMesh(rest, faces)
 radius, height = 0.15, 0.4
 ball = ab.Sphere(radius)
 found = ab.distance(net, ball, None, at(0, 0, height))
-print(f"1. distance {found.distance:.4f} m, between z = {found.points[0, 2]:.4f} and {found.points[1, 2]:.4f}")
+low, high = found.points[:, 2]  # the nearest points
+print(f"1. distance {found.distance:.4f} m, between z = {low:.4f} and {high:.4f}")
 
-# ---- 2. Contact forces, and a page ----------------------------------------------------------------
+# ---- 2. Contact forces, and a page ---------------------------------------------------------------
 # vertex_contacts() returns the vertices that are nearer than `margin` to the ball or inside of it,
 # with distance, area, and the normal from the net to the ball: a penalty force is one line. The net
 # is a system of springs, its frame is fixed.
@@ -67,7 +69,8 @@ x, v, speed = rest.copy(), 0 * rest, 0.0
 for step in range(6001):
     net.update(x)
     contacts = ab.vertex_contacts(net, ball, margin, None, at(0, 0, height))
-    pressure = (stiffness * (margin - contacts.distances) * contacts.areas)[:, None] * contacts.normals
+    size = stiffness * (margin - contacts.distances) * contacts.areas
+    pressure = size[:, None] * contacts.normals
     force = np.zeros_like(x)
     force[contacts.vertices] -= pressure
     along = x[edges[:, 1]] - x[edges[:, 0]]
@@ -81,7 +84,8 @@ for step in range(6001):
     lift = pressure[:, 2].sum()  # on the ball
     speed += dt * (lift / ball_mass - damping * speed - gravity)
     if step % 1000 == 0:
-        print(f"2. t = {step * dt:.1f} s: ball at {height:.3f} m, {len(contacts)} contacts, {lift:.2f} N")
+        now = f"ball at {height:.3f} m, {len(contacts)} contacts, {lift:.2f} N"
+        print(f"2. t = {step * dt:.1f} s: {now}")
     if recording and step % 40 == 0:
         recording.place(drawn_ball, at(0, 0, height))
         recording.frame(note=f"{len(contacts)} vertices push with {lift:.2f} N")
@@ -91,7 +95,7 @@ print(f"2. the net bears {lift / (ball_mass * gravity):.3f} of the ball's weight
 if recording:
     recording.write(sys.argv[1])
 
-# ---- 3. Many bodies -------------------------------------------------------------------------------
+# ---- 3. Many bodies ------------------------------------------------------------------------------
 # A Scene finds the pairs that may be near. update() comes after all changes of a step.
 scene = ab.Scene()
 bodies = {scene.add(net): "net", scene.add(ball, at(0, 0, height)): "ball"}
@@ -99,12 +103,12 @@ post = ab.DeformableMesh(ball_mesh(6, 0.1))
 for i, corner in enumerate([(-0.6, -0.6, 0), (0.6, -0.6, 0), (0.6, 0.6, 0), (-0.56, 0.56, 0)]):
     bodies[scene.add(post, at(*corner))] = f"post {i}"  # several bodies may share a mesh
 scene.update()
-hits = scene.collisions()
-print("3. touching:", ", ".join(f"{bodies[a]} and {bodies[b]}" for a, b in hits.bodies.tolist()) or "none")
+for a, b in scene.collisions().bodies:
+    print(f"3. touching: {bodies[a]} and {bodies[b]}")
 for near in scene.nearest(0, 3):
     print(f"3. {bodies[near.bodies[1]]} is {max(near.distance, 0):.4f} m from the net")
 
-# ---- 4. Rays --------------------------------------------------------------------------------------
+# ---- 4. Rays -------------------------------------------------------------------------------------
 # A depth camera above the net: the first hit of each of many rays, and which of the points that it
 # sees a lamp lights: no triangle between them (any_hit) on the segment from 0 to 1.
 pixels, _ = grid(99, 1.2)
@@ -113,9 +117,12 @@ seen = ab.first_hit(net, np.tile(eye, (len(pixels), 1)), pixels - eye)
 is_hit = seen.triangles >= 0
 points = eye + seen.t[is_hit, None] * (pixels[is_hit] - eye)
 lit = ~ab.any_hit(net, np.tile(lamp, (len(points), 1)), points - lamp, end=0.999)
-print(f"4. {is_hit.sum()} of {len(pixels)} rays hit, deepest at z = {points[:, 2].min():.3f} m, {lit.mean():.0%} lit")
+deepest = points[:, 2].min()
+hits = f"{is_hit.sum()} of {len(pixels)} rays hit"
+print(f"4. {hits}, deepest at z = {deepest:.3f} m, {lit.mean():.0%} lit")
 
-# ---- 5. Files and other processes -----------------------------------------------------------------
+# ---- 5. Files and other processes ----------------------------------------------------------------
 # A pickle, or save() and load(), keeps the tree: a worker process needs no build.
 copy = pickle.loads(pickle.dumps(net))
-print("5. the copy answers the same:", ab.distance(copy, ball).distance == ab.distance(net, ball).distance)
+is_same = ab.distance(copy, ball).distance == ab.distance(net, ball).distance
+print("5. the copy answers the same:", is_same)
