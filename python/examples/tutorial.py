@@ -70,9 +70,9 @@ for step in range(6001):
     net.update(x)
     contacts = ab.vertex_contacts(net, ball, margin, None, at(0, 0, height))
     size = stiffness * (margin - contacts.distances) * contacts.areas
-    pressure = size[:, None] * contacts.normals
+    contact_force = size[:, None] * contacts.normals  # on the ball, N
     force = np.zeros_like(x)
-    force[contacts.vertices] -= pressure
+    force[contacts.vertices] -= contact_force
     along = x[edges[:, 1]] - x[edges[:, 0]]
     length = np.linalg.norm(along, axis=1)
     pull = (spring * (length - lengths) / length)[:, None] * along
@@ -81,7 +81,7 @@ for step in range(6001):
         force[:, k] -= np.bincount(edges[:, 1], pull[:, k], len(x))
     v += dt * (force / vertex_mass - damping * v - (0, 0, gravity))
     v[is_fixed] = 0
-    lift = pressure[:, 2].sum()  # on the ball
+    lift = contact_force[:, 2].sum()
     speed += dt * (lift / ball_mass - damping * speed - gravity)
     if step % 1000 == 0:
         now = f"ball at {height:.3f} m, {len(contacts)} contacts, {lift:.2f} N"
