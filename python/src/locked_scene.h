@@ -33,6 +33,9 @@ class LockedScene : public Bound {
   py::object geometry(BodyId body) const;
   /// A function of Python's, or None.
   void setFilter(const py::object& filter);
+  const py::object& filter() const { return filter_; }
+  /// Without a lock: of a scene that nothing refers to any more.
+  void clearFilter();
 
   /// Runs f(scene) alone, without the GIL.
   template <typename F>
@@ -67,6 +70,7 @@ class LockedScene : public Bound {
   std::variant<Scene<double>, Scene<float>> scene_;
   std::vector<std::pair<BodyId, std::shared_ptr<LockedMesh>>> meshes_;
   std::map<BodyId, py::object> geometries_;  ///< only touched with the GIL
+  py::object filter_ = py::none();           ///< likewise; the scene refers to it
   mutable std::shared_mutex mutex_;
 };
 

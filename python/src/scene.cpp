@@ -50,27 +50,43 @@ The filter must not call the scene, nor query or update a mesh: RuntimeError.)";
 
 namespace {
 
-/// A function of Python's that a scene calls. Copies share it; the last one has the GIL when it
-/// lets go.
+/// A function of Python's that a scene calls. LockedScene owns it.
 class PythonFilter {
  public:
-  explicit PythonFilter(py::object function)
-      : function_(new py::object(std::move(function)), [](py::object* f) {
-          const py::gil_scoped_acquire gil;
-          delete f;
-        }) {}
+  explicit PythonFilter(py::handle function) : function_(function) {}
 
   bool operator()(BodyId first, BodyId second) const {
     const py::gil_scoped_acquire gil;
     const CallbackScope scope;
-    const int is_true = PyObject_IsTrue((*function_)(first, second).ptr());
+    const int is_true = PyObject_IsTrue(function_(first, second).ptr());
     if (is_true < 0) throw py::error_already_set();
     return is_true != 0;
   }
 
  private:
-  std::shared_ptr<py::object> function_;
+  py::handle function_;
 };
+
+/// Null of an object whose __init__ was not called.
+LockedScene* constructedScene(PyObject* object) {
+  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
+  return holder.holder_constructed() ? static_cast<LockedScene*>(holder.value_ptr()) : nullptr;
+}
+
+/// Shows the filter to Python's garbage collector: it may refer to what owns the scene.
+void addGarbageCollection(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
+    Py_VISIT(Py_TYPE(object));
+    if (LockedScene* scene = constructedScene(object)) Py_VISIT(scene->filter().ptr());
+    return 0;
+  };
+  type.tp_clear = [](PyObject* object) -> int {
+    if (LockedScene* scene = constructedScene(object)) scene->clearFilter();
+    return 0;
+  };
+}
 
 /// Python's BodyOptions.
 struct OptionsOfBody : Bound {
@@ -171,12 +187,18 @@ py::object LockedScene::geometry(BodyId body) const {
 void LockedScene::setFilter(const py::object& filter) {
   if (!filter.is_none() && !PyCallable_Check(filter.ptr()))
     throw py::type_error("filter must be a function, or None");
+  py::object function = filter;
   change([&](auto& scene) {
-    using SomeScene = std::decay_t<decltype(scene)>;
-    const py::gil_scoped_acquire gil;  // to copy the reference
-    scene.setFilter(filter.is_none() ? typename SomeScene::Filter()
-                                     : typename SomeScene::Filter(PythonFilter(filter)));
+    using Filter = typename std::decay_t<decltype(scene)>::Filter;
+    scene.setFilter(function.is_none() ? Filter() : Filter(PythonFilter(function)));
+    const py::gil_scoped_acquire gil;
+    std::swap(filter_, function);  // under the lock: no query calls the one before any more
   });
+}
+
+void LockedScene::clearFilter() {
+  std::visit([](auto& scene) { scene.setFilter({}); }, scene_);
+  filter_ = py::none();
 }
 
 namespace {
@@ -313,7 +335,7 @@ void bindSteps(SceneClass& scene) {
 void bindScene(py::module_& module) {
   bindOptions(module);
   bindSceneResults(module);
-  SceneClass scene(module, "Scene", docs::kScene);
+  SceneClass scene(module, "Scene", docs::kScene, py::custom_type_setup(&addGarbageCollection));
   scene.def(py::init<const py::object&>(), py::arg("dtype") = "float64",
             "dtype: the numbers of all meshes, float64 or float32; others are a TypeError.");
   bindBodies(scene);

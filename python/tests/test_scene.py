@@ -1,7 +1,9 @@
 """Scenes against all pairs of bodies, in NumPy."""
 
+import gc
 import itertools
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -460,6 +462,40 @@ def test_errors_in_a_filter():
         scene.set_filter(3)
 
 
+def test_a_filter_may_refer_to_the_owner_of_its_scene():
+    class Simulation:
+        def __init__(self):
+            self.mesh = ab.DeformableMesh(*ball(1))
+            self.scene = ab.Scene()
+            self.ids = [self.scene.add(self.mesh) for _ in range(3)]
+            self.scene.set_filter(self.admits)
+
+        def admits(self, a, b):
+            return a == self.ids[0]
+
+    simulation = Simulation()
+    assert touching_pairs(simulation.scene) == [(0, 1), (0, 2)]
+    gc.collect()
+    assert touching_pairs(simulation.scene) == [(0, 1), (0, 2)]
+    alive = weakref.ref(simulation)
+    del simulation
+    gc.collect()
+    assert alive() is None
+    collected = ab.Scene()  # also while a query calls a filter
+    collected.set_filter(lambda a, b, s=collected: s)
+    crowd = Crowd("float64", 3)
+    del collected
+    crowd.scene.set_filter(lambda a, b: gc.collect() >= 0)
+    crowd.scene.is_nearer(10)
+    for _ in range(50):  # filters and scenes end in any order
+        scene = ab.Scene()
+        scene.set_filter(lambda a, b, s=scene: s)
+        scene.set_filter(lambda a, b: True)
+        ab.Scene.__new__(ab.Scene)
+    del scene
+    gc.collect()
+
+
 def test_threads_share_a_scene_with_a_filter():
     crowd = Crowd("float64")
     crowd.scene.set_filter(lambda a, b: a + b != 3)
@@ -476,6 +512,7 @@ def test_threads_share_a_scene_with_a_filter():
     def write():
         for _ in range(20):
             crowd.meshes[1].update(crowd.meshes[1].vertices)  # which moves nothing
+            crowd.scene.set_filter(lambda a, b: a + b != 3)
 
     threads = [threading.Thread(target=f) for f in (read, read, write)]
     for thread in threads:
