@@ -277,10 +277,16 @@ class Scene {
 
   // ---- Rays
 
-  /// The first hit of each of many rays with the meshes, in their order. Shapes and octrees are
-  /// not met.
+  /// The first hit of each of many rays with the meshes, in their order, with one range for all.
+  /// Shapes and octrees are not met. Throws as adaptive_bvh::firstHits.
   void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                 std::size_t count, std::vector<SceneRayHit<S>>& result) const;
+                 std::size_t count, const RayRange<S>& range,
+                 std::vector<SceneRayHit<S>>& result) const;
+  /// On the whole rays.
+  void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
+                 std::size_t count, std::vector<SceneRayHit<S>>& result) const {
+    firstHits(origins, directions, count, RayRange<S>(), result);
+  }
 
  private:
   struct State;
