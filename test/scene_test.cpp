@@ -28,6 +28,7 @@ using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeaturePairs;
 using adaptive_bvh::ProximityRequest;
 using adaptive_bvh::RayHit;
+using adaptive_bvh::RayRange;
 using adaptive_bvh::Scene;
 using adaptive_bvh::SceneCollisionRequest;
 using adaptive_bvh::SceneCollisions;
@@ -415,14 +416,17 @@ class SceneTest : public testing::Test {
     const std::vector<P> origins = {point, P(-S(2) * extent_, S(0.25), S(0.25))};
     const std::vector<P> directions = {-point, P::UnitX()};
     std::vector<SceneRayHit<S>> hits;
-    scene_.firstHits(origins.data(), directions.data(), origins.size(), hits);
+    const RayRange<S> range =
+        random_.oneIn(2) ? RayRange<S>() : RayRange<S>{S(0.25), S(1) + S(random_.oneIn(2))};
+    scene_.firstHits(origins.data(), directions.data(), origins.size(), range, hits);
     for (std::size_t r = 0; r < origins.size(); ++r) {
       double first = kFar;
       for (const Judged<S>& body : bodies_) {
         if (!body.mesh) continue;
         const Eigen::Matrix<S, 3, 3> back = body.tf.linear().transpose();
-        const RayHit<S> hit = adaptive_bvh::firstHit(
-            *body.mesh, P(back * (origins[r] - body.tf.translation())), P(back * directions[r]));
+        const RayHit<S> hit =
+            adaptive_bvh::firstHit(*body.mesh, P(back * (origins[r] - body.tf.translation())),
+                                   P(back * directions[r]), range);
         first = std::min(first, double(hit.t));
       }
       ASSERT_EQ(first, double(hits[r].hit.t));
@@ -645,6 +649,44 @@ TYPED_TEST(SceneTest, PairsOfOneMeshAreChosenByLabels) {
   EXPECT_GT(within, 0u);
   EXPECT_GT(between, 0u);
   EXPECT_EQ(result.numContacts(), within + between);
+}
+
+/// Vertices and edges have the label of their triangle with the smallest index.
+TYPED_TEST(SceneTest, FeaturesOfOneMeshAreChosenByLabels) {
+  using S = TypeParam;
+  using adaptive_bvh::FeaturePair;
+  TriangleMesh<S> mesh = latticeBox<S>(2);
+  for (Vector3<S>& x : mesh.vertices) x[2] *= S(0.25);
+  std::vector<unsigned> labels;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) labels.push_back(unsigned(t / 5 % 3));
+  const auto labelOfVertex = [&](unsigned v) {
+    for (std::size_t t = 0;; ++t)
+      for (int k = 0; k < 3; ++k)
+        if (mesh.triangles[t][k] == v) return labels[t];
+  };
+  const DeformableMesh<S> body(mesh);
+  adaptive_bvh::FeaturePairs all, found;
+  adaptive_bvh::featurePairsWithin(body, S(0.6), all);
+  std::size_t total = 0;
+  for (const auto rule : {adaptive_bvh::LabelRule::Within, adaptive_bvh::LabelRule::Between}) {
+    const bool is_within = rule == adaptive_bvh::LabelRule::Within;
+    const auto ignored = adaptive_bvh::ignoredFeaturesByLabels(mesh.triangles, labels, rule);
+    adaptive_bvh::FeatureProximityRequest<S> request;
+    request.distance = S(0.6);
+    request.vertex_face = ignored.vertex_face;
+    request.edge_edge = ignored.edge_edge;
+    adaptive_bvh::featurePairsWithin(body, request, found);
+    std::vector<FeaturePair> faces, edges;
+    for (const FeaturePair& pair : all.vertex_face)
+      if ((labelOfVertex(pair.first) == labels[pair.second]) == is_within) faces.push_back(pair);
+    for (const FeaturePair& pair : all.edge_edge)
+      if ((labels[pair.first / 3] == labels[pair.second / 3]) == is_within) edges.push_back(pair);
+    EXPECT_EQ(faces, found.vertex_face);
+    EXPECT_EQ(edges, found.edge_edge);
+    EXPECT_GT(faces.size(), 10u);
+    total += found.size();
+  }
+  EXPECT_EQ(all.size(), total);
 }
 
 }  // namespace scene_test

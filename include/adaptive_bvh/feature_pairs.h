@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include <fcl/common/types.h>
@@ -83,6 +84,35 @@ inline IgnoredPairs ignoredByLabels(const std::vector<unsigned>& labels, LabelRu
   IgnoredPairs ignored;
   ignored.test = [&labels, rule](unsigned first, unsigned second) {
     return (labels[first] == labels[second]) != (rule == LabelRule::Within);
+  };
+  return ignored;
+}
+
+/// Pairs of features to leave out, for `featurePairsWithin` of one mesh (FeatureProximityRequest).
+struct IgnoredFeatures {
+  IgnoredPairs vertex_face;  ///< a vertex and a triangle
+  IgnoredPairs edge_edge;    ///< two edges
+};
+
+/// Leaves out pairs of features by a label for each triangle. A vertex and an edge have the label
+/// of their triangle with the smallest index. `labels` must live as long as the query; `triangles`
+/// only during this call.
+inline IgnoredFeatures ignoredFeaturesByLabels(const std::vector<fcl::Triangle>& triangles,
+                                               const std::vector<unsigned>& labels,
+                                               LabelRule rule) {
+  auto of_vertices = std::make_shared<std::vector<unsigned>>();
+  for (std::size_t t = triangles.size(); t-- > 0;)
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t vertex = triangles[t][k];
+      if (vertex >= of_vertices->size()) of_vertices->resize(vertex + 1);
+      (*of_vertices)[vertex] = labels[t];
+    }
+  IgnoredFeatures ignored;
+  ignored.vertex_face.test = [of_vertices, &labels, rule](unsigned vertex, unsigned face) {
+    return ((*of_vertices)[vertex] == labels[face]) != (rule == LabelRule::Within);
+  };
+  ignored.edge_edge.test = [&labels, rule](unsigned first, unsigned second) {
+    return (labels[first / 3] == labels[second / 3]) != (rule == LabelRule::Within);
   };
   return ignored;
 }

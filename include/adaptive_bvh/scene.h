@@ -231,6 +231,12 @@ class Scene {
   /// and before its first query. Allocates nothing in a steady step.
   void update();
 
+  /// Returns a scene in the state of the last update, with the same ids. Other threads may query it
+  /// while this scene and its meshes change. It has copies of the meshes, which share the
+  /// topologies: one copy for bodies that share a mesh. Referenced shapes must outlive it, too.
+  /// Throws std::logic_error if the scene has changed since its last update.
+  Scene snapshot() const;
+
   // ---- Queries of all pairs
 
   /// Finds the pairs of bodies that touch. Returns their number; `result` is overwritten.
@@ -276,10 +282,16 @@ class Scene {
 
   // ---- Rays
 
-  /// Finds the first hit of each of many rays with the meshes, in the order of the rays. Shapes and
-  /// octrees are left out.
+  /// Finds the first hit of each of many rays with the meshes, in the order of the rays, with one
+  /// range for all. Shapes and octrees are left out. Throws like adaptive_bvh::firstHits.
   void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                 std::size_t count, std::vector<SceneRayHit<S>>& result) const;
+                 std::size_t count, const RayRange<S>& range,
+                 std::vector<SceneRayHit<S>>& result) const;
+  /// On the whole rays.
+  void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
+                 std::size_t count, std::vector<SceneRayHit<S>>& result) const {
+    firstHits(origins, directions, count, RayRange<S>(), result);
+  }
 
  private:
   struct State;

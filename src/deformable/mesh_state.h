@@ -24,11 +24,12 @@ struct MeshTopology {
   Components components;
   FeatureLeaves features;
   Contours contours;
+  std::vector<bool> shape;  ///< of the binary tree (shapeOf), for DeformableMesh::save
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
            owners.bytes() + vertex_triangles.bytes() + components.bytes() + features.bytes() +
-           contours.bytes();
+           contours.bytes() + shape.capacity() / 8;
   }
 };
 

@@ -15,15 +15,6 @@ void requireRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction)
     throw std::invalid_argument("adaptive_bvh: a ray's origin or direction is not finite");
   if (direction.isZero(0)) throw std::invalid_argument("adaptive_bvh: a ray's direction is zero");
 }
-template <typename S>
-void requireRange(const RayRange<S>& range) {
-  if (std::isnan(range.begin) || std::isnan(range.end))
-    throw std::invalid_argument("adaptive_bvh: the range of a ray is NaN");
-  if (range.begin < 0)
-    throw std::invalid_argument("adaptive_bvh: the range of a ray begins below t = 0");
-  if (range.begin > range.end)
-    throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
-}
 
 template <typename S>
 RayHit<S> noHit() {

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 
+#include "adaptive_bvh/point_query.h"
 #include "base/float4.h"
 #include "base/scratch.h"
 #include "boxes/wide_tree.h"
@@ -13,6 +15,17 @@
 #include "triangles/ray_triangle.h"
 
 namespace adaptive_bvh {
+
+/// Throws std::invalid_argument unless a range is one.
+template <typename S>
+void requireRange(const RayRange<S>& range) {
+  if (std::isnan(range.begin) || std::isnan(range.end))
+    throw std::invalid_argument("adaptive_bvh: the range of a ray is NaN");
+  if (range.begin < 0)
+    throw std::invalid_argument("adaptive_bvh: the range of a ray begins below t = 0");
+  if (range.begin > range.end)
+    throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
+}
 
 /// A ray in the coordinates of a four-wide tree, in single precision, from where it comes near the
 /// body on: there all coordinates are below 8. Boxes, and lengths along the ray, are compared with
