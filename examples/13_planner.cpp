@@ -1,6 +1,6 @@
-// A simulation writes a scene at 30 Hz while a planner reads it. After each step the writer puts a
-// snapshot where the planner finds it, and the planner asks the newest one: neither waits for the
-// other's work. Each answer must be that of the step that the snapshot was taken from.
+// A simulation writes a scene at 30 Hz while a planner reads it. After each step the writer
+// publishes a snapshot, and the planner queries the newest one, so neither blocks the other. Each
+// answer must be that of the step of its snapshot.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
