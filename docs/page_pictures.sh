@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Draws the pictures of recorded pages into docs/pictures, by headless Chromium with software WebGL.
-# Needs chromium and imagemagick (both in Debian 12), and the examples built.
+# Needs chromium and imagemagick (both in Debian 12), and the examples and the Python module built.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-examples=${BUILD_DIR:-$root/build/release}/examples
+build=${BUILD_DIR:-$root/build/release}
+examples=$build/examples
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -20,7 +21,10 @@ draw() {
 
 "$examples/tools/compare_with_fcl" --page "$work/helmet.html"
 "$examples/08_clearance" --page "$work/clearance.html"
+PYTHONPATH=$build/python /usr/bin/python3 "$root/python/examples/tutorial.py" \
+  "$work/tutorial.html" >/dev/null
 draw page helmet 1280,740 "frame=64&depth=4"
 draw page_clearance clearance 900,620 "frame=9"
 draw page_phone helmet 390,760 "frame=150&depth=3" --force-device-scale-factor=1.5 \
   --blink-settings=preferredColorScheme=0
+draw page_tutorial tutorial 1100,680 "frame=28"

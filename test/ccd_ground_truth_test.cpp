@@ -140,7 +140,7 @@ class GroundTruth : public testing::TestWithParam<std::array<const char*, 2>> {
 };
 
 /// Every colliding pair is a candidate and has a time, also where the meshes are scaled or moved;
-/// at most one in twenty of those that do not collide has one.
+/// at most one in twenty of the other pairs has one.
 TEST_P(GroundTruth, EveryCollidingPairIsReported) {
   struct Place {
     double scale, move;

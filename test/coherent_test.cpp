@@ -83,7 +83,7 @@ TYPED_TEST(Coherent, IsExactWhileObjectsMove) {
   EXPECT_LT(this->touching_, 150);
 }
 
-/// The kept answer is given only where nothing has moved, with the points that were asked for.
+/// The kept answer is returned only if nothing has moved, with the requested points.
 TYPED_TEST(Coherent, KeepsItsAnswerOnlyWhileNothingMoves) {
   using S = TypeParam;
   const auto same = [](const fcl::DistanceResult<S>& a, const fcl::DistanceResult<S>& b) {
@@ -95,7 +95,7 @@ TYPED_TEST(Coherent, KeepsItsAnswerOnlyWhileNothingMoves) {
   fcl::DistanceResult<S> without;
   this->pair_.distance(this->origin_, this->above_, fcl::DistanceRequest<S>(), without);
   EXPECT_NEAR(first.min_distance, without.min_distance, this->tolerance());
-  EXPECT_TRUE(without.nearest_points[0].array().isNaN().all()) << "not asked for";
+  EXPECT_TRUE(without.nearest_points[0].array().isNaN().all()) << "not requested";
   EXPECT_TRUE(same(first, this->ask(this->origin_, this->above_)));
 
   // One vertex, a transform, and back again.
@@ -165,7 +165,7 @@ TYPED_TEST(Coherent, SurvivesLongWays) {
   EXPECT_TRUE(this->first_.validate(&reason)) << reason;
 }
 
-/// A ball above a bumpy sheet: asked near it, once far away, and near it again, in small steps.
+/// A ball above a bumpy sheet: queried near it, once far away, and near it again, in small steps.
 TYPED_TEST(Coherent, IsExactAfterAnExcursion) {
   using S = TypeParam;
   const TriangleMesh<S> bumps = bent<S>(10, 10, [](S u, S v) -> Vector3<S> {

@@ -23,7 +23,7 @@ using Vertices = std::vector<fcl::Vector3d>;
 using Triangles = std::vector<fcl::Triangle>;
 using Polygon = std::vector<Point>;
 
-/// What one side of a region has.
+/// One side of a region.
 struct Side {
   Real area = 0;
   Point moment = Point::Zero();
@@ -303,7 +303,7 @@ class Overlap {
   bool inSecond(int x, int y, int z) const { return second_.at(x >> 1, y >> 1, z >> 1); }
   bool isIn(int x, int y, int z) const { return inFirst(x, y, z) && inSecond(x, y, z); }
 
-  /// Regions by cells that share a face, or also those that share an edge or a corner.
+  /// Regions of cells that share a face, or also of cells that share an edge or a corner.
   std::vector<Region> regions(bool by_corners) const {
     std::array<bool, 8 * kSide * kSide * kSide> seen{};
     const auto isSeen = [&](const std::array<int, 3>& c) -> bool& {

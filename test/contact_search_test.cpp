@@ -89,8 +89,8 @@ class ContactSearch : public testing::Test {
       }
   }
 
-  /// As above, and every field, of two meshes. Fields are near the oracle's, not equal: they are
-  /// turned by code of Eigen and FCL, which fuses products and sums on some processors.
+  /// Checks pairs and every field of two meshes. Fields are near the oracle's, but not equal,
+  /// because code of Eigen and FCL rotates them, which fuses products and sums on some processors.
   void expectBetween(const Model& first, const Transform& tf1, const Model& second,
                      const Transform& tf2, const Result& result) {
     std::map<Pair, std::vector<const fcl::Contact<S>*>> found;

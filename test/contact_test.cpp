@@ -1,4 +1,4 @@
-// Contacts: which pairs touch does not depend on what is asked for, each has all its fields or NaN.
+// Contacts: which pairs touch does not depend on the request, and each has all its fields or NaN.
 #include <gtest/gtest.h>
 
 #include <map>

@@ -127,7 +127,8 @@ class Chain {
     model_.setRefitPolicy(policy);
   }
 
-  /// Waves, jumps, turns, shifts, and rests; relative to the size of the mesh, or of the ulp.
+  /// Waves, jumps, rotations, translations and no motion; relative to the size of the mesh, or of
+  /// the ulp.
   void move() {
     const Vector3<S> wave(S(between(-1, 1)), S(between(-1, 1)), S(between(-1, 1)));
     const S amount = scale_ * std::pow(S(10), S(between(-9, 0)));

@@ -101,7 +101,7 @@ PairSet setOf(const std::vector<FeaturePair>& pairs) {
   return set;
 }
 
-/// Those that must be found are, and others only where rounding may bring boxes together.
+/// All required pairs are found, and others only if rounding may bring boxes together.
 void expectPairs(const AllPairs::Gaps& all, const std::vector<FeaturePair>& found,
                  double separation, double tolerance) {
   const PairSet set = setOf(found);

@@ -368,7 +368,7 @@ TYPED_TEST(Deformable, RefusesBadUpdatesAndKeepsItsPositions) {
   expectRefused([&] { mesh.update(Eigen::Matrix<S, 3, 3>(Eigen::Matrix<S, 3, 3>::Zero())); });
 }
 
-/// Three vertices: only the type of a matrix tells whether rows or columns are the vertices.
+/// Three vertices: only the type of a matrix states whether rows or columns are the vertices.
 TYPED_TEST(Deformable, OfThreeVerticesTheTypeTellsRowsFromColumns) {
   using S = TypeParam;
   using Any = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
@@ -625,7 +625,7 @@ TYPED_TEST(Deformable, IsExactAtAnySizeAndPlace) {
     }
 }
 
-/// As far away as single precision cannot tell boxes apart, or cannot hold their distance.
+/// So far away that single precision cannot distinguish boxes, or cannot represent their distance.
 TYPED_TEST(Deformable, HasADistanceFromBodiesFarAway) {
   using S = TypeParam;
   const bool is_float = std::is_same<S, float>::value;

@@ -320,7 +320,7 @@ TEST_F(DropIn, UpdateTakesMatricesAndMaps) {
   expectTaken(0);
 }
 
-/// A vertex a column or a row, as far as type or shape tell; else it is refused by its shape.
+/// A vertex is a column or a row, according to type or shape; other shapes are refused.
 TEST_F(DropIn, UpdateTakesRowsAndColumns) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -629,8 +629,8 @@ TEST_F(DropIn, AModelThatIsNotBuiltHasNoMesh) {
   EXPECT_FALSE(empty.hasMesh() || cloud.hasMesh());
 }
 
-/// Changes that go past our update: the mesh has the triangles and positions of after, once it is
-/// asked for by the call that is no const one.
+/// Changes that bypass the adaptive update: the mesh has the new triangles and positions after a
+/// call of the non-const mesh().
 TEST_F(DropIn, TheMeshFollowsRebuildsAndChangesThroughTheBase) {
   model_.mesh();
   model_.beginReplaceModel();

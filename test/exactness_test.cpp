@@ -162,7 +162,7 @@ Tally run(const RefitPolicy& policy, typename Deformation<S>::Kind kind, unsigne
     adaptive_bvh::CoherentDistance coherent(a.adaptive.mesh(), b.adaptive.mesh());
     for (int frame = 0; frame < frames && !testing::Test::HasFailure(); ++frame) {
       a.advance(frame);
-      if (frame < frames / 2) b.advance(frame);  // then b rests, as a finished body does
+      if (frame < frames / 2) b.advance(frame);  // then b stands still, like a finished body
       compareOnce(a, b, coherent, frame, random, tally);
     }
   }

@@ -67,7 +67,7 @@ std::set<long> trianglesIn(const fcl::CollisionResultd& result, const Geometry* 
   return triangles;
 }
 
-/// Each pair is asked four ways: by FCL and by us, in both orders.
+/// Each pair is queried four times: by FCL and by this library, in both orders.
 template <typename Ask>
 void eachWay(const Geometry* mesh, const Transform& mesh_tf, const Geometry* other,
              const Transform& other_tf, Ask&& ask) {

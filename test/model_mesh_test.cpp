@@ -51,7 +51,7 @@ class ModelMesh : public testing::Test {
 using Volumes = testing::Types<fcl::RSSf, fcl::RSSd, fcl::OBBRSSd>;
 TYPED_TEST_SUITE(ModelMesh, Volumes);
 
-/// Nobody pays for a mesh that was not asked for.
+/// A model whose mesh() was never called has no cost for it.
 TYPED_TEST(ModelMesh, IsMadeByTheFirstCall) {
   const auto& constant = this->model_;
   const std::size_t before = this->model_.trackingBytes();

@@ -142,7 +142,8 @@ TEST(Namespace, CodeForFclsModelCompilesAndAnswersTheSame) {
   EXPECT_GT(expected[5], 0.1) << "far ones do not";
 }
 
-/// Unqualified is FCL's: nothing is recorded. Ours is asked for by name, with or without the type.
+/// An unqualified call is FCL's: nothing is recorded. Ours is called by its namespace, with or
+/// without the type.
 TEST(Namespace, OursIsFoundByItsName) {
   const std::shared_ptr<Adaptive> a = makeDome<Adaptive>(), b = makeDome<Adaptive>();
   const Transform3d origin = at(0, 0, 0), above = at(0.2, 0, 1.2);

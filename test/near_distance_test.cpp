@@ -1,4 +1,4 @@
-// Distances of meshes that nearly touch against brute force, asked anew and step after step:
+// Distances of meshes that nearly touch against brute force, by new queries and step after step:
 // whatever the query before said, the search begins there.
 #include <gtest/gtest.h>
 

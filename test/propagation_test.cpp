@@ -24,7 +24,8 @@ constexpr double kRounding = 1e-14;
 ///         /   \       /   \       .
 ///       3(T)  4(T)  5(T)  6(T)
 ///
-/// Which leaf holds which triangle is asked of the tree. Vertices 3t, 3t+1, 3t+2 are triangle t's.
+/// The tree determines which leaf holds which triangle. Vertices 3t, 3t+1, 3t+2 belong to triangle
+/// t.
 class FourTriangles : public testing::Test {
  protected:
   FourTriangles() {

@@ -180,8 +180,8 @@ TYPED_TEST(Query, MeshShapeCollisionHasFclsTrianglesAndCosts) {
   EXPECT_GT(costs, 10);
 }
 
-/// FCL's RSS of a plane stands across it, so its traversal misses most contacts; here the solver is
-/// asked about every triangle.
+/// FCL's RSS of a plane is perpendicular to it, so its traversal misses most contacts. The oracle
+/// is the solver, called for every triangle.
 TYPED_TEST(Query, PlanesTouchWhatTheSolverSays) {
   using S = TypeParam;
   int touching = 0, missed = 0;

@@ -291,7 +291,7 @@ TYPED_TEST(QueryThreads, ServeManyUsers) {
   EXPECT_EQ(0, different);
 }
 
-/// Tasks after those that hold contacts enough are not needed, whatever the order in which they
+/// Tasks behind the tasks with enough contacts are not needed, whatever the order in which they
 /// end.
 class ContactLimits : public testing::Test {
  protected:

@@ -106,7 +106,7 @@ TEST_F(Recording, KeepsVisitsAndTheSmallerOfAlphaAndBeta) {
   }
 }
 
-// As above, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the
+// Likewise, but (2,0) = 2.5 must be entered after (1,0) was left: its D is its own 2.5, not the
 // last one seen. (2,0) is split in the first tree: (3,0) = 2.9, (4,0) = 2.7: alpha 0.4, beta 0.2.
 TEST_F(Recording, ComparesChildrenWithTheirOwnParent) {
   ScriptedNode script;

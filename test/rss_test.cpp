@@ -148,7 +148,7 @@ TYPED_TEST(RssFit, IsTighterThanFcls) {
   EXPECT_LE(ours, 0.95 * fcls);
 }
 
-// Principal axes cannot tell how a square lies.
+// Principal axes do not determine the orientation of a square.
 TYPED_TEST(RssFit, LiesAlongTheSidesOfASquare) {
   using S = TypeParam;
   for (int round = 0; round < 50; ++round) {

@@ -1,4 +1,4 @@
-// The scenarios are what the thesis says they are, and what their descriptions promise.
+// The scenarios agree with the thesis and with their descriptions.
 #include "scenarios.h"
 
 #include <gtest/gtest.h>

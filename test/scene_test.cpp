@@ -8,6 +8,7 @@
 #include <fcl/geometry/octree/octree.h>
 #include <octomap/octomap.h>
 
+#include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "support/closed_bodies.h"
@@ -27,6 +28,7 @@ using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeaturePairs;
 using adaptive_bvh::ProximityRequest;
 using adaptive_bvh::RayHit;
+using adaptive_bvh::RayRange;
 using adaptive_bvh::Scene;
 using adaptive_bvh::SceneCollisionRequest;
 using adaptive_bvh::SceneCollisions;
@@ -78,6 +80,7 @@ class SceneTest : public testing::Test {
       body.geometry = shape();
     }
     body.options.self_collision = body.mesh && random_.oneIn(4);
+    body.options.solid = body.mesh && isWatertight(*body.mesh) && !random_.oneIn(4);
     body.id = random_.oneIn(2) ? scene_.add(body.geometry, body.tf, body.options)
                                : scene_.add(*body.geometry, body.tf, body.options);
     bodies_.push_back(body);
@@ -93,6 +96,8 @@ class SceneTest : public testing::Test {
         for (const auto& t : {std::array<std::size_t, 3>{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}})
           mesh.triangles.emplace_back(t[0], t[1], t[2]);
     }
+    if (random_.oneIn(4))  // others may be inside
+      for (P& x : mesh.vertices) x *= 6;
     return mesh;
   }
   std::shared_ptr<const fcl::CollisionGeometry<S>> shape() {
@@ -215,6 +220,22 @@ class SceneTest : public testing::Test {
     return double(least);
   }
 
+  /// Whether a body is inside of a solid one, where their surfaces do not touch.
+  static bool isInside(const Judged<S>& inner, const Judged<S>& around) {
+    if (!around.options.solid || inner.geometry->getNodeType() == fcl::GEOM_OCTREE) return false;
+    P x = inner.mesh ? inner.mesh->vertices()[0] : P(P::Zero());
+    if (inner.geometry->getNodeType() == fcl::GEOM_CONVEX)
+      x = static_cast<const fcl::Convex<S>&>(*inner.geometry).getVertices()[0];
+    if (inner.geometry->getNodeType() == fcl::GEOM_PLANE ||
+        inner.geometry->getNodeType() == fcl::GEOM_HALFSPACE)
+      return false;
+    const exact::Point in_world =
+        exact::of(inner.tf.linear()) * exact::of(x) + exact::of(P(inner.tf.translation()));
+    return std::round(windingNumberOf(*around.mesh,
+                                      exact::of(around.tf.linear()).transpose() *
+                                          (in_world - exact::of(P(around.tf.translation()))))) != 0;
+  }
+
   void expectCollisions() {
     std::vector<BodyPair> expected;
     std::vector<std::size_t> counts;
@@ -228,6 +249,9 @@ class SceneTest : public testing::Test {
       fcl::CollisionResult<S> result;
       adaptive_bvh::collide<S>(a.geometry.get(), a.tf, b.geometry.get(), b.tf, all, result);
       note(a.id, b.id, result);
+      if (result.isCollision() || (!isInside(a, b) && !isInside(b, a))) return;
+      expected.push_back({a.id, b.id});
+      counts.push_back(1);
     });
     for (const Judged<S>& body : bodies_) {
       if (!body.options.self_collision) continue;
@@ -314,7 +338,7 @@ class SceneTest : public testing::Test {
         if (i != j) {
           // Distances of two meshes near the limit are rounded otherwise in the world.
           const double d = distanceOf(a, b);
-          is_nearer = is_nearer || d <= double(distance);
+          is_nearer = is_nearer || d <= double(distance) || isInside(a, b) || isInside(b, a);
           with_contacts += expectContacts(a, b, distance, contacts);
           with_contacts += expectContacts(b, a, distance, contacts);
         }
@@ -392,14 +416,17 @@ class SceneTest : public testing::Test {
     const std::vector<P> origins = {point, P(-S(2) * extent_, S(0.25), S(0.25))};
     const std::vector<P> directions = {-point, P::UnitX()};
     std::vector<SceneRayHit<S>> hits;
-    scene_.firstHits(origins.data(), directions.data(), origins.size(), hits);
+    const RayRange<S> range =
+        random_.oneIn(2) ? RayRange<S>() : RayRange<S>{S(0.25), S(1) + S(random_.oneIn(2))};
+    scene_.firstHits(origins.data(), directions.data(), origins.size(), range, hits);
     for (std::size_t r = 0; r < origins.size(); ++r) {
       double first = kFar;
       for (const Judged<S>& body : bodies_) {
         if (!body.mesh) continue;
         const Eigen::Matrix<S, 3, 3> back = body.tf.linear().transpose();
-        const RayHit<S> hit = adaptive_bvh::firstHit(
-            *body.mesh, P(back * (origins[r] - body.tf.translation())), P(back * directions[r]));
+        const RayHit<S> hit =
+            adaptive_bvh::firstHit(*body.mesh, P(back * (origins[r] - body.tf.translation())),
+                                   P(back * directions[r]), range);
         first = std::min(first, double(hit.t));
       }
       ASSERT_EQ(first, double(hits[r].hit.t));
@@ -546,6 +573,43 @@ TYPED_TEST(SceneTest, RefusesWhatItCannotHold) {
   EXPECT_EQ(id + 1, scene.add(mesh)) << "numbers are never given again";
 }
 
+/// A box with a small one, a ball and an open mesh inside of it.
+TYPED_TEST(SceneTest, SolidBodiesTouchWhatIsInside) {
+  using S = TypeParam;
+  Scene<S>& scene = this->scene_;
+  TriangleMesh<S> without_a_triangle = latticeBox<S>(1);
+  without_a_triangle.triangles.pop_back();
+  const DeformableMesh<S> around(latticeBox<S>(9)), small(latticeBox<S>(1)),
+      open(without_a_triangle);
+  const fcl::Sphere<S> ball(1);
+  const auto at = [](S x) {
+    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+    tf.translation() = Vector3<S>(x, S(4.2), S(4.4));
+    return tf;
+  };
+  const BodyId b = scene.add(small, at(1)), s = scene.add(ball, at(S(4.1))),
+               o = scene.add(open, at(7)), a = scene.add(around);
+  SceneCollisions<S> found;
+  scene.update();
+  EXPECT_EQ(0u, scene.collisions(SceneCollisionRequest(), found));
+  EXPECT_FALSE(scene.isNearer(S(0.01)));
+  BodyOptions solid;
+  solid.solid = true;
+  scene.setOptions(a, solid);
+  scene.update();
+  EXPECT_EQ(3u, scene.collisions(SceneCollisionRequest(), found));
+  EXPECT_EQ((std::vector<BodyPair>{{b, a}, {s, a}, {o, a}}), found.pairs);
+  for (const fcl::Contact<S>& contact : found.contacts) {
+    EXPECT_EQ(&around, contact.o2);
+    // The first body gets out against the normal.
+    const Vector3<S> out = contact.pos - contact.penetration_depth * contact.normal;
+    EXPECT_NEAR(0, double(std::min(out.minCoeff(), S(9) - out.maxCoeff())), 1e-5);
+  }
+  EXPECT_TRUE(scene.isNearer(0));
+  EXPECT_THROW(scene.setOptions(o, solid), std::invalid_argument);
+  EXPECT_THROW(scene.setOptions(s, solid), std::invalid_argument);
+}
+
 /// Three boxes in one mesh: 0 and 1 cross each other, 2 crosses itself.
 TYPED_TEST(SceneTest, PairsOfOneMeshAreChosenByLabels) {
   using S = TypeParam;
@@ -585,6 +649,44 @@ TYPED_TEST(SceneTest, PairsOfOneMeshAreChosenByLabels) {
   EXPECT_GT(within, 0u);
   EXPECT_GT(between, 0u);
   EXPECT_EQ(result.numContacts(), within + between);
+}
+
+/// Vertices and edges have the label of their triangle with the smallest index.
+TYPED_TEST(SceneTest, FeaturesOfOneMeshAreChosenByLabels) {
+  using S = TypeParam;
+  using adaptive_bvh::FeaturePair;
+  TriangleMesh<S> mesh = latticeBox<S>(2);
+  for (Vector3<S>& x : mesh.vertices) x[2] *= S(0.25);
+  std::vector<unsigned> labels;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) labels.push_back(unsigned(t / 5 % 3));
+  const auto labelOfVertex = [&](unsigned v) {
+    for (std::size_t t = 0;; ++t)
+      for (int k = 0; k < 3; ++k)
+        if (mesh.triangles[t][k] == v) return labels[t];
+  };
+  const DeformableMesh<S> body(mesh);
+  adaptive_bvh::FeaturePairs all, found;
+  adaptive_bvh::featurePairsWithin(body, S(0.6), all);
+  std::size_t total = 0;
+  for (const auto rule : {adaptive_bvh::LabelRule::Within, adaptive_bvh::LabelRule::Between}) {
+    const bool is_within = rule == adaptive_bvh::LabelRule::Within;
+    const auto ignored = adaptive_bvh::ignoredFeaturesByLabels(mesh.triangles, labels, rule);
+    adaptive_bvh::FeatureProximityRequest<S> request;
+    request.distance = S(0.6);
+    request.vertex_face = ignored.vertex_face;
+    request.edge_edge = ignored.edge_edge;
+    adaptive_bvh::featurePairsWithin(body, request, found);
+    std::vector<FeaturePair> faces, edges;
+    for (const FeaturePair& pair : all.vertex_face)
+      if ((labelOfVertex(pair.first) == labels[pair.second]) == is_within) faces.push_back(pair);
+    for (const FeaturePair& pair : all.edge_edge)
+      if ((labels[pair.first / 3] == labels[pair.second / 3]) == is_within) edges.push_back(pair);
+    EXPECT_EQ(faces, found.vertex_face);
+    EXPECT_EQ(edges, found.edge_edge);
+    EXPECT_GT(faces.size(), 10u);
+    total += found.size();
+  }
+  EXPECT_EQ(all.size(), total);
 }
 
 }  // namespace scene_test

@@ -1,5 +1,5 @@
-// Many threads query shared const models and meshes at once and get what one thread gets. Run under
-// ThreadSanitizer by CI. Plain FCL crashes in the second test.
+// Many threads query shared const models and meshes at once, with the results of one thread. Run
+// under ThreadSanitizer by CI. Plain FCL crashes in the second test.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -141,8 +141,8 @@ TEST_F(Threads, RepairAChangedTreeOnce) {
   }
 }
 
-/// Who finds a tree repaired by another thread may read all of it without a lock: nothing is
-/// written after what tells them. (ThreadSanitizer sees that.)
+/// A thread that finds a tree repaired by another thread may read all of it without a lock: nothing
+/// is written after the flag of the repair. (ThreadSanitizer checks that.)
 TEST_F(Threads, SeeAllThatAnotherHasRepaired) {
   PlainModel& base = a_;
   base.beginReplaceModel();
@@ -353,7 +353,7 @@ TEST(ReadersAndWriters, ShareAModel) {
   done = true;
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(0, wrong);
-  EXPECT_GE(asked, kFrames);  // of two writers one may come while the other waits for readers
+  EXPECT_GE(asked, kFrames);  // one of two writers may write while the other is blocked by readers
 }
 
 /// Updates on several threads leave the bits of updates on one.

@@ -22,7 +22,7 @@ Point crumple(const Point& rest, double t) {
 constexpr double kRodRadius = 0.1, kRodLength = 4;
 /// A rod's axis from the planes in which it meets its neighbours: it is flattened there.
 constexpr double kRodFlat = 0.95 * kRodRadius;
-/// The same where it rests: so far that a vertex tells its rod by its signs.
+/// The same rod in its rest position, so far away that the signs of a vertex identify its rod.
 constexpr double kRodOffset = 2 * kRodRadius;
 constexpr int kRodFrames = 21;  // odd: in no frame do the rods touch without a gap or a depth
 

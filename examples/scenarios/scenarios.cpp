@@ -79,8 +79,8 @@ Point pokingTool(const Point& p, double t) {
   return {0.05 * p[0], -0.05 * p[1], 0.05 * (1.1 - p[2]) + 0.12 - dentDepth(t)};
 }
 
-/// Falls freely from above the helmet, and rests on it where it arrives; outside it hangs down, as
-/// far as its middle has fallen. The edge between both is rounded.
+/// Falls freely from above the helmet, and stops where it arrives; outside it hangs down, as far as
+/// its middle has fallen. The edge between both is rounded.
 Point drape(const Point& p, double t) {
   const double falling = 2.2 - 3 * t * t;
   const double r2 = std::pow(p[0] / 0.99, 2) + std::pow(p[1] / 1.16, 2);

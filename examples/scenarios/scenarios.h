@@ -88,7 +88,7 @@ std::vector<Scenario> thesisScenarios(const Options& options = {});
 ///   move. 60 frames.
 /// - cloth drop: a cloth of 9,800 triangles falls on a dome and drapes it. 40 frames.
 /// - vibration: the vertices of a helmet swing about where they rest, a period in four frames. A
-///   plate rests below it. The thesis's case for overall displacements (4.3). 60 frames.
+///   plate stands still below it. The thesis's case for overall displacements (4.3). 60 frames.
 /// - rigid tumble: a helmet turns as a whole, twice, above a plate; no strain. 60 frames.
 std::vector<Scenario> furtherScenarios(const Options& options = {});
 

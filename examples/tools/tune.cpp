@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   bool time = false, thesis_measure = false, calibrate = false;
   CLI::App app("Searches the refit policy with the least update + query for a simulation.");
   app.add_option("--sequence", sequence, "Your meshes, one a frame, in order, of one topology");
-  app.add_option("--obstacle", obstacle, "The mesh that distances are asked to");
+  app.add_option("--obstacle", obstacle, "The mesh to which distances are computed");
   app.add_option("--resolution", resolutions, "Of the five scenarios; several do");
   app.add_option("--criterion", criteria, "Only these: A, B, AB, BC, ABC, A|BC, AB|BC, AD")
       ->transform(CLI::CheckedTransformer(kCriteria));

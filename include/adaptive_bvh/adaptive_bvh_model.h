@@ -32,22 +32,22 @@ struct Supported {
 };
 }  // namespace detail
 
-/// A fcl::BVHModel for a mesh that deforms. Change the type's name, keep the calls: FCL queries it
-/// as before and answers as on a freshly built model, while an update costs a fraction of FCL's.
+/// A fcl::BVHModel for a mesh that deforms. Change the type's name, keep the calls: FCL's queries
+/// give the same answers as for a newly built model, while an update costs a fraction of FCL's.
 ///
 /// In each step the model measures how far the vertices moved, moves and inflates every bounding
 /// volume just enough to enclose its triangles, and recomputes only the volumes that its
 /// RefitPolicy calls unfit (*Adaptive Bounding Volume Hierarchies for Deformable Surface Models*,
 /// Chalmers 2011, chapter III; cited as "thesis").
 ///
-/// **Invariant.** Whenever a caller can see the model, every bounding volume contains every
-/// triangle below it, rounding included; `validate` checks it. So every FCL query is exact in every
-/// step, whatever the policy. (FCL's own default refit, bottom-up, does not keep it for RSS and
-/// OBBRSS: distances come out too large, and collisions of RSS are missed.)
+/// **Invariant.** After every call, every bounding volume contains every triangle below it,
+/// rounding included; `validate` checks it. So every FCL query is exact in every step, with any
+/// policy. (FCL's own default refit, bottom-up, violates the invariant for RSS and OBBRSS:
+/// distances are too large, and collisions of RSS are missed.)
 ///
 /// **Queries.** fcl::distance, fcl::collide, FCL's managers, and adaptive_bvh::distance and collide
 /// (query.h), which also record what the fitness tests need. All other queries of this library take
-/// a DeformableMesh: `mesh` is that of this model. Where FCL's queries are not needed, use a
+/// a DeformableMesh: `mesh` returns that of this model. If FCL's queries are not needed, use a
 /// DeformableMesh alone: its update costs a fraction.
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
@@ -55,7 +55,7 @@ struct Supported {
 /// beyond that the products of four lengths in FCL's tests of triangles overflow.
 ///
 /// **Errors.** FCL's calls return FCL's codes and print nothing. `update`, which FCL does not have,
-/// throws. A refused call or step leaves the model as it was, queryable.
+/// throws. A refused call or step leaves the model unchanged.
 ///
 /// **Threads.** Any number of threads may query a model at once, by FCL or by query.h. Updates,
 /// policy changes, builds and the non-const `mesh` need the model for themselves: hold a
@@ -91,14 +91,14 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// included: about 430 bytes a triangle in double precision; and the mesh, if there is one.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
 
-  /// Takes over everything, in constant time. `other` is then as after the default constructor: it
-  /// can be built anew.
+  /// Takes over everything, in constant time. `other` is then in the state of the default
+  /// constructor: it can be built anew.
   AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept;
   /// Takes over everything; what this model held is freed.
   AdaptiveBVHModel& operator=(AdaptiveBVHModel&& other) noexcept;
 
-  /// Copies mesh and tree of a plain FCL model. Every volume is recomputed, so it does not matter
-  /// how that model was refitted. `strategy` is for rebuilding.
+  /// Copies mesh and tree of a plain FCL model. Every volume is recomputed, so the model's last
+  /// refit does not matter. `strategy` is used if the tree is rebuilt.
   explicit AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy = RefitPolicy(),
                             HierarchyStrategy strategy = HierarchyStrategy::BottomUp);
 
@@ -158,10 +158,11 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// \}
 
   /// \name A two-frame update by FCL's calls
-  /// For continuous collision: `prev_vertices` holds the positions of the step before, and every
-  /// volume contains the triangles of both. Errors as above. As in FCL, replace... is refused from
-  /// then on (build_state is UPDATED), and fcl::collide ignores the transform of a model in that
-  /// state; adaptive_bvh::collide does not. `update` drops the positions before and ends the state.
+  /// For continuous collision: `prev_vertices` holds the positions of the previous step, and every
+  /// volume contains the triangles of both steps. Errors are those of a step by FCL's calls. As in
+  /// FCL, replace... is refused from then on (build_state is UPDATED), and fcl::collide ignores the
+  /// transform of a model in that state; adaptive_bvh::collide does not. `update` drops the
+  /// previous positions and ends the state.
   /// \{
   /// Begins a step.
   int beginUpdateModel();
@@ -175,12 +176,12 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   int endUpdateModel(bool refit = true, bool bottomup = true);
   /// \}
 
-  /// A step in one call and without a copy aside: `count` positions, one per vertex in order.
-  /// Abandons a step that was begun. Allocates nothing.
-  /// Throws std::invalid_argument when count is wrong, a coordinate is not finite or too large (the
-  /// message names the vertex), or `positions` is the model's own `vertices`: a mesh that was
-  /// written in place cannot be followed. Throws std::logic_error when the model is not built. The
-  /// model then keeps its positions.
+  /// Takes the positions of a step, one per vertex in order, without an intermediate copy, and
+  /// updates the tree. Abandons a step that was begun by FCL's calls. Allocates nothing. Throws
+  /// std::invalid_argument if `count` is wrong, if a coordinate is not finite or too large (the
+  /// message names the vertex), or if `positions` is the model's own `vertices`: the motion of a
+  /// mesh that was written in place is unknown. Throws std::logic_error if the model is not built.
+  /// The model then keeps its positions.
   const UpdateReport& update(const Point* positions, std::size_t count);
   /// From a vector.
   const UpdateReport& update(const std::vector<Point>& positions);
@@ -188,8 +189,9 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// Eigen::MatrixX3d, an Eigen::Map of your simulation's or NumPy's array. Read in place where its
   /// type says that the vertices follow each other in memory (3 x N in columns, N x 3 in rows, as
   /// Eigen::Matrix<S, 3, Dynamic> or Eigen::Matrix<S, Dynamic, 3, RowMajor>); else copied first.
-  /// Numbers of another type: positions.cast<double>(). Throws as above, and std::invalid_argument
-  /// on other shapes, and on a 3 x 3 matrix whose type does not say which of the two it is.
+  /// Pass positions.cast<double>() for another number type. Throws like the other overloads, and
+  /// std::invalid_argument on other shapes and on a 3 x 3 matrix whose type does not state whether
+  /// rows or columns are the vertices.
   template <typename Derived>
   const UpdateReport& update(const Eigen::MatrixBase<Derived>& positions) {
     static_assert(std::is_same<typename Derived::Scalar, S>::value,
@@ -207,19 +209,19 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
     }
   }
 
-  /// A step in which only some vertices move: positions[i] is vertex indices[i]'s, in any
-  /// order; of one that is named twice the last counts. All others stay. Costs in proportion to the
-  /// nodes above those vertices, where the update of all costs in proportion to the tree. The first
-  /// such call for a tree allocates 16 bytes a triangle and 4 a vertex. Where a vertex moves away
-  /// from a side of the local AABB, all vertices are read; afterwards `aabb_radius` is that of the
-  /// ball around the AABB. (With Propagation::Displacements, or after endUpdateModel, it is an
-  /// update of all vertices.) Throws as `update`, and std::invalid_argument when an index is past
-  /// the vertices or the two vectors differ in length; the model then keeps its positions.
+  /// Takes new positions of some vertices: positions[i] is that of vertex indices[i], in any order.
+  /// If an index occurs twice, its last position counts. All other vertices keep theirs. The cost
+  /// is in proportion to the nodes above those vertices, not to the whole tree. The first such call
+  /// for a tree allocates 16 bytes a triangle and 4 a vertex. If a vertex moves away from a side of
+  /// the local AABB, all vertices are read; afterwards `aabb_radius` is that of the ball around the
+  /// AABB. (With Propagation::Displacements, or after endUpdateModel, all vertices are updated.)
+  /// Throws like `update`, and std::invalid_argument if an index is out of range or the two vectors
+  /// differ in length; the model then keeps its positions.
   const UpdateReport& update(const unsigned* indices, const Point* positions, std::size_t count);
   /// From vectors.
   const UpdateReport& update(const std::vector<unsigned>& indices,
                              const std::vector<Point>& positions);
-  /// With indices of another type of integer, which are copied first.
+  /// From vectors with another integer type, which are copied first.
   template <typename Index, typename = std::enable_if_t<std::is_integral<Index>::value>>
   const UpdateReport& update(const std::vector<Index>& indices,
                              const std::vector<Point>& positions) {
@@ -232,67 +234,68 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
     return update(converted, positions);
   }
 
-  /// What the last build or update did.
+  /// Report of the last build or update.
   const UpdateReport& lastUpdate() const;
 
   /// The policy in use.
   const RefitPolicy& refitPolicy() const;
-  /// Takes effect from the next update on. Throws std::invalid_argument on a negative or non-finite
+  /// Sets the policy of the next updates. Throws std::invalid_argument on a negative or non-finite
   /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
-  /// The model's triangles as a DeformableMesh, for the queries that take one. The first call makes
-  /// it; from then on every update of the model keeps it current, which takes as long as
-  /// DeformableMesh::update, and it takes the memory of one. Its address stays the same until the
-  /// model is moved from, built anew or destroyed. A build renews it. So does the next update, or
-  /// call of `mesh`, when the model had been changed through a fcl::BVHModel reference. To be
-  /// called as updates are, while no query runs. Throws std::logic_error when the model is not
-  /// built or has no triangles.
+  /// Returns the model's triangles as a DeformableMesh, for the queries that take one. The first
+  /// call makes it. From then on every update of the model keeps it current, which takes the time
+  /// of DeformableMesh::update and the memory of one mesh. Its address stays the same until the
+  /// model is moved from, built anew or destroyed. A build renews it; after a change through a
+  /// fcl::BVHModel reference, the next update or call of `mesh` does so. Like an update, the call
+  /// needs the model for itself. Throws std::logic_error if the model is not built or has no
+  /// triangles.
   const DeformableMesh<S>& mesh();
-  /// As above, where it was made before; else throws std::logic_error. So it does where the model
-  /// was changed through a fcl::BVHModel& and the mesh has not followed yet.
+  /// Returns that mesh if it was made before. Throws std::logic_error if not, or if the model was
+  /// changed through a fcl::BVHModel& and the mesh has not been renewed since then.
   const DeformableMesh<S>& mesh() const;
-  /// Whether it was made.
+  /// Whether the mesh was made.
   bool hasMesh() const;
 
-  /// Lets updates of all vertices use so many threads of the caller's oneTBB task arena, where the
-  /// model has 50,000 triangles or more. 1 by default. The result has the same bits whatever the
-  /// number. On more than one thread an update allocates. Without effect where the library was
-  /// built without oneTBB. Throws std::invalid_argument below 1.
+  /// Lets updates of all vertices use up to `threads` threads of the caller's oneTBB task arena, if
+  /// the model has 50,000 triangles or more. 1 by default. The result has the same bits for any
+  /// number. With more than one thread an update allocates. Without effect if the library was built
+  /// without oneTBB. Throws std::invalid_argument below 1.
   void setUpdateThreads(int threads);
 
-  /// Checks the invariant: every volume contains every triangle below it (after a two-frame
-  /// update of both frames), up to the rounding error of the check itself, which is at most 6
-  /// epsilon times the extent of the volume. Also the links of the tree, and the mesh, if there is
-  /// one. Takes O(n depth). On false, `reason` says what is wrong where.
+  /// Returns whether the invariant holds: every volume contains every triangle below it (of both
+  /// frames after a two-frame update), up to the rounding error of the check itself, which is at
+  /// most 6 epsilon times the extent of the volume. Also checks the links of the tree, and the
+  /// mesh, if there is one. If the result is false, `reason` describes the error and its place.
+  /// Takes O(n depth).
   bool validate(std::string* reason = nullptr) const;
 
-  /// \name What the algorithm keeps (thesis 4.2), for tests, tuning and drawings
+  /// \name State of the algorithm (thesis 4.2), for tests, tuning and drawings
   /// Lengths in the mesh's unit, rounded up. 0 <= node < getNumBVs(), 0 <= triangle < num_tris.
   /// \{
   S originalRadius(int node) const;  ///< radius when the node was last refitted
-  /// Of its corners, the largest, in the last step; with Propagation::Displacements only, else 0.
+  /// Largest corner displacement in the last step; 0 without Propagation::Displacements.
   S latestDisplacement(int triangle) const;
-  /// Of its corners, the largest, since its leaf was last refitted; with Propagation::Displacements
-  /// only, else 0.
+  /// Largest corner displacement since the triangle's leaf was last refitted; 0 without
+  /// Propagation::Displacements.
   S overallDisplacement(int triangle) const;
-  /// Test B: did a recording query go below since the update?
+  /// Test B: whether a recording query went below the node since the update.
   bool traversed(int node) const;
   /// The nodes whose volumes the last update recomputed from their triangles, in ascending order.
   /// None after a build.
   std::vector<int> refittedNodes() const;
-  QueryWork recordedWork() const;
-  /// Memory beside FCL's own, in bytes: also that of the mesh.
+  QueryWork recordedWork() const;  ///< work of the recorded queries since the last update
+  /// Memory in bytes in addition to FCL's own, including the mesh.
   std::size_t trackingBytes() const;
   /// \}
 
-  /// BV_RSS or BV_OBBRSS; BV_UNKNOWN without triangles, on which FCL's distance and collide report
-  /// that they do not support the pair, where they would crash. FCL asks this first in every query,
-  /// so it is also where a tree that was changed through a fcl::BVHModel reference is found and
-  /// repaired.
+  /// BV_RSS or BV_OBBRSS; BV_UNKNOWN without triangles, so that FCL's distance and collide report
+  /// an unsupported pair instead of crashing. FCL calls this first in every query, so it also
+  /// detects and repairs a tree that was changed through a fcl::BVHModel reference.
   fcl::NODE_TYPE getNodeType() const override;
 
-  /// FCL calls this when a fcl::CollisionObject is made. Current after every update anyway.
+  /// Computes the local AABB, which is current after every update. FCL calls this when it makes a
+  /// fcl::CollisionObject.
   void computeLocalAABB() override;
 
  private:

@@ -15,8 +15,8 @@ namespace adaptive_bvh {
 
 namespace detail {
 
-/// Reads which objects an interval tree manager holds. Its unregisterObject drops end points of
-/// other objects and may leave those of the object itself; getObjects reads them. Its map from
+/// Finds the objects of an interval tree manager. Its getObjects is wrong after unregisterObject,
+/// which drops end points of other objects and may keep those of the object itself. Its map from
 /// objects to intervals is right. Objects registered since the last setup have end points only,
 /// behind those of the others.
 template <typename S>
@@ -36,7 +36,7 @@ class IntervalTreeObjects : fcl::IntervalTreeCollisionManager<S> {
   }
 };
 
-/// Leaves these objects alone registered, with the boxes that they have now.
+/// Registers exactly these objects, with their present boxes.
 template <typename S>
 void refill(fcl::BroadPhaseCollisionManager<S>& manager,
             const std::vector<fcl::CollisionObject<S>*>& objects) {
@@ -47,16 +47,16 @@ void refill(fcl::BroadPhaseCollisionManager<S>& manager,
 
 }  // namespace detail
 
-/// Brings everything that FCL caches of deformed objects up to date, after the updates of their
-/// models and before the next query of the manager: the geometry's local box, the object's box in
-/// the world, and the manager. Each of FCL's own calls does one of the three; when one is left out,
-/// managers miss collisions. The objects must be registered; of those that share a geometry, all
-/// must be named. Objects that only moved may be named, too.
+/// Updates everything that FCL caches for deformed objects: the geometry's local box, the object's
+/// box in the world, and the manager. Call it after the updates of the models and before the next
+/// query of the manager. Each of FCL's own calls does one of the three; if one is left out,
+/// managers miss collisions. The objects must be registered, and all objects that share a geometry
+/// must be passed. Objects that only moved may be passed, too.
 ///
 /// fcl::SaPCollisionManager loses pairs when boxes grow and shrink, and
-/// fcl::IntervalTreeCollisionManager after unregisterObject, also when they are updated; these two
-/// are filled anew. All other managers of FCL are updated. After unregisterObject of an interval
-/// tree manager call refresh before its setup or update; `objects` may be empty.
+/// fcl::IntervalTreeCollisionManager after unregisterObject, even if they are updated; these two
+/// are rebuilt. All other managers of FCL are updated. After unregisterObject of an interval tree
+/// manager call refresh before its setup or update; `objects` may be empty.
 ///
 /// S is float or double.
 template <typename S>
@@ -79,21 +79,22 @@ void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
   }
 }
 
-/// For one object.
+/// Updates everything that FCL caches for one object.
 template <typename S>
 void refresh(fcl::CollisionObject<S>& object, fcl::BroadPhaseCollisionManager<S>& manager) {
   refresh(std::vector<fcl::CollisionObject<S>*>{&object}, manager);
 }
 
-/// What `collideCallback` is given as a manager's `cdata`, and fills.
+/// Request and result of `collideCallback`: the `cdata` of the manager's call.
 template <typename S>
 struct BroadphaseCollision {
-  fcl::CollisionRequest<S> request;  ///< of all pairs together; FCL's default wants one contact
+  fcl::CollisionRequest<S> request;  ///< for all pairs together; FCL's default is one contact
   fcl::CollisionResult<S> result;    ///< of all pairs
 };
 
-/// For the `collide` of FCL's managers: adds the contacts of two objects, by adaptive_bvh::collide,
-/// to a BroadphaseCollision<S>. Ends the manager's search when all that is wanted is found.
+/// Callback for the `collide` of FCL's managers: adds the contacts of two objects, found by
+/// adaptive_bvh::collide, to a BroadphaseCollision<S>. Returns whether the request is satisfied,
+/// which ends the manager's search.
 ///
 ///     adaptive_bvh::BroadphaseCollision<double> found;
 ///     manager.collide(&found, adaptive_bvh::collideCallback<double>);
@@ -104,18 +105,19 @@ bool collideCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, v
   return found.request.isSatisfied(found.result);
 }
 
-/// What `distanceCallback` is given as a manager's `cdata`, and fills.
+/// Request and result of `distanceCallback`: the `cdata` of the manager's call.
 template <typename S>
 struct BroadphaseDistance {
   fcl::DistanceRequest<S> request;  ///< of all pairs
-  fcl::DistanceResult<S> result;    ///< of the nearest pair: each search ends at its distance
-  const fcl::CollisionObject<S>* first = nullptr;   ///< the nearest pair, as the manager passes it
-  const fcl::CollisionObject<S>* second = nullptr;  ///< null where there is none
+  fcl::DistanceResult<S> result;    ///< of the nearest pair, whose distance bounds each search
+  const fcl::CollisionObject<S>* first = nullptr;   ///< first object of the manager's pair, or null
+  const fcl::CollisionObject<S>* second = nullptr;  ///< second object of that pair, or null
 };
 
-/// For the `distance` of FCL's managers: the distance of two objects, by adaptive_bvh::distance, if
-/// it is less than that of the pairs before. Gives the manager the distance from which on pairs do
-/// not matter.
+/// Callback for the `distance` of FCL's managers: computes the distance of two objects by
+/// adaptive_bvh::distance, and keeps it in a BroadphaseDistance<S> if it is less than that of the
+/// previous pairs. Sets `distance` to the smallest distance so far, so that the manager skips pairs
+/// that are farther apart.
 template <typename S>
 bool distanceCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, void* cdata,
                       S& distance) {
@@ -130,7 +132,7 @@ bool distanceCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, 
   return distance <= 0;
 }
 
-/// The object of a manager that is nearest to another object, which the manager need not hold. An
+/// Returns the object of a manager that is nearest to `object`, which need not be registered. An
 /// object is not compared with itself.
 template <typename S>
 BroadphaseDistance<S> nearest(fcl::CollisionObject<S>& object,

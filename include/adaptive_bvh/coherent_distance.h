@@ -9,9 +9,9 @@
 
 namespace adaptive_bvh {
 
-/// The exact distance of one pair of meshes, asked step after step. Answers as
-/// adaptive_bvh::distance does, and starts from the two triangles that were nearest last: their
-/// distance bounds the new one from above. Where nothing has moved it has the answer already.
+/// The exact distance of one pair of meshes, computed step after step. The results are those of
+/// adaptive_bvh::distance. The search starts from the two triangles that were nearest last: their
+/// distance is an upper bound of the new one. If nothing has moved, the last answer is returned.
 ///
 ///     adaptive_bvh::CoherentDistance pair(hose, engine);  // of DeformableMeshes
 ///     for (...) {
@@ -20,9 +20,9 @@ namespace adaptive_bvh {
 ///       pair.distance(hose_pose, engine_pose, fcl::DistanceRequestd(), result);
 ///     }
 ///
-/// Any number of updates, also none, may come between two calls; so may large motions and other
-/// queries. They cost time, never exactness. One object serves one thread at a time; several may
-/// share a mesh.
+/// Any number of updates, large motions and other queries may come between two calls. They cost
+/// time, but the result stays exact. One object serves one thread at a time; several may share a
+/// mesh.
 template <typename S>
 class CoherentDistance {
  public:
@@ -34,8 +34,8 @@ class CoherentDistance {
   CoherentDistance(const CoherentDistance&) = delete;
   CoherentDistance& operator=(const CoherentDistance&) = delete;
 
-  /// The distance of the meshes placed by `tf1` and `tf2`. Result, request and errors as for
-  /// adaptive_bvh::distance. In a steady state it allocates nothing.
+  /// Returns the distance of the meshes placed by `tf1` and `tf2`. Request, result and errors are
+  /// those of adaptive_bvh::distance. Allocates nothing in a steady state.
   S distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
              const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
 
@@ -47,7 +47,7 @@ class CoherentDistance {
 using CoherentDistancef = CoherentDistance<float>;   ///< in single precision
 using CoherentDistanced = CoherentDistance<double>;  ///< in double precision
 
-/// The meshes say which numbers.
+/// Deduces S from the meshes.
 template <typename S>
 CoherentDistance(const DeformableMesh<S>&, const DeformableMesh<S>&) -> CoherentDistance<S>;
 

@@ -9,110 +9,113 @@
 namespace adaptive_bvh {
 
 /// \file
-/// Where two closed meshes overlap: the curves along which their surfaces cross, and the connected
+/// Overlap of two closed meshes: the curves along which their surfaces cross, and the connected
 /// regions of the volume that both enclose.
 ///
 /// **Exactness.** Which edges cross which triangles is decided without any error, for the vertices
-/// as they are placed in the first's frame in double precision. Ties are broken as if `first` were
-/// moved by an infinitely small step along its x axis, and by yet smaller steps along y and z: so
-/// no vertex lies on a face and no edge on an edge. Coplanar faces count for one of the meshes
-/// only, and bodies that only touch may have a region of no volume. Positions, areas and volumes
-/// are computed in double precision.
+/// as rounded to double precision in the first's frame. Ties are broken as if `first` were moved by
+/// an infinitely small step along its x axis, and by yet smaller steps along y and z, so no vertex
+/// lies on a face and no edge on an edge. Coplanar faces count for one of the meshes only, and
+/// bodies that only touch may have a region without volume. Positions, areas and volumes are
+/// computed in double precision.
 ///
-/// **What is inside.** Triangles face outward: their corners are counter-clockwise seen from
-/// outside. Of a mesh that overlaps itself, parts count as often as its surface winds around them.
-/// A region is a connected part of the common volume: its surface is made of patches of either mesh
-/// that lie inside the other, which curves join. A cavity belongs to the region around it.
+/// **Inside.** Triangles face outward: their corners are counter-clockwise seen from outside. Parts
+/// of a mesh that overlaps itself count with their winding number. A region is a connected part of
+/// the common volume. Its surface consists of patches of either mesh that lie inside the other and
+/// are joined by curves. A cavity belongs to the region around it.
 ///
-/// **Errors.** std::invalid_argument when a mesh is not closed (the message names an edge) or a
-/// transform is not a rigid motion. A result is then as it was.
+/// **Errors.** std::invalid_argument if a mesh is not closed (the message names an edge) or a
+/// transform is not a rigid motion. The result is then unchanged.
 ///
-/// **Threads.** Thread-safe on shared meshes, as query.h. A query runs on the thread that calls it.
-/// A result that is used again allocates nothing once it has grown.
+/// **Threads.** Thread-safe on shared meshes, as query.h. A query runs on the calling thread. A
+/// reused result allocates nothing once it has grown.
 
 /// The part of one mesh's surface that lies inside the other, region by region.
 template <typename S>
 struct ContactPatches {
-  std::vector<S> areas;  ///< 0 where the region has no part of this mesh's surface
-  /// Centres of area, in the world; of a patch without area, a point of it, or the deepest point.
+  std::vector<S> areas;  ///< 0 if the region has no part of this mesh's surface
+  /// Centroids of the patches, in the world; for a patch without area a point of it, or the deepest
+  /// point.
   std::vector<fcl::Vector3<S>> centroids;
-  /// Those with a part in region r, by increasing index: from triangles[begins[r]] up to
+  /// Triangles with a part in region r, by increasing index: from triangles[begins[r]] up to
   /// triangles[begins[r + 1]], which is excluded. A triangle may be in several regions.
   std::vector<unsigned> triangles;
   std::vector<std::size_t> begins;  ///< one more than there are regions
 };
 
-/// Regions and curves, in arrays side by side. Positions and directions are in the world. Regions
+/// Regions and curves, in parallel arrays. Positions and directions are in the world. Regions
 /// are in the order of their smallest triangle of `first`, then of `second`, then of their first
 /// curve; those without a triangle of `first` come last.
 template <typename S>
 struct ContactRegions {
-  std::vector<S> volumes;  ///< of the common volume
-  /// The largest distance of a point of either surface inside the other body to the other's
-  /// surface. Tried are the vertices that are inside, and the centroids of all triangles' parts: so
-  /// a depth is never too large, and too small by at most the longest edge of these triangles.
+  std::vector<S> volumes;  ///< volumes of the regions
+  /// Depths: the largest distance of a point of either surface inside the other body to the other's
+  /// surface. The candidates are the vertices that are inside, and the centroids of all triangles'
+  /// parts. So a depth is never too large, and too small by at most the longest edge of these
+  /// triangles.
   std::vector<S> depths;
-  std::vector<fcl::Vector3<S>> deepest_points;  ///< that has this depth
-  /// The mean normal, of length 1, from `first` to `second`: the mean of the outward normals of the
-  /// first's patches, weighted by area. It is the opposite of that of the second's patches, since
-  /// both together are closed. Zero where they cancel each other, as of a body that lies inside the
-  /// other as a whole.
+  std::vector<fcl::Vector3<S>> deepest_points;  ///< points with these depths
+  /// Mean normals, of length 1, from `first` to `second`: the mean of the outward normals of the
+  /// first's patches, weighted by area. It is opposite to that of the second's patches, because
+  /// both together are closed. Zero if they cancel each other, for example for a body that lies
+  /// wholly inside the other.
   std::vector<fcl::Vector3<S>> normals;
   ContactPatches<S> first;   ///< the parts of the first surface inside the second body
   ContactPatches<S> second;  ///< the parts of the second surface inside the first body
 
-  /// The points of all curves, where an edge of one mesh crosses a triangle of the other. Two that
-  /// follow each other may be the same. All curves are closed: the last point of each is joined
-  /// with its first. Seen from outside of `first`, its part inside `second` is to the left.
+  /// The points of all curves, at which an edge of one mesh crosses a triangle of the other. Two
+  /// consecutive points may be equal. All curves are closed: the last point of each is joined with
+  /// its first. Seen from outside of `first`, its part inside `second` is to the left.
   std::vector<fcl::Vector3<S>> curve_points;
-  /// The triangle of the first mesh that the segment from each of these points to the next lies on.
+  /// The triangle of the first mesh on which the segment from each point to the next lies.
   std::vector<unsigned> curve_first;
-  std::vector<unsigned> curve_second;  ///< the triangle of the second mesh, likewise
+  std::vector<unsigned> curve_second;  ///< the triangle of the second mesh with that segment
   /// Curve c has the points from curve_begins[c] up to curve_begins[c + 1], which is excluded.
   std::vector<std::size_t> curve_begins;
-  /// The region of each curve. They come region by region, and begin with the smallest pair of
+  /// The region of each curve. Curves are ordered by region, and begin with the smallest pair of
   /// triangles (first, second).
   std::vector<unsigned> curve_regions;
 
-  /// How many regions.
+  /// The number of regions.
   std::size_t size() const { return volumes.size(); }
-  /// How many curves.
+  /// The number of curves.
   std::size_t numCurves() const { return curve_regions.size(); }
 };
 
-/// Where two closed meshes overlap. `result` is overwritten. Returns the number of regions.
+/// Finds the regions in which two closed meshes overlap. `result` is overwritten. Returns the
+/// number of regions.
 template <typename S>
 std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                            const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                            ContactRegions<S>& result);
 
-/// What became of a region since the last step.
+/// Change of a region since the last step.
 enum class ContactChange {
   Born,        ///< it shares no triangle with a region of the last step
-  Persisting,  ///< it is that region of the last step which shares most with it
-  Split,       ///< it is a new part of the region `other`, which persists elsewhere
+  Persisting,  ///< it continues the region of the last step that shares most triangles with it
+  Split,       ///< it is a new part of the region `other`, which is continued by another region
   Merged,      ///< it has become a part of the region `other`
   Gone,        ///< no region shares a triangle with it
 };
 
 /// A change of one region.
 struct ContactEvent {
-  ContactChange change;  ///< what happened
-  std::uint64_t id;      ///< of the region
-  std::uint64_t other;   ///< of the region that it was split from or merged into; else its own
+  ContactChange change;  ///< kind of the change
+  std::uint64_t id;      ///< identity of the region
+  std::uint64_t other;   ///< the region that it was split from or merged into; else its own
 };
 
 /// Gives the regions of one pair of meshes an identity over many steps, by the triangles of either
-/// mesh that they share with the regions of the last step. Pairs of an old and a new region persist
-/// one by one: first the pair that shares the most triangles; of equal ones, the one with the
-/// smallest identity, then the one with the smallest new region. A new region that is left is
-/// `Split` from the old one with which it shares most, or else `Born`; an old region that is left
-/// is `Merged` into the new one with which it shares most, or else `Gone`. Regions should share
-/// several triangles from step to step: what leaves all its triangles in one step is born anew. A
-/// tracker that is used again allocates nothing once it has grown.
+/// mesh that they share with the regions of the last step. Old and new regions are matched
+/// greedily: first the pair that shares the most triangles; among equal ones the one with the
+/// smallest identity, then the one with the smallest new region. A new region without a match is
+/// `Split` from the old one with which it shares most, or else `Born`; an old region without a
+/// match is `Merged` into the new one with which it shares most, or else `Gone`. Regions should
+/// share several triangles from step to step: a region that leaves all its triangles in one step
+/// gets a new identity. A reused tracker allocates nothing once it has grown.
 class ContactTracker {
  public:
-  /// Takes the regions of another step.
+  /// Matches the regions of the next step.
   template <typename S>
   void track(const ContactRegions<S>& regions) {
     begin(regions.size());
@@ -127,10 +130,10 @@ class ContactTracker {
     uses_.clear();
   }
 
-  /// Of the regions of the last step, in their order. Identities count from 1.
+  /// Identities of the regions of the last step, in their order, counted from 1.
   const std::vector<std::uint64_t>& ids() const { return ids_; }
-  /// Of the last step: one for each region, in their order, and then one for each that has ended,
-  /// by increasing identity.
+  /// Events of the last step: one for each region, in their order, and then one for each region
+  /// that has ended, by increasing identity.
   const std::vector<ContactEvent>& events() const { return events_; }
 
  private:

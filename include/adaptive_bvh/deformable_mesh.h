@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -24,11 +25,10 @@ struct MeshAccess;
 
 /// What an update of a DeformableMesh did.
 struct MeshUpdate {
-  std::size_t vertices = 0;         ///< positions that were given
-  double largest_displacement = 0;  ///< of a vertex, rounded up, in the mesh's unit
-  bool turned =
-      false;  ///< whether the boxes lie along other axes since, because the body has turned
-  double seconds = 0;  ///< all that the update took
+  std::size_t vertices = 0;         ///< number of positions passed
+  double largest_displacement = 0;  ///< of any vertex, rounded up, in the mesh's unit
+  bool turned = false;  ///< whether the boxes have new axes, because the body has rotated
+  double seconds = 0;   ///< duration of the whole update
 };
 
 /// Triangles that deform, for the queries of this library: distances, contacts, self-collisions,
@@ -37,23 +37,23 @@ struct MeshUpdate {
 ///     adaptive_bvh::DeformableMesh<double> cloth(vertices, triangles);
 ///     cloth.update(positions);  // each step; any query may follow
 ///
-/// **Currency.** An update leaves everything current; nothing is put off to a query. Every query
-/// answers for the present positions, exactly, whatever was asked before.
+/// **Currency.** An update leaves everything current; no work is left to a query. Every query is
+/// exact for the present positions, whatever was queried before.
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude.
 ///
 /// **Threads.** A const mesh is only read: any number of threads may query it at once. An update
 /// needs the mesh for itself. A copy is a snapshot: threads may query it while the original is
-/// updated, and it stays valid when the original is gone.
+/// updated, and it stays valid after the original is destroyed.
 ///
 /// **Copies** share the topology, which never changes; positions and boxes are copied (about 90
 /// bytes a triangle in double precision).
 ///
 /// **FCL.** It is a fcl::CollisionGeometry: fcl::CollisionObject and FCL's broad-phase managers
 /// take it (broadphase.h), and adaptive_bvh::distance and collide (query.h), which have FCL's
-/// signatures. FCL's own distance and collide do not know it: they print that they do not support
-/// it. For these, use AdaptiveBVHModel.
+/// signatures. FCL's own distance and collide do not know the type: they print that they do not
+/// support it. Use AdaptiveBVHModel for them.
 ///
 /// S is float or double. Queries compute in double precision for both.
 template <typename S>
@@ -63,13 +63,13 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
 
   /// Builds the tree by the connectivity of the mesh (thesis appendix). Degenerate and duplicate
   /// triangles and unused vertices are fine; unused vertices count in the local AABB, as in FCL.
-  /// Throws std::invalid_argument without triangles, when a triangle names a vertex that is not
-  /// there, and when a coordinate is not finite or too large.
+  /// Throws std::invalid_argument if there are no triangles, if a triangle names a vertex that does
+  /// not exist, or if a coordinate is not finite or too large.
   DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles);
   /// From a mesh, as `loadMesh` reads it.
   explicit DeformableMesh(TriangleMesh<S> mesh);
-  /// The triangles of a model of FCL's, whatever its volumes are, with the positions of both frames
-  /// where it has two: also of rigid parts, so that all queries take them. Throws as above.
+  /// From any model of FCL's, whatever its volumes are, for example that of a rigid part. Takes the
+  /// positions of both frames if the model has two. Throws like the first constructor.
   template <typename BV, typename = std::enable_if_t<std::is_same<typename BV::S, S>::value>>
   explicit DeformableMesh(const fcl::BVHModel<BV>& model)
       : DeformableMesh(copied(model.vertices, model.num_vertices),
@@ -77,14 +77,15 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     if (model.prev_vertices) setPrevious(copied(model.prev_vertices, model.num_vertices));
   }
   /// From V, N x 3 positions, and F, M x 3 indices of vertices: matrices of libigl, ipc-toolkit or
-  /// NumPy, in any storage order. Throws as above, and on other shapes.
+  /// NumPy, in any storage order. Throws like the first constructor, and std::invalid_argument on
+  /// matrices of other shapes.
   template <typename V, typename F>
   DeformableMesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<F>& triangles)
       : DeformableMesh(pointsOf(vertices), trianglesOf(triangles)) {}
 
-  /// A snapshot, see above.
+  /// A snapshot: shares the topology, copies positions and boxes.
   DeformableMesh(const DeformableMesh& other);
-  /// As above, in the memory of this one where it is of the same size.
+  /// Makes this mesh a snapshot of `other`, in its present memory if both have the same size.
   DeformableMesh& operator=(const DeformableMesh& other);
   /// Takes over everything. `other` can then only be destroyed or assigned to.
   DeformableMesh(DeformableMesh&& other) noexcept;
@@ -92,18 +93,32 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   DeformableMesh& operator=(DeformableMesh&& other) noexcept;
   ~DeformableMesh() override;
 
-  /// Positions, in the order in which they were given. Address and size stay over updates, but of a
-  /// two-frame update.
+  /// Writes the mesh in a binary format: present positions, those of the previous frame if there
+  /// are some, triangles, and the tree without its boxes. So another process can `load` it without
+  /// a build. About 16 bytes a triangle and 24 a vertex (12 in single precision). The first eight
+  /// bytes are "ABVHMSHd" or, in single precision, "ABVHMSHf"; a version, a byte order, and a
+  /// checksum at the end follow. Open files with std::ios::binary. Throws std::runtime_error if the
+  /// stream fails.
+  void save(std::ostream& out) const;
+  /// Reads a mesh that `save` wrote, and refits its boxes. Its answers are those of the saved mesh:
+  /// with the same bits if the last update was one of all vertices, else up to rounding. Settings
+  /// of threads and FCL's user data are not saved. Reads no further than the mesh, so other data
+  /// may follow. Throws std::runtime_error on other data, on another version, number type or byte
+  /// order, and on incomplete or damaged data, which a checksum and a check of every index detect.
+  static DeformableMesh load(std::istream& in);
+
+  /// Positions, in the order of construction. Address and size do not change in an update, except
+  /// in a two-frame update.
   const std::vector<Point>& vertices() const;
-  /// Positions of the frame before; empty unless the last update was updateTwoFrames.
+  /// Positions of the previous frame; empty unless the last update was updateTwoFrames.
   const std::vector<Point>& previousVertices() const;
-  /// Indices of vertices, in the order in which they were given: what queries call a triangle's
-  /// index.
+  /// Indices of vertices, in the order of construction: a query's index of a triangle is its index
+  /// here.
   const std::vector<fcl::Triangle>& triangles() const;
 
-  /// A step: `count` positions, one per vertex in order. Allocates nothing.
-  /// Throws std::invalid_argument when count is wrong or a coordinate is not finite or too large
-  /// (the message names the vertex). The mesh then keeps its positions.
+  /// Takes the positions of a step, one per vertex in order, and refits the tree. Allocates
+  /// nothing. Throws std::invalid_argument if `count` is wrong or a coordinate is not finite or too
+  /// large (the message names the vertex). The mesh then keeps its positions.
   const MeshUpdate& update(const Point* positions, std::size_t count);
   /// From a vector.
   const MeshUpdate& update(const std::vector<Point>& positions) {
@@ -111,9 +126,9 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   }
   /// From a matrix, a vertex a row (N x 3) or a column (3 x N): an Eigen::MatrixX3d, an
   /// Eigen::Matrix3Xd, an Eigen::Map of your simulation's or NumPy's array. Matrices and maps in
-  /// either storage order are read in place. Numbers of another type: positions.cast<double>().
-  /// Throws as above, and std::invalid_argument on other shapes, and on a 3 x 3 matrix whose type
-  /// does not say which of the two it is.
+  /// either storage order are read in place. Pass positions.cast<double>() for another number type.
+  /// Throws like the other overloads, and std::invalid_argument on other shapes and on a 3 x 3
+  /// matrix whose type does not state whether rows or columns are the vertices.
   template <typename Derived>
   const MeshUpdate& update(const Eigen::MatrixBase<Derived>& positions) {
     static_assert(std::is_same<typename Derived::Scalar, S>::value,
@@ -134,9 +149,10 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
                   : updateStrided(m.data(), m.cols(), column, row);
   }
 
-  /// A step in which only some vertices move: positions[i] is vertex indices[i]'s, in any order; of
-  /// one that is named twice the last counts. All others stay. Throws as `update`, and
-  /// std::invalid_argument when an index is past the vertices or the two vectors differ in length.
+  /// Takes new positions of some vertices: positions[i] is that of vertex indices[i], in any order.
+  /// If an index occurs twice, its last position counts. All other vertices keep theirs. Throws
+  /// like `update`, and std::invalid_argument if an index is out of range or the two vectors differ
+  /// in length.
   const MeshUpdate& update(const unsigned* indices, const Point* positions, std::size_t count);
   /// From vectors.
   template <typename Index, typename = std::enable_if_t<std::is_integral<Index>::value>>
@@ -151,38 +167,39 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     return update(converted.data(), positions.data(), converted.size());
   }
 
-  /// A step that keeps the present positions as those of the frame before, for continuous collision
-  /// (Motion). Other queries answer for the new positions. Throws as `update`.
+  /// Takes the positions of a step and keeps the present ones as previousVertices(), for continuous
+  /// collision (Motion). Other queries answer for the new positions. Throws like `update`.
   const MeshUpdate& updateTwoFrames(const Point* positions, std::size_t count);
   /// From a vector.
   const MeshUpdate& updateTwoFrames(const std::vector<Point>& positions) {
     return updateTwoFrames(positions.data(), positions.size());
   }
 
-  /// What the last update did.
+  /// Report of the last update.
   const MeshUpdate& lastUpdate() const;
-  /// Checks that every box contains every triangle below it, and the links of the tree. On false,
-  /// `reason` says what is wrong where. Takes O(n depth).
+  /// Returns whether every box contains every triangle below it and the links of the tree are
+  /// consistent. If not, `reason` describes the error and its place. Takes O(n depth).
   bool validate(std::string* reason = nullptr) const;
 
-  /// Lets updates of 50,000 triangles or more use so many threads of the caller's oneTBB task
-  /// arena. 1 by default. The result has the same bits whatever the number. On more than one thread
-  /// an update allocates. Without effect where the library was built without oneTBB. Throws
+  /// Lets updates of 50,000 triangles or more use up to `threads` threads of the caller's oneTBB
+  /// task arena. 1 by default. The result has the same bits for any number. With more than one
+  /// thread an update allocates. Without effect if the library was built without oneTBB. Throws
   /// std::invalid_argument below 1.
   void setUpdateThreads(int threads);
-  /// Lets a query use so many threads where there is much to search; of two meshes the larger
-  /// number counts. 1 by default. Results and their order are the same whatever the number. As
-  /// above.
+  /// Lets a query with much to search use up to `threads` threads of the same arena; for two meshes
+  /// the larger number counts. 1 by default. Results and their order are the same for any number.
+  /// Throws std::invalid_argument below 1.
   void setQueryThreads(int threads);
 
-  /// Memory of the mesh, in bytes, with what it shares with copies.
+  /// Memory of the mesh in bytes, including the topology that copies share.
   std::size_t bytes() const;
 
   /// BV_UNKNOWN: no volume of FCL's.
   fcl::NODE_TYPE getNodeType() const override { return fcl::BV_UNKNOWN; }
   /// OT_UNKNOWN, so that FCL's queries say that they do not support it.
   fcl::OBJECT_TYPE getObjectType() const override { return fcl::OT_UNKNOWN; }
-  /// FCL calls this when a fcl::CollisionObject is made. Current after every update anyway.
+  /// Does nothing: the local AABB is current after every update. FCL calls this when it makes a
+  /// fcl::CollisionObject.
   void computeLocalAABB() override {}
 
  private:
@@ -214,6 +231,7 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     return triangles;
   }
 
+  explicit DeformableMesh(std::istream& in);
   void setPrevious(std::vector<Point> positions);
   const MeshUpdate& updateStrided(const S* data, Eigen::Index count, Eigen::Index stride,
                                   Eigen::Index component);

@@ -9,15 +9,16 @@
 
 namespace adaptive_bvh {
 
-/// How the tree of a model is built.
+/// How a model builds its tree.
 enum class HierarchyStrategy {
   /// FCL's own: a node's triangles are split at the mean of their centres along its longest axis.
   TopDown,
   /// By the connectivity of the mesh, level by level (thesis appendix): groups that share the
   /// greatest length of edges are joined. Neighbours in the mesh stay neighbours in the tree
-  /// however the mesh folds. Any input will do: components are merged by proximity, and triangles
+  /// however the mesh folds. Any input is allowed: components are merged by proximity, and
+  /// triangles
   /// without shared vertices are connected by the positions of their corners. The default, because
-  /// it measures better on deforming meshes: 1.1 to 1.25 times in update + query
+  /// update and query together are 1.1 to 1.25 times as fast on deforming meshes
   /// (docs/hierarchy.md).
   BottomUp,
 };
@@ -27,20 +28,21 @@ const char* toString(HierarchyStrategy strategy);
 
 /// One level of a tree: all nodes at one depth.
 struct LevelQuality {
-  int nodes = 0;      ///< leaves included
-  int leaves = 0;     ///< of them
-  double volume = 0;  ///< of the bounding volumes, summed; unit of length cubed
-  double area = 0;    ///< of their surfaces, summed; unit of length squared
-  /// Of inner nodes: the longer side over the shorter one, of the rectangle grown by the radius on
-  /// all sides. Mean over the nodes; 1 is a square. Nodes that are line segments do not count. 0
-  /// when there is none.
+  int nodes = 0;      ///< number of nodes, including leaves
+  int leaves = 0;     ///< number of leaves
+  double volume = 0;  ///< sum of the bounding volumes; unit of length cubed
+  double area = 0;    ///< sum of their surface areas; unit of length squared
+  /// Mean aspect ratio of the inner nodes: longer side over shorter side of the rectangle grown by
+  /// the radius on all sides; 1 is a square. Nodes that are line segments do not count. 0 if there
+  /// is no inner node.
   double aspect_ratio = 0;
-  /// How much of the smaller child lies within the larger, 0 to 1; mean over the inner nodes. By
-  /// 64 sample points a pair, spread evenly over the smaller child's rectangle and thickness.
+  /// Share of the smaller child that lies within the larger one, 0 to 1; mean over the inner nodes.
+  /// Estimated by 64 sample points a pair, spread evenly over the smaller child's rectangle and
+  /// thickness.
   double sibling_overlap = 0;
 };
 
-/// How good a tree is, as it stands: inflation counts.
+/// Quality of a tree in its present state, including inflation.
 struct HierarchyQuality {
   int depth = 0;       ///< edges from the root to the farthest leaf; FCL recurses that deep
   double balance = 0;  ///< the least depth possible, ceil(log2 n), over `depth`; 1 for one leaf
@@ -51,13 +53,14 @@ struct HierarchyQuality {
   double sibling_overlap = 0;  ///< as in LevelQuality, over all inner nodes
 };
 
-/// Measures any FCL tree of RSS or OBBRSS; of OBBRSS its rectangle-swept spheres, which distances
-/// use. Empty (depth 0, no levels) without a tree. Walks all nodes once; no triangle is read.
+/// Measures any FCL tree of RSS or OBBRSS; for OBBRSS its rectangle-swept spheres, which distances
+/// use. Returns depth 0 and no levels if there is no tree. Visits all nodes once and reads no
+/// triangle.
 template <typename BV>
 HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>& model);
 
-/// The nodes that stand for the whole mesh at one depth: those at that depth and the leaves above
-/// it, left to right. Each triangle is below exactly one of them.
+/// Returns the nodes that represent the whole mesh at one depth: the nodes at that depth and the
+/// leaves above it, left to right. Each triangle is below exactly one of them.
 template <typename BV>
 std::vector<int> nodesAtDepth(const fcl::BVHModel<BV>& model, int depth) {
   std::vector<int> cut;
@@ -76,7 +79,7 @@ std::vector<int> nodesAtDepth(const fcl::BVHModel<BV>& model, int depth) {
   return cut;
 }
 
-/// The primitives (triangles) below a node, left to right.
+/// Returns the primitives (triangles) below a node, left to right.
 template <typename BV>
 std::vector<int> primitivesBelow(const fcl::BVHModel<BV>& model, int node) {
   std::vector<int> primitives, open{node};

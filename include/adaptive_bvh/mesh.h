@@ -17,16 +17,16 @@ struct TriangleMesh {
   std::vector<fcl::Triangle> triangles;   ///< three indices of vertices each
 };
 
-/// Makes vertices of exactly equal position one, and renumbers the triangles. The first of the
-/// equal ones stays; the order of the others is kept. Triangles that repeat a vertex for every face
-/// hide the connectivity of the surface, which the bottom-up build and `selfCollide` use.
+/// Joins vertices of exactly equal position, and renumbers the triangles. The first of equal
+/// vertices is kept, in the order of the mesh. Vertices that are repeated for every face hide the
+/// connectivity of the surface, which the bottom-up build and `selfCollide` use.
 ///
-/// With a tolerance, the vertices are gone through in their order. A vertex that is no farther than
-/// `tolerance` from one that was kept becomes the first such vertex; otherwise it is kept. So no
-/// vertex moves by more than the tolerance, and those that are kept are farther apart. Triangles of
-/// which two corners become one are removed then.
+/// With a tolerance, the vertices are visited in their order. A vertex that is no farther than
+/// `tolerance` from a kept vertex is replaced by the first such vertex; otherwise it is kept. So no
+/// vertex moves by more than the tolerance, and kept vertices are farther apart. Triangles of which
+/// two corners become one are then removed.
 ///
-/// Defined for float and double. Every index must name a vertex. Throws std::invalid_argument when
+/// Defined for float and double. Every index must name a vertex. Throws std::invalid_argument if
 /// the tolerance is negative or not finite.
 template <typename S>
 void weldVertices(TriangleMesh<S>& mesh, S tolerance = 0);

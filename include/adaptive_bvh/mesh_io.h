@@ -9,12 +9,12 @@ namespace adaptive_bvh {
 
 /// Component `mesh_io`: triangle meshes from files.
 
-/// Which axis of a frame points up.
+/// The axis of a frame that points up.
 enum class UpAxis { AsInFile, X, Y, Z };
 
-/// How `loadMesh` prepares what it read.
+/// Options of `loadMesh`.
 struct MeshLoadOptions {
-  /// Make vertices of equal position one. Most formats (STL always) repeat a vertex for every face,
+  /// Joins vertices of equal position. Most formats (STL always) repeat a vertex for every face,
   /// which hides the connectivity of the surface (`weldVertices`).
   bool weld = true;
 
@@ -22,51 +22,52 @@ struct MeshLoadOptions {
   /// numbers.
   double weld_tolerance = 0;
 
-  /// `AsInFile`: the axes of the file. Otherwise a mesh is turned until the axis that its file
-  /// declares as up is this one. Collada declares one (Y where it does not say), glTF is always Y
-  /// up. The other formats declare none, and are never turned.
+  /// `AsInFile`: the axes of the file. Otherwise the mesh is rotated so that the up axis of its
+  /// file becomes this one. Collada declares an up axis (by default Y), glTF is always Y up. The
+  /// other formats declare none, and are never rotated.
   UpAxis up = UpAxis::AsInFile;
 
-  /// Multiply by the unit that the file declares (Collada), so that lengths are metres. glTF is in
-  /// metres. The other formats declare none.
+  /// Multiplies by the unit that the file declares (Collada), so that lengths are in metres. glTF
+  /// is in metres. The other formats declare none.
   bool metres = true;
 
   /// Multiplies all positions, after the unit. Positive.
   double scale = 1;
 };
 
-/// A file could not be used. `what()` names the path and the reason.
+/// Error of a file that cannot be used. `what()` names the path and the reason.
 class MeshLoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Reads OBJ, STL, PLY, OFF, Collada and glTF, in double precision, and what else assimp reads, in
+/// Reads OBJ, STL, PLY, OFF, Collada and glTF in double precision, and other formats of assimp in
 /// single precision. The format is recognised by the file's content, and else by its extension;
 /// docs/guide.md lists formats and variants.
 ///
 /// Vertices are in the order of the file. Polygons are triangulated by exact arithmetic; points and
-/// lines are dropped, faces of zero area kept if they are triangles. The transforms of the scene's
-/// nodes are applied in double; a transform that mirrors turns the triangles over, so that they
-/// keep facing outside. A skinned node of glTF keeps its meshes where they are, as its
-/// specification says; joints and morph weights are not applied. Several meshes become one.
+/// lines are dropped, faces of zero area are kept if they are triangles. The transforms of the
+/// scene's nodes are applied in double precision. A mirroring transform reverses the triangles, so
+/// that they still face outside. The transform of a skinned glTF node is ignored, as its
+/// specification requires; joints and morph weights are not applied. Several meshes become one.
 ///
-/// Throws std::invalid_argument when an option is out of range. Throws MeshLoadError when the file
-/// is missing, broken or no regular file (links are followed), holds no triangle, names a vertex
-/// that it does not have, announces more elements than it has bytes, or has a coordinate that is
-/// not finite; when a polygon crosses itself, or touches itself so that no triangles between its
-/// corners fill it, or has more than 10,000 corners (the message names the face, counted from 1);
-/// and when the scene is beyond these limits:
+/// Throws std::invalid_argument if an option is out of range. Throws MeshLoadError if the file is
+/// missing, broken or not a regular file (links are followed), has no triangle, names a vertex that
+/// does not exist, declares more elements than it has bytes, or has a coordinate that is not
+/// finite; if a polygon crosses itself, or touches itself so that no triangles between its corners
+/// fill it, or has more than 10,000 corners (the message names the face, counted from 1); and if
+/// the scene exceeds these limits:
 /// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
-/// - 20,000 nodes, a node counted once for each way that leads to it, or four times as many as the
-///   file has (a node below itself is refused in any number);
-/// - 10 million vertices and triangles from meshes that several nodes place, or four times as many
-///   as the meshes have; of glTF, 10 million elements read by its meshes, or four for each byte of
+/// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
+/// (a
+///   node that is its own descendant is always refused);
+/// - 10 million vertices and triangles from meshes that several nodes use, or four times as many as
+///   the meshes have; for glTF, 10 million elements read by its meshes, or four for each byte of
 ///   the buffer.
 ///
-/// Broken files are not trusted. Those that assimp reads are read in this process; only the limits
-/// of nodes and placed meshes hold for them. Files that the mesh names (buffers) must be regular
-/// files too.
+/// Files may be broken or malicious. Formats of assimp are read in this process; only the limits of
+/// nodes and placed meshes apply to them. Files that the mesh refers to (buffers) must be regular
+/// files, too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 

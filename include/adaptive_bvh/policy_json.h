@@ -6,14 +6,15 @@
 
 namespace adaptive_bvh {
 
-/// Component `policy_json`: refit policies as JSON text. Needs nlohmann-json to build, and nothing
-/// to use.
+/// Component `policy_json`: refit policies as JSON text. Needs nlohmann-json to build, but not to
+/// use.
 
-/// An object with every member of the policy.
+/// Returns a JSON object with every member of the policy.
 std::string toJson(const RefitPolicy& policy);
 
-/// Members that are missing keep their defaults. The text of a TuningResult (tuning.h) gives its
-/// best policy. Throws std::invalid_argument, saying what is wrong, on anything but a valid policy.
+/// Returns the policy of a JSON text. Missing members keep their defaults. The text of a
+/// TuningResult (tuning.h) gives its best policy. Throws std::invalid_argument, describing the
+/// error, on anything but a valid policy.
 RefitPolicy policyFromJson(const std::string& text);
 
 }  // namespace adaptive_bvh

@@ -12,44 +12,49 @@
 namespace adaptive_bvh {
 
 /// \file
-/// What is near: two meshes, or one and itself, within a distance d (see point_query.h for points
-/// and rays). Every answer is that of a test of all pairs of triangles on the present positions, in
-/// double precision, for meshes of either precision.
+/// Nearness of two meshes, or of one with itself, within a distance d (point_query.h has points and
+/// rays). Every answer is the one that a test of all pairs of triangles would give for the present
+/// positions, in double precision for meshes of either precision.
 ///
 /// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
-/// meshes, seen from the first. A pair whose distance is so near to d may be in or out. The
-/// distance is 0 of triangles that have a common point, and only of those: that is decided without
-/// any error for the second's corners as they are placed in the frame of the first.
+/// meshes, in the frame of the first. A pair whose distance differs from d by less than that may be
+/// included or not. The distance is 0 if and only if the triangles have a common point. That is
+/// decided without any error, for the second's corners as rounded in the frame of the first.
 ///
 /// **Frames and units.** `tf1` and `tf2` place the meshes in the world; lengths are in the meshes'
-/// unit. A deforming mesh is asked in its present state, nothing is rebuilt.
+/// unit. Queries read the present state of a deforming mesh; nothing is rebuilt.
 ///
-/// **Errors.** std::invalid_argument when a distance is negative or NaN (infinity is fine), when a
-/// transform is not a rigid motion, when a list of pairs to leave out is not sorted. A result is
-/// then as it was.
+/// **Errors.** std::invalid_argument if a distance is negative or NaN (infinity is allowed), if a
+/// transform is not a rigid motion, or if a list of pairs to leave out is not sorted. The result is
+/// then unchanged.
 ///
-/// **Threads.** Thread-safe on shared meshes, as query.h; a query of pairs takes several threads
-/// itself where DeformableMesh::setQueryThreads says so, and its result is the same whatever
-/// their number.
+/// **Threads.** Thread-safe on shared meshes, as query.h. A query of pairs runs on several threads
+/// if DeformableMesh::setQueryThreads allows it; its result does not depend on their number.
 
-/// Whether the distance of two meshes is at most `distance`. Much cheaper than the distance: stops
-/// at the first pair of triangles that is near enough, and looks at nothing that is farther away.
+/// Whether the distance of two meshes is at most `distance`. Much cheaper than computing the
+/// distance: it stops at the first pair of triangles that is near enough, and visits no nodes that
+/// are farther apart. With `solid`, meshes are filled: the result is also true if a component of
+/// one is inside of the other, however far from its surface. Then both meshes must be closed;
+/// otherwise throws std::invalid_argument, which names an open edge.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance);
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
+              bool solid = false);
 
 /// Whether a shape of FCL's is at most `distance` away from a mesh, or touches it: a sphere,
 /// capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space. std::invalid_argument on
-/// other geometry.
+/// other geometry. A mesh inside of a shape touches it. With `solid`, so does a shape inside of the
+/// mesh, which must be closed.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance);
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance,
+              bool solid = false);
 
-/// `isNearer` for one pair of meshes, asked step after step. Keeps a lower bound of their distance:
-/// while deformation and changed transforms cannot have used up what it exceeds d by, there is no
-/// search at all. While bodies stay as near, the triangles around the last near pair are mostly
-/// enough. Any number of updates may come between two calls. One object serves one thread at a
-/// time; several may share a mesh.
+/// `isNearer` for one pair of meshes, called step after step. Keeps a lower bound of their
+/// distance. There is no search while this bound, less the motion since, exceeds d. While the
+/// bodies stay near, it mostly suffices to test the triangles around the last near pair. Any number
+/// of updates may come between two calls. One object serves one thread at a time; several may share
+/// a mesh.
 template <typename S>
 class CoherentProximity {
  public:
@@ -61,10 +66,10 @@ class CoherentProximity {
   CoherentProximity(const CoherentProximity&) = delete;
   CoherentProximity& operator=(const CoherentProximity&) = delete;
 
-  /// As the function above. `distance` may differ from call to call.
+  /// Whether the distance of the meshes is at most `distance`, which may differ from call to call.
   bool isNearer(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S distance);
 
-  /// How many calls had to search, so far.
+  /// The number of calls so far that had to search.
   std::size_t searches() const;
 
  private:
@@ -72,25 +77,25 @@ class CoherentProximity {
   std::unique_ptr<State> state_;
 };
 
-/// What a query of pairs is asked for.
+/// Request of pairsWithin.
 template <typename S>
 struct ProximityRequest {
-  S distance = 0;                      ///< pairs at most so far apart
+  S distance = 0;                      ///< largest distance of a pair
   bool enable_distances = false;       ///< also their distances
   bool enable_nearest_points = false;  ///< also their nearest points
   IgnoredPairs ignored = {};           ///< pairs of triangles to leave out
 };
 
-/// Pairs of triangles, in arrays side by side. A result that is used again allocates nothing once
-/// it has grown large enough.
+/// Pairs of triangles, in parallel arrays. A reused result allocates nothing once it has grown
+/// large enough.
 template <typename S>
 struct TrianglePairs {
   /// Triangle of the first mesh, and of the second; within one mesh the smaller index first.
   std::vector<FeaturePair> triangles;
-  /// Of each pair; empty unless asked for. 0 where they touch.
+  /// Distance of each pair, 0 if the triangles touch. Empty without `enable_distances`.
   std::vector<S> distances;
-  /// Of each pair: a nearest point on the first and on the second, in the world; empty unless asked
-  /// for. Where they touch both are a common point, up to rounding.
+  /// For each pair a nearest point on the first and on the second triangle, in the world. If they
+  /// touch, both are a common point, up to rounding. Empty without `enable_nearest_points`.
   std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
 
   /// How many pairs.
@@ -111,26 +116,26 @@ std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                         const ProximityRequest<S>& request, TrianglePairs<S>& result);
 
-/// As above, of one mesh with itself, in its own frame: each pair once, without the neighbours
-/// that `filter` leaves out.
+/// The pairs of one mesh with itself, in its own frame: each pair once, without the neighbours that
+/// `filter` leaves out.
 template <typename S>
 std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
                         TrianglePairs<S>& result,
                         NeighbourFilter filter = NeighbourFilter::SharedVertex);
 
-/// What a query of features is asked for.
+/// Request of featurePairsWithin.
 template <typename S>
 struct FeatureProximityRequest {
-  S distance = 0;  ///< pairs at most so far apart
+  S distance = 0;  ///< largest distance of a pair
   /// Pairs of each kind to leave out. Of one mesh with itself, `face_vertex` is not read.
   IgnoredPairs vertex_face = {};
   IgnoredPairs face_vertex = {};  ///< likewise
   IgnoredPairs edge_edge = {};    ///< likewise
 };
 
-/// What contact solvers work on: all pairs of a vertex and a face, and of two edges, whose distance
-/// is at most `request.distance`, each once (feature_pairs.h says how edges are numbered). `result`
-/// is overwritten. Returns the number of pairs.
+/// All pairs of a vertex and a face, and of two edges, whose distance is at most
+/// `request.distance`, each once: the input of a contact solver. feature_pairs.h defines the
+/// numbers of edges. `result` is overwritten. Returns the number of pairs.
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
@@ -141,7 +146,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                S distance, FeaturePairs& result);
 
-/// As above, of one mesh with itself, without features that have a vertex in common.
+/// The pairs of one mesh with itself, without features that have a vertex in common.
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result);
@@ -149,33 +154,33 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result);
 
-/// Distance, nearest points, where these lie, and normal of each of some pairs of features, as
-/// featurePairsWithin finds them or others. `result` is overwritten; one that is used again
-/// allocates nothing on one thread. Throws std::invalid_argument also when a pair names a vertex,
-/// triangle or edge that a mesh does not have.
+/// Computes distance, nearest points, their coordinates and the normal of each of the given pairs
+/// of features, which need not come from featurePairsWithin. `result` is overwritten; a reused
+/// result allocates nothing on one thread. Also throws std::invalid_argument if a pair names a
+/// vertex, triangle or edge that a mesh does not have.
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                         const FeaturePairs& pairs, FeaturePairDetails<S>& result);
 
-/// As above, of one mesh with itself, in its own frame.
+/// The details of pairs of one mesh with itself, in its own frame.
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
                         FeaturePairDetails<S>& result);
 
-/// For every vertex of `mesh` its distance to the surface of `other`: result[v] is exact where it
-/// is less than `limit`, and `limit` elsewhere. What one paints on a mesh. `result` is overwritten
-/// with mesh.vertices().size() numbers.
+/// Computes the distance of every vertex of `mesh` to the surface of `other`, at most `limit`:
+/// result[v] is exact if it is less than `limit`. Suitable for per-vertex colouring. `result` is
+/// overwritten with mesh.vertices().size() numbers.
 template <typename S>
 void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
                std::vector<S>& result);
 
-/// As above, with a negative sign for a vertex inside of `other`: where its surface winds around
-/// the vertex (the winding number is not 0), as counted along a ray. -`limit` is deep inside.
-/// Throws std::invalid_argument also when `other` is not closed: every edge must be run through as
-/// often in one direction as in the other by the triangles that share it. Vertices are compared by
-/// index; the message names an edge.
+/// Computes `clearance` with a negative sign for vertices inside of `other`, down to -`limit`. A
+/// vertex is inside if the winding number of the surface around it, counted along a ray, is not 0.
+/// Also throws std::invalid_argument if `other` is not closed: the triangles that share an edge
+/// must traverse it equally often in both directions. Vertices are compared by index; the message
+/// names an edge.
 template <typename S>
 void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                      const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
@@ -186,7 +191,7 @@ using CoherentProximityf = CoherentProximity<float>;
 /// In double precision.
 using CoherentProximityd = CoherentProximity<double>;
 
-/// The meshes say which numbers.
+/// Deduces S from the meshes.
 template <typename S>
 CoherentProximity(const DeformableMesh<S>&, const DeformableMesh<S>&) -> CoherentProximity<S>;
 

@@ -11,8 +11,8 @@ namespace adaptive_bvh {
 
 namespace detail {
 
-/// Answers a query where it is one of ours; returns whether it is. Compiled into the library for
-/// float and double.
+/// Answers a query if the library supports the pair; returns whether it does. Compiled into the
+/// library for float and double.
 template <typename S>
 bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
@@ -21,9 +21,10 @@ bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 template <typename S>
 bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result);
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                   bool solid);
 
-/// Replaces what FCL left uninitialised.
+/// Replaces values that FCL left uninitialised.
 template <typename S>
 void finishDistance(const fcl::DistanceRequest<S>& request, S before,
                     fcl::DistanceResult<S>& result);
@@ -33,27 +34,28 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
 
 }  // namespace detail
 
-/// Home of `adaptive_bvh::distance` and `adaptive_bvh::collide`. They are kept out of the namespace
-/// of AdaptiveBVHModel itself, where a call without a namespace would find them beside FCL's and be
-/// ambiguous: `distance(&model, ...)` under `using namespace fcl` stays fcl::distance. (After
-/// `using namespace adaptive_bvh` as well, write the namespace.)
+/// Contains `adaptive_bvh::distance` and `adaptive_bvh::collide`. They are not members of the
+/// namespace of AdaptiveBVHModel itself, because argument-dependent lookup would then make an
+/// unqualified call ambiguous: `distance(&model, ...)` under `using namespace fcl` remains
+/// fcl::distance. (After `using namespace adaptive_bvh` as well, write the namespace.)
 namespace queries {
 
-/// FCL's distance and collide, with FCL's signatures, but exact, and for DeformableMesh faster.
+/// Returns the distance of two objects. `distance` and `collide` have FCL's signatures, but are
+/// exact, and faster for a DeformableMesh.
 ///
-/// **Pairs.** Answered here, in either order:
+/// **Pairs.** These are answered here, in either order:
 /// - a DeformableMesh with another one, or with an AdaptiveBVHModel whose mesh() was made, by their
 ///   trees of boxes;
 /// - two models with the same volumes, RSS or OBBRSS, AdaptiveBVHModel or FCL's own, by FCL's
-///   traversal of these volumes, with our own test of two triangles. In adaptive models it records
-///   which volumes were in the way of an answer (thesis 4.4.2, 4.4.3): the next update refits by
-///   these. Without such a query it treats every node as visited;
+///   traversal of these volumes, with this library's test of two triangles. In adaptive models it
+///   records which volumes kept the search from an answer (thesis 4.4.2, 4.4.3); the next update
+///   uses this for its fitness tests. Without such a query an update treats every node as visited;
 /// - any of these with a sphere, capsule, box, cylinder, cone, ellipsoid, convex, plane or
 ///   half-space, and with an octree, but for signed distances and costs.
 ///
-/// Any other pair without a DeformableMesh is handed to FCL.
+/// Any other pair without a DeformableMesh is passed to FCL.
 ///
-/// **One convention**, for every pair that is answered here:
+/// **Conventions**, for every pair that is answered here:
 ///
 /// |                    | two meshes            | mesh and shape      | mesh and octree     |
 /// | ------------------ | --------------------- | ------------------- | ------------------- |
@@ -66,55 +68,57 @@ namespace queries {
 /// | contact: position  | FCL's                 | a common point      | a common point      |
 ///
 /// The order of `o1` and `o2` is FCL's, whichever was passed first. Normals have length 1. The
-/// depth of a triangle and a shape or cell is the length of the shortest motion that takes them
-/// apart: o2 moved by the depth along the normal is apart from o1, as far as that pair goes. A
-/// signed distance is minus the largest depth of a triangle. Where this differs from FCL:
-/// fcl::distance returns -1 for a shape that touches, and with `enable_signed_distance` often a
-/// number that is no depth; fcl::collide gives a sphere's depth a negative sign.
+/// depth of a triangle and a shape or cell is the length of the shortest translation that separates
+/// them: o2 moved by the depth along the normal no longer overlaps that triangle of o1. A signed
+/// distance is minus the largest depth of a triangle. FCL differs: fcl::distance returns -1 for a
+/// shape that touches, and with `enable_signed_distance` often a number that is no depth;
+/// fcl::collide gives a sphere's depth a negative sign.
 ///
 /// `b1` and `b2` belong to o1 and o2: the index of a mesh's triangle, FCL's number of an octree's
-/// cell, Contact::NONE (-1) of a shape. So do `nearest_points[0]` and `[1]`. Of several nearest
-/// pairs any one may be named.
+/// cell, Contact::NONE (-1) for a shape. `nearest_points[0]` and `[1]` belong to o1 and o2 as well.
+/// If several pairs are nearest, any one of them may be returned.
 ///
-/// **Exactness.** Two triangles touch where they have a common point: that is decided without any
-/// error for the second's corners as they are placed in the frame of the first, in double
-/// precision. `collide`, `distance`, isNearer and pairsWithin agree about every pair. Distances of
-/// two meshes are exact up to 2^-46 of the extent of the two triangles: also of triangles with
-/// parallel edges, of needles, and of any size, where FCL's own distance of two triangles is wrong
+/// **Exactness.** Two triangles touch if they have a common point. That is decided without any
+/// error, for the second's corners as rounded to double precision in the frame of the first.
+/// `collide`, `distance`, isNearer and pairsWithin agree about every pair. Distances of two meshes
+/// are exact up to 2^-46 of the extent of the two triangles. That includes triangles with parallel
+/// edges, needles and triangles of any size, for which FCL's distance of two triangles is wrong
 /// (docs/guide.md, "Where FCL's answers are wrong"). Distances to a sphere, capsule, box, plane,
 /// half-space or cell are those of their geometry, with the same error; to a cylinder, cone,
 /// ellipsoid or convex they are off by less than 2^-42 of the extent. (A convex counts as touching
 /// below 2^-46.) Depths are exact up to 2^-38 of the extent, those of a convex up to 1e-10.
 /// Results are rounded to S. The solver that a request names is not used.
 ///
-/// **Nearest points** are in the world. Two meshes have them when `enable_nearest_points` is set, a
-/// shape or an octree with a mesh always. When the two touch, both points are a common point, up to
-/// rounding; for a signed distance, the position of the deepest contact. (FCL gives the points of a
-/// sphere and a mesh in each object's own frame, and leaves some uninitialised.)
+/// **Nearest points** are in the world. For two meshes they are computed if `enable_nearest_points`
+/// is set, for a mesh and a shape or an octree always. If the two touch, both points are a common
+/// point, up to rounding; for a signed distance, the position of the deepest contact. (FCL gives
+/// the points of a sphere and a mesh in each object's own frame, and leaves some uninitialised.)
 ///
 /// **Contacts.** Two meshes have one or two contacts for each pair of triangles that touch (FCL's
 /// points; `num_max_contacts` counts contacts), a shape one for each triangle, an octree one for
-/// each cell and triangle. Which triangles touch does not depend on `enable_contact`. The order is
-/// not FCL's, but always the same.
+/// each cell and triangle. Which triangles touch does not depend on `enable_contact`. The order
+/// differs from FCL's, but is deterministic.
 ///
 /// **Thin triangles** are segments, points, and triangles narrower than the root of epsilon times
-/// their length (1.5e-8 in double, 3.4e-4 in float). FCL computes the contacts of two meshes that
-/// have some from memory that it did not set, and mostly leaves the pair out. Here such a pair has
-/// one contact: between the nearest points, with depth 0, and with the normal of one of the
-/// triangles or, when both are thin, a direction across both.
+/// their length (1.5e-8 in double, 3.4e-4 in float). For two meshes with such triangles FCL reads
+/// uninitialised memory, and mostly leaves the pair out. Here such a pair has one contact: between
+/// the nearest points, with depth 0, and with the normal of one of the triangles or, if both are
+/// thin, a direction perpendicular to both.
 ///
-/// **Never uninitialised, never a silent no.** What was not computed is NaN, where FCL leaves what
-/// was in memory: position, normal and depth of contacts without `enable_contact`, and nearest
-/// points that were not asked for. std::invalid_argument is thrown for a pair that neither this nor
-/// FCL can compute: meshes of different volumes (RSS and OBBRSS, say), the distance of a plane and
-/// a mesh with volumes of another kind, a type that FCL does not know. FCL prints a warning and
-/// answers "very far" or "no contact" there, or crashes. It is also thrown for a DeformableMesh
-/// with a plain fcl::BVHModel, or with a model whose mesh was not made, for a model of RSS or
-/// OBBRSS without triangles, and for a transform that is not a rigid motion: not finite, scaled,
-/// sheared, or mirrored.
+/// **Values that were not computed** are NaN; FCL leaves them uninitialised. These are position,
+/// normal and depth of contacts without `enable_contact`, and nearest points that were not
+/// requested.
 ///
-/// S is float or double. Thread-safe on shared models, like FCL's; see AdaptiveBVHModel. As in FCL
-/// the result is not cleared first: an older, smaller distance in it is kept.
+/// **Errors.** Throws std::invalid_argument for a pair that neither this library nor FCL can
+/// compute: meshes of different volumes (such as RSS and OBBRSS), the distance of a plane and a
+/// mesh with volumes of another kind, a type that FCL does not know. (FCL prints a warning and
+/// answers "very far" or "no contact", or crashes.) Also for a DeformableMesh with a plain
+/// fcl::BVHModel or with a model whose mesh was not made, for a model of RSS or OBBRSS without
+/// triangles, and for a transform that is not a rigid motion: not finite, scaled, sheared, or
+/// mirrored.
+///
+/// S is float or double. Thread-safe on shared models, like FCL; see AdaptiveBVHModel. As in FCL
+/// the result is not cleared first: a smaller distance that it already holds is kept.
 template <typename S>
 S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
            const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
@@ -126,7 +130,7 @@ S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
   return found;
 }
 
-/// The distance of two placed objects.
+/// Returns the distance of two objects with their transforms.
 template <typename S>
 S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
            const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
@@ -134,27 +138,40 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
                            o2->collisionGeometry().get(), o2->getTransform(), request, result);
 }
 
-/// Returns the number of contacts. Records for tests B and D only: an overlap test computes no
-/// distances.
+/// Finds the contacts of two objects. Returns their number. In adaptive models it records for tests
+/// B and D only, because an overlap test computes no distances.
+///
+/// With `solid`, meshes are filled, as shapes always are: a body inside of a closed mesh touches
+/// it, even if their surfaces are far apart. If no triangles touch, there is one contact for each
+/// component (triangles joined by vertices) inside of the other mesh, and one for a shape inside of
+/// a mesh. Its position is a vertex of the component or a point of the shape. Its depth is the
+/// distance of that point from the surface around it, and its normal is the direction in which the
+/// point leaves the mesh. `b1` and `b2` are the component's triangle with the smallest index, and
+/// the nearest triangle around it. For the depth of the bodies use signedDistance (penetration.h).
+/// Throws std::invalid_argument for a mesh that is not closed, for an octree, and for models
+/// without a DeformableMesh.
 template <typename S>
 std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                     const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   const std::size_t before = result.numContacts();
   if (request.num_max_contacts == 0) return 0;  // as FCL, without its message
-  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result);
+  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result, solid);
   const std::size_t contacts =
       is_answered ? result.numContacts() : fcl::collide(o1, tf1, o2, tf2, request, result);
   detail::finishCollide(request, before, result);
   return contacts;
 }
 
-/// Collides two placed objects.
+/// Finds the contacts of two objects with their transforms. Returns their number.
 template <typename S>
 std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                    bool solid = false) {
   return queries::collide(o1->collisionGeometry().get(), o1->getTransform(),
-                          o2->collisionGeometry().get(), o2->getTransform(), request, result);
+                          o2->collisionGeometry().get(), o2->getTransform(), request, result,
+                          solid);
 }
 
 }  // namespace queries

@@ -90,19 +90,19 @@ struct FrameResults {
   std::string note;                          ///< shown with the frame
 
   FrameResults() = default;
-  /// The distance, and the nearest points where they were asked for.
+  /// From a distance and, if requested, its nearest points.
   template <typename S>
   FrameResults(const fcl::DistanceResult<S>& result) {
     add(result);
   }
-  /// The contacts. Their positions are known where `enable_contact` was set.
+  /// From contacts. Their positions are shown if `enable_contact` was set.
   template <typename S>
   FrameResults(const fcl::CollisionResult<S>& result) {
     add(result);
   }
 
-  /// One more result of this frame. Of several distances the smallest is the frame's. NaN for
-  /// nearest points: they were not computed.
+  /// Adds another result of this frame. The frame shows the smallest of several distances. Nearest
+  /// points that are NaN were not computed.
   template <typename S>
   FrameResults& add(const fcl::DistanceResult<S>& result) {
     const double now = static_cast<double>(result.min_distance);
@@ -111,7 +111,7 @@ struct FrameResults {
                               result.nearest_points[1].template cast<double>()});
     return *this;
   }
-  /// One more result of this frame: its contacts after those that are there.
+  /// Adds another result of this frame: appends its contacts.
   template <typename S>
   FrameResults& add(const fcl::CollisionResult<S>& result) {
     contact_count = contact_count.value_or(0) + result.numContacts();
@@ -195,8 +195,8 @@ struct RecordingOptions {
   /// Of an AdaptiveBVHModel: volumes are recorded down to this depth of the tree, 0 is its root: at
   /// most 2^(depth + 1) volumes of 64 bytes a body and frame. None below 0.
   int volume_depth = 6;
-  /// Of the volumes below that depth those that the last update refitted are recorded: all, or so
-  /// many of a body and frame, from all over it.
+  /// Largest number of volumes below that depth that are recorded for each body and frame: those
+  /// that the last update refitted, or an even sample of them.
   int deeper_refits = 100;
   double frames_per_second = 25;              ///< at which the page plays
   fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world

@@ -14,12 +14,12 @@ namespace adaptive_bvh {
 ///   the inflated one. C implies B. Overlap tests compute no distances, so collisions record
 ///   nothing for C.
 /// - Test D, obstruction: in such a visit the volume was tested, and would have ended the descent
-///   if it had not been inflated. FCL's traversals of two meshes do not show that; there every
-///   visit counts. D implies B.
+///   without its inflation. FCL's traversals of two meshes do not reveal that, so every visit
+///   counts for them. D implies B.
 ///
-/// Queries of a DeformableMesh, also those of AdaptiveBVHModel::mesh, record nothing.
+/// Queries of a DeformableMesh, including that of AdaptiveBVHModel::mesh, record nothing.
 ///
-/// When no query recorded since the last update, B and D count as true for every node, C as false.
+/// If no query recorded since the last update, B and D are true for every node, and C is false.
 enum class FitnessCriterion {
   A,          ///< thesis i, the default
   B,          ///< thesis ii; also how the thesis models Larsson and Akenine-Moeller (2006)
@@ -30,7 +30,7 @@ enum class FitnessCriterion {
   ABOrBC,     ///< thesis vii, the best of Table 2
   RefitAll,   ///< every node, every step: what FCL's top-down refit does
   RefitNone,  ///< never: nodes only inflate
-  AD,         ///< what is too inflated, and therefore in the way
+  AD,         ///< nodes that are too inflated and obstruct a query
 };
 
 /// How an update keeps a volume that it does not refit around its moving triangles.
@@ -43,7 +43,7 @@ enum class Propagation {
   Displacements,
 };
 
-/// What an inflation (current radius - original radius) is compared with.
+/// The length that an inflation (current radius - original radius) is compared with.
 enum class InflationReference {
   /// Original radius plus half the rectangle's shorter side; the longer side where both are zero.
   /// A length of the whole volume: it stays meaningful for flat parts, whose radius is only the
@@ -58,11 +58,11 @@ enum class InflationReference {
 /// Decides which bounding volumes an update refits. A plain value: copy it, change it, hand it to
 /// AdaptiveBVHModel::setRefitPolicy at any time between two updates.
 ///
-/// No policy makes an answer wrong. It only moves work between the update and the query. The
-/// defaults are what measured best on the five scenarios of the thesis and on others, at thesis
-/// size and up to 144 times the triangles (docs/experiment.md). A refit costs so little that no
-/// query needs to say where one is worth it. k and gamma are not used by this criterion, and are
-/// good values where one does. `tune` finds yours.
+/// Answers are exact with every policy, which only moves work between the update and the query. The
+/// defaults measured best on the five scenarios of the thesis and on others, at thesis size and up
+/// to 144 times the triangles (docs/experiment.md). A refit is so cheap that the default criterion
+/// does not need records of queries. It does not use k and gamma; their defaults are good values
+/// for criteria that do. `tune` finds values for your simulation.
 struct RefitPolicy {
   /// Which combination of tests marks a node as unfit.
   FitnessCriterion criterion = FitnessCriterion::A;
@@ -80,25 +80,25 @@ struct RefitPolicy {
   /// What `max_inflation` and `min_inflation` are ratios of.
   InflationReference reference = InflationReference::NodeSize;
 
-  /// Propagation::TranslationCompensated only. A refit keeps the axes of a volume, turned as its
-  /// vertices turn, and finds the extents along them anew: that takes a fifth of the time of a fit.
-  /// Where the volume's surface then exceeds the one it had when its axes were chosen by more than
-  /// this share, a ratio >= 0, the axes are chosen anew as well.
+  /// Propagation::TranslationCompensated only. A refit rotates the axes of a volume with its
+  /// vertices and recomputes the extents along them, in a fifth of the time of a fit. If the
+  /// volume's surface area then exceeds the one at the last choice of axes by more than this ratio,
+  /// >= 0, new axes are chosen as well.
   double axes_tolerance = 0.25;
 
   /// Propagation::Displacements only. A leaf's radius is original + overall displacement. The
-  /// thesis (4.3, step 3) only ever raises it; the bound holds as well when a vertex has swung
-  /// back, so it may follow downwards too.
+  /// thesis (4.3, step 3) only ever raises it. The bound also holds if the radius shrinks when a
+  /// vertex moves back.
   bool leaf_radius_may_shrink = true;
 
-  /// How volumes that are not refitted are kept sound.
+  /// How an update keeps volumes sound that it does not refit.
   Propagation propagation = Propagation::TranslationCompensated;
 
   /// The row of thesis Table 2 for `criterion`, with the thesis's own propagation, inflation
   /// measure and leaf rule. Parameters that a criterion does not use keep their defaults.
   static RefitPolicy thesis(FitnessCriterion criterion);
 
-  /// Throws std::invalid_argument, naming the member, when a parameter is negative or not finite.
+  /// Throws std::invalid_argument, naming the member, if a parameter is negative or not finite.
   void check() const;
 };
 

@@ -19,9 +19,9 @@
 namespace adaptive_bvh {
 
 /// \file
-/// Many bodies: meshes that deform, FCL's shapes and octrees. One tree of boxes over the bodies
-/// finds the pairs that may be near; the queries of pairs (query.h, proximity.h, penetration.h)
-/// answer for each.
+/// Many bodies: deforming meshes, FCL's shapes and octrees. One tree of boxes over the bodies finds
+/// the pairs that may be near; each pair is then answered by the queries of pairs (query.h,
+/// proximity.h, penetration.h).
 ///
 ///     adaptive_bvh::Scene<double> scene;
 ///     const auto hose = scene.add(hose_mesh);            // a DeformableMesh, by reference
@@ -30,8 +30,8 @@ namespace adaptive_bvh {
 ///     scene.update();                                    // each step, after all changes
 ///     adaptive_bvh::SceneDistance<double> nearest = scene.nearest(hose);
 ///
-/// **Currency.** `update` computes the boxes of all bodies. A query throws std::logic_error when
-/// bodies, transforms or meshes have changed since.
+/// **Currency.** `update` computes the boxes of all bodies. A query throws std::logic_error if
+/// bodies, transforms or meshes have changed since then.
 ///
 /// **Order.** Results are sorted by body, the smaller id of a pair first, and do not depend on the
 /// number of threads.
@@ -47,10 +47,10 @@ namespace adaptive_bvh {
 ///
 /// S is float or double.
 
-/// Number of a body: given by Scene::add, never given again.
+/// Number of a body, returned by Scene::add and never used again.
 using BodyId = std::uint32_t;
 
-/// Two bodies of a scene; the first has the smaller id, if nothing else is said.
+/// Two bodies of a scene; the first has the smaller id unless stated otherwise.
 struct BodyPair {
   BodyId first;   ///< a body
   BodyId second;  ///< another one, or the same for a self-collision
@@ -67,19 +67,23 @@ struct BodyPair {
   }
 };
 
-/// What a scene knows of a body beside its geometry and its transform.
+/// Properties of a body besides its geometry and its transform.
 struct BodyOptions {
-  std::uint32_t group = 1;   ///< bits; the groups that the body belongs to
-  std::uint32_t mask = ~0u;  ///< bits; the groups that it meets. Both bodies of a pair must agree.
+  std::uint32_t group = 1;   ///< bits: the groups of the body
+  std::uint32_t mask = ~0u;  ///< bits: the groups it may pair with; both bodies must allow the pair
   /// Whether `collisions`, `pairsWithin` and `featurePairsWithin` include the body with itself,
   /// without triangles that share a vertex. Meshes only.
   bool self_collision = false;
+  /// Whether a mesh is filled: then `collisions` and `isNearer` also count meshes and shapes inside
+  /// of it that do not touch its surface (adaptive_bvh::collide describes their contacts). It must
+  /// be closed. Shapes are always filled. An octree inside of a mesh is not found.
+  bool solid = false;
   std::uintptr_t user = 0;  ///< a value of the caller's
 };
 
-/// What `collisions` looks for.
+/// Request of Scene::collisions.
 struct SceneCollisionRequest {
-  /// Contacts of each pair, at most; 0 lists the pairs only.
+  /// Largest number of contacts of each pair; 0 lists the pairs only.
   std::size_t contacts_per_pair = std::numeric_limits<std::size_t>::max();
   bool enable_contact = true;  ///< positions, normals and depths of the contacts
   bool first_only = false;     ///< stops at the smallest pair that touches
@@ -88,51 +92,51 @@ struct SceneCollisionRequest {
 /// Bodies that touch, and their contacts.
 template <typename S>
 struct SceneCollisions {
-  std::vector<BodyPair> pairs;  ///< that touch
-  /// The contacts of pair i are those from offsets[i] to offsets[i + 1]; one number more than
-  /// pairs.
+  std::vector<BodyPair> pairs;  ///< pairs that touch
+  /// Pair i has the contacts from offsets[i] up to offsets[i + 1], which is excluded; one number
+  /// more than there are pairs.
   std::vector<std::size_t> offsets;
-  /// As those of adaptive_bvh::collide and selfCollide, but o1, b1 and o2, b2 belong to the first
-  /// and to the second body of the pair, and normals point from the first to the second.
+  /// Contacts as in adaptive_bvh::collide and selfCollide, except that o1, b1 and o2, b2 belong to
+  /// the first and to the second body of the pair, and normals point from the first to the second.
   std::vector<fcl::Contact<S>> contacts;
 };
 
 /// Pairs of triangles, by pairs of bodies.
 template <typename S>
 struct SceneTrianglePairs {
-  std::vector<BodyPair> pairs;       ///< that have some
-  std::vector<std::size_t> offsets;  ///< of pair i: from offsets[i] to offsets[i + 1]
-  TrianglePairs<S> found;            ///< of all pairs, one after the other
+  std::vector<BodyPair> pairs;       ///< pairs of bodies with at least one pair of triangles
+  std::vector<std::size_t> offsets;  ///< pair i has found[offsets[i]] up to found[offsets[i + 1]]
+  TrianglePairs<S> found;            ///< of all pairs of bodies, one after the other
 };
 
 /// Pairs of features, by pairs of bodies.
 struct SceneFeaturePairs {
-  std::vector<BodyPair> pairs;  ///< that have some
-  /// Of pair i: FeaturePairs::vertex_face, face_vertex and edge_edge from offsets[i] to
-  /// offsets[i + 1].
+  std::vector<BodyPair> pairs;  ///< pairs of bodies with at least one pair of features
+  /// For pair i the ranges of FeaturePairs::vertex_face, face_vertex and edge_edge: from offsets[i]
+  /// up to offsets[i + 1], which is excluded.
   std::vector<std::array<std::size_t, 3>> offsets;
-  FeaturePairs found;  ///< of all pairs, one after the other
+  FeaturePairs found;  ///< of all pairs of bodies, one after the other
 };
 
 /// Contacts of vertices, by pairs of bodies.
 template <typename S>
 struct SceneVertexContacts {
-  /// The mesh that has the vertices, and the other body: so each pair comes up to twice.
+  /// The mesh of the vertices and the other body. So a pair of meshes occurs up to twice.
   std::vector<BodyPair> pairs;
-  std::vector<std::size_t> offsets;  ///< of pair i: from offsets[i] to offsets[i + 1]
-  VertexContacts<S> found;           ///< of all pairs, one after the other
+  std::vector<std::size_t> offsets;  ///< pair i has the contacts from offsets[i] to offsets[i + 1]
+  VertexContacts<S> found;           ///< of all pairs of bodies, one after the other
 };
 
-/// A pair of bodies, and how far apart they are.
+/// A pair of bodies and its distance.
 template <typename S>
 struct SceneDistance {
-  BodyPair bodies = {0, 0};  ///< of Scene::nearest: the body that was asked for comes first
-  S distance = std::numeric_limits<S>::infinity();  ///< infinite where there is no pair
-  /// On the first body and on the second.
+  BodyPair bodies = {0, 0};  ///< in Scene::nearest the body of the call comes first
+  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no pair
+  /// Nearest points on the first body and on the second.
   std::array<fcl::Vector3<S>, 2> points = {
       fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
       fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())};
-  std::array<int, 2> elements = {-1, -1};  ///< triangles or cells; -1 of a shape
+  std::array<int, 2> elements = {-1, -1};  ///< triangle or cell of each body; -1 for a shape
 
   /// Whether there is a pair.
   bool exists() const { return distance < std::numeric_limits<S>::infinity(); }
@@ -141,30 +145,30 @@ struct SceneDistance {
 /// The point of the bodies' surfaces that is nearest to a point.
 template <typename S>
 struct ScenePoint {
-  BodyId body = 0;                                  ///< a mesh
-  S distance = std::numeric_limits<S>::infinity();  ///< infinite where there is no mesh
+  BodyId body = 0;                                  ///< the mesh with that point
+  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no mesh
   fcl::Vector3<S> point =
       fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());  ///< nearest
-  int triangle = -1;                                                   ///< that has it
+  int triangle = -1;                                                   ///< with that point
 };
 
-/// Where a ray meets a scene first.
+/// First hit of a ray with a scene.
 template <typename S>
 struct SceneRayHit {
-  BodyId body = 0;  ///< a mesh; without meaning where hit.triangle is -1
-  RayHit<S> hit;    ///< as firstHit gives it
+  BodyId body = 0;  ///< the mesh that is hit; without meaning if hit.triangle is -1
+  RayHit<S> hit;    ///< as returned by firstHit
 };
 
 /// The first two bodies that come together in a step, and when.
 struct SceneImpact {
-  BodyPair bodies = {0, 0};  ///< the same twice where a body meets itself
+  BodyPair bodies = {0, 0};  ///< the same body twice for a self-collision
   Impact impact;             ///< its features are of the first body and of the second
 
   /// Whether anything comes together.
   bool happens() const { return impact.happens(); }
 };
 
-/// Bodies and their queries; see above.
+/// Bodies and their queries; \ref scene.h describes currency, order, frames, errors and threads.
 template <typename S>
 class Scene {
  public:
@@ -175,13 +179,13 @@ class Scene {
 
   Scene();
   ~Scene();
-  Scene(Scene&&) noexcept;             ///< the other can then only be destroyed or assigned to
-  Scene& operator=(Scene&&) noexcept;  ///< the other can then only be destroyed or assigned to
+  Scene(Scene&&) noexcept;             ///< the source can then only be destroyed or assigned to
+  Scene& operator=(Scene&&) noexcept;  ///< the source can then only be destroyed or assigned to
 
   // ---- Bodies
 
-  /// Adds a body. Several bodies may share a geometry. Throws std::invalid_argument on geometry
-  /// that is none of the three.
+  /// Adds a body. Several bodies may share a geometry. Throws std::invalid_argument if the geometry
+  /// is not a DeformableMesh, a shape or an octree.
   BodyId add(std::shared_ptr<const Geometry> geometry, const Transform& tf = Transform::Identity(),
              const BodyOptions& options = {});
   /// Keeps a reference: the geometry must outlive the body.
@@ -189,7 +193,7 @@ class Scene {
              const BodyOptions& options = {});
   BodyId add(Geometry&&, const Transform& = Transform::Identity(),
              const BodyOptions& = {}) = delete;
-  /// Removes a body. Its id is never given again.
+  /// Removes a body. Its id is not used again.
   void remove(BodyId body);
   /// Moves a body. Throws std::invalid_argument on a transform that is not rigid.
   void setTransform(BodyId body, const Transform& tf);
@@ -198,66 +202,77 @@ class Scene {
 
   /// Whether the scene has a body with this id.
   bool contains(BodyId body) const;
-  std::size_t size() const;                       ///< bodies
+  std::size_t size() const;                       ///< number of bodies
   std::vector<BodyId> bodies() const;             ///< by increasing id
-  const Geometry& geometry(BodyId body) const;    ///< that `add` was given
+  const Geometry& geometry(BodyId body) const;    ///< the argument of `add`
   const Transform& transform(BodyId body) const;  ///< from the body's frame to the world
-  const BodyOptions& options(BodyId body) const;  ///< that the body has now
+  const BodyOptions& options(BodyId body) const;  ///< the present options
 
   // ---- Which pairs count
 
-  /// Leaves a pair out. Nothing when it is left out already.
+  /// Leaves a pair out. Has no effect if it is left out already.
   void ignore(BodyId first, BodyId second);
   /// Lets a pair count again that `ignore` or `ignoreNeighbours` left out.
   void unignore(BodyId first, BodyId second);
   /// Leaves out bodies that follow each other in a kinematic chain.
   void ignoreNeighbours(const std::vector<BodyId>& chain);
-  /// Asked for each pair whose boxes are near and which nothing else leaves out; it must be
-  /// thread-safe. An empty function admits all.
+  /// Sets a function that is called for each pair whose boxes are near and that is not left out
+  /// otherwise. It must be thread-safe. An empty function admits all pairs.
   void setFilter(const Filter& filter);
 
   // ---- Steps
 
-  /// Remembers the transforms of all bodies: where the next step begins. A body that is added later
-  /// begins where it is.
+  /// Stores the transforms of all bodies as the start of the next step, for earliestImpact. A body
+  /// that is added later starts at its first transform.
   void beginStep();
-  /// Of queries, from 1.
+  /// Sets the number of threads of queries, 1 by default. Throws std::invalid_argument below 1.
   void setThreads(int threads);
-  /// Computes the boxes of all bodies in their present state. To be called after all changes of a
-  /// step, before its first query. Allocates nothing in a steady step.
+  /// Computes the boxes of all bodies in their present state. Call it after all changes of a step
+  /// and before its first query. Allocates nothing in a steady step.
   void update();
+
+  /// Returns a scene in the state of the last update, with the same ids. Other threads may query it
+  /// while this scene and its meshes change. It has copies of the meshes, which share the
+  /// topologies: one copy for bodies that share a mesh. Referenced shapes must outlive it, too.
+  /// Throws std::logic_error if the scene has changed since its last update.
+  Scene snapshot() const;
 
   // ---- Queries of all pairs
 
-  /// Pairs of bodies that touch. Returns their number; `result` is overwritten.
+  /// Finds the pairs of bodies that touch. Returns their number; `result` is overwritten.
   std::size_t collisions(const SceneCollisionRequest& request, SceneCollisions<S>& result) const;
-  /// Pairs of triangles of two meshes at most `request.distance` apart.
+  /// Finds the pairs of triangles of two meshes that are at most `request.distance` apart. Returns
+  /// their number; `result` is overwritten.
   std::size_t pairsWithin(const ProximityRequest<S>& request, SceneTrianglePairs<S>& result) const;
-  /// Pairs of features of two meshes at most so far apart.
+  /// Finds the pairs of features of two meshes that are at most `distance` apart. Returns their
+  /// number; `result` is overwritten.
   std::size_t featurePairsWithin(S distance, SceneFeaturePairs& result) const;
-  /// Vertices of meshes that are at most `margin` from another body, or inside of it. The other
-  /// body is a shape or a closed mesh; meshes that are not closed have no inside and are left out.
+  /// Finds the vertices of meshes that are at most `margin` from another body, or inside of it. The
+  /// other body is a shape or a closed mesh; meshes that are not closed have no inside and are left
+  /// out. Returns the number of contacts; `result` is overwritten.
   std::size_t vertexContacts(S margin, SceneVertexContacts<S>& result) const;
-  /// Whether any two bodies are at most so far apart.
+  /// Whether any two bodies are at most `distance` apart.
   bool isNearer(S distance) const;
 
   // ---- Nearest
 
-  /// The nearest pair. Remembers it: the next call starts from it.
+  /// Returns the nearest pair. Keeps it as the start of the next call.
   SceneDistance<S> distance();
-  /// The body nearest to one. Remembers it: the next call starts from it.
+  /// Returns the body nearest to `body`. Keeps it as the start of the next call.
   SceneDistance<S> nearest(BodyId body);
-  /// The k bodies nearest to one, by increasing distance, then id; fewer where there are fewer.
+  /// Finds the k bodies nearest to `body`, by increasing distance, then id; fewer if there are
+  /// fewer.
   void nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const;
-  /// The nearest point of the meshes' surfaces.
+  /// Returns the nearest point of the meshes' surfaces.
   ScenePoint<S> nearestPoint(const fcl::Vector3<S>& point) const;
 
   // ---- The step as a motion (continuous_collision.h)
 
-  /// The first two features of two meshes that come together, or of one with self_collision, on the
-  /// way from the last beginStep to the present state: transforms from those to these, vertices
-  /// from DeformableMesh::previousVertices (or at rest where there are none) to the present ones.
-  /// Shapes and octrees have no part. Throws as earliestImpact.
+  /// Returns the first two features of two meshes that come together, or of one mesh with
+  /// self_collision, during the motion from the last beginStep to the present state. Transforms go
+  /// from those of beginStep to the present ones, vertices from DeformableMesh::previousVertices to
+  /// the present ones (they stand still if there are no previous ones). Shapes and octrees are left
+  /// out. Throws like adaptive_bvh::earliestImpact.
   SceneImpact earliestImpact(double separation = 0) const;
   /// The time up to which nothing comes together: from 0 to 1, the whole step.
   double largestSafeStep(double separation = 0) const {
@@ -267,10 +282,16 @@ class Scene {
 
   // ---- Rays
 
-  /// The first hit of each of many rays with the meshes, in their order. Shapes and octrees are
-  /// not met.
+  /// Finds the first hit of each of many rays with the meshes, in the order of the rays, with one
+  /// range for all. Shapes and octrees are left out. Throws like adaptive_bvh::firstHits.
   void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                 std::size_t count, std::vector<SceneRayHit<S>>& result) const;
+                 std::size_t count, const RayRange<S>& range,
+                 std::vector<SceneRayHit<S>>& result) const;
+  /// On the whole rays.
+  void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
+                 std::size_t count, std::vector<SceneRayHit<S>>& result) const {
+    firstHits(origins, directions, count, RayRange<S>(), result);
+  }
 
  private:
   struct State;

@@ -2,7 +2,7 @@
 
 namespace adaptive_bvh {
 
-/// What the last update of a model did, and how long it took.
+/// Report of an update of a model: counts and durations.
 struct UpdateReport {
   int nodes = 0;  ///< bounding volumes in the tree
   /// Volumes that moved along with their triangles. With Propagation::Displacements none does, nor
@@ -17,25 +17,24 @@ struct UpdateReport {
   /// The largest motion of a vertex since the step before, in the units of the mesh.
   double largest_displacement = 0;
 
-  /// True when the whole tree was refitted and all that is kept began anew: after a build, after a
-  /// step too large to be followed, and when the model had been changed through a fcl::BVHModel
-  /// reference.
+  /// Whether the whole tree was refitted and all tracking was reset: after a build, after a step
+  /// too large to be followed, and after a change through a fcl::BVHModel reference.
   bool resynchronised = false;
 
   double displacement_seconds = 0;  ///< reading positions, measuring displacements, local AABB
   double propagation_seconds = 0;   ///< inflating the volumes, leaf to root
   double refit_seconds = 0;         ///< fitness tests and refits
 
-  /// Volumes that the propagation wrote: its cost is in proportion.
+  /// Volumes that the propagation wrote; its cost is proportional to them.
   int propagated() const { return moved > inflated ? moved : inflated; }
-  /// All volumes that were recomputed.
+  /// Volumes that were recomputed.
   int refitted() const { return refitted_leaves + refitted_inner; }
-  /// Of all three phases.
+  /// Duration of all three phases.
   double seconds() const { return displacement_seconds + propagation_seconds + refit_seconds; }
 };
 
-/// What recording queries (query.h) did on a model since its last update. A query between two
-/// adaptive models counts on both.
+/// Work of the recording queries (query.h) of a model since its last update. A query of two
+/// adaptive models counts for both.
 struct QueryWork {
   int queries = 0;      ///< queries that recorded
   long box_tests = 0;   ///< pairs of a box and a shape or cell

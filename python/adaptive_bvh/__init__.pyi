@@ -1,5 +1,5 @@
 import os
-from typing import Any, Dict, List, Optional, Protocol, Tuple, Union, overload
+from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,15 @@ _Floats: TypeAlias = npt.NDArray[np.float64]
 _Ints: TypeAlias = npt.NDArray[np.int32]
 _Longs: TypeAlias = npt.NDArray[np.int64]
 _Bools: TypeAlias = npt.NDArray[np.bool_]
-_Pose: TypeAlias = Union[None, npt.ArrayLike, Tuple[npt.ArrayLike, npt.ArrayLike]]
+_Rule: TypeAlias = Literal["within", "between"]
+_Path: TypeAlias = Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]
+
+class _DLPack(Protocol):
+    def __dlpack__(self) -> Any: ...
+    def __dlpack_device__(self) -> Tuple[Any, int]: ...
+
+_Array: TypeAlias = Union[npt.ArrayLike, _DLPack]
+_Pose: TypeAlias = Union[None, _Array, Tuple[_Array, _Array]]
 _Object: TypeAlias = Union[DeformableMesh, Shape]
 _Filter: TypeAlias = Literal["shared vertex", "shared edge", "beyond shared", "none"]
 _Kind: TypeAlias = Literal["vertex-face", "face-vertex", "edge-edge"]
@@ -31,7 +39,7 @@ class Mesh:
     def faces(self) -> npt.NDArray[np.int64]: ...
 
 def load_mesh(
-    path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]],
+    path: _Path,
     *,
     weld: bool = True,
     weld_tolerance: float = 0.0,
@@ -40,7 +48,7 @@ def load_mesh(
     scale: float = 1.0,
 ) -> Mesh: ...
 def weld_vertices(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, tolerance: float = 0.0
+    vertices: _Array, faces: _Array, tolerance: float = 0.0
 ) -> Mesh: ...
 
 class MeshUpdate:
@@ -56,17 +64,22 @@ class MeshUpdate:
 class DeformableMesh:
     @overload
     def __init__(
-        self, vertices: npt.ArrayLike, faces: npt.ArrayLike, dtype: npt.DTypeLike = "float64"
+        self, vertices: _Array, faces: _Array, dtype: npt.DTypeLike = "float64"
     ) -> None: ...
     @overload
     def __init__(
         self, vertices: _HasMesh, faces: None = None, dtype: npt.DTypeLike = "float64"
     ) -> None: ...
     @overload
-    def update(self, vertices: npt.ArrayLike) -> MeshUpdate: ...
+    def update(self, vertices: _Array) -> MeshUpdate: ...
     @overload
-    def update(self, indices: npt.ArrayLike, vertices: npt.ArrayLike) -> MeshUpdate: ...
-    def update_two_frames(self, vertices: npt.ArrayLike) -> MeshUpdate: ...
+    def update(self, indices: _Array, vertices: _Array) -> MeshUpdate: ...
+    def update_two_frames(self, vertices: _Array) -> MeshUpdate: ...
+    def save(self, path: _Path) -> None: ...
+    @staticmethod
+    def load(path: _Path) -> DeformableMesh: ...
+    def __getstate__(self) -> bytes: ...
+    def __setstate__(self, arg0: bytes) -> None: ...
     def copy(self) -> DeformableMesh: ...
     def __copy__(self) -> DeformableMesh: ...
     def __deepcopy__(self, memo: Dict[Any, Any]) -> DeformableMesh: ...
@@ -88,7 +101,8 @@ class DeformableMesh:
     @property
     def dtype(self) -> np.dtype[Any]: ...
 
-class Shape: ...
+class Shape:
+    def __reduce__(self) -> Tuple[Any, ...]: ...
 
 class Box(Shape):
     def __init__(self, x: float, y: float, z: float) -> None: ...
@@ -135,14 +149,14 @@ class Cone(Shape):
     def lz(self) -> float: ...
 
 class Plane(Shape):
-    def __init__(self, normal: npt.ArrayLike, offset: float = 0.0) -> None: ...
+    def __init__(self, normal: _Array, offset: float = 0.0) -> None: ...
     @property
     def normal(self) -> _Floats: ...
     @property
     def offset(self) -> float: ...
 
 class Halfspace(Shape):
-    def __init__(self, normal: npt.ArrayLike, offset: float = 0.0) -> None: ...
+    def __init__(self, normal: _Array, offset: float = 0.0) -> None: ...
     @property
     def normal(self) -> _Floats: ...
     @property
@@ -183,6 +197,7 @@ def collide(
     *,
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
+    solid: bool = False,
 ) -> Contacts: ...
 def self_collide(
     mesh: DeformableMesh,
@@ -191,7 +206,9 @@ def self_collide(
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
     filter: _Filter = "shared vertex",
-    ignored: Union[npt.ArrayLike, None] = None,
+    ignored: Union[_Array, None] = None,
+    labels: Union[_Array, None] = None,
+    label_rule: _Rule = "between",
 ) -> Contacts: ...
 
 class CoherentDistance:
@@ -218,9 +235,9 @@ class TrianglePairs:
 class FeaturePairs:
     def __init__(
         self,
-        vertex_face: Union[npt.ArrayLike, None] = None,
-        face_vertex: Union[npt.ArrayLike, None] = None,
-        edge_edge: Union[npt.ArrayLike, None] = None,
+        vertex_face: Union[_Array, None] = None,
+        face_vertex: Union[_Array, None] = None,
+        edge_edge: Union[_Array, None] = None,
     ) -> None: ...
     @property
     def vertex_face(self) -> _Ints: ...
@@ -232,10 +249,12 @@ class FeaturePairs:
 
 def is_nearer(
     first: DeformableMesh,
-    second: DeformableMesh,
+    second: _Object,
     distance: float,
     tf1: _Pose = None,
     tf2: _Pose = None,
+    *,
+    solid: bool = False,
 ) -> bool: ...
 @overload
 def pairs_within(
@@ -247,7 +266,7 @@ def pairs_within(
     *,
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
-    ignored: Union[npt.ArrayLike, None] = None,
+    ignored: Union[_Array, None] = None,
 ) -> TrianglePairs: ...
 @overload
 def pairs_within(
@@ -257,7 +276,9 @@ def pairs_within(
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
     filter: _Filter = "shared vertex",
-    ignored: Union[npt.ArrayLike, None] = None,
+    ignored: Union[_Array, None] = None,
+    labels: Union[_Array, None] = None,
+    label_rule: _Rule = "between",
 ) -> TrianglePairs: ...
 @overload
 def feature_pairs_within(
@@ -271,7 +292,12 @@ def feature_pairs_within(
 ) -> FeaturePairs: ...
 @overload
 def feature_pairs_within(
-    mesh: DeformableMesh, distance: float, *, ignored: Union[FeaturePairs, None] = None
+    mesh: DeformableMesh,
+    distance: float,
+    *,
+    ignored: Union[FeaturePairs, None] = None,
+    labels: Union[_Array, None] = None,
+    label_rule: _Rule = "between",
 ) -> FeaturePairs: ...
 
 class FeatureDetails:
@@ -335,15 +361,22 @@ class ClosestPoints:
     def triangles(self) -> _Ints: ...
     def __len__(self) -> int: ...
 
-class RayHit:
+class ClosestFeatures:
     @property
-    def t(self) -> float: ...
+    def points(self) -> _Floats: ...
     @property
-    def triangle(self) -> int: ...
+    def distances(self) -> _Floats: ...
     @property
-    def u(self) -> float: ...
+    def triangles(self) -> _Ints: ...
     @property
-    def v(self) -> float: ...
+    def barycentric(self) -> _Floats: ...
+    @property
+    def features(self) -> npt.NDArray[np.str_]: ...
+    @property
+    def numbers(self) -> _Ints: ...
+    @property
+    def normals(self) -> _Floats: ...
+    def __len__(self) -> int: ...
 
 class RayHits:
     @property
@@ -358,44 +391,31 @@ class RayHits:
     def v(self) -> _Floats: ...
     def __len__(self) -> int: ...
 
-def closest_point(mesh: DeformableMesh, point: npt.ArrayLike) -> ClosestPoint: ...
-def closest_points(mesh: DeformableMesh, points: npt.ArrayLike) -> ClosestPoints: ...
+def closest_point(mesh: DeformableMesh, point: _Array) -> ClosestPoint: ...
+def closest_points(mesh: DeformableMesh, points: _Array) -> ClosestPoints: ...
+def closest_features(
+    mesh: DeformableMesh, points: _Array, limit: float = ...
+) -> ClosestFeatures: ...
 def first_hit(
     mesh: DeformableMesh,
-    origin: npt.ArrayLike,
-    direction: npt.ArrayLike,
-    *,
-    begin: float = 0.0,
-    end: float = ...,
-) -> RayHit: ...
-def first_hits(
-    mesh: DeformableMesh,
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
+    origins: _Array,
+    directions: _Array,
     *,
     begin: float = 0.0,
     end: float = ...,
 ) -> RayHits: ...
 def any_hit(
     mesh: DeformableMesh,
-    origin: npt.ArrayLike,
-    direction: npt.ArrayLike,
-    *,
-    begin: float = 0.0,
-    end: float = ...,
-) -> bool: ...
-def any_hits(
-    mesh: DeformableMesh,
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
+    origins: _Array,
+    directions: _Array,
     *,
     begin: float = 0.0,
     end: float = ...,
 ) -> _Bools: ...
 def ray_hits(
     mesh: DeformableMesh,
-    origins: npt.ArrayLike,
-    directions: npt.ArrayLike,
+    origins: _Array,
+    directions: _Array,
     *,
     begin: float = 0.0,
     end: float = ...,
@@ -446,11 +466,12 @@ def vertex_contacts(
     tf: _Pose = None,
     other_tf: _Pose = None,
 ) -> VertexContacts: ...
-def signed_distances(mesh: DeformableMesh, points: npt.ArrayLike) -> _Floats: ...
+def signed_distances(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def winding_numbers(
-    mesh: DeformableMesh, points: npt.ArrayLike, tolerance: float = 0.1
+    mesh: DeformableMesh, points: _Array, tolerance: float = 0.1
 ) -> _Floats: ...
 def is_watertight(mesh: DeformableMesh) -> bool: ...
+def open_edges(mesh: DeformableMesh) -> _Ints: ...
 
 class SceneCollisions:
     @property
@@ -458,13 +479,7 @@ class SceneCollisions:
     @property
     def offsets(self) -> _Longs: ...
     @property
-    def pairs(self) -> _Ints: ...
-    @property
-    def points(self) -> _Floats: ...
-    @property
-    def normals(self) -> _Floats: ...
-    @property
-    def depths(self) -> _Floats: ...
+    def contacts(self) -> Contacts: ...
     def __len__(self) -> int: ...
 
 class SceneTrianglePairs:
@@ -473,9 +488,25 @@ class SceneTrianglePairs:
     @property
     def offsets(self) -> _Longs: ...
     @property
-    def triangles(self) -> _Ints: ...
+    def found(self) -> TrianglePairs: ...
+    def __len__(self) -> int: ...
+
+class SceneFeaturePairs:
     @property
-    def distances(self) -> _Floats: ...
+    def bodies(self) -> _Longs: ...
+    @property
+    def offsets(self) -> _Longs: ...
+    @property
+    def found(self) -> FeaturePairs: ...
+    def __len__(self) -> int: ...
+
+class SceneVertexContacts:
+    @property
+    def bodies(self) -> _Longs: ...
+    @property
+    def offsets(self) -> _Longs: ...
+    @property
+    def found(self) -> VertexContacts: ...
     def __len__(self) -> int: ...
 
 class SceneDistance:
@@ -486,7 +517,50 @@ class SceneDistance:
     @property
     def points(self) -> _Floats: ...
     @property
-    def triangles(self) -> Tuple[int, int]: ...
+    def triangles(self) -> _Ints: ...
+
+class ScenePoint:
+    @property
+    def body(self) -> int: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def point(self) -> _Floats: ...
+    @property
+    def triangle(self) -> int: ...
+
+class SceneRayHits:
+    @property
+    def bodies(self) -> _Longs: ...
+    @property
+    def triangles(self) -> _Ints: ...
+    @property
+    def t(self) -> _Floats: ...
+    @property
+    def u(self) -> _Floats: ...
+    @property
+    def v(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
+class SceneImpact:
+    @property
+    def bodies(self) -> Tuple[int, int]: ...
+    @property
+    def impact(self) -> Impact: ...
+    @property
+    def happens(self) -> bool: ...
+
+class BodyOptions:
+    @property
+    def group(self) -> int: ...
+    @property
+    def mask(self) -> int: ...
+    @property
+    def self_collision(self) -> bool: ...
+    @property
+    def solid(self) -> bool: ...
+    @property
+    def user(self) -> int: ...
 
 class Scene:
     def __init__(self, dtype: npt.DTypeLike = "float64") -> None: ...
@@ -498,29 +572,64 @@ class Scene:
         group: int = 1,
         mask: int = 4294967295,
         self_collision: bool = False,
+        solid: bool = False,
+        user: int = 0,
     ) -> int: ...
     def remove(self, body: int) -> None: ...
     def set_transform(self, body: int, tf: _Pose) -> None: ...
+    def transform(self, body: int) -> _Floats: ...
+    def geometry(self, body: int) -> _Object: ...
+    def set_options(
+        self,
+        body: int,
+        *,
+        group: int = 1,
+        mask: int = 4294967295,
+        self_collision: bool = False,
+        solid: bool = False,
+        user: int = 0,
+    ) -> None: ...
+    def options(self, body: int) -> BodyOptions: ...
+    @property
+    def bodies(self) -> _Longs: ...
+    def __contains__(self, body: int) -> bool: ...
+    def __len__(self) -> int: ...
     def ignore(self, first: int, second: int) -> None: ...
     def unignore(self, first: int, second: int) -> None: ...
-    def set_threads(self, threads: int) -> None: ...
-    def update(self) -> None: ...
+    def ignore_neighbours(self, chain: Sequence[int]) -> None: ...
+    def set_filter(self, filter: Union[Callable[[int, int], Any], None]) -> None: ...
     def begin_step(self) -> None: ...
-    def __len__(self) -> int: ...
+    def update(self) -> None: ...
+    def set_threads(self, threads: int) -> None: ...
     def collisions(
-        self, *, contacts_per_pair: Union[int, None] = None, enable_contact: bool = True
+        self,
+        *,
+        contacts_per_pair: Union[int, None] = None,
+        enable_contact: bool = True,
+        first_only: bool = False,
     ) -> SceneCollisions: ...
     def pairs_within(
-        self, distance: float, *, enable_distances: bool = False
+        self,
+        distance: float,
+        *,
+        enable_distances: bool = False,
+        enable_nearest_points: bool = False,
     ) -> SceneTrianglePairs: ...
+    def feature_pairs_within(self, distance: float) -> SceneFeaturePairs: ...
+    def vertex_contacts(self, margin: float = 0.0) -> SceneVertexContacts: ...
     def is_nearer(self, distance: float) -> bool: ...
+    @overload
     def nearest(self, body: int) -> SceneDistance: ...
+    @overload
+    def nearest(self, body: int, k: int) -> List[SceneDistance]: ...
     def distance(self) -> SceneDistance: ...
-    def nearest_point(self, point: npt.ArrayLike) -> Tuple[int, float, _Floats, int]: ...
-    def first_hits(
-        self, origins: npt.ArrayLike, directions: npt.ArrayLike
-    ) -> Tuple[_Floats, _Longs, _Longs]: ...
+    def nearest_point(self, point: _Array) -> ScenePoint: ...
+    def first_hit(
+        self, origins: _Array, directions: _Array, *, begin: float = 0.0, end: float = ...
+    ) -> SceneRayHits: ...
+    def earliest_impact(self, separation: float = 0.0) -> SceneImpact: ...
     def largest_safe_step(self, separation: float = 0.0) -> float: ...
+
 class ContactPatches:
     @property
     def areas(self) -> _Floats: ...
@@ -571,8 +680,8 @@ class Motion:
     def __init__(
         self,
         mesh: DeformableMesh,
-        start: Union[npt.ArrayLike, None] = None,
-        end: Union[npt.ArrayLike, None] = None,
+        start: Union[_Array, None] = None,
+        end: Union[_Array, None] = None,
         start_tf: _Pose = None,
         end_tf: _Pose = None,
     ) -> None: ...
@@ -601,11 +710,11 @@ def candidates(first: Motion, second: Motion, separation: float = 0.0) -> Featur
 def candidates(motion: Motion, separation: float = 0.0) -> FeaturePairs: ...
 @overload
 def time_of_impact(
-    first: Motion, second: Motion, kind: _Kind, pair: npt.ArrayLike, separation: float = 0.0
+    first: Motion, second: Motion, kind: _Kind, pair: _Array, separation: float = 0.0
 ) -> float: ...
 @overload
 def time_of_impact(
-    motion: Motion, kind: _Kind, pair: npt.ArrayLike, separation: float = 0.0
+    motion: Motion, kind: _Kind, pair: _Array, separation: float = 0.0
 ) -> float: ...
 @overload
 def times_of_impact(
@@ -637,7 +746,7 @@ class Recording:
         title: str = "A run",
         unit: str = "",
         frames_per_second: float = 25.0,
-        up: npt.ArrayLike = (0, 0, 1),
+        up: _Array = (0, 0, 1),
     ) -> None: ...
     def add(
         self, body: Union[DeformableMesh, _HasMesh], tf: _Pose = None, *, name: str = ""
@@ -650,11 +759,11 @@ class Recording:
         *,
         update_ms: Union[float, None] = None,
         query_ms: Union[float, None] = None,
-        clearance: Union[Dict[int, npt.ArrayLike], None] = None,
+        clearance: Union[Dict[int, _Array], None] = None,
         note: str = "",
     ) -> None: ...
     def write(
-        self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]
+        self, path: _Path
     ) -> None: ...
     @property
     def num_bodies(self) -> int: ...
@@ -664,8 +773,10 @@ class Recording:
     def num_bytes(self) -> int: ...
 
 __all__ = [
+    "BodyOptions",
     "Box",
     "Capsule",
+    "ClosestFeatures",
     "ClosestPoint",
     "ClosestPoints",
     "CoherentDistance",
@@ -690,22 +801,26 @@ __all__ = [
     "MeshUpdate",
     "Motion",
     "Plane",
-    "RayHit",
     "RayHits",
     "Recording",
     "Scene",
     "SceneCollisions",
     "SceneDistance",
+    "SceneFeaturePairs",
+    "SceneImpact",
+    "ScenePoint",
+    "SceneRayHits",
     "SceneTrianglePairs",
+    "SceneVertexContacts",
     "Shape",
     "SignedDistance",
     "Sphere",
     "TrianglePairs",
     "VertexContacts",
     "any_hit",
-    "any_hits",
     "candidates",
     "clearance",
+    "closest_features",
     "closest_point",
     "closest_points",
     "collide",
@@ -715,11 +830,11 @@ __all__ = [
     "feature_pair_details",
     "feature_pairs_within",
     "first_hit",
-    "first_hits",
     "is_nearer",
     "is_watertight",
     "largest_safe_step",
     "load_mesh",
+    "open_edges",
     "pairs_within",
     "ray_hits",
     "safe_displacements",

@@ -5,6 +5,39 @@
 namespace adaptive_bvh::python {
 namespace {
 
+const char* nameOfDevice(int type) {
+  switch (type) {  // of DLPack
+    case 2:
+    case 13: return "CUDA";
+    case 4: return "OpenCL";
+    case 7: return "Vulkan";
+    case 8: return "Metal";
+    case 10: return "ROCm";
+    case 14: return "oneAPI";
+    default: return "unknown";
+  }
+}
+
+/// What NumPy can read in place: the object itself, or what its DLPack shows. Throws py::type_error
+/// when it lies in the memory of a device.
+py::object readableByNumpy(const py::object& object, const char* name) {
+  constexpr int kCpu = 1, kCudaHost = 3, kRocmHost = 11;  // kinds of the CPU's memory in DLPack
+  if (!py::hasattr(object, "__dlpack_device__")) return object;
+  const int device = py::int_(object.attr("__dlpack_device__")()[py::int_(0)]).cast<int>();
+  if (device != kCpu && device != kCudaHost && device != kRocmHost)
+    throw py::type_error(std::string(name) + " lies on a device (" + nameOfDevice(device) +
+                         ", number " + std::to_string(device) +
+                         " of DLPack); copy it to the CPU's memory first");
+  if (PyObject_CheckBuffer(object.ptr()) || py::hasattr(object, "__array__") ||
+      py::hasattr(object, "__array_interface__"))
+    return object;
+  try {
+    return py::module_::import("numpy").attr("from_dlpack")(object);
+  } catch (const py::error_already_set& error) {
+    throw py::type_error(std::string(name) + " cannot be read by DLPack: " + error.what());
+  }
+}
+
 [[noreturn]] void refuseShape(const py::array& array, const char* name, const std::string& needed) {
   throw py::value_error(std::string(name) + " has the shape " + shapeOf(array) + "; " + needed +
                         " is needed");
@@ -45,7 +78,9 @@ void requireIntegers(const py::array& array, const char* name) {
 std::string shapeOf(const py::array& array) { return std::string(py::str(array.attr("shape"))); }
 
 py::array numbersFrom(const py::object& object, const char* name) {
-  py::array array = py::array::ensure(object);
+  py::array array = py::isinstance<py::array>(object)
+                        ? py::array(object)
+                        : py::array::ensure(readableByNumpy(object, name));
   if (!array) throw py::type_error(std::string(name) + " is not an array of numbers");
   if (!std::strchr("fiu", array.dtype().kind()))
     throw py::type_error(std::string(name) + " holds " +

@@ -34,8 +34,9 @@ const Eigen::Matrix<S, 3, 1>* pointsOf(const Rows<S>& rows) {
 /// "(4, 3)", as NumPy writes a shape.
 std::string shapeOf(const py::array& array);
 
-/// What NumPy makes of an object; itself if it is an array. Throws py::type_error if it is not made
-/// of real numbers. `name` stands in the sentence, here and below.
+/// What NumPy makes of an object; itself if it is an array, and in place where the object offers
+/// the buffer protocol, NumPy's interface or DLPack. Throws py::type_error if it is not made of
+/// real numbers or lies on a device. `name` stands in the sentence, here and below.
 py::array numbersFrom(const py::object& object, const char* name);
 
 /// The object as N x 3 numbers of type S: itself where it is such an array, else converted once.

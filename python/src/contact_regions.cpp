@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "locked_mesh.h"
 #include "objects.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -132,7 +133,8 @@ void bindPatches(py::module_& module) {
       .def_readonly("centroids", &PatchArrays::centroids, "(R, 3) float64, in the world.")
       .def_readonly("triangles", &PatchArrays::triangles,
                     "(T,) int32: those of region r are triangles[begins[r]:begins[r + 1]].")
-      .def_readonly("begins", &PatchArrays::begins, "(R + 1,) int64.");
+      .def_readonly("begins", &PatchArrays::begins, "(R + 1,) int64.")
+      .def("__repr__", TextOf({"areas", "centroids", "triangles", "begins"}));
 }
 
 void bindRegions(py::module_& module) {
@@ -160,7 +162,10 @@ void bindRegions(py::module_& module) {
       .def_readonly("curve_second", &R::curve_second, "(K,) int32: the second's.")
       .def_readonly("curve_begins", &R::curve_begins, "(C + 1,) int64.")
       .def_readonly("curve_regions", &R::curve_regions, "(C,) int32: the region of each curve.")
-      .def("__len__", [](const R& self) { return self.volumes.shape(0); });
+      .def("__len__", [](const R& self) { return self.volumes.shape(0); })
+      .def("__repr__", TextOf({"volumes", "depths", "deepest_points", "normals", "first", "second",
+                               "curve_points", "curve_first", "curve_second", "curve_begins",
+                               "curve_regions"}));
 }
 
 }  // namespace

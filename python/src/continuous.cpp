@@ -7,6 +7,7 @@
 #include "continuous_docs.h"
 #include "features.h"
 #include "motion.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 
@@ -88,11 +89,6 @@ struct Limits {
   std::size_t vertices1, faces1, vertices2, faces2;
 };
 
-/// Python's Impact.
-struct FirstImpact : Bound {
-  Impact impact;
-};
-
 /// Python's ImpactTimes.
 struct Times : Bound {
   py::array_t<double> vertex_face, face_vertex, edge_edge;
@@ -137,13 +133,15 @@ void bindMotion(py::module_& module) {
           "The numbers of the two features, as in FeaturePairs.")
       .def_property_readonly(
           "happens", [](const FirstImpact& self) { return self.impact.happens(); },
-          "Whether anything comes together.");
+          "Whether anything comes together.")
+      .def("__repr__", TextOf({"time", "kind", "pair"}));
   py::class_<Times>(module, "ImpactTimes",
                     "A time for each of some FeaturePairs: 0 to 1, or infinity where they do not "
                     "come together.")
       .def_readonly("vertex_face", &Times::vertex_face, "(K,) float64.")
       .def_readonly("face_vertex", &Times::face_vertex, "(K,) float64.")
-      .def_readonly("edge_edge", &Times::edge_edge, "(K,) float64.");
+      .def_readonly("edge_edge", &Times::edge_edge, "(K,) float64.")
+      .def("__repr__", TextOf({"vertex_face", "face_vertex", "edge_edge"}));
 }
 
 void bindCandidates(py::module_& module) {

@@ -11,13 +11,14 @@ position at the start (t = 0) to that at the end (t = 1). Keeps copies of both, 
 inline constexpr const char* kMotionInit =
     R"(mesh: its triangles say what moves.
 start, end: (num_vertices, 3), in the mesh's frame. Without `start`, the positions before the last
-    update, which must be update_two_frames; without `end`, the present positions.
+    update, which must be update_two_frames (else ValueError); without `end`, the present positions.
 start_tf, end_tf: poses that place the mesh in the world at both times.)";
 
 inline constexpr const char* kCandidates =
     R"(All pairs of features that may come as near as `separation`, a length: others cannot.
 
-first, second: Motions. Returns FeaturePairs.)";
+first, second: Motions. Returns FeaturePairs. ValueError when the separation is negative, infinite or
+NaN; likewise of all that take one.)";
 
 inline constexpr const char* kWithinOne = "As above, of one Motion with itself.";
 

@@ -11,13 +11,17 @@ query it. Its tree of boxes is not built anew, and every answer is exact in ever
 
 Arrays of vertices are (N, 3). Those of the mesh's dtype, float64 or float32, are read in place: by
 update in C and in Fortran order, by others in C order (NumPy's default). Anything else is converted
-once. Lengths are in the unit of the mesh. Results are float64 and own their memory; numbers of
-triangles and vertices are int32.
+once. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are read in place, too: by
+the buffer protocol, NumPy's interface or DLPack. Those on a device are a TypeError. Lengths are in
+the unit of the mesh. Results are float64 and own their memory; numbers of triangles and vertices are
+int32.
 
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair
 (R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6.
 
-Errors: TypeError, ValueError and IndexError. A refused update leaves the mesh as it was.
+Errors: TypeError for other kinds of objects and numbers that are not real, ValueError for wrong shapes
+and for numbers that are not finite or out of range, IndexError for indices of what is not there. A
+refused update leaves the mesh as it was.
 
 Threads: updates and queries release the GIL. Every DeformableMesh has a lock: any number of threads
 may query it at once; an update waits until they are done, and queries wait for it. A copy() is a
@@ -59,6 +63,20 @@ Returns what it did: a MeshUpdate. On an error the mesh keeps its last positions
 inline constexpr const char* kCopy =
     R"(A snapshot: another thread may query it while this mesh is updated. It shares the triangles, which
 never change; positions and boxes are copied.)";
+
+inline constexpr const char* kSave =
+    R"(Writes the mesh with its tree to a file, so that another process can `load` it without a build:
+about 16 bytes a triangle and 24 a vertex (12 of float32). A pickle holds the same.
+
+path: a string, bytes or a path object. OSError when it cannot be written.)";
+
+inline constexpr const char* kLoad =
+    R"(Reads a mesh that `save` wrote, with its dtype. It answers as the saved mesh did: with the same
+bits where the last update was one of all vertices, else up to rounding. Settings of threads are not
+saved.
+
+path: a string, bytes or a path object. OSError when it cannot be read; ValueError when it holds no
+mesh, or one that is damaged, cut off, or of another version.)";
 
 inline constexpr const char* kValidate =
     R"(Whether every box contains every triangle below it, as it must. Takes as long as many updates:

@@ -1,8 +1,10 @@
 #include "feature_details.h"
 
 #include "adaptive_bvh/proximity.h"
+#include "either.h"
 #include "features.h"
 #include "objects.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -53,41 +55,28 @@ PairDetails arraysOf(FeaturePairDetails<S>&& details) {
   return arrays;
 }
 
-/// The result for meshes of either precision: one stays empty.
-struct EitherDetails {
-  FeaturePairDetails<double> of_double;
-  FeaturePairDetails<float> of_float;
-
-  template <typename S>
-  FeaturePairDetails<S>& as() {
-    if constexpr (sizeof(S) == sizeof(double))
-      return of_double;
-    else
-      return of_float;
-  }
-  PairDetails arrays(bool is_double) && {
-    return is_double ? arraysOf(std::move(of_double)) : arraysOf(std::move(of_float));
-  }
-};
+PairDetails arraysOf(Either<FeaturePairDetails>&& details, const LockedMesh& mesh) {
+  return std::move(details).take(mesh.isDouble(), [](auto&& d) { return arraysOf(std::move(d)); });
+}
 
 PairDetails detailsOf(const LockedMesh& first, const LockedMesh& second, const FeatureArrays& pairs,
                       const py::object& tf1, const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   const FeaturePairs all = featurePairsFrom(pairs, first, second);
-  EitherDetails result;
+  Either<FeaturePairDetails> result;
   LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
     featurePairDetails(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), all, result.as<S>());
   });
-  return std::move(result).arrays(first.isDouble());
+  return arraysOf(std::move(result), first);
 }
 
 PairDetails detailsSelf(const LockedMesh& mesh, const FeatureArrays& pairs) {
   const FeaturePairs all = featurePairsFrom(pairs, mesh, mesh);
-  EitherDetails result;
+  Either<FeaturePairDetails> result;
   mesh.query(
       [&](const auto& m) { featurePairDetails(m, all, result.as<ScalarOf<decltype(m)>>()); });
-  return std::move(result).arrays(mesh.isDouble());
+  return arraysOf(std::move(result), mesh);
 }
 
 }  // namespace
@@ -100,7 +89,8 @@ void bindFeatureDetails(py::module_& module) {
                     "(K, 2, 3) float64, in the world: of the first feature and of the second.")
       .def_readonly("coordinates", &DetailArrays::coordinates, docs::kCoordinates)
       .def_readonly("normals", &DetailArrays::normals, docs::kNormals)
-      .def("__len__", [](const DetailArrays& self) { return self.distances.shape(0); });
+      .def("__len__", [](const DetailArrays& self) { return self.distances.shape(0); })
+      .def("__repr__", TextOf({"distances", "nearest_points", "coordinates", "normals"}));
   py::class_<PairDetails> pair_details(module, "FeaturePairDetails",
                                        "Of FeaturePairs, kind by kind in their order.");
   const auto define = [&](const char* name, DetailArrays PairDetails::*kind) {
@@ -112,6 +102,7 @@ void bindFeatureDetails(py::module_& module) {
   define("vertex_face", &PairDetails::vertex_face);
   define("face_vertex", &PairDetails::face_vertex);
   define("edge_edge", &PairDetails::edge_edge);
+  pair_details.def("__repr__", TextOf({"vertex_face", "face_vertex", "edge_edge"}));
   module.def("feature_pair_details", &detailsOf, py::arg("first"), py::arg("second"),
              py::arg("pairs"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              docs::kDetails);

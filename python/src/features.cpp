@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "text.h"
+
 namespace adaptive_bvh::python {
 namespace {
 
@@ -52,6 +54,36 @@ std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name) 
   return list;
 }
 
+namespace {
+
+LabelRule labelRule(const std::string& name) {
+  if (name == "within") return LabelRule::Within;
+  if (name == "between") return LabelRule::Between;
+  throw py::value_error("label_rule is '" + name + "'; 'within' or 'between' is needed");
+}
+
+}  // namespace
+
+Labels::Labels(const py::object& labels, const std::string& rule, const LockedMesh& mesh)
+    : has_labels_(!labels.is_none()), rule_(labelRule(rule)) {
+  if (!has_labels_) return;
+  labels_ = indicesFrom(labels, std::size_t(1) << 32, "labels", "labels from 0 on");
+  if (labels_.size() != mesh.numFaces())
+    throw py::value_error("labels has " + std::to_string(labels_.size()) +
+                          " numbers; one for each of " + std::to_string(mesh.numFaces()) +
+                          " faces is needed");
+}
+
+IgnoredPairs Labels::triangles(const std::vector<FeaturePair>& list) const {
+  IgnoredPairs ignored = has_labels_ ? ignoredByLabels(labels_, rule_) : IgnoredPairs();
+  ignored.list = &list;
+  return ignored;
+}
+
+IgnoredFeatures Labels::features(const std::vector<fcl::Triangle>& triangles) const {
+  return has_labels_ ? ignoredFeaturesByLabels(triangles, labels_, rule_) : IgnoredFeatures();
+}
+
 void bindFeatures(py::module_& module) {
   py::class_<FeatureArrays>(module, "FeaturePairs", kFeaturePairs)
       .def(py::init([](const py::object& vertex_face, const py::object& face_vertex,
@@ -72,7 +104,8 @@ void bindFeatures(py::module_& module) {
       .def_readonly("edge_edge", &FeatureArrays::edge_edge,
                     "(K, 2) int32: an edge of the first mesh and one of the second; of one mesh "
                     "with itself the smaller number first.")
-      .def("__len__", &FeatureArrays::size);
+      .def("__len__", &FeatureArrays::size)
+      .def("__repr__", TextOf({"vertex_face", "face_vertex", "edge_edge"}));
 }
 
 }  // namespace adaptive_bvh::python

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <utility>
 
 #include "adaptive_bvh/feature_pairs.h"
@@ -28,6 +29,24 @@ FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& fir
 
 /// Pairs to leave out, sorted: K x 2 integers; none of None. Throws as pairsFrom.
 std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name);
+
+/// Labels of a mesh's triangles, and which pairs they leave out (ignoredByLabels).
+class Labels {
+ public:
+  /// `labels`: (M,) integers, or None: then no pair is left out. Throws as indicesFrom, and
+  /// py::value_error on another length or rule.
+  Labels(const py::object& labels, const std::string& rule, const LockedMesh& mesh);
+
+  /// Of pairs of triangles; `list` is left out, too. Refers to both.
+  IgnoredPairs triangles(const std::vector<FeaturePair>& list) const;
+  /// Of pairs of features. Refers to this object.
+  IgnoredFeatures features(const std::vector<fcl::Triangle>& triangles) const;
+
+ private:
+  bool has_labels_;
+  std::vector<unsigned> labels_;
+  LabelRule rule_;
+};
 
 void bindFeatures(py::module_& module);
 

@@ -1,11 +1,17 @@
 #include "locked_mesh.h"
 
+#include <array>
 #include <cstdint>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "arrays.h"
 #include "docs.h"
+#include "meshes.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 namespace {
@@ -65,6 +71,18 @@ py::array rowsOf(std::vector<Point<S>>&& points) {
 
 }  // namespace
 
+int& CallbackScope::depth() {
+  static thread_local int depth = 0;
+  return depth;
+}
+
+void CallbackScope::refuse() {
+  if (depth() > 0)
+    throw std::logic_error(
+        "a filter must not call the scene, nor query or update a mesh: the query that calls the "
+        "filter has locked them");
+}
+
 LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype)
     : LockedMesh(makeMeshes(vertices, faces, dtype)) {}
 
@@ -111,6 +129,24 @@ MeshUpdate LockedMesh::updateTwoFrames(const py::object& vertices) {
 
 std::shared_ptr<LockedMesh> LockedMesh::copy() const {
   return query([](const auto& mesh) { return std::make_shared<LockedMesh>(Variant(mesh)); });
+}
+
+void LockedMesh::save(std::ostream& out) const {
+  query([&](const auto& mesh) { mesh.save(out); });
+}
+
+std::shared_ptr<LockedMesh> LockedMesh::load(std::istream& in) {
+  std::array<char, 8> magic{};  // the last letter is the type's
+  in.read(magic.data(), magic.size());
+  in.clear();
+  in.seekg(0);
+  try {
+    const py::gil_scoped_release nogil;
+    if (magic.back() == 'f') return std::make_shared<LockedMesh>(DeformableMesh<float>::load(in));
+    return std::make_shared<LockedMesh>(DeformableMesh<double>::load(in));
+  } catch (const std::runtime_error& error) {
+    throw py::value_error(error.what());
+  }
 }
 
 py::array LockedMesh::vertices() const {
@@ -176,6 +212,46 @@ void bindUpdates(Class& mesh) {
           py::arg("threads"), docs::kQueryThreads);
 }
 
+[[noreturn]] void raiseForFile(const py::object& path) {
+  PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, path.ptr());
+  throw py::error_already_set();
+}
+
+void saveToFile(const LockedMesh& mesh, const py::object& path) {
+  const std::string name = pathFrom(path);
+  std::ofstream out(name, std::ios::binary);
+  if (!out) raiseForFile(path);
+  try {
+    mesh.save(out);
+    out.close();
+  } catch (const std::runtime_error&) {
+    raiseForFile(path);
+  }
+  if (!out) raiseForFile(path);
+}
+
+std::shared_ptr<LockedMesh> loadFromFile(const py::object& path) {
+  const std::string name = pathFrom(path);
+  std::ifstream in(name, std::ios::binary);
+  if (!in) raiseForFile(path);
+  return LockedMesh::load(in);
+}
+
+void bindFiles(Class& mesh) {
+  mesh.def("save", &saveToFile, py::arg("path"), docs::kSave)
+      .def_static("load", &loadFromFile, py::arg("path"), docs::kLoad)
+      .def(py::pickle(
+          [](const LockedMesh& self) {
+            std::ostringstream out;
+            self.save(out);
+            return py::bytes(out.str());
+          },
+          [](const py::bytes& state) {
+            std::istringstream in{std::string(state)};
+            return LockedMesh::load(in);
+          }));
+}
+
 void bindCopies(Class& mesh) {
   mesh.def("copy", &LockedMesh::copy, docs::kCopy)
       .def("__copy__", &LockedMesh::copy)
@@ -210,10 +286,7 @@ void bindMeshUpdate(py::module_& module) {
       .def_readonly("turned", &MeshUpdate::turned,
                     "Whether the boxes lie along other axes since, because the body has turned.")
       .def_readonly("seconds", &MeshUpdate::seconds, "How long it took.")
-      .def("__repr__", [](const MeshUpdate& u) {
-        return std::string(py::str("<adaptive_bvh.MeshUpdate: {} vertices, {:.3g} s>")
-                               .format(u.vertices, u.seconds));
-      });
+      .def("__repr__", TextOf({"vertices", "largest_displacement", "turned", "seconds"}));
 }
 
 }  // namespace
@@ -236,6 +309,7 @@ void bindLockedMesh(py::module_& module) {
       });
   bindUpdates(mesh);
   bindCopies(mesh);
+  bindFiles(mesh);
   bindProperties(mesh);
 }
 

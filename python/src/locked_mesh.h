@@ -1,5 +1,6 @@
 #pragma once
 
+#include <iosfwd>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
@@ -12,6 +13,7 @@
 
 #include "adaptive_bvh/deformable_mesh.h"
 #include "bound.h"
+#include "callback.h"
 
 namespace adaptive_bvh::python {
 
@@ -37,6 +39,10 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
 
   /// A snapshot.
   std::shared_ptr<LockedMesh> copy() const;
+  /// Writes the mesh (DeformableMesh::save). Throws std::runtime_error when the stream fails.
+  void save(std::ostream& out) const;
+  /// Reads a mesh of either type. Throws py::value_error on what is none.
+  static std::shared_ptr<LockedMesh> load(std::istream& in);
   /// A copy.
   py::array vertices() const;
   /// A copy. Without rows where there are none.
@@ -56,19 +62,20 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   template <typename F>
   auto query(const F& f) const {
     const py::gil_scoped_release nogil;
-    const std::shared_lock lock(mutex_);
+    const std::shared_lock lock = share();
     return std::visit(f, meshes_);
   }
   /// As above, where it is known that the numbers are S.
   template <typename S, typename F>
   auto queryAs(const F& f) const {
     const py::gil_scoped_release nogil;
-    const std::shared_lock lock(mutex_);
+    const std::shared_lock lock = share();
     return f(std::get<DeformableMesh<S>>(meshes_));
   }
   /// Runs `f(mesh)` alone, otherwise as `query`.
   template <typename F>
   auto change(const F& f) {
+    CallbackScope::refuse();
     const py::gil_scoped_release nogil;
     const std::unique_lock lock(mutex_);
     return std::visit(f, meshes_);
@@ -76,13 +83,17 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// As above, where it is known that the numbers are S.
   template <typename S, typename F>
   auto changeAs(const F& f) {
+    CallbackScope::refuse();
     const py::gil_scoped_release nogil;
     const std::unique_lock lock(mutex_);
     return f(std::get<DeformableMesh<S>>(meshes_));
   }
 
   /// Holds the lock as a query does, to be called without the GIL.
-  std::shared_lock<std::shared_mutex> share() const { return std::shared_lock(mutex_); }
+  std::shared_lock<std::shared_mutex> share() const {
+    CallbackScope::refuse();
+    return std::shared_lock(mutex_);
+  }
 
   /// Throws py::type_error when the meshes have different numbers.
   static void requireSameType(const LockedMesh& first, const LockedMesh& second);
@@ -104,8 +115,8 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// two updates could wait for each other in a circle.
   class PairLock {
    public:
-    PairLock(const LockedMesh& a, const LockedMesh& b) : first_(&a < &b ? a.mutex_ : b.mutex_) {
-      if (&a != &b) second_ = std::shared_lock(&a < &b ? b.mutex_ : a.mutex_);
+    PairLock(const LockedMesh& a, const LockedMesh& b) : first_((&a < &b ? a : b).share()) {
+      if (&a != &b) second_ = (&a < &b ? b : a).share();
     }
 
    private:

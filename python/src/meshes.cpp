@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "text.h"
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 #include "adaptive_bvh/mesh_io.h"
 #endif
@@ -31,8 +32,8 @@ constexpr const char* kWeldVertices =
 
 vertices: (N, 3). faces: (M, 3) integers. tolerance: a vertex no farther than this from one that was
 kept becomes the first such vertex, and faces of which two corners become one are removed. Returns a
-Mesh. Neighbours that share vertices make a
-mesh cheaper to query, and self_collide leaves them out.)";
+Mesh. Neighbours that share vertices make a mesh cheaper to query, and self_collide leaves them out.
+ValueError when the tolerance is negative or NaN.)";
 
 /// Python's Mesh.
 struct MeshArrays : Bound {
@@ -126,7 +127,8 @@ void bindMeshes(py::module_& module) {
                          "Positions, and triangles that index them. Pass it to DeformableMesh.")
       .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64.")
       .def_readonly("faces", &MeshArrays::faces,
-                    "(M, 3) int64, counter-clockwise seen from outside.");
+                    "(M, 3) int64, counter-clockwise seen from outside.")
+      .def("__repr__", TextOf({"vertices", "faces"}));
   module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
              py::arg("weld_tolerance") = 0., py::arg("up") = py::none(), py::arg("metres") = true,
              py::arg("scale") = 1., kLoadMesh);

@@ -12,6 +12,7 @@
 #include "points.h"
 #include "proximity.h"
 #include "query.h"
+#include "rays.h"
 #include "recording.h"
 #include "scene.h"
 #include "shapes.h"
@@ -32,6 +33,7 @@ PYBIND11_MODULE(_core, module) {
   bindFeatureDetails(module);
   bindProximity(module);
   bindPoints(module);
+  bindRays(module);
   bindPenetration(module);
   bindContactRegions(module);
   bindContinuous(module);

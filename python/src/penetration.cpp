@@ -1,11 +1,12 @@
 #include "penetration.h"
 
-#include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
+#include "either.h"
 #include "locked_mesh.h"
 #include "objects.h"
 #include "shapes.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -47,13 +48,10 @@ namespace {
 /// N or N x 3 numbers.
 using Doubles = py::array_t<double>;
 
-struct ContactArrays : Bound {
-  py::array_t<std::int32_t> vertices, triangles;
-  Doubles distances, positions, nearest_points, normals, barycentric, areas;
-};
+}  // namespace
 
 template <typename S>
-ContactArrays arraysOf(VertexContacts<S>&& c) {
+ContactArrays contactArrays(VertexContacts<S>&& c) {
   const auto count = static_cast<py::ssize_t>(c.size());
   ContactArrays arrays;
   arrays.vertices = adopt<std::int32_t>(std::move(c.vertices), {count});
@@ -67,43 +65,39 @@ ContactArrays arraysOf(VertexContacts<S>&& c) {
   return arrays;
 }
 
-/// query(result) is given result(S()), contacts in numbers of the mesh's type.
-template <typename Query>
-ContactArrays contactsBy(const LockedMesh& mesh, const Query& query) {
-  VertexContacts<double> of_double;
-  VertexContacts<float> of_float;
-  query([&](auto scalar) -> auto& {
-    if constexpr (sizeof(scalar) == sizeof(double))
-      return of_double;
-    else
-      return of_float;
-  });
-  return mesh.isDouble() ? arraysOf(std::move(of_double)) : arraysOf(std::move(of_float));
+template ContactArrays contactArrays(VertexContacts<double>&&);
+template ContactArrays contactArrays(VertexContacts<float>&&);
+
+namespace {
+
+ContactArrays arraysOf(Either<VertexContacts>&& contacts, const LockedMesh& mesh) {
+  return std::move(contacts).take(mesh.isDouble(),
+                                  [](auto&& c) { return contactArrays(std::move(c)); });
 }
 
 ContactArrays contactsWithMesh(const LockedMesh& mesh, const LockedMesh& other, double margin,
                                const py::object& tf, const py::object& other_tf) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
-  return contactsBy(mesh, [&](const auto& result) {
-    LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
-      using S = ScalarOf<decltype(a)>;
-      vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
-                     result(S()));
-    });
+  Either<VertexContacts> result;
+  LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
+    using S = ScalarOf<decltype(a)>;
+    vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
+                   result.as<S>());
   });
+  return arraysOf(std::move(result), mesh);
 }
 
 ContactArrays contactsWithShape(const LockedMesh& mesh, const Shape& shape, double margin,
                                 const py::object& tf, const py::object& other_tf) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
-  return contactsBy(mesh, [&](const auto& result) {
-    mesh.query([&](const auto& m) {
-      using S = ScalarOf<decltype(m)>;
-      const fcl::CollisionGeometry<S>& geometry = *shape.geometry<S>();
-      vertexContacts(m, poseAs<S>(poses.tf1), geometry, poseAs<S>(poses.tf2),
-                     static_cast<S>(margin), result(S()));
-    });
+  Either<VertexContacts> result;
+  mesh.query([&](const auto& m) {
+    using S = ScalarOf<decltype(m)>;
+    const fcl::CollisionGeometry<S>& geometry = *shape.geometry<S>();
+    vertexContacts(m, poseAs<S>(poses.tf1), geometry, poseAs<S>(poses.tf2), static_cast<S>(margin),
+                   result.as<S>());
   });
+  return arraysOf(std::move(result), mesh);
 }
 
 /// Calls query(mesh, points, count, result) and returns a number for each point.
@@ -180,12 +174,6 @@ BodyDistance distanceToShape(const LockedMesh& first, const Shape& second, doubl
   return result;
 }
 
-std::string textOf(const BodyDistance& d) {
-  const auto number = [](double x) { return py::repr(py::float_(x)).cast<std::string>(); };
-  return "SignedDistance(lower=" + number(d.found.lower) + ", upper=" + number(d.found.upper) +
-         ", deep_body='" + d.deepBody() + "')";
-}
-
 void bindSignedDistance(py::module_& module) {
   py::class_<BodyDistance>(module, "SignedDistance",
                            "The signed distance of two bodies: between `lower` and `upper`.")
@@ -203,7 +191,7 @@ void bindSignedDistance(py::module_& module) {
                              "world; their difference is the signed distance times the normal.")
       .def_property_readonly("normal", &BodyDistance::normal,
                              "(3,) float64, of length 1, from the first body to the second.")
-      .def("__repr__", &textOf);
+      .def("__repr__", TextOf({"lower", "upper", "deep_body", "points", "normal"}));
   const auto define = [&](auto function) {
     module.def("signed_distance", function, py::arg("first"), py::arg("second"),
                py::arg("tolerance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
@@ -230,7 +218,9 @@ void bindContacts(py::module_& module) {
                     "(K, 3) float64: of the nearest points, for the triangles' corners.")
       .def_readonly("areas", &ContactArrays::areas,
                     "(K,) float64: a third of the area of the vertex's triangles.")
-      .def("__len__", [](const ContactArrays& self) { return self.vertices.shape(0); });
+      .def("__len__", [](const ContactArrays& self) { return self.vertices.shape(0); })
+      .def("__repr__", TextOf({"vertices", "distances", "positions", "nearest_points", "normals",
+                               "triangles", "barycentric", "areas"}));
   const auto define = [&](auto function) {
     module.def("vertex_contacts", function, py::arg("mesh"), py::arg("other"),
                py::arg("margin") = 0., py::arg("tf") = py::none(), py::arg("other_tf") = py::none(),
@@ -271,9 +261,23 @@ void bindPenetration(py::module_& module) {
         return is_closed;
       },
       py::arg("mesh"),
-      "Whether every edge is run through as often in one direction as in the other by the "
-      "triangles "
-      "that share it.");
+      "Whether a mesh encloses something: every edge is run through as often in one direction as "
+      "in the other by the triangles that share it. Vertices are compared by index "
+      "(weld_vertices).");
+  module.def(
+      "open_edges",
+      [](const LockedMesh& mesh) {
+        std::vector<OpenEdge> open;
+        mesh.query([&](const auto& m) { isWatertight(m, &open); });
+        std::vector<std::int32_t> rows;
+        for (const OpenEdge& edge : open)
+          rows.insert(rows.end(), {int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
+        return adopt<std::int32_t>(std::move(rows), {static_cast<py::ssize_t>(open.size()), 4});
+      },
+      py::arg("mesh"),
+      "The edges for which a mesh is not watertight, (K, 4) int32, by increasing triangle: the "
+      "vertices where an edge begins and ends, its triangle with the smallest index, and how much "
+      "more often triangles run through it in this direction, 1 on a boundary.");
 }
 
 }  // namespace adaptive_bvh::python

@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh::python {
 
-/// closest_point, closest_points, first_hit, first_hits, ray_hits.
+/// closest_point, closest_points, closest_features and their results.
 void bindPoints(py::module_& module);
 
 }  // namespace adaptive_bvh::python

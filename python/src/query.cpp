@@ -15,8 +15,32 @@
 #include "features.h"
 #include "objects.h"
 #include "query_docs.h"
+#include "text.h"
 
 namespace adaptive_bvh::python {
+
+template <typename S>
+void ContactLists::add(const fcl::Contact<S>& contact, bool is_swapped) {
+  triangles.push_back(static_cast<int>(is_swapped ? contact.b2 : contact.b1));
+  triangles.push_back(static_cast<int>(is_swapped ? contact.b1 : contact.b2));
+  for (int k = 0; k < 3; ++k) {
+    points.push_back(double(contact.pos[k]));
+    normals.push_back(double(is_swapped ? -contact.normal[k] : contact.normal[k]));
+  }
+  depths.push_back(double(contact.penetration_depth));
+}
+template void ContactLists::add(const fcl::Contact<double>&, bool);
+template void ContactLists::add(const fcl::Contact<float>&, bool);
+
+Contacts ContactLists::arrays() && {
+  const auto count = static_cast<py::ssize_t>(depths.size());
+  return {{},
+          adopt<std::int32_t>(std::move(triangles), {count, 2}),
+          adopt<double>(std::move(points), {count, 3}),
+          adopt<double>(std::move(normals), {count, 3}),
+          adopt<double>(std::move(depths), {count})};
+}
+
 namespace {
 
 // adaptive_bvh::distance would compile all of FCL's distances in single precision, for pairs that
@@ -52,40 +76,11 @@ Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object&
   return nearest;
 }
 
-/// Contacts side by side, before they become arrays.
-struct ContactLists {
-  std::vector<int> triangles;
-  std::vector<double> points, normals, depths;
-
-  template <typename S>
-  void add(const fcl::CollisionResult<S>& result, bool is_swapped) {
-    const std::size_t count = result.numContacts();
-    triangles.reserve(2 * count);
-    points.reserve(3 * count);
-    normals.reserve(3 * count);
-    depths.reserve(count);
-    const S sign = is_swapped ? S(-1) : S(1);
-    for (std::size_t i = 0; i < count; ++i) {
-      const fcl::Contact<S>& contact = result.getContact(i);
-      triangles.push_back(static_cast<int>(is_swapped ? contact.b2 : contact.b1));
-      triangles.push_back(static_cast<int>(is_swapped ? contact.b1 : contact.b2));
-      for (int k = 0; k < 3; ++k) {
-        points.push_back(double(contact.pos[k]));
-        normals.push_back(double(sign * contact.normal[k]));
-      }
-      depths.push_back(double(contact.penetration_depth));
-    }
-  }
-
-  Contacts arrays() && {
-    const auto count = static_cast<py::ssize_t>(depths.size());
-    return {{},
-            adopt<std::int32_t>(std::move(triangles), {count, 2}),
-            adopt<double>(std::move(points), {count, 3}),
-            adopt<double>(std::move(normals), {count, 3}),
-            adopt<double>(std::move(depths), {count})};
-  }
-};
+template <typename S>
+void addAll(const fcl::CollisionResult<S>& result, bool is_swapped, ContactLists& lists) {
+  for (std::size_t i = 0; i < result.numContacts(); ++i)
+    lists.add(result.getContact(i), is_swapped);
+}
 
 template <typename S>
 fcl::CollisionRequest<S> requestOf(const std::optional<long long>& max_contacts, bool contact) {
@@ -101,7 +96,7 @@ void requireCount(const std::optional<long long>& max_contacts) {
 
 Contacts collideOf(const py::object& o1, const py::object& o2, const py::object& tf1,
                    const py::object& tf2, const std::optional<long long>& max_contacts,
-                   bool enable_contact) {
+                   bool enable_contact, bool solid) {
   requireCount(max_contacts);
   const Objects objects = objectsFrom(o1, o2, tf1, tf2);
   ContactLists lists;
@@ -109,27 +104,29 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
     using S = typename std::decay_t<decltype(pose1)>::Scalar;
     fcl::CollisionResult<S> result;
     if (!detail::answerCollide<S>(geometry1, pose1, geometry2, pose2,
-                                  requestOf<S>(max_contacts, enable_contact), result))
+                                  requestOf<S>(max_contacts, enable_contact), result, solid))
       refusePair();
-    lists.add(result, objects.is_swapped);
+    addAll(result, objects.is_swapped, lists);
   });
   return std::move(lists).arrays();
 }
 
 Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
                        const std::optional<long long>& max_contacts, bool enable_contact,
-                       const std::string& filter, const py::object& ignored) {
+                       const std::string& filter, const py::object& ignored,
+                       const py::object& labels, const std::string& label_rule) {
   requireCount(max_contacts);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const NeighbourFilter neighbours = neighbourFilter(filter);
   const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored");
+  const Labels of_faces(labels, label_rule, mesh);
   ContactLists lists;
   mesh.query([&](const auto& m) {
     using S = ScalarOf<decltype(m)>;
     fcl::CollisionResult<S> result;
     selfCollide(m, poseAs<S>(pose), requestOf<S>(max_contacts, enable_contact), result, neighbours,
-                {&pairs, {}});
-    lists.add(result, false);
+                of_faces.triangles(pairs));
+    addAll(result, false, lists);
   });
   return std::move(lists).arrays();
 }
@@ -147,10 +144,7 @@ void bindResults(py::module_& module) {
           "triangles",
           [](const Nearest& self) { return py::array_t<std::int32_t>(2, self.triangles.data()); },
           "The triangles of these points, (2,) int32: -1 for a shape.")
-      .def("__repr__", [](const Nearest& self) {
-        return "<adaptive_bvh.DistanceResult: " + std::string(py::repr(py::float_(self.distance))) +
-               ">";
-      });
+      .def("__repr__", TextOf({"distance", "points", "triangles"}));
   py::class_<Contacts>(module, "Contacts", docs::kContacts)
       .def_readonly("pairs", &Contacts::pairs, docs::kContactPairs)
       .def_readonly("points", &Contacts::points, "(K, 3) float64, in the world.")
@@ -161,9 +155,7 @@ void bindResults(py::module_& module) {
       .def_readonly("depths", &Contacts::depths,
                     "(K,) float64, lengths: penetration depths, 0 or more.")
       .def("__len__", [](const Contacts& self) { return self.depths.shape(0); })
-      .def("__repr__", [](const Contacts& self) {
-        return "<adaptive_bvh.Contacts: " + std::to_string(self.depths.shape(0)) + ">";
-      });
+      .def("__repr__", TextOf({"pairs", "points", "normals", "depths"}));
 }
 
 }  // namespace
@@ -187,11 +179,11 @@ void bindQuery(py::module_& module) {
              docs::kDistance);
   module.def("collide", &collideOf, py::arg("o1"), py::arg("o2"), py::arg("tf1") = py::none(),
              py::arg("tf2") = py::none(), py::kw_only(), py::arg("max_contacts") = py::none(),
-             py::arg("enable_contact") = true, docs::kCollide);
+             py::arg("enable_contact") = true, py::arg("solid") = false, docs::kCollide);
   module.def("self_collide", &selfCollideOf, py::arg("mesh"), py::arg("tf") = py::none(),
              py::kw_only(), py::arg("max_contacts") = py::none(), py::arg("enable_contact") = true,
              py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
-             docs::kSelfCollide);
+             py::arg("labels") = py::none(), py::arg("label_rule") = "between", docs::kSelfCollide);
 }
 
 }  // namespace adaptive_bvh::python

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <fcl/narrowphase/contact.h>
 #include <fcl/narrowphase/distance_result.h>
 
 #include "adaptive_bvh/self_collision.h"
@@ -29,7 +31,18 @@ struct Contacts : Bound {
   py::array_t<double> points, normals, depths;
 };
 
-/// 'shared vertex', 'shared edge' or 'none'. Throws py::value_error.
+/// Contacts side by side, before they become arrays.
+struct ContactLists {
+  std::vector<int> triangles;
+  std::vector<double> points, normals, depths;
+
+  /// `is_swapped`: the contact's first object is the second of Python's.
+  template <typename S>
+  void add(const fcl::Contact<S>& contact, bool is_swapped);
+  Contacts arrays() &&;
+};
+
+/// 'shared vertex', 'shared edge', 'beyond shared' or 'none'. Throws py::value_error.
 NeighbourFilter neighbourFilter(const std::string& name);
 
 /// distance, collide, self_collide and their results.

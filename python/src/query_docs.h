@@ -24,6 +24,10 @@ inline constexpr const char* kCollide =
 tf1, tf2: poses that place them in the world.
 max_contacts: stops when it has so many; None finds all.
 enable_contact: False leaves out points, normals and depths, which are then NaN. Faster.
+solid: meshes are filled, as shapes always are: a body inside of a closed mesh touches it. Where no
+    triangle touches, there is one contact for each component inside of the other mesh, and one for a
+    shape inside: its depth is how far a vertex of the component, or a point of the shape, is from the
+    surface around it. ValueError when a mesh is open; the message names an edge.
 Returns Contacts.)";
 
 inline constexpr const char* kSelfCollide =
@@ -32,7 +36,12 @@ inline constexpr const char* kSelfCollide =
 tf: a pose that places the mesh in the world.
 max_contacts, enable_contact: as of collide.
 filter: which neighbours are left out: those with a 'shared vertex', those with a 'shared edge' (two
-    vertices in common), or 'none'. Vertices are compared by index: see weld_vertices.)";
+    vertices in common), or 'none'. With 'beyond shared', neighbours count where they have points in
+    common beside the shared vertex or edge: where they are folded over each other or cross, which is
+    decided exactly. Vertices are compared by index: see weld_vertices.
+ignored: pairs of triangles to leave out, (K, 2) integers in any order, or None.
+labels: (num_faces,) integers, a label for each triangle, or None. Then only pairs count whose labels
+    differ (label_rule 'between') or are equal ('within'): of components in one mesh.)";
 
 inline constexpr const char* kContacts =
     "Contacts in arrays side by side: contact i is row i of each. len() counts them.";

@@ -82,7 +82,7 @@ class RecordingOfMeshes : public Bound {
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
     if (!py::isinstance<LockedMesh>(body)) return recording_.add(arraysOf(body), pose, name);
-    auto mesh = body.cast<std::shared_ptr<LockedMesh>>();
+    const std::shared_ptr<LockedMesh> mesh = body.cast<LockedMesh&>().shared_from_this();
     const int number = mesh->query([&](const auto& m) {
       return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
     });

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include <pybind11/stl.h>
+
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
@@ -126,6 +128,13 @@ Shape::Shape(const char* name, std::vector<double> sizes) : name_(name), sizes_(
                             "; 1e-8 to 1e8 is possible");
 }
 
+py::tuple Shape::arguments() const {
+  constexpr std::size_t kUnbounded = 4;  // a normal and an offset; solids have three sizes at most
+  if (sizes_.size() == kUnbounded)
+    return py::make_tuple(py::make_tuple(sizes_[0], sizes_[1], sizes_[2]), sizes_[3]);
+  return py::tuple(py::cast(sizes_));
+}
+
 std::string Shape::text() const {
   std::string text = name_ + "(";
   for (std::size_t i = 0; i < sizes_.size(); ++i)
@@ -138,6 +147,10 @@ void bindShapes(py::module_& module) {
                     "A solid of FCL's: Box, Sphere, Capsule, Cylinder, Cone or Ellipsoid, whose "
                     "centre is the origin and whose axis is z; or a Plane or Halfspace. A pose "
                     "places it.")
+      .def("__reduce__",
+           [](const py::object& self) {  // for copy and pickle
+             return py::make_tuple(py::type::of(self), self.cast<const Shape&>().arguments());
+           })
       .def("__repr__", &Shape::text);
   py::class_<Box, Shape> box(module, "Box", "A box around the origin.");
   box.def(py::init<double, double, double>(), py::arg("x"), py::arg("y"), py::arg("z"),

@@ -58,6 +58,8 @@ class Shape : public Bound {
   }
 
   double size(std::size_t i) const { return sizes_[i]; }
+  /// What Python's constructor takes.
+  py::tuple arguments() const;
   /// As in Python: Box(1.0, 2.0, 3.0).
   std::string text() const;
 

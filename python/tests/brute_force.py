@@ -84,3 +84,37 @@ def pair_set(pairs):
 def no_shared_vertices(faces):
     """(M, M): whether two triangles have no vertex in common."""
     return ~np.any(faces[:, None, :, None] == faces[None, :, None, :], axis=(2, 3))
+
+
+def ray_hits(origin, direction, vertices, faces):
+    """t of each triangle along a ray, infinite where it is missed."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    matrix = np.stack([np.broadcast_to(-direction, a.shape), b - a, c - a], axis=2)
+    t, u, v = np.linalg.solve(matrix, (origin - a)[..., None])[..., 0].T
+    return np.where((t >= 0) & (u >= 0) & (v >= 0) & (u + v <= 1), t, np.inf)
+
+
+def winding_numbers(points, vertices, faces):
+    """How often the triangles wind around each point (van Oosterom and Strackee 1983)."""
+    a, b, c = np.moveaxis(vertices[faces][None] - points[:, None, None], 2, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
+    top = dot(a, np.cross(b, c))
+    bottom = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+    return np.arctan2(top, bottom).sum(axis=1) / (2 * np.pi)
+
+
+def owned_edges(faces):
+    """Numbers 3 t + k of all edges, each once, the smallest; and their two vertices."""
+    edges = {}
+    for number, (a, b) in enumerate(np.stack([faces, np.roll(faces, -1, axis=1)], 2).reshape(-1, 2)):
+        edges.setdefault((min(a, b), max(a, b)), (number, a, b))
+    numbers, a, b = np.array(list(edges.values())).T
+    return numbers, np.stack([a, b], axis=1)
+
+
+def edge_distances(vertices1, edges1, vertices2, edges2):
+    """(E1, E2) distances of edges, given by their vertices."""
+    p, q = (vertices1[edges1[:, k]][:, None] for k in (0, 1))
+    r, s = (vertices2[edges2[:, k]][None] for k in (0, 1))
+    shape = (len(edges1), len(edges2), 3)
+    return segments(*(np.broadcast_to(x, shape) for x in (p, q, r, s)))

@@ -70,3 +70,10 @@ def pose(rng, distance=0.0):
 def placed(vertices, tf):
     """The vertices in the world."""
     return vertices if tf is None else vertices @ tf[:3, :3].T + tf[:3, 3]
+
+
+def place(x, y, z):
+    """A pose that moves, (4, 4)."""
+    result = np.eye(4)
+    result[:3, 3] = x, y, z
+    return result

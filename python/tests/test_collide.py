@@ -1,7 +1,13 @@
 import meshes
 import numpy as np
 import pytest
-from brute_force import no_shared_vertices, pair_set, triangle_distances
+from brute_force import (
+    no_shared_vertices,
+    pair_set,
+    surface_distances,
+    triangle_distances,
+    winding_numbers,
+)
 
 import adaptive_bvh as ab
 
@@ -91,3 +97,33 @@ def test_self_collide_is_in_the_world():
     assert len(here) == len(there) > 0
     np.testing.assert_allclose(meshes.placed(here.points, tf), there.points, atol=1e-12)
     np.testing.assert_allclose(here.normals @ tf[:3, :3].T, there.normals, atol=1e-12)
+
+
+def test_solid_meshes_contain_what_is_inside(kind):
+    """A small ball and a shape in a large ball: inside by the winding number, depth by distance."""
+    (v1, f1), (v2, f2) = meshes.ball(2, 2.0), meshes.ball(1, 0.3)
+    outer, inner = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    seen = set()
+    for x in np.linspace(0, 3, 13):
+        tf = meshes.place(x, 0.1, 0.2)
+        world = meshes.placed(v2, tf)
+        touches = (triangle_distances(v1, f1, world, f2) == 0).any()
+        is_inside = np.abs(winding_numbers(world[:1], v1, f1)[0]) > 0.5
+        plain, solid = (ab.collide(outer, inner, None, tf, solid=s) for s in (False, True))
+        assert (len(plain) > 0) == touches and (len(solid) > 0) == (touches or is_inside)
+        assert ab.is_nearer(outer, inner, 0, None, tf) == touches
+        assert ab.is_nearer(outer, inner, 0, None, tf, solid=True) == (touches or is_inside)
+        seen.add((touches, is_inside))
+        if touches or not is_inside:
+            continue
+        assert len(solid) == 1
+        gaps = surface_distances(solid.points, v1, f1).min(axis=1)
+        np.testing.assert_allclose(solid.depths, gaps, atol=1e-4)
+        assert np.linalg.norm(world - solid.points, axis=1).min() < 1e-4
+        sphere = ab.Sphere(0.2)
+        assert len(ab.collide(outer, sphere, None, tf)) == 0
+        assert len(ab.collide(outer, sphere, None, tf, solid=True)) == 1
+        assert ab.is_nearer(outer, sphere, 0, None, tf, solid=True)
+    assert seen >= {(False, True), (False, False)} and any(touches for touches, _ in seen)
+    with pytest.raises(ValueError, match="edge"):
+        ab.collide(outer, ab.DeformableMesh(*meshes.sheet(2), **kind), solid=True)

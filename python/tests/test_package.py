@@ -104,6 +104,36 @@ def test_public_names_are_those_of_the_module():
     assert ast.literal_eval(STUB.body[-1].value) == ab.__all__
 
 
+def run_tutorial(capsys, monkeypatch, *arguments):
+    tutorial = HERE.parent / "examples" / "tutorial.py"
+    monkeypatch.setattr(sys, "argv", ["tutorial.py", *arguments])
+    runpy.run_path(str(tutorial), run_name="__main__")
+    return capsys.readouterr().out.splitlines()
+
+
+def test_tutorial(capsys, monkeypatch):
+    lines = run_tutorial(capsys, monkeypatch)
+    assert lines[0] == "1. distance 0.2500 m, between z = 0.0000 and 0.2500"
+    bears = next(line for line in lines if "bears" in line)
+    assert float(re.search(r"bears ([0-9.]+) of", bears).group(1)) == pytest.approx(1, abs=0.02)
+    assert "3. touching: net and post 3" in lines
+    rays = re.match(r"4. (\d+) of 10000 rays hit, deepest at z = (.*) m, (\d+)% lit", lines[-2])
+    # The net is a square of side 1, which the camera sees within a square of side 1.2 as before.
+    assert 6500 < int(rays.group(1)) < 7225 and -0.2 < float(rays.group(2)) < -0.1
+    assert 20 < int(rays.group(3)) < 95
+    assert lines[-1] == "5. the copy answers the same: True"
+
+
+def test_tutorial_writes_a_page(capsys, monkeypatch, tmp_path):
+    try:
+        ab.Recording()
+    except RuntimeError as missing:
+        pytest.skip(str(missing))
+    page = tmp_path / "page.html"
+    run_tutorial(capsys, monkeypatch, str(page))
+    assert page.read_text().rstrip().endswith("</html>")
+
+
 def test_example(capsys):
     example = HERE.parent / "examples" / "deform.py"
     runpy.run_path(str(example), run_name="__main__")

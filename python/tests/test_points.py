@@ -1,7 +1,7 @@
 import meshes
 import numpy as np
 import pytest
-from brute_force import surface_distances
+from brute_force import ray_hits, surface_distances
 
 import adaptive_bvh as ab
 
@@ -31,21 +31,13 @@ def test_closest_points_equal_brute_force(moved, tolerance):
     assert len(ab.closest_points(mesh, np.zeros((0, 3)))) == 0
 
 
-def brute_hits(origin, direction, vertices, faces):
-    """t of each triangle, infinite where it is missed."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    matrix = np.stack([np.broadcast_to(-direction, a.shape), b - a, c - a], axis=2)
-    t, u, v = np.linalg.solve(matrix, (origin - a)[..., None])[..., 0].T
-    return np.where((t >= 0) & (u >= 0) & (v >= 0) & (u + v <= 1), t, np.inf)
-
-
 def test_rays_equal_brute_force(moved, tolerance):
     mesh, vertices, faces = moved
     rng = np.random.default_rng(8)
     origins, directions = rng.normal(size=(2, 100, 3))
-    t = np.array([brute_hits(o, d, vertices, faces) for o, d in zip(origins, directions)])
-    first = ab.first_hits(mesh, origins, directions)
-    assert len(first) == 100
+    t = np.array([ray_hits(o, d, vertices, faces) for o, d in zip(origins, directions)])
+    first = ab.first_hit(mesh, origins, directions)
+    assert len(first) == 100 and first.rays.tolist() == list(range(100))
     np.testing.assert_allclose(first.t, t.min(axis=1), rtol=1e3 * tolerance)
     missed = np.isinf(first.t)
     assert 0 < missed.sum() < 100 and (first.triangles[missed] == -1).all()
@@ -58,10 +50,80 @@ def test_rays_equal_brute_force(moved, tolerance):
     np.testing.assert_allclose((weights * corners).sum(axis=1), points, atol=1e3 * tolerance)
     ray = np.flatnonzero(~missed)[0]
     one = ab.first_hit(mesh, origins[ray], directions[ray])
-    assert (one.t, one.triangle) == (first.t[ray], first.triangles[ray])
+    assert (one.t, one.triangles) == (first.t[[ray]], first.triangles[[ray]])
     alone = ab.ray_hits(mesh, origins[ray], directions[ray])
     np.testing.assert_array_equal(alone.triangles, hits.triangles[hits.rays == ray])
     assert (np.diff(alone.t) >= 0).all() and (alone.rays == 0).all()
+
+
+def test_closest_features_equal_brute_force(moved, tolerance):
+    mesh, vertices, faces = moved
+    rng = np.random.default_rng(17)
+    far = 1.2 * rng.normal(size=(200, 3))
+    corners = vertices[rng.integers(len(vertices), size=100)]
+    points = np.concatenate([far, 2.5 * corners, corners * 0.9])
+    limit = 0.8
+    distances = surface_distances(points, vertices, faces)
+    nearest = distances.min(axis=1)
+    found = ab.closest_features(mesh, points, limit)
+    has_any = found.triangles >= 0
+    np.testing.assert_array_equal(has_any, nearest <= limit)
+    assert 0 < has_any.sum() < len(points) == len(found)
+    assert np.isinf(found.distances[~has_any]).all() and np.isnan(found.points[~has_any]).all()
+    assert set(found.features[~has_any]) == {"none"} and (found.numbers[~has_any] == -1).all()
+    np.testing.assert_allclose(found.distances[has_any], nearest[has_any], atol=tolerance)
+    triangles = found.triangles[has_any]
+    named = distances[has_any, triangles]
+    np.testing.assert_allclose(named, nearest[has_any], atol=tolerance)
+    weights = found.barycentric[has_any]
+    np.testing.assert_allclose(weights.sum(axis=1), 1, atol=tolerance)
+    placed = (weights[..., None] * vertices[faces[triangles]]).sum(axis=1)
+    np.testing.assert_allclose(found.points[has_any], placed, atol=4 * tolerance)
+    assert {"face", "edge", "vertex"} == set(found.features[has_any])
+    sides = vertices[faces]
+    outward = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    angles = np.stack(
+        [
+            np.arccos(np.clip(np.sum(a * b, 1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1), -1, 1))
+            for a, b in (
+                (sides[:, (k + 1) % 3] - sides[:, k], sides[:, (k + 2) % 3] - sides[:, k])
+                for k in range(3)
+            )
+        ],
+        axis=1,
+    )
+    for i in np.flatnonzero(has_any):
+        t, number, weights = found.triangles[i], found.numbers[i], found.barycentric[i]
+        if found.features[i] == "face":
+            assert number == t
+            expected = outward[t]
+        elif found.features[i] == "edge":
+            ends = {faces[number // 3, number % 3], faces[number // 3, (number + 1) % 3]}
+            assert ends < set(faces[t]) and weights.min() == pytest.approx(0, abs=tolerance)
+            expected = sum(outward[k] for k, face in enumerate(faces) if ends < set(face))
+        else:
+            assert number in faces[t] and weights.max() == pytest.approx(1, abs=tolerance)
+            expected = (outward[:, None] * ((faces == number) * angles)[..., None]).sum(axis=(0, 1))
+        expected = expected / np.linalg.norm(expected)
+        np.testing.assert_allclose(found.normals[i], expected, atol=100 * tolerance)
+    everything = ab.closest_features(mesh, points)
+    np.testing.assert_allclose(everything.distances, nearest, atol=tolerance)
+    for wrong in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="negative or not a number"):
+            ab.closest_features(mesh, points, wrong)
+
+
+def test_open_edges():
+    vertices, faces = meshes.ball(1)
+    assert ab.open_edges(ab.DeformableMesh(vertices, faces)).shape == (0, 4)
+    mesh = ab.DeformableMesh(vertices, faces[1:])
+    missing = {(int(a), int(b)) for a, b in zip(faces[0], np.roll(faces[0], -1))}
+    found = ab.open_edges(mesh)
+    assert {(b, a) for a, b in found[:, :2]} == missing and (found[:, 3] == 1).all()
+    for a, b, t, _ in found:
+        assert {a, b} < set(faces[1:][t])
+    assert not ab.is_watertight(mesh) and (np.diff(found[:, 2]) >= 0).all()
 
 
 @pytest.mark.parametrize("begin, end", [(0.0, np.inf), (0.0, 1.0), (0.5, 2.0), (3.0, 3.0)])
@@ -74,14 +136,14 @@ def test_a_range_of_rays_keeps_what_lies_in_it(moved, begin, end):
     np.testing.assert_array_equal(hits.triangles, all_hits.triangles[kept])
     np.testing.assert_array_equal(hits.t, all_hits.t[kept])
     is_hit = np.isin(np.arange(100), hits.rays)
-    any_hits = ab.any_hits(mesh, origins, directions, begin=begin, end=end)
-    assert any_hits.dtype == np.bool_
-    np.testing.assert_array_equal(any_hits, is_hit)
-    first = ab.first_hits(mesh, origins, directions, begin=begin, end=end)
+    any_hit = ab.any_hit(mesh, origins, directions, begin=begin, end=end)
+    assert any_hit.dtype == np.bool_
+    np.testing.assert_array_equal(any_hit, is_hit)
+    first = ab.first_hit(mesh, origins, directions, begin=begin, end=end)
     np.testing.assert_array_equal(first.triangles >= 0, is_hit)
-    assert ab.any_hit(mesh, origins[3], directions[3], begin=begin, end=end) == is_hit[3]
+    assert ab.any_hit(mesh, origins[3], directions[3], begin=begin, end=end).tolist() == [is_hit[3]]
     one = ab.first_hit(mesh, origins[3], directions[3], begin=begin, end=end)
-    assert one.triangle == first.triangles[3] and one.t == first.t[3]
+    assert one.triangles == first.triangles[[3]] and one.t == first.t[[3]]
 
 
 def test_what_is_no_point_or_ray_is_refused(moved):
@@ -91,11 +153,11 @@ def test_what_is_no_point_or_ray_is_refused(moved):
         (lambda: ab.closest_point(mesh, [0, 0, np.nan]), "not finite"),
         (lambda: ab.closest_points(mesh, [0, 0, 0]), "has the shape"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [0, 0, 0]), "direction is zero"),
-        (lambda: ab.first_hits(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
+        (lambda: ab.first_hit(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [1, 0, 0], end=np.nan), "range of a ray is NaN"),
-        (lambda: ab.any_hits(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
+        (lambda: ab.any_hit(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
         (lambda: ab.ray_hits(mesh, [0, 0, 0], [1, 0, 0], begin=2, end=1), "ends before it begins"),
     ):
         with pytest.raises(ValueError, match=sentence):

@@ -56,6 +56,17 @@ def test_pairs_within_equals_brute_force(kind, tolerance, step):
     assert watch.searches >= (nearest > 0)
 
 
+def test_is_nearer_to_a_shape(kind, tolerance):
+    (a, tf, world, faces), _ = moved_meshes(kind, 1)
+    centre = np.array([1.5, 0.5, -1.0])
+    gap = surface_distances(centre[None], world, faces).min() - 0.4
+    assert gap > 0.1
+    for limit, expected in ((gap + 2 * tolerance, True), (gap - 2 * tolerance, False), (0, False)):
+        assert ab.is_nearer(a, ab.Sphere(0.4), limit, tf, (np.eye(3), centre)) is expected
+    with pytest.raises(ValueError):
+        ab.is_nearer(a, ab.Sphere(0.4), -1)
+
+
 def test_pairs_within_one_model(kind, tolerance):
     vertices, faces = meshes.sheet(5)
     mesh = ab.DeformableMesh(vertices, faces, **kind)

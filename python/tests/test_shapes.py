@@ -1,3 +1,6 @@
+import copy
+import pickle
+
 import meshes
 import numpy as np
 import pytest
@@ -165,3 +168,18 @@ def test_sizes_can_be_read_and_must_be_lengths():
             ab.Sphere(size)
     with pytest.raises(TypeError):
         ab.Box("1", 2, 3)
+
+
+def test_shapes_can_be_copied_and_pickled():
+    for shape in (
+        ab.Box(1, 2, 3),
+        ab.Sphere(0.1),
+        ab.Ellipsoid(1, 2, 3),
+        ab.Capsule(1, 2),
+        ab.Cylinder(1, 2),
+        ab.Cone(1, 2),
+        ab.Plane([0, 0.6, 0.8], -2),
+        ab.Halfspace([1, 0, 0], 3),
+    ):
+        for other in (copy.copy(shape), copy.deepcopy(shape), pickle.loads(pickle.dumps(shape))):
+            assert type(other) is type(shape) and repr(other) == repr(shape)

@@ -11,7 +11,8 @@ namespace adaptive_bvh {
 
 bool canRunTasks() { return true; }
 
-/// Isolated: while the caller waits it takes no other tasks of its arena, which may take long.
+/// Isolated, so that the calling thread does not take other tasks of its arena, which may be long,
+/// before these are done.
 void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept {
   try {
     tbb::this_task_arena::isolate([&] {

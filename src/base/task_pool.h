@@ -18,16 +18,15 @@ inline int partBegin(int size, int parts, int i) {
   return static_cast<int>(static_cast<long long>(size) * i / parts);
 }
 
-/// The threads for the phases of an update: those that the caller's task arena has free, but at
-/// most `size`. Starts none of its own.
+/// The threads for the phases of an update: at most `size` free threads of the caller's task arena.
+/// Starts no threads.
 class TaskPool {
  public:
-  /// Of size 1 without oneTBB.
+  /// Has size 1 without oneTBB.
   explicit TaskPool(int size) : size_(size > 1 && canRunTasks() ? size : 1) {}
 
   int size() const { return size_; }
-  /// Work that is alike everywhere is cut into so many parts: more than threads, so that none waits
-  /// long for another.
+  /// The number of parts for uniform work: more than threads, so that the load is balanced.
   int parts() const { return size_ > 1 ? 8 * size_ : 1; }
 
   /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no

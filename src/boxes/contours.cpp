@@ -34,7 +34,7 @@ class Edge {
 };
 using Edges = std::vector<Edge>;
 
-/// Of edges in order: takes away pairs of opposite ones; returns where the rest ends.
+/// Removes pairs of opposite edges from sorted edges; returns the end of the remaining ones.
 Edges::iterator cancelOpposites(Edges::iterator begin, Edges::iterator end) {
   auto kept = begin;
   for (auto edge = begin; edge != end; ++edge) {

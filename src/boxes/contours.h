@@ -15,8 +15,8 @@ struct Patch {
   std::uint32_t contour, length;
 };
 
-/// The contours of the larger nodes of a four-wide tree: the edges of the triangles below, but for
-/// those that two of them have in common, in opposite directions. They depend on the topology only.
+/// The contours of the larger nodes of a four-wide tree: the edges of the triangles below, except
+/// edges that two triangles share in opposite directions. They depend on the topology only.
 class Contours {
  public:
   void adopt(const WideTree& tree);

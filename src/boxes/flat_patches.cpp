@@ -17,7 +17,7 @@ ADAPTIVE_BVH_INLINE Float4 gap(const Float4& a, const Float4& b, const Float4& c
 
 }  // namespace
 
-/// Of either coordinate: corners, the first again, and what the last chain reads beyond.
+/// Memory for either coordinate: corners, the first one again, and padding for the last chain.
 PlaneContour::PlaneContour(std::size_t corners)
     : corners_(corners),
       memory_(2 * (corners + 2 * kChain)),
@@ -81,8 +81,8 @@ bool PlaneContour::isStar(float distance) const {
   return turns == 1 && packs::smallest(least_sine) * packs::smallest(least_gap) >= distance;
 }
 
-/// Of two edges that meet: the far end of either and the other edge. Where they meet at an obtuse
-/// angle the nearest point is where they meet, an edge away.
+/// Tests two consecutive edges by the far end of either and the other edge. If their angle is
+/// obtuse, the nearest point is their common end, an edge away.
 bool PlaneContour::neighboursKeepApart(float distance) const {
   for (std::size_t i = 0; i < corners_; ++i) {
     const std::size_t next = i + 1 < corners_ ? i + 2 : 1;

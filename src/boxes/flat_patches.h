@@ -29,7 +29,7 @@ class PlaneContour {
  private:
   static constexpr std::size_t kChain = 4;  ///< edges of a chain
 
-  /// Of edges: four, or one four times.
+  /// Ends of four edges, or of one edge four times.
   struct Ends {
     Float4 ax, ay, bx, by;
   };
@@ -62,7 +62,7 @@ class FlatPatches {
   FlatPatches(const WideTree& tree, const Contours& contours)
       : tree_(tree), contours_(contours), slots_(tree.slots()) {}
 
-  /// Of an inner node.
+  /// Whether an inner node is flat.
   bool contains(int node) const;
 
  private:
@@ -75,8 +75,8 @@ class FlatPatches {
   struct View {
     Vector4x3 right, up, ahead;
   };
-  /// Of the triangles of a patch: the longest edge, and the smallest height as it is seen; not
-  /// positive where one is seen from behind.
+  /// Longest edge and smallest projected height of the triangles of a patch; the height is not
+  /// positive if a triangle is seen from behind.
   struct Shape {
     float edge, height;
   };

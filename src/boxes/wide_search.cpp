@@ -106,8 +106,8 @@ class WideSearch::Walk {
     return placed_;
   }
 
-  /// Of the bits of `overlaps`: which boxes of the first overlap any of the second; and of the
-  /// second, any of the first.
+  /// From the bits of `overlaps`: the boxes of the first node that overlap any of the second, and
+  /// the boxes of the second that overlap any of the first.
   ADAPTIVE_BVH_INLINE static unsigned anyOfFirst(unsigned bits) {
     return (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
   }

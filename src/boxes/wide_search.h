@@ -75,7 +75,7 @@ struct WideTrees {
   int depth;                       ///< of both, added
   BoxFrame frame;
   bool is_self = false;
-  /// Of one tree: inner nodes below which nothing need be found; or null.
+  /// For one tree: inner nodes below which nothing has to be found; or null.
   const FlatPatches* flat = nullptr;
 };
 
@@ -110,12 +110,12 @@ class WideSearch {
   void runAnywhere(const NodePairs& from, LeafSink& sink);
   void runWithAvx2(const NodePairs& from, LeafSink& sink);
 
-  /// Whether from the roots down there are more than so many pairs of nodes whose boxes overlap.
+  /// Whether more than `than` pairs of nodes below the roots overlap.
   bool hasMorePairs(int than);
 
-  /// Puts the pairs below in the place of each pair, level by level, until there are `enough` of
-  /// them, or no more. To run from each, in their order, is to run from those that there were.
-  /// Whether nodes are flat is found on all threads.
+  /// Replaces pairs by the pairs of their children, level by level, until there are `enough` pairs
+  /// or only leaves. Expanding pairs preserves the traversal order. Tests on all threads whether
+  /// nodes are flat.
   void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool);
 
  private:

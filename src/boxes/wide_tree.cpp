@@ -9,8 +9,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Asks for the cache line of `at`, to write to it soon. Where another processor has read the line,
-/// a thread must wait for it before it writes; a usual prefetch is for reading only.
+/// Prefetches the cache line of `at` for writing. If another processor has read the line, a write
+/// stalls until the line is exclusive; a usual prefetch is for reading only.
 [[gnu::always_inline]] inline void prefetchToWrite(const void* at) {
 #if defined(__x86_64__)
   // By GCC only where it may suppose a newer processor. All with 64 bits know it, or skip it.
@@ -106,8 +106,8 @@ void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coo
   residuals_.resize(slots().size());
   const int parts = pool.parts();
   later_.resize(static_cast<std::size_t>(parts));
-  // Parts begin at blocks of slots, so none waits for the positions of another. What a thread
-  // writes here, others read in the last query.
+  // Parts begin at blocks of slots, so no part needs positions of another. Other threads may have
+  // read these lines in the last query.
   const bool is_shared = pool.size() > 1;
   pool.forEach(parts, [&](int part, int) {
     const int begin = blockBegin(partBegin(size(), parts, part)),
@@ -147,7 +147,7 @@ int WideTree::blockBegin(int node) const {
       nodes_.begin());
 }
 
-/// Of a blockBegin: those before it belong to leaves before it.
+/// The first slot of a blockBegin: slots before it belong to leaves before it.
 std::size_t WideTree::firstSlot(int node) const {
   if (node == 0) return 0;
   if (node == size()) return slots().size();
@@ -169,8 +169,8 @@ void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin,
   }
 }
 
-/// Of a part of the nodes, from the last to the first. `later` are those with nodes of another part
-/// below: one above the other, so the last one is all to look at.
+/// Refits a part of the nodes, from the last to the first. `later` gets nodes with children in
+/// another part. They form a chain of ancestors, so only the last one has to be compared.
 void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& later) {
   constexpr int kAhead = 12;
   later.clear();

@@ -88,9 +88,9 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 /// triangles. Boxes that it has none for are empty: they overlap nothing. Two cache lines.
 struct alignas(128) WideNode {
   Boxes4 boxes;
-  /// Of an inner node the nodes below it.
+  /// The children of an inner node.
   std::int32_t below[4];
-  /// Of a leaf: the place of its first triangle, in the order of the leaves; else -1.
+  /// For a leaf the index of its first triangle, in the order of the leaves; else -1.
   std::int32_t first : 29;
   std::uint32_t count : 3;  ///< of boxes
   std::int32_t leaf;        ///< its number among the leaves; of an inner node -1
@@ -173,8 +173,8 @@ class WideTree {
   void refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
              const TaskPool& pool);
 
-  /// Of one node: a leaf's positions are read first; of an inner node those below must have been
-  /// refitted. All positions must lie within the coordinates.
+  /// Refits one node. A leaf reads its positions first; the children of an inner node must have
+  /// been refitted. All positions must lie within the coordinates.
   template <typename S>
   void refitNode(const fcl::Vector3<S>* vertices, int node);
 
@@ -197,7 +197,7 @@ class WideTree {
   const fcl::Vector3d& origin() const { return coordinates_.origin; }
   double scale() const { return coordinates_.scale; }
 
-  /// Of this tree alone.
+  /// Memory of this tree alone.
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return size(nodes_) + size(positions_) + size(residuals_) + size(later_);

@@ -67,7 +67,7 @@ class SafeDisplacements {
     return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
   }
 
-  /// At most the distance of two features: that of the balls around their corners.
+  /// Lower bound of the distance of two features: the distance of their bounding spheres.
   static double distanceOfBalls(const std::array<Corner, 4>& c, std::size_t firsts) {
     fcl::Vector3d middle[2] = {fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
     for (std::size_t i = 0; i < 4; ++i)

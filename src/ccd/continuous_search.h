@@ -8,7 +8,7 @@
 // for one mesh with itself.
 namespace adaptive_bvh {
 
-/// One or two meshes, and what is asked of them.
+/// One or two moving meshes, and the parameters of the query.
 struct ContinuousQuery {
   const MovingMesh &first, &second;
   double separation;
@@ -17,7 +17,7 @@ struct ContinuousQuery {
   bool isSelf() const { return &first == &second; }
 };
 
-/// Of a pair of features, by their numbers, which must be there.
+/// The motion of a pair of features, by their numbers, which must exist.
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
                               const FeaturePair& pair);
 

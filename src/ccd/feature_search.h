@@ -138,7 +138,7 @@ class FeatureFinder final : public LeafSink {
     const auto v = static_cast<std::int32_t>(vertex);
     return (corners[0] == v) | (corners[1] == v) | (corners[2] == v);
   }
-  /// Of sixteen bits: bit 4 j + i.
+  /// Calls act(i, j) for each set bit 4 j + i of sixteen bits.
   template <typename Do>
   ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
     for (; bits; bits &= bits - 1) {

@@ -28,7 +28,7 @@ struct SweptFrame {
   fcl::Vector3d origin;
   double scale;
 
-  /// Of the positions at the start and the end of one or two meshes.
+  /// A frame for the positions at the start and the end of one or two meshes.
   explicit SweptFrame(const MovingMesh& first, const MovingMesh& second);
 
   ADAPTIVE_BVH_INLINE Float4 operator()(const fcl::Vector3d& x) const {
@@ -63,7 +63,7 @@ class SweptTree {
   /// What the features of a group sweep (FeatureLeaves). Lanes without one are empty.
   const Boxes4& vertexBoxes(unsigned group) const { return vertex_boxes_[group]; }
   const Boxes4& edgeBoxes(unsigned group) const { return edge_boxes_[group]; }
-  /// Of a node that is a leaf.
+  /// The features of a node that is a leaf.
   static const FeatureLeaves::Leaf& leaf(const MovingMesh& mesh, const WideNode& node) {
     return mesh.features->leaves()[static_cast<std::size_t>(node.leaf)];
   }

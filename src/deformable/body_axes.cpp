@@ -126,11 +126,22 @@ void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexS
   const fcl::Matrix3d principal = principalAxes(vertices, scale), own = fcl::Matrix3d::Identity();
   const bool is_worth =
       boxArea(vertices, principal, scale) < kWorth * boxArea(vertices, own, scale);
-  axes_ = is_worth ? principal : own;
-  turn_.start(vertices.data(), slots, axes_, scale);
+  start(vertices, slots, is_worth ? principal : own);
 }
 
-template void BodyAxes::start(const std::vector<fcl::Vector3<float>>&, const VertexSlots&);
-template void BodyAxes::start(const std::vector<fcl::Vector3<double>>&, const VertexSlots&);
+template <typename S>
+void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots,
+                     const fcl::Matrix3d& axes) {
+  axes_ = axes;
+  turn_.start(vertices.data(), slots, axes_, scaleOf(vertices));
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                       \
+  template void BodyAxes::start(const std::vector<fcl::Vector3<S>>&, const VertexSlots&); \
+  template void BodyAxes::start(const std::vector<fcl::Vector3<S>>&, const VertexSlots&,  \
+                                const fcl::Matrix3d&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

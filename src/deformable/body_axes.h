@@ -53,6 +53,10 @@ class BodyAxes {
   /// Chooses the axes of a body.
   template <typename S>
   void start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots);
+  /// Begins with these.
+  template <typename S>
+  void start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots,
+             const fcl::Matrix3d& axes);
 
   const fcl::Matrix3d& axes() const { return axes_; }
 

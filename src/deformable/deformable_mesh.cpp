@@ -219,7 +219,7 @@ void DeformableMesh<S>::refuseShape(Eigen::Index rows, Eigen::Index columns) con
       "DeformableMesh: the positions are a " + std::to_string(rows) + " x " +
       std::to_string(columns) + " matrix; " +
       (rows == 3 && columns == 3
-           ? "whether its rows or its columns are the vertices only its type can tell: pass an "
+           ? "only its type can state whether its rows or its columns are the vertices: pass an "
              "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
            : "3 x N or N x 3 is needed, for " + std::to_string(state_->vertices.size()) +
                  " vertices"));

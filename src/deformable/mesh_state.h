@@ -10,6 +10,7 @@
 #include "boxes/wide_tree.h"
 #include "deformable/body_axes.h"
 #include "deformable/moved_leaves.h"
+#include "mesh/components.h"
 #include "mesh/vertex_triangles.h"
 
 namespace adaptive_bvh {
@@ -20,12 +21,15 @@ struct MeshTopology {
   LeafTriangles leaves;
   FeatureOwners owners;
   VertexTriangles vertex_triangles;
+  Components components;
   FeatureLeaves features;
   Contours contours;
+  std::vector<bool> shape;  ///< of the binary tree (shapeOf), for DeformableMesh::save
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
-           owners.bytes() + vertex_triangles.bytes() + features.bytes() + contours.bytes();
+           owners.bytes() + vertex_triangles.bytes() + components.bytes() + features.bytes() +
+           contours.bytes() + shape.capacity() / 8;
   }
 };
 

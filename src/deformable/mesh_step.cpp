@@ -9,7 +9,7 @@
 
 #include "base/stopwatch.h"
 #include "boxes/wide_tree.h"
-#include "hierarchy/bottom_up.h"
+#include "hierarchy/tree_shape.h"
 #include "mesh/vertex_summary.h"
 
 namespace adaptive_bvh {
@@ -115,8 +115,13 @@ void addTravel(MeshState<S>& state) {
 }  // namespace
 
 template <typename S>
-void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-           MeshState<S>& state, fcl::CollisionGeometry<S>& geometry) {
+void requireUsable(const std::vector<fcl::Vector3<S>>& positions) {
+  requireUsable<S>(positions, positions.size(), [](std::size_t i) { return i; });
+}
+
+template <typename S>
+void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
+                      const std::vector<fcl::Triangle>& triangles) {
   if (triangles.empty()) throw std::invalid_argument("DeformableMesh: there are no triangles");
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (int k = 0; k < 3; ++k)
@@ -124,21 +129,38 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
         throw std::invalid_argument("DeformableMesh: triangle " + std::to_string(t) +
                                     " names vertex " + std::to_string(triangles[t][k]) + " of " +
                                     std::to_string(vertices.size()));
-  requireUsable<S>(vertices, vertices.size(), [](std::size_t i) { return i; });
+  requireUsable(vertices);
+}
+
+template <typename S>
+void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+           MeshState<S>& state, fcl::CollisionGeometry<S>& geometry) {
+  requireBuildable(vertices, triangles);
   const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
   const OrderedTree order(buildBottomUp(mesh, static_cast<unsigned>(triangles.size())));
+  assemble(std::move(vertices), std::move(triangles), order, nullptr, state, geometry);
+}
+
+template <typename S>
+void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+              const OrderedTree& order, const fcl::Matrix3d* axes, MeshState<S>& state,
+              fcl::CollisionGeometry<S>& geometry) {
+  const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
   topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
   topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
+  topology->components.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
   topology->features.adopt(state.tree, topology->owners);
   topology->contours.adopt(state.tree);
+  topology->shape = shapeOf(order);
   topology->triangles = std::move(triangles);
   state.vertices = std::move(vertices);
   state.topology = std::move(topology);
   state.lineage = newNumber();
-  state.axes.start(state.vertices, state.topology->leaves.slots);
+  const VertexSlots& slots = state.topology->leaves.slots;
+  axes ? state.axes.start(state.vertices, slots, *axes) : state.axes.start(state.vertices, slots);
 
   const TaskPool alone(1);
   const LocalBox<S> box(state.vertices.data(), state.vertices.size());
@@ -249,6 +271,12 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const un
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
   template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, MeshState<S>&, \
                       fcl::CollisionGeometry<S>&);                                             \
+  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                          \
+                                 const std::vector<fcl::Triangle>&);                           \
+  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                            \
+  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,             \
+                         const OrderedTree&, const fcl::Matrix3d*, MeshState<S>&,              \
+                         fcl::CollisionGeometry<S>&);                                          \
   template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&,   \
                          bool);                                                                \
   template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const unsigned*,           \

@@ -24,6 +24,19 @@ template <typename S>
 void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
            MeshState<S>& state, fcl::CollisionGeometry<S>& geometry);
 
+/// Throws std::invalid_argument unless a mesh can be built of these; and positions can be used.
+template <typename S>
+void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
+                      const std::vector<fcl::Triangle>& triangles);
+template <typename S>
+void requireUsable(const std::vector<fcl::Vector3<S>>& positions);
+
+/// As build, with a tree that is there. `axes`: along which the boxes lie, or null.
+template <typename S>
+void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+              const OrderedTree& order, const fcl::Matrix3d* axes, MeshState<S>& state,
+              fcl::CollisionGeometry<S>& geometry);
+
 /// A step of all vertices; `two_frames`: the present positions become those before. Throws where
 /// positions are not usable; nothing has changed then. `geometry`: whose local box follows.
 template <typename S>

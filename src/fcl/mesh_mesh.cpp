@@ -100,8 +100,8 @@ typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedMode
   using S = typename BV::S;
   if (query.isSatisfied()) return query.result.min_distance;
   using Node = MeshDistanceNode<BV>;
-  // A result of its own: FCL moves the points to the world at the end, also those that an older
-  // query of the same pair left there.
+  // A separate result, because FCL transforms the points to the world at the end, including points
+  // that an older query of the same pair left in the result.
   fcl::DistanceResult<S> found(query.result.min_distance);
   RecordingDistanceNode<Node, S> node(statisticsOf(first, second),
                                       RelativePlacement(first.tf, second.tf));

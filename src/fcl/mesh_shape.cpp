@@ -11,12 +11,14 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "base/rigid.h"
+#include "fcl/containment.h"
 #include "fcl/placed_model.h"
 #include "fcl/recording_node.h"
 #include "fcl/shape_geometry.h"
 #include "fcl/shape_results.h"
 #include "fcl/shape_search.h"
 #include "fcl/shape_triangles.h"
+#include "query/closed_surface.h"
 #include "query/placed_mesh.h"
 #include "volumes/each_volume.h"
 
@@ -124,8 +126,8 @@ class ModelShapeSearch {
                });
   }
 
-  /// Of the whole model, for FCL's approximate cost: its root volume. (FCL centres that box on the
-  /// rectangle's corner; kept, so that the cost is FCL's.)
+  /// Box of the whole model, for FCL's approximate cost: its root volume. (FCL centres that box on
+  /// the rectangle's corner; kept, so that the cost is FCL's.)
   void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
     fcl::constructBox(model_.model->getBV(0).bv, model_.tf, box, box_tf);
   }
@@ -208,14 +210,17 @@ std::size_t modelShapeCollide(const PlacedModel<BV>& model,
 
 template <typename S>
 bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance) {
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance,
+              bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
+  if (solid) requireClosed(stateOf(mesh), "isNearer of solid bodies");
   const fcl::DistanceRequest<S> request;
   fcl::DistanceResult<S> result(std::nextafter(distance, std::numeric_limits<S>::infinity()));
   meshShapeDistance<S>(PlacedMesh<S>(mesh, tf1), {&shape, tf2}, {request, result}, distance);
-  return result.o1 != nullptr;
+  return result.o1 != nullptr ||
+         (solid && isContained(PlacedGeometry<S>{&shape, tf2}, PlacedMesh<S>(mesh, tf1)));
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
@@ -224,7 +229,7 @@ bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
   template std::size_t meshShapeCollide(const PlacedMesh<S>&, const PlacedGeometry<S>&, \
                                         const CollisionQuery<S>&);                      \
   template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
-                         const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, S);
+                         const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, S, bool);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -5,10 +5,12 @@
 #include <typeinfo>
 
 #include "base/rigid.h"
+#include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/model_state.h"
 #include "query/box_contacts.h"
 #include "query/close_triangles.h"
+#include "query/closed_surface.h"
 #include "query/nearest_search.h"
 #include "query/placed_mesh.h"
 
@@ -26,7 +28,8 @@ const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
              ? static_cast<const DeformableMesh<S>*>(&geometry)
              : nullptr;
 }
-/// As above, or the mesh of an adaptive model. Refuses what has no mesh but triangles.
+/// The geometry as a mesh, or the mesh of an adaptive model. Throws on geometry with triangles but
+/// without a mesh.
 template <typename S, typename BV>
 const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
   const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);
@@ -158,18 +161,50 @@ struct RunDistance {
   }
 };
 
+/// Throws std::invalid_argument where nothing can be said of the inside of a body.
+template <typename S>
+void requireSolids(const fcl::CollisionGeometry<S>& first,
+                   const fcl::CollisionGeometry<S>& second) {
+  bool has_model = false, has_mesh = false;
+  for (const fcl::CollisionGeometry<S>* geometry : {&first, &second}) {
+    if (geometry->getNodeType() == fcl::GEOM_OCTREE)
+      refuse("a query of solid bodies does not answer for octrees");
+    if (const DeformableMesh<S>* mesh = meshOf(*geometry)) {
+      has_mesh = true;
+      requireClosed(stateOf(*mesh), "collide of solid bodies");
+    } else {
+      has_model = has_model || geometry->getObjectType() == fcl::OT_BVH;
+    }
+  }
+  if (has_model && !has_mesh)
+    refuse("a query of solid bodies needs a DeformableMesh: that of a model is model.mesh()");
+}
+
 template <typename S>
 struct RunCollision {
   const CollisionQuery<S>& query;
+  bool solid;
 
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
   void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
-    if (!query.isSatisfied()) collideMeshes(first, second, query);
+    if (solid) {  // those of models, too
+      requireClosed(first.mesh, "collide of solid bodies");
+      requireClosed(second.mesh, "collide of solid bodies");
+    }
+    const std::size_t before = query.result.numContacts();
+    if (query.isSatisfied()) return;
+    collideMeshes(first, second, query);
+    if (!solid || query.result.numContacts() > before) return;
+    addContained(first, second, false, query);
+    if (!query.isSatisfied()) addContained(second, first, true, query);
   }
   void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+    const std::size_t before = query.result.numContacts();
+    if (query.isSatisfied()) return;
     meshShapeCollide(mesh, shape, query);
+    if (solid && query.result.numContacts() == before) addContained(shape, mesh, query);
   }
   void meshOctree(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree) const {
     if (query.request.enable_cost) refuse("a DeformableMesh and an octree have no costs");
@@ -211,11 +246,13 @@ bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S
 template <typename S>
 bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result) {
+                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
+                   bool solid) {
   requireRigid(tf1);
   requireRigid(tf2);
+  if (solid) requireSolids(*o1, *o2);
   const CollisionQuery<S> query{request, result};
-  return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query});
+  return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query, solid});
 }
 
 template <typename S>
@@ -240,7 +277,7 @@ void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
                                const fcl::DistanceRequest<S>&, fcl::DistanceResult<S>&);    \
   template bool answerCollide(const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
                               const fcl::CollisionGeometry<S>*, const fcl::Transform3<S>&,  \
-                              const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&);
+                              const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, bool);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -32,24 +32,13 @@ inline Point onCircle(const Point& direction, double radius, double z) {
   return {radius * (direction[0] / length), radius * (direction[1] / length), z};
 }
 
-/// Of (r, z), the nearest point of the segment from a to b.
-inline Eigen::Vector2d onSegment(const Eigen::Vector2d& x, const Eigen::Vector2d& a,
-                                 const Eigen::Vector2d& b) {
-  const double square = (b - a).squaredNorm(),
-               share = square > 0 ? std::clamp((x - a).dot(b - a) / square, 0., 1.) : 0.;
-  return a + share * (b - a);
-}
-
 struct Cylinder final : RoundSet {
   double radius, half;
   Cylinder(double r, double h) : radius(r), half(h) {}
   Point support(const Point& direction) const override {
     return onCircle(direction, radius, direction[2] < 0 ? -half : half);
   }
-  Point nearest(const Point& x) const override {
-    const double r = std::hypot(x[0], x[1]), share = r > radius ? radius / r : 1;
-    return {share * x[0], share * x[1], std::clamp(x[2], -half, half)};
-  }
+  ShapeSurface surface(const Point& x) const override { return surfaceOfCylinder(x, radius, half); }
   Penetration penetration(const TrianglePoints<double>& triangle) const override {
     return cylinderPenetration(triangle, radius, half);
   }
@@ -62,17 +51,7 @@ struct Cone final : RoundSet {
     const Point apex(0, 0, half), on_base = onCircle(direction, radius, -half);
     return direction.dot(apex) > direction.dot(on_base) ? apex : on_base;
   }
-  Point nearest(const Point& x) const override {
-    const double r = std::hypot(x[0], x[1]);
-    const Eigen::Vector2d at(r, x[2]), rim(radius, -half);
-    if (x[2] >= -half && r * 2 * half <= radius * (half - x[2])) return x;
-    const Eigen::Vector2d on_side = onSegment(at, rim, {0, half}),
-                          on_base = onSegment(at, {0, -half}, rim);
-    const bool is_side = (at - on_side).squaredNorm() < (at - on_base).squaredNorm();
-    const Eigen::Vector2d& y = is_side ? on_side : on_base;
-    const double share = r > 0 ? y[0] / r : 0;
-    return {share * x[0], share * x[1], y[1]};
-  }
+  ShapeSurface surface(const Point& x) const override { return surfaceOfCone(x, radius, half); }
   Penetration penetration(const TrianglePoints<double>& triangle) const override {
     return conePenetration(triangle, radius, half);
   }
@@ -85,23 +64,9 @@ struct Ellipsoid final : RoundSet {
     const double length = scaled.norm();
     return length > 0 ? Point(radii.cwiseProduct(scaled / length)) : radii;
   }
-  /// y = a^2 x / (a^2 + t), for the t that puts y on the surface. Newton's method, from a t on that
-  /// is too small: the function is convex, so it stays too small.
-  Point nearest(const Point& x) const override {
-    if (x.cwiseQuotient(radii).squaredNorm() <= 1) return x;
-    const Point squares = radii.cwiseProduct(radii), scaled = radii.cwiseProduct(x);
-    double t = std::max(0., (scaled.cwiseAbs() - squares).maxCoeff());
-    for (int i = 0; i < 100; ++i) {
-      const Point parts = scaled.cwiseQuotient(squares + Point::Constant(t));
-      const double above = parts.squaredNorm() - 1,
-                   slope =
-                       2 *
-                       parts.cwiseProduct(parts).cwiseQuotient(squares + Point::Constant(t)).sum();
-      const double next = t + above / slope;
-      if (!(next > t)) break;
-      t = next;
-    }
-    return squares.cwiseProduct(x).cwiseQuotient(squares + Point::Constant(t));
+  ShapeSurface surface(const Point& x) const override { return surfaceOfEllipsoid(x, radii); }
+  Penetration penetration(const TrianglePoints<double>& triangle) const override {
+    return ellipsoidPenetration(triangle, radii);
   }
 };
 /// The hull of the vertices. Its faces, as users list them, are not needed.

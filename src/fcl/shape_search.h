@@ -158,7 +158,7 @@ class MeshShapeSearch {
     }
   }
 
-  /// Of the whole mesh, for FCL's approximate cost.
+  /// Box of the whole mesh, for FCL's approximate cost.
   void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
     const fcl::AABB<S>& local = mesh_.geometry->aabb_local;
     box = fcl::Box<S>(fcl::Vector3<S>(local.max_ - local.min_));

@@ -101,7 +101,7 @@ class Levels {
     return mate;
   }
 
-  /// Makes the pairs the groups of the next level, after those that stayed alone. Returns the new
+  /// Makes the pairs the groups of the next level, after the unpaired groups. Returns the new
   /// number of every group.
   Scratch<unsigned> merge(const Scratch<unsigned>& mate) {
     Scratch<unsigned> number(size()), next;

@@ -51,7 +51,7 @@ struct OrderedTree {
   OrderedTree() = default;
   explicit OrderedTree(const BinaryTree& tree);
 
-  Scratch<Node> nodes;           ///< the root first
+  Scratch<Node> nodes;  ///< each before those below it, and those on the left before the right
   Scratch<unsigned> primitives;  ///< by place
 };
 

@@ -64,8 +64,8 @@ struct Buckets {
 /// Which triangles share an edge, with the length of what they share. An edge that more than two
 /// triangles share links all pairs of them.
 ///
-/// Edges are the same when they have the same two vertices. Those that only one triangle has are
-/// compared once more by the positions of their ends: so triangles given one by one, each with
+/// Edges are equal if they have the same two vertices. Edges of only one triangle are compared a
+/// second time by the positions of their ends: so triangles added one by one, each with
 /// vertices of its own (FCL's addTriangle, STL files), and meshes cut along texture seams are
 /// connected too.
 ///

@@ -69,7 +69,7 @@ class Search {
   Search(const GroupGraph& graph, Mates& mate)
       : graph_(graph), mate_(mate), root_(graph.size()), from_(graph.size()) {}
 
-  /// Takes those that found a mate off `isolated`. True when there were any.
+  /// Removes the groups that found a mate from `isolated`. Returns whether there were any.
   bool round(Scratch<unsigned>& isolated) {
     root_.assign(graph_.size(), kNone);
     done_.assign(graph_.size(), false);

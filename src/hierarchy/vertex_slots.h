@@ -32,9 +32,9 @@ class VertexSlots {
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }
-  /// Of those whose vertex has a triangle: they come first.
+  /// The number of slots whose vertex has a triangle; they come first.
   std::size_t used() const { return end_; }
-  /// By slot.
+  /// The vertex of each slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 
   /// By leaf.
@@ -50,7 +50,7 @@ class VertexSlots {
     return {vertices_[slots[0]], vertices_[slots[1]], vertices_[slots[2]]};
   }
 
-  /// Of `count` leaves from `first` on, which are those below one node.
+  /// The slots of `count` leaves from `first` on, which are the leaves below one node.
   Set below(std::size_t first, std::size_t count) const {
     const unsigned block = leaves_[first].block;
     if (block != leaves_[first + count - 1].block) return below(first, count, 0);
@@ -58,7 +58,7 @@ class VertexSlots {
     for (std::size_t i = first; i < first + count; ++i) bits |= leaves_[i].bits();
     return {block, 0, bits};
   }
-  /// As above, when Set::bits is known.
+  /// The same slots, if Set::bits is known.
   Set below(std::size_t first, std::size_t count, std::uint64_t bits) const {
     const unsigned block = leaves_[first].block;
     if (bits != 0) return {block, 0, bits};

@@ -13,7 +13,7 @@ struct EdgeUse {
   int forward = 0, back = 0;
 };
 
-/// Of the edge between two different vertices.
+/// Counts the uses of the edge between two different vertices.
 template <typename S>
 EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, unsigned from,
                   unsigned to) {

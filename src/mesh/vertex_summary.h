@@ -90,8 +90,8 @@ void setLocalBox(fcl::CollisionGeometry<S>& geometry, const fcl::Vector3<S>& low
   geometry.aabb_center = geometry.aabb_local.center();
 }
 
-/// Moves the local box of a geometry along with some vertices. Where one leaves a side of it, only
-/// all vertices can tell where that side is.
+/// Updates the local box of a geometry for new positions of some vertices. If a vertex moves away
+/// from a side of the box, that side has to be computed from all vertices.
 template <typename S>
 class BoxAfterSome {
  public:

@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 /// once. About 14 bytes a triangle of a closed mesh.
 class VertexTriangles {
  public:
-  /// Of one vertex.
+  /// The triangles of one vertex.
   struct Range {
     const unsigned *first, *last;
 

@@ -50,7 +50,7 @@ Eigen::Matrix4d lookAt(const std::vector<double>& n) {
   return matrix;
 }
 
-/// Of one element of a node; the identity when it is none.
+/// Transform of one element of a node; the identity for other elements.
 Eigen::Matrix4d transformOf(const XmlElement& element) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (element.name == "translate") {
@@ -139,7 +139,7 @@ class ColladaReader {
     return number;
   }
 
-  /// Of a skin, or of what is morphed: a geometry or another controller.
+  /// Geometry of a skin or a morph, whose source is a geometry or another controller.
   const XmlElement& geometryOf(const std::string& url) const {
     std::string next = url;
     for (std::size_t level = 0; level < kMostLevels; ++level) {
@@ -266,7 +266,7 @@ class ColladaReader {
     }
   }
 
-  /// Of one list. Returns how many.
+  /// Adds the faces of one list. Returns their number.
   std::size_t addFaces(const std::string& kind, const std::vector<std::size_t>& sizes,
                        const std::vector<std::size_t>& corners) {
     PolygonMesh& mesh = scene_.meshes.back();

@@ -14,7 +14,7 @@ std::string readStatement(Words& lines) {
   return statement.substr(0, statement.find('#'));
 }
 
-/// Of "7", "7/1", "7//3" and "7/1/3". Counted from 1, or from the last one back.
+/// Vertex index of "7", "7/1", "7//3" or "7/1/3", counted from 1, or backwards from the last.
 std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words& lines) {
   const auto index = integerOf(corner.substr(0, corner.find('/')));
   if (!index || *index == 0) lines.fail("'" + std::string(corner) + "' is no corner of a face");

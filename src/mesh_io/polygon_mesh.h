@@ -24,7 +24,7 @@ struct PolygonMesh {
   }
 
   enum class Layout { List, Strip, Fan };
-  /// Of all corners one after another. Every other triangle of a strip is turned over.
+  /// Adds triangles of consecutive corners. Every other triangle of a strip is reversed.
   void addTriangles(const std::vector<std::size_t>& all, Layout layout) {
     for (std::size_t i = 0; i + 2 < all.size(); i += layout == Layout::List ? 3 : 1) {
       const std::size_t odd = layout == Layout::Strip ? i % 2 : 0;

@@ -29,8 +29,8 @@ std::string toUtf8(const std::string& bytes) {
   return text;
 }
 
-/// Throws on a text that is nested too deep, or could be read in two ways. (A callback of
-/// nlohmann's parser could tell the same, in time that grows with the square of an array's length.)
+/// Throws on a text that is nested too deep or ambiguous. (A callback of nlohmann's parser could
+/// detect the same, but its time grows with the square of an array's length.)
 class JsonCheck : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return true; }

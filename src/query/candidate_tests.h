@@ -58,7 +58,7 @@ class CandidateTests {
     }
   }
   bool isDone() const { return is_done_; }
-  /// Contacts are added to those that a result has.
+  /// Does nothing: contacts are appended to those of the result.
   static void clear() {}
   /// Goes on with more pairs, whether or not there were contacts enough.
   void begin() { is_done_ = node_.isDone(); }

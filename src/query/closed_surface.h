@@ -14,8 +14,8 @@ inline std::string times(int count) {
   return std::to_string(count) + (count == 1 ? " time" : " times");
 }
 
-/// Throws std::invalid_argument unless every edge of a mesh is run through as often in one
-/// direction as in the other. `what` is asked for, of a mesh that encloses something.
+/// Throws std::invalid_argument unless the triangles of a mesh traverse every edge equally often in
+/// both directions. `what` is the query that needs a closed mesh.
 template <typename S>
 void requireClosed(const MeshState<S>& mesh, const char* what) {
   if (mesh.topology->owners.isClosed()) return;

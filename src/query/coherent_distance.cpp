@@ -15,7 +15,7 @@ struct CoherentDistance<S>::State {
   const DeformableMesh<S>&first, &second;
   /// The triangles that were nearest last.
   int witness1 = 0, witness2 = 0;
-  /// Of the last answer: what it was given, and the answer.
+  /// The arguments of the last call, and its answer.
   std::uint64_t positions[2] = {0, 0};
   fcl::Transform3<S> tf1, tf2;
   fcl::DistanceRequest<S> request;

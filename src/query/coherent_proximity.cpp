@@ -81,7 +81,7 @@ class Surroundings {
         box += t.box;
       }
     }
-    /// Those that may be so near to a box.
+    /// Keeps the triangles that may be at most `distance` from a box.
     void keep(double distance, const fcl::AABBd& other) {
       box = fcl::AABBd();
       const auto far = [&](const Triangle& t) { return t.box.distance(other) > distance; };
@@ -159,8 +159,8 @@ struct CoherentProximity<S>::State {
     return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
   }
 
-  /// Whether a bound is worth to be found: where it may last for some steps. Else it is faster to
-  /// search for what is near. Before there was a step, balls around the meshes tell.
+  /// Whether computing a bound is worthwhile, because it may last for some steps. Otherwise it is
+  /// faster to search for near pairs. Before the first step, compares bounding spheres.
   bool isBoundWorth(const Meshes& meshes, double distance) const {
     const double room = meshes.gap(witness).distance - distance;
     const bool may_last =

@@ -7,7 +7,7 @@ namespace adaptive_bvh {
 namespace {
 
 auto edgeOf(const CrossingNode& node) { return std::make_tuple(node.body, node.low, node.high); }
-/// Of equal ones, an edge crosses one face twice only if these are one node.
+/// Key of the order. An edge crosses one face twice only if both crossings are one node.
 auto orderOf(const CrossingNode& node) {
   return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
 }

@@ -254,7 +254,7 @@ void SurfacePatches::addCut(const CutTriangle& cut) {
   }
 }
 
-/// Of the triangle's parts, that of a piece.
+/// Returns the part of the triangle to which a piece belongs.
 SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
                                     const CutTriangle& cut, const fcl::Vector3d& normal) {
   const unsigned root = rootOf(piece.element);

@@ -64,7 +64,7 @@ class SurfacePatches {
   /// Numbers of segments, curve by curve.
   const std::vector<unsigned>& curveSegments() const { return curve_segments_; }
   std::size_t numRegions() const { return num_regions_; }
-  /// Of a vertex that is inside the other body; kNoRegion of others.
+  /// The region of a vertex inside the other body; kNoRegion for other vertices.
   unsigned regionOf(Operand body, unsigned vertex) const;
   static constexpr unsigned kNoRegion = ~0u;
 
@@ -130,7 +130,7 @@ class SurfacePatches {
   std::vector<SurfacePart> parts_;
   std::vector<Enclosed> enclosed_;
   std::vector<unsigned> numbers_;  ///< by root: a number
-  /// Of a region, what its place in the order is by.
+  /// Sort key of a region.
   struct RegionKey {
     unsigned first, second, curve, root;
   };

@@ -58,7 +58,7 @@ void ContactTracker::countShares() {
   });
 }
 
-/// Pairs that persist, those that share most first.
+/// Matches old and new regions, beginning with the pair that shares most triangles.
 void ContactTracker::matchRegions() {
   is_continued_.assign(old_ids_.size(), 0);
   for (const Share& share : shares_) {

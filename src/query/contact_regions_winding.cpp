@@ -89,7 +89,7 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
   return box;
 }
 
-/// Of each root: 0 where a vertex is outside of the box around the other body, else by a ray.
+/// Sets the number of each root: 0 if a vertex is outside of the other body's box, else by a ray.
 void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);

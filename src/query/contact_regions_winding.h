@@ -14,7 +14,7 @@ class SurfaceWinding {
  public:
   static constexpr unsigned kNoLabel = ~0u;  ///< of vertices that no triangle has
 
-  /// Of the vertices of bodies[body].
+  /// Computes the winding numbers of the vertices of bodies[body].
   void build(const ClosedSurfaces& bodies, Operand body, const SurfaceCrossings& crossings);
 
   unsigned numLabels() const { return static_cast<unsigned>(numbers_.size()); }

@@ -28,8 +28,8 @@ struct TurnedBox {
   fcl::Vector3d middle;
   fcl::Matrix3d halves;  ///< a column each
 
-  /// Of a ball around the middle that holds the corners. The sides are at right angles only as far
-  /// as a rotation is one.
+  /// Radius of a ball around the middle that contains the corners. The sides are orthogonal only up
+  /// to the error of the rotation.
   double radius() const { return std::sqrt((halves.transpose() * halves).cwiseAbs().sum()); }
 };
 

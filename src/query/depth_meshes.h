@@ -7,6 +7,7 @@
 #include "query/placed_mesh.h"
 #include "query/point_search.h"
 #include "query/surface_normals.h"
+#include "query/tree_pair.h"
 #include "query/winding_number.h"
 #include "triangles/triangle_gap.h"
 

@@ -90,7 +90,7 @@ class DepthSearch {
  private:
   static constexpr int kNone = -1;
 
-  /// Of the source: a box, or a triangle with its corners.
+  /// A part of the source: a box, or a triangle with its corners.
   struct Part {
     double upper;  ///< of the depth of every point of it
     int corners[3];
@@ -135,7 +135,7 @@ class DepthSearch {
       p.side = p.distance > 0 && target_.isInside(p.x) ? SurfaceSide::Inside : SurfaceSide::Outside;
     return p.side;
   }
-  /// Of a point of the surface. It raises the lower bound where it is deeper.
+  /// Measures a point of the surface, and raises the lower bound if the point is deeper.
   void measureCorner(int i, const Part& part) {
     if (point(i).isMeasured()) return;
     measure(i, part.hint);
@@ -259,7 +259,7 @@ class DepthSearch {
     const auto length = [&](const Point& p, const Point& q) {
       return source_.length(p, q, part.chart);
     };
-    // Of three cuts one halves the longest edge, so that triangles become small.
+    // Every third cut halves the longest edge, so that triangles become small.
     const DepthCut<Target> place(corners, target_, tolerance_, part.generation % 3 == 0, length);
     const int edge = place.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
@@ -288,7 +288,7 @@ class DepthSearch {
   DepthBounds bounds_;
   int deepest_ = kNone;
   double dropped_ = 0;  ///< the largest bound of what was left out
-  /// Of the part that is opened: a bound for all below it.
+  /// Bound of the part that is being cut, for all parts below it.
   double upper_ = std::numeric_limits<double>::infinity();
   bool is_inside_ = false;
 };

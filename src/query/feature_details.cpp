@@ -15,7 +15,7 @@ namespace {
 using Corners = std::array<fcl::Vector3d, 3>;
 using Segment = std::array<fcl::Vector3d, 2>;
 
-/// Of one pair, in the first mesh's frame.
+/// Details of one pair, in the first mesh's frame.
 struct Detail {
   double distance;
   fcl::Vector3d first, second, coordinates, normal;
@@ -73,7 +73,7 @@ class SeenMesh {
   const RelativePlacement to_first_;
 };
 
-/// Of a vertex (first) and a face.
+/// Details of a vertex (first) and a face.
 template <typename S>
 Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh<S>& mesh, unsigned triangle) {
   const Corners corners = mesh.face(triangle);

@@ -18,8 +18,8 @@ namespace adaptive_bvh {
 }
 
 /// For searches that find millions of pairs: growing stands apart, so that a pair costs little more
-/// than to write it. Written in place: a pair that is put together first and then copied as a whole
-/// waits for that.
+/// than to write it. Written in place, because assembling a pair first and then copying it as a
+/// whole stalls the processor.
 ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second,
                                     std::vector<FeaturePair>& pairs) {
   if (pairs.size() == pairs.capacity()) growPairs(pairs);

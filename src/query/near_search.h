@@ -55,7 +55,7 @@ class PairSink {
     const bool swaps = is_self_ && first > second;
     if (isIgnored(request_.ignored, swaps ? second : first, swaps ? first : second)) return;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
-    if (!gap) return;  // neither is asked for
+    if (!gap) return;  // neither distances nor points are requested
     if (request_.enable_distances) result_.distances.push_back(distanceAs<S>(gap->distance));
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }

@@ -18,8 +18,8 @@ class NearestPair {
   NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
               const DistanceQuery<S>& query);
 
-  /// To be called first, when it only matters whether the distance is at most `enough`: the search
-  /// ends with the first such pair.
+  /// Ends the search with the first pair whose distance is at most `enough`. Call it before the
+  /// search if only that matters.
   void stopAt(S enough) { enough_ = enough; }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);

@@ -5,15 +5,15 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The boxes of a node of the second tree where single precision cannot express them: those that
-/// are far away, or anywhere, are brought so near that squares of gaps stay in range.
+/// The boxes of a node of the second tree if single precision cannot express them: boxes that are
+/// far away, or not a number, are moved so near that squares of gaps stay in range.
 Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   constexpr float kFar = 1e15f;
   const Boxes4 turned = frame(node.boxes);
   Boxes4 boxes = node.boxes;  // where there is nothing, these stay
   for (int k = 0; k < 3; ++k)
     for (int i = 0; i < int(node.count); ++i) {
-      // Of a number that is none the first argument is taken.
+      // If one argument is NaN, std::min and std::max return the first one.
       boxes.low[k][i] = std::min(kFar, std::max(-kFar, turned.low[k][i]));
       boxes.high[k][i] = std::max(-kFar, std::min(kFar, turned.high[k][i]));
     }
@@ -47,7 +47,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
       line_(memory_.line),
       blocks_(second, trees_) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
-  // Far from each other, for their sizes, single precision tells boxes apart no more.
+  // At a large distance relative to their sizes, single precision cannot distinguish boxes.
   constexpr double kFar = 1 << 10;
   const bool is_far = trees_.frame().t().template lpNorm<1>() > kFar;
   next_supports_ = is_far ? 1 : LineSeparation::cost(trees_.first(), trees_.second());

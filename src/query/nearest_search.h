@@ -21,8 +21,8 @@ class LeafBlocks {
   LeafBlocks(const LeafBlocks&) = delete;
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
-  /// Bounds from now on look along a direction of length 1, or zero, too: from the first to the
-  /// second. To be called first, and after the trees were aligned.
+  /// Sets a direction from the first to the second mesh, of length 1 or zero: bounds also use the
+  /// extents along it. Call it before the search, and again after the trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
     second_of_ = slab_of_ = -1;
@@ -52,8 +52,8 @@ class LeafBlocks {
     gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
-  /// Of two leaves, by their numbers. Valid until the next call. Leaves of the second that follow
-  /// each other often are the same.
+  /// Returns the block of two leaves, by their numbers. Valid until the next call. Consecutive
+  /// calls often have the same second leaf.
   TriangleBlock operator()(int first, int second) {
     if (second_of_ != second) readSecond(second);
     readFirst(trees_.first().nodes()[first]);
@@ -185,7 +185,7 @@ class NearestSearch {
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
   bool has_supports_ = false;
   long next_supports_, next_alignment_;
-  long near_pairs_ = 0, apart_pairs_ = 0;  ///< of nodes, and those that supports tell apart
+  long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
   int turned_node_ = -1;                   ///< whose boxes these are
   Boxes4 turned_;
   long box_tests_ = 0;

@@ -47,7 +47,7 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* p
                                  positions[at[3][c]]);
 }
 
-/// As above, of a leaf. Lanes without a triangle repeat the first.
+/// The corners of the triangles of a leaf. Lanes without a triangle repeat the first.
 ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* positions,
                                     const WideNode& leaf, Vector4x3 (&corners)[3]) {
   std::array<unsigned, 4> triangles;
@@ -81,9 +81,8 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
   return vertices;
 }
 
-/// Of pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) those that do not have so
-/// many vertices in common that the filter leaves them out. A vertex that a triangle repeats counts
-/// once.
+/// Returns the pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) that the filter
+/// does not leave out because of common vertices. A vertex that a triangle repeats counts once.
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {

@@ -19,7 +19,7 @@ struct CornerSource {
   const Float4 *positions, *residuals;  ///< by slot
 };
 
-/// Of two trees with the same coordinates.
+/// Corners of two trees with the same coordinates.
 struct PairSource {
   CornerSource first, second;
 };
@@ -45,8 +45,9 @@ struct Gather<Float4> {
 template <typename P>
 class PairStages {
  public:
-  /// Keeps the pairs that are not surely apart along the normal of either, in order; returns how
-  /// many. Behind the pairs there must be room for one more. `error`: of positions.
+  /// Keeps the pairs that are not certainly separated along the normal of either triangle, in
+  /// order. Returns their number. There must be room for one more pair at the end. `error` is that
+  /// of positions.
   static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
                           const PairError& error) {
     return keep(
@@ -56,7 +57,8 @@ class PairStages {
           return PackedTrianglePairs<P>(p, q).apartByPlanes(error);
         });
   }
-  /// As above, also in the planes of both. `error`: of positions and residuals together.
+  /// Also separates pairs in the planes of both triangles. `error` is that of positions and
+  /// residuals together.
   static int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
                            const PairError& error) {
     return keep(

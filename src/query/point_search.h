@@ -29,7 +29,7 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
 
 /// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
-/// single precision, and so are the triangles of a leaf, which leaves out those that are surely
+/// single precision, and so are the triangles of a leaf. That excludes triangles that are certainly
 /// farther; the others are tested in double: docs/bounds.md, 16.
 template <typename S>
 class PointSearch {

@@ -4,6 +4,8 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
 #include "mesh/feature_owners.h"
+#include "query/closed_surface.h"
+#include "query/containment.h"
 #include "query/found_parts.h"
 #include "query/near_search.h"
 #include "query/tree_pair.h"
@@ -14,8 +16,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Writes the near features of near pairs of triangles into a result: those that the triangles own,
-/// so each pair comes once.
+/// Writes the near features of near pairs of triangles into a result. Only features that the
+/// triangles own are written, so each pair occurs once.
 template <typename S>
 class FeatureSink {
  public:
@@ -162,7 +164,7 @@ void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
                [&](const WalkTasks& walks) { runTasks(input, frame, sink, walks, pool); });
 }
 
-/// Of two meshes.
+/// Collects pairs of two meshes.
 template <typename S, typename MakeSink>
 void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
   TreePair<S> trees(meshes.first, meshes.second);
@@ -174,7 +176,7 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
       [&] { testAllPairs(input, sink); });
 }
 
-/// Of one with itself.
+/// Collects pairs of one mesh with itself.
 template <typename S, typename MakeSink>
 void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
                      const MakeSink& makeSink) {
@@ -282,10 +284,18 @@ ADAPTIVE_BVH_INSTANTIATE(double)
 
 template <typename S>
 bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance) {
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
+              bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
+  if (solid) {
+    for (const DeformableMesh<S>* mesh : {&first, &second})
+      requireClosed(stateOf(*mesh), "isNearer of solid bodies");
+    if (isNearer(first, tf1, second, tf2, distance, false)) return true;
+    const PlacedMesh<S> one(first, tf1), two(second, tf2);
+    return isContained(one, two) || isContained(two, one);
+  }
   const PairOfMeshes<S> meshes(first, tf1, second, tf2);
   const auto limit = static_cast<double>(distance);
   if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, limit)) return false;
@@ -299,7 +309,7 @@ bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                           \
   template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                         const DeformableMesh<S>&, const fcl::Transform3<S>&, S);
+                         const DeformableMesh<S>&, const fcl::Transform3<S>&, S, bool);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -15,15 +15,6 @@ void requireRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction)
     throw std::invalid_argument("adaptive_bvh: a ray's origin or direction is not finite");
   if (direction.isZero(0)) throw std::invalid_argument("adaptive_bvh: a ray's direction is zero");
 }
-template <typename S>
-void requireRange(const RayRange<S>& range) {
-  if (std::isnan(range.begin) || std::isnan(range.end))
-    throw std::invalid_argument("adaptive_bvh: the range of a ray is NaN");
-  if (range.begin < 0)
-    throw std::invalid_argument("adaptive_bvh: the range of a ray begins below t = 0");
-  if (range.begin > range.end)
-    throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
-}
 
 template <typename S>
 RayHit<S> noHit() {
@@ -68,8 +59,8 @@ void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
               double(range.begin), double(range.end), found);
 }
 
-/// Of many rays: `none` is what a ray has to begin with, and found(triangle, hit, of_ray) is called
-/// for each hit.
+/// Searches many rays: `none` is the initial result of a ray, and found(triangle, hit, of_ray) is
+/// called for each hit.
 template <typename S, typename Result, typename Found>
 void searchMany(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
                 const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,

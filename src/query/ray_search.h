@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 
+#include "adaptive_bvh/point_query.h"
 #include "base/float4.h"
 #include "base/scratch.h"
 #include "boxes/wide_tree.h"
@@ -13,6 +15,17 @@
 #include "triangles/ray_triangle.h"
 
 namespace adaptive_bvh {
+
+/// Throws std::invalid_argument unless a range is one.
+template <typename S>
+void requireRange(const RayRange<S>& range) {
+  if (std::isnan(range.begin) || std::isnan(range.end))
+    throw std::invalid_argument("adaptive_bvh: the range of a ray is NaN");
+  if (range.begin < 0)
+    throw std::invalid_argument("adaptive_bvh: the range of a ray begins below t = 0");
+  if (range.begin > range.end)
+    throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
+}
 
 /// A ray in the coordinates of a four-wide tree, in single precision, from where it comes near the
 /// body on: there all coordinates are below 8. Boxes, and lengths along the ray, are compared with
@@ -95,7 +108,7 @@ class RayInTree {
     }
   }
   /// From so far away that the body is smaller than what is rounded off. Empty boxes, whose sides
-  /// are at 1e30, are not met.
+  /// are at 1e30, are not hit.
   bool meetEveryBox() {
     for (int k = 0; k < 3; ++k) {
       const auto axis = static_cast<std::size_t>(k);
@@ -111,7 +124,7 @@ class RayInTree {
   double lengthTo(double t) const {
     return (exponent_ == 0 ? t : std::ldexp(t, exponent_)) * per_t_ - start_;
   }
-  /// Of lengths in the tree, and of t as RayTriangle computes it.
+  /// Error of lengths in the tree and of the t that RayTriangle computes.
   double slack() const { return (start_ + 16) * (1. / (1 << 16)) + 4 * rounding_ + 1e-4; }
   static float limit(double length, float most) {
     return length < double(most) ? static_cast<float>(std::max(length, -double(most))) : most;
@@ -126,7 +139,7 @@ class RayInTree {
 };
 
 /// A ray on its way through the four-wide tree of a mesh, node by node, so that several rays can
-/// take turns: what one waits for, from memory, then comes in the meantime. Boxes are tested in
+/// be processed in turn, which hides the latency of memory. Boxes are tested in
 /// single precision, triangles exactly.
 template <typename S>
 class RayWalk {

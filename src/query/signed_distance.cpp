@@ -1,52 +1,22 @@
 #include "query/signed_distance.h"
 
-#include <numeric>
-
 #include "query/closed_surface.h"
-#include "query/depth_meshes.h"
+#include "query/containment.h"
 #include "query/nearest_search.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// The parts of a surface that hang together by vertices: a vertex of each.
+/// A point of the first component of a mesh that is inside of another one, whose surface it does
+/// not touch.
 template <typename S>
-const std::vector<unsigned>& partsOf(const MeshState<S>& mesh) {
-  static thread_local std::vector<unsigned> above, parts;
-  above.resize(mesh.vertices.size());
-  std::iota(above.begin(), above.end(), 0u);
-  const auto top = [&](unsigned v) {
-    while (above[v] != v) v = above[v] = above[above[v]];
-    return v;
-  };
-  const auto count = static_cast<unsigned>(mesh.numTriangles());
-  for (unsigned t = 0; t < count; ++t) {
-    const VertexIndices v = mesh.view().verticesOf(t);
-    above[top(v[1])] = top(v[0]);
-    above[top(v[2])] = top(v[0]);
-  }
-  parts.clear();
-  for (unsigned t = 0; t < count; ++t) {
-    const unsigned v = mesh.view().verticesOf(t)[0];
-    if (above[v] == v) parts.push_back(v);
-  }
-  return parts;
-}
-
-/// A point of the first part of a mesh that is inside of another one, whose surface it does not
-/// touch.
-template <typename S>
-DepthBounds partInside(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double least) {
-  const RelativePlacement to_other(other.tf, mesh.tf);
-  MeshTarget<S> target(other);
-  if (target.isClear(to_other(mesh.geometry->aabb_center),
-                     1.01 * double(mesh.geometry->aabb_radius)))
-    return DepthBounds::from(least);
-  for (const unsigned vertex : partsOf(mesh.mesh)) {
-    const fcl::Vector3d x = to_other(mesh.mesh.vertices[vertex]);
-    if (target.isInside(x)) return depthAt(x, target, least);
-  }
-  return DepthBounds::from(least);
+DepthBounds componentInside(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double least) {
+  DepthBounds found = DepthBounds::from(least);
+  visitContained(mesh, other, [&](int, const fcl::Vector3d& x, MeshTarget<S>& target) {
+    found = depthAt(x, target, least);
+    return false;
+  });
+  return found;
 }
 
 template <typename S>
@@ -98,8 +68,8 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   const TriangleGap gap = nearestOf(meshes, outward);
   DepthBounds in_second = DepthBounds::from(precision.error()), in_first = in_second;
   if (gap.distance > 0) {
-    in_second = partInside(one, two, precision.error());
-    in_first = partInside(two, one, in_second.lower);
+    in_second = componentInside(one, two, precision.error());
+    in_first = componentInside(two, one, in_second.lower);
     if (!in_second.is_found && !in_first.is_found) return result.apart(gap, true, outward);
   }
   in_second = depthOf(one, two, precision.tolerance(), in_second);

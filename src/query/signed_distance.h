@@ -18,7 +18,7 @@ void requireTolerance(S tolerance) {
     throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
 }
 
-/// What a signed distance is asked for, in view of rounding: docs/bounds.md, 19.
+/// The tolerance of a signed distance, adjusted for rounding: docs/bounds.md, 19.
 class DepthPrecision {
  public:
   /// `size`: of all coordinates of both bodies, seen from either.
@@ -30,9 +30,9 @@ class DepthPrecision {
         tolerance_(std::max({static_cast<double>(tolerance), 4 * error_, size * 0x1p-30})) {}
 
   double size() const { return size_; }
-  /// Of a depth or distance, as it is computed.
+  /// Error of a computed depth or distance.
   double error() const { return error_; }
-  /// For the search: what the error leaves of it.
+  /// Tolerance of the search: the requested one less the error.
   double tolerance() const { return tolerance_ - 2 * error_; }
 
  private:
@@ -55,8 +55,8 @@ class SignedDistanceResult {
         tf2_(tf2.template cast<double>()),
         precision_(precision) {}
 
-  /// Of bodies that are apart. `points` are in the frame of one of them, and `outward` is the
-  /// direction of the second's surface there.
+  /// Result for bodies that are apart. The points are in the frame of one of them, and `outward` is
+  /// the direction of the second's surface there.
   SignedDistance<S> apart(const TriangleGap& gap, bool is_in_first,
                           const fcl::Vector3d& outward) const {
     SignedDistance<S> result = touching(gap, is_in_first, outward, 0);
@@ -64,7 +64,7 @@ class SignedDistanceResult {
     result.lower = std::max(result.lower, S(0));
     return result;
   }
-  /// Of bodies that touch, without a point inside; the depth is at most `depth`.
+  /// Result for bodies that touch without a point inside; the depth is at most `depth`.
   SignedDistance<S> touching(const TriangleGap& gap, bool is_in_first, const fcl::Vector3d& outward,
                              double depth) const {
     const auto& tf = is_in_first ? tf1_ : tf2_;
@@ -76,8 +76,8 @@ class SignedDistanceResult {
     result.searches = 0;
     return result;
   }
-  /// Of bodies one of which has a point inside of the other. Both in the frame of the target, which
-  /// is the other one; one of them may have found nothing.
+  /// Result for bodies one of which has a point inside of the other. Both bounds are in the frame
+  /// of the target, the other body; one of them may be empty.
   SignedDistance<S> inside(const DepthBounds& first_in_second,
                            const DepthBounds& second_in_first) const {
     SignedDistance<S> result;

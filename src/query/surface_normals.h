@@ -45,7 +45,7 @@ class SurfaceNormals {
     return place;
   }
 
-  /// Of a triangle, of length 1; zero where it has no area.
+  /// Normal of a triangle, of length 1; zero if it has no area.
   fcl::Vector3d ofFace(unsigned triangle) const {
     const auto p = cornersOf(triangle);
     const fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
@@ -105,8 +105,8 @@ class SurfaceNormals {
       return isEdge(t, 0, a, b) || isEdge(t, 1, a, b) || isEdge(t, 2, a, b) ? 1. : 0.;
     });
   }
-  /// Of the triangles at a vertex, by their weights; where they cancel each other, of the first of
-  /// them that has an area.
+  /// Weighted mean of the normals of a vertex's triangles; if they cancel each other, the normal of
+  /// the first triangle that has an area.
   template <typename Weight>
   fcl::Vector3d mean(unsigned vertex, const Weight& weightOf) const {
     constexpr double kNone = 1e-12;

@@ -27,7 +27,7 @@ class SameFrame {
   explicit SameFrame(double apart) : apart_(static_cast<float>(apart)) {}
 
   float error() const { return WideTree::kPositionError + apart_; }
-  /// Of a position and its residual together.
+  /// Error of a position and its residual together.
   float preciseError() const { return 2 * WideTree::kResidualError + apart_; }
   static double longest() { return kLongest; }
   static const FrameChange* change() { return nullptr; }
@@ -76,9 +76,9 @@ class RelativeFrame {
   /// Whether both trees have the same coordinates, but for what their boxes have to spare.
   bool isSame() const { return apart_ <= kUnit; }
   SameFrame same() const { return SameFrame(apart_); }
-  /// Of a component of a point of either, in the first's body units.
+  /// Error of a component of a point of either mesh, in the first's body units.
   float error() const { return static_cast<float>(error_); }
-  /// The same of what is computed in double precision from the positions.
+  /// Error of values computed in double precision from the positions.
   float preciseError() const { return static_cast<float>(in_double_); }
   /// At least the largest difference of triangles side by side, in the first's body units.
   double longest() const { return kLongest * longest_; }
@@ -180,7 +180,7 @@ struct PairOfMeshes {
   PairOfMeshes(const PlacedMesh<S>& mesh1, const PlacedMesh<S>& mesh2)
       : first(mesh1), second(mesh2), to_first(mesh1.tf, mesh2.tf) {}
 
-  /// Of two triangles; of triangle 0 where there are no such.
+  /// Gap of two triangles; triangle 0 replaces indices that do not exist.
   TriangleGap gap(const TrianglePair& triangles) const {
     TrianglePoints<double> q = corners(second, triangles.second);
     for (fcl::Vector3d& x : q) x = to_first(x);
@@ -219,7 +219,7 @@ void searchInFrame(const TreePair<S>& trees, const Search& search, const TestAll
     search(trees.frame());
 }
 
-/// Whether balls around two meshes are farther apart.
+/// Whether the bounding spheres of two meshes are farther apart than `distance`.
 template <typename S>
 bool areBallsFarther(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                      const RelativePlacement& to_first, double distance) {

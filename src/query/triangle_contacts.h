@@ -39,7 +39,7 @@ void addContactsOf(const PlacedTriangles<S>& first, const PlacedTriangles<S>& se
                    unsigned most, const fcl::CollisionRequest<S>& request,
                    fcl::CollisionResult<S>& result) {
   const bool occupied = first.geometry->isOccupied() && second.geometry->isOccupied();
-  // Of objects that may be there, as of those that are.
+  // Also for objects that are uncertain, that is, neither occupied nor free.
   const bool has_cost =
       request.enable_cost && !first.geometry->isFree() && !second.geometry->isFree();
   if (!occupied && !has_cost) return;

@@ -10,8 +10,8 @@
 
 namespace adaptive_bvh {
 
-/// What one thread does of a query for pairs of triangles: a walk over boxes, and the tests of what
-/// it finds. Where both meshes of the input are one object, each pair is found once.
+/// The part of a query for pairs of triangles that runs on one thread: a walk over boxes, and the
+/// tests of the pairs found. If both meshes of the input are one object, each pair is found once.
 ///
 ///   Tests                        made of (input, frame, output)
 ///   Tests::Input                 the meshes, first and second, and their trees, tree1 and tree2

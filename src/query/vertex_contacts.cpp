@@ -13,9 +13,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Which side of a surface points are on, of points near each other: the balls around two points
-/// that reach to the surface have no point of it, so where they overlap both points are on one
-/// side.
+/// Decides on which side of a surface points are, for a sequence of points near each other. A ball
+/// around a point with its distance to the surface as radius contains no point of the surface, so
+/// two points whose balls overlap are on the same side.
 class KnownSides {
  public:
   /// `error`: of a sum of two radii and a distance of their centres.

@@ -16,8 +16,8 @@ struct VertexCandidate {
 /// The vertices of one mesh that may be near another's surface, or inside of it. Goes down the tree
 /// of the first with a list of those nodes of the other whose boxes overlap, both a level at a
 /// time. A box with an empty list is clear of the other's surface. So all vertices in that box are
-/// on one side, and one of them tells which. Each vertex comes once: with the triangle that owns
-/// it.
+/// on one side, and one test of one of them decides for all. Each vertex is visited once, with the
+/// triangle that owns it.
 template <typename S, typename IsInside>
 class VertexSearch {
  public:

@@ -22,12 +22,12 @@ class WindingTree {
   template <typename S>
   void refit(const MeshState<S>& mesh);
 
-  /// Of a point, off by at most `tolerance`, and by the rounding of windingNumbers.
+  /// The winding number at a point, up to `tolerance` and the rounding of windingNumbers.
   template <typename S>
   double of(const MeshState<S>& mesh, const fcl::Vector3d& x, double tolerance) const;
 
  private:
-  /// Of the triangles below a box, divided by 4 pi, in the tree's coordinates.
+  /// Moments of the triangles below a box, divided by 4 pi, in the tree's coordinates.
   struct Moments {
     double area = 0, radius = 0;
     double square = 0;                             ///< the integral of h^2, h from the centre

@@ -111,8 +111,8 @@ class WithinTests {
     for (Vector4x3& corner : second_) corner = frame_(corner);
   }
 
-  /// The triangles of one leaf and triangle `j` of another. Those that corners do not show to be
-  /// apart are kept.
+  /// Tests the triangles of one leaf and triangle `j` of another. Keeps the pairs that their
+  /// corners do not prove to be apart.
   ADAPTIVE_BVH_INLINE void testRow(const WideNode& a, const WideNode& b, int j, unsigned row) {
     using float4::all;
     Vector4x3 q[3];
@@ -152,7 +152,7 @@ class WithinTests {
       verdicts_[size_++] = kOpen;
     }
   }
-  /// Leaves out those that are surely farther apart.
+  /// Removes pairs that are certainly farther apart.
   void testAlongAxes() {
     const PairSource from = sourceOf(in_);
     size_ = keepByNormals(from, pairs_, size_, errors_);
@@ -173,7 +173,7 @@ class WithinTests {
     size_ = 0;
   }
 
-  /// Those that corners left open, by edges and faces.
+  /// Tests pairs that the corners left undecided, by edges and faces.
   void testOpen() {
     int open[Sink::kBatch + 3], count = 0;
     for (int i = 0; i < size_; ++i) {

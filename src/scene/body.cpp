@@ -54,7 +54,7 @@ WorldBox boxOfMesh(const MeshState<S>& mesh, const fcl::Transform3<S>& tf) {
   return box;
 }
 
-/// Of a box in a body's frame, and all that is at most a radius away from it.
+/// The box in the world around a core in a body's frame, grown by its radius.
 template <typename S>
 WorldBox turned(const fcl::Transform3<S>& tf, const ShapeCore& core) {
   if (!core.isBounded()) return {Vector3d::Constant(-kInfinity), Vector3d::Constant(kInfinity)};

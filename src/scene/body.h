@@ -25,7 +25,7 @@ struct Body {
   fcl::Transform3<S> start_tf = tf;  ///< where the step began
   BodyOptions options;
 
-  // Of the last update.
+  // State of the last update.
   WorldBox box;
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
   double radius = 0;

@@ -24,11 +24,11 @@ class BodyTree {
   template <typename Found>
   void forEachPair(double distance, const Found& found) const;
   /// Calls visit(i, gap) for bodies with a lower bound of the distance of their boxes from a box,
-  /// by increasing bound; it returns the distance from which on no more are wanted.
+  /// by increasing bound. `visit` returns the distance beyond which no more bodies are needed.
   template <typename Visit>
   void visitByDistance(const WorldBox& box, const Visit& visit) const;
-  /// Calls visit(i, t) for bodies with a lower bound of the t at which a ray comes to their boxes,
-  /// as above.
+  /// Calls visit(i, t) for bodies with a lower bound of the t at which a ray enters their boxes, by
+  /// increasing bound. `visit` returns the t beyond which no more bodies are needed.
   template <typename Visit>
   void visitAlongRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                      const Visit& visit) const;

@@ -1,7 +1,9 @@
 #include <cmath>
 
 #include "adaptive_bvh/query.h"
+#include "fcl/containment.h"
 #include "fcl/shape_search.h"
+#include "query/containment.h"
 #include "query/nearest_search.h"
 #include "scene/scene_state.h"
 
@@ -163,6 +165,20 @@ SceneDistance<S> Scene<S>::distance() {
   return best;
 }
 
+namespace {
+
+/// Whether a body is inside of a solid one, whose surface it does not touch.
+template <typename S>
+bool isInside(const Body<S>& inner, const Body<S>& around) {
+  if (!around.options.solid) return false;
+  const PlacedMesh<S> solid(*around.mesh, around.tf);
+  if (inner.mesh) return isContained(PlacedMesh<S>(*inner.mesh, inner.tf), solid);
+  return isShape(inner.geometry->getNodeType()) &&
+         isContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid);
+}
+
+}  // namespace
+
 template <typename S>
 bool Scene<S>::isNearer(S distance) const {
   const State& state = *state_;
@@ -182,6 +198,7 @@ bool Scene<S>::isNearer(S distance) const {
     } else if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->geometry, b->tf, distance)) {
       return true;
     }
+    if (isInside(*a, *b) || isInside(*b, *a)) return true;
   }
   return false;
 }

@@ -5,6 +5,8 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "base/task_pool.h"
+#include "fcl/containment.h"
+#include "fcl/mesh_pairs.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -13,7 +15,7 @@ namespace {
 template <typename S>
 using Contacts = std::vector<fcl::Contact<S>>;
 
-// The vectors that a result is made of. Those that were not asked for are empty.
+// The vectors of a result. Vectors that were not requested are empty.
 template <typename S>
 auto vectorsOf(Contacts<S>& contacts) {
   return std::tie(contacts);
@@ -134,6 +136,18 @@ fcl::Contact<S> inOrder(fcl::Contact<S> contact, const fcl::CollisionGeometry<S>
   return contact;
 }
 
+/// Adds the contacts of a body inside of a solid one, whose surfaces do not touch.
+template <typename S>
+void addInside(const Body<S>& inner, const Body<S>& around, bool is_around_first,
+               const CollisionQuery<S>& query) {
+  if (!around.options.solid || query.isSatisfied()) return;
+  const PlacedMesh<S> solid(*around.mesh, around.tf);
+  if (inner.mesh)
+    addContained(PlacedMesh<S>(*inner.mesh, inner.tf), solid, is_around_first, query);
+  else if (isShape(inner.geometry->getNodeType()))
+    addContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid, query);
+}
+
 /// Whether two bodies touch, with their contacts; or one itself.
 template <typename S>
 bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest& request,
@@ -145,6 +159,11 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
     selfCollide(*a.mesh, a.tf, asked, result);
   else
     adaptive_bvh::collide<S>(a.geometry, a.tf, b.geometry, b.tf, asked, result);
+  if (&a != &b && !result.isCollision()) {
+    addInside<S>(a, b, false, {asked, result});
+    addInside<S>(b, a, true, {asked, result});
+    if (!asked.enable_contact) unsetFields(result, 0);
+  }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
     found.push_back(inOrder(result.getContact(i), a.geometry));
   return result.isCollision();
@@ -177,7 +196,7 @@ void collect(const std::vector<Body<S>>& bodies, int threads, const std::vector<
       });
 }
 
-/// As above, where query(first, second, near) overwrites `near`, of which all counts.
+/// Collects results of a query(first, second, near) that overwrites `near`, all of which counts.
 template <typename S, typename Query, typename Result>
 std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
                          const std::vector<BodyPair>& pairs, const Query& query, Result& result) {

@@ -1,6 +1,7 @@
 #include <stdexcept>
 
 #include "query/point_search.h"
+#include "query/ray_search.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -33,9 +34,11 @@ ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>& point) const {
 
 template <typename S>
 void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                         std::size_t count, std::vector<SceneRayHit<S>>& result) const {
+                         std::size_t count, const RayRange<S>& range,
+                         std::vector<SceneRayHit<S>>& result) const {
   const State& state = *state_;
   state.requireCurrent();
+  requireRange(range);
   for (std::size_t i = 0; i < count; ++i)
     if (!origins[i].allFinite() || !directions[i].allFinite() || directions[i].isZero(0))
       throw std::invalid_argument("adaptive_bvh: ray " + std::to_string(i) +
@@ -48,14 +51,14 @@ void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* 
     best.hit = {std::numeric_limits<S>::infinity(), -1, 0, 0};
     state.tree.visitAlongRay(origin, direction, [&](unsigned i, double) {
       const Body<S>& body = state.bodies[state.in_tree[i]];
-      if (!body.mesh) return State::slack(double(best.hit.t));
+      if (!body.mesh) return State::slack(double(std::min(best.hit.t, range.end)));
       const fcl::Matrix3<S> back = body.tf.linear().transpose();
       const RayHit<S> hit =
           firstHit(*body.mesh, fcl::Vector3<S>(back * (origins[r] - body.tf.translation())),
-                   fcl::Vector3<S>(back * directions[r]));
+                   fcl::Vector3<S>(back * directions[r]), range);
       const bool is_nearer = hit.t < best.hit.t || (hit.t == best.hit.t && body.id < best.body);
       if (hit.triangle >= 0 && (best.hit.triangle < 0 || is_nearer)) best = {body.id, hit};
-      return State::slack(double(best.hit.t));
+      return State::slack(double(std::min(best.hit.t, range.end)));
     });
     result[r] = best;
   };
@@ -67,7 +70,7 @@ void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
   template ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>&) const;                   \
   template void Scene<S>::firstHits(const fcl::Vector3<S>*, const fcl::Vector3<S>*, std::size_t, \
-                                    std::vector<SceneRayHit<S>>&) const;
+                                    const RayRange<S>&, std::vector<SceneRayHit<S>>&) const;
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -1,5 +1,8 @@
 #include "adaptive_bvh/scene.h"
 
+#include <map>
+
+#include "query/closed_surface.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -19,6 +22,10 @@ template <typename S>
 void requireOptions(const DeformableMesh<S>* mesh, const BodyOptions& options) {
   if (options.self_collision && !mesh)
     throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
+  if (!options.solid) return;
+  if (!mesh)
+    throw std::invalid_argument("adaptive_bvh: only a mesh can be made solid; a shape always is");
+  requireClosed(stateOf(*mesh), "a solid body");
 }
 
 }  // namespace
@@ -76,6 +83,23 @@ void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
   Body<S>& at = state_->bodies[state_->placeOf(body)];
   requireOptions(at.mesh, options);
   at.options = options;
+}
+
+template <typename S>
+Scene<S> Scene<S>::snapshot() const {
+  state_->requireCurrent();
+  Scene copy;
+  *copy.state_ = *state_;
+  std::map<const DeformableMesh<S>*, std::shared_ptr<const DeformableMesh<S>>> copies;
+  for (Body<S>& body : copy.state_->bodies) {
+    if (!body.mesh) continue;
+    std::shared_ptr<const DeformableMesh<S>>& mesh = copies[body.mesh];
+    if (!mesh) mesh = std::make_shared<DeformableMesh<S>>(*body.mesh);
+    body.mesh = mesh.get();
+    body.geometry = mesh.get();
+    body.owned = mesh;
+  }
+  return copy;
 }
 
 template <typename S>
@@ -178,6 +202,7 @@ void Scene<S>::update() {
   template void Scene<S>::remove(BodyId);                                               \
   template void Scene<S>::setTransform(BodyId, const Transform&);                       \
   template void Scene<S>::setOptions(BodyId, const BodyOptions&);                       \
+  template Scene<S> Scene<S>::snapshot() const;                                         \
   template bool Scene<S>::contains(BodyId) const;                                       \
   template std::size_t Scene<S>::size() const;                                          \
   template std::vector<BodyId> Scene<S>::bodies() const;                                \

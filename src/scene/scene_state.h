@@ -19,7 +19,7 @@ struct Scene<S>::State {
   Filter filter;
   int threads = 1;
 
-  // Of the last update. Bodies are named by their place in `bodies`.
+  // State of the last update. Bodies are identified by their index in `bodies`.
   bool is_current = true;
   std::vector<unsigned> in_tree, unbounded;
   BodyTree tree;

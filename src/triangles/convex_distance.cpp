@@ -276,9 +276,10 @@ class ExpandingPolytope {
     faces_.push_back({{a, b, c}, normal, offset});
   }
 
-  /// Replaces the faces around `nearest` that a new corner sees. False where it does not see that
-  /// one. Only faces that are joined by edges go: else, where faces are nearly flat, those that
-  /// seem seen would be anywhere, and more would come than go.
+  /// Replaces the faces around `nearest` that are visible from a new corner. Returns false if
+  /// `nearest` is not visible. Only visible faces connected to it by edges are replaced: where
+  /// faces are nearly coplanar, rounding makes scattered faces seem visible, and their number would
+  /// grow.
   bool grow(std::size_t nearest, const Vector& top) {
     const double least = 1e-3 * kError * extent_;
     const auto isSeen = [&](const Face& face) {

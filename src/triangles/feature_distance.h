@@ -108,7 +108,7 @@ class Face {
     FacePlace<S> place;
     return nearest(x, on_face, place);
   }
-  /// As above, and where that point lies.
+  /// Also returns where on the face that point lies.
   S nearest(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
     on_face = corners_[0];
@@ -143,7 +143,7 @@ class Face {
 
 }  // namespace feature_distance
 
-/// Of a vertex (first) and a face.
+/// Distance of a vertex (first) and a face.
 template <typename S>
 FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
                                       const std::array<Eigen::Matrix<S, 3, 1>, 3>& face) {

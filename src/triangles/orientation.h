@@ -209,7 +209,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
              : std::copysign(std::numeric_limits<double>::max(), value);
 }
 
-/// Only its sign, where a rounded determinant did not tell.
+/// The sign of the determinant, if a rounded determinant did not decide it.
 inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;

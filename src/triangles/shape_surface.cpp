@@ -109,23 +109,26 @@ ShapeSurface surfaceOfCone(const Vector& x, double radius, double half) {
 
 namespace {
 
-/// The root u of sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none.
+/// The root u of G(u) = sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none. By
+/// Newton's method on 1 / sqrt(G), which is concave, from below: every step stays below the root
+/// (J. J. More, D. C. Sorensen, "Computing a Trust Region Step", 1983).
 double ellipsoidRoot(const Vector& r, const Vector& excess, const Vector& z) {
-  const auto isAbove = [&](double u) {  // whether the sum is more than 1 at u
-    double sum = 0;
+  constexpr int kMostSteps = 200;
+  double u = 0;
+  for (int k = 0; k < 3; ++k) u = std::max(u, r[k] * z[k] - excess[k]);
+  for (int i = 0; i < kMostSteps; ++i) {
+    double sum = 0, slope = 0;
     for (int k = 0; k < 3; ++k) {
-      const double part = z[k] > 0 ? r[k] * z[k] / (u + excess[k]) : 0;
+      if (!(z[k] > 0)) continue;
+      const double part = r[k] * z[k] / (u + excess[k]);
       sum += part * part;
+      slope += part * part / (u + excess[k]);
     }
-    return sum > 1;
-  };
-  if (!isAbove(0)) return 0;
-  double low = 0, high = r.cwiseProduct(z).stableNorm() * (1 + 1e-15);
-  for (;;) {
-    const double middle = low + (high - low) / 2;
-    if (!(middle > low && middle < high)) return middle;
-    (isAbove(middle) ? low : high) = middle;
+    const double next = u + sum * (std::sqrt(sum) - 1) / slope;
+    if (!(next > u)) break;
+    u = next;
   }
+  return u;
 }
 
 }  // namespace

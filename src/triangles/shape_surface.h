@@ -14,23 +14,23 @@ struct ShapeSurface {
 
 // All around the origin and along the z axis, in the shape's frame.
 
-/// Of all that is at most `radius` from a segment from z = -half to half.
+/// Surface of all points at most `radius` from a segment from z = -half to half.
 ShapeSurface surfaceOfRoundedSegment(const fcl::Vector3d& x, double radius, double half);
-/// Of a box, of half its sides.
+/// Surface of a box, by half its sides.
 ShapeSurface surfaceOfBox(const fcl::Vector3d& x, const fcl::Vector3d& half);
-/// Of all y with n y <= d, n of length 1. Of the plane n y = d, which has no inside, the direction
-/// is away from it, and n on it.
+/// Surface of all y with n y <= d, n of length 1. The plane n y = d has no inside: its direction
+/// points away from it, and is n for points on it.
 ShapeSurface surfaceOfHalfSpace(const fcl::Vector3d& x, const fcl::Vector3d& n, double d);
 ShapeSurface surfaceOfPlane(const fcl::Vector3d& x, const fcl::Vector3d& n, double d);
-/// Of a cylinder from z = -half to half.
+/// Surface of a cylinder from z = -half to half.
 ShapeSurface surfaceOfCylinder(const fcl::Vector3d& x, double radius, double half);
-/// Of a cone with its base at z = -half and its tip at half.
+/// Surface of a cone with its base at z = -half and its tip at half.
 ShapeSurface surfaceOfCone(const fcl::Vector3d& x, double radius, double half);
-/// Of an ellipsoid (D. Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
-/// Hyperellipsoid": a root by bisection, which no shape and no point makes imprecise).
+/// Surface of an ellipsoid, by D. Eberly's equation, "Distance from a Point to an Ellipse, an
+/// Ellipsoid, or a Hyperellipsoid", which no shape and no point makes imprecise.
 ShapeSurface surfaceOfEllipsoid(const fcl::Vector3d& x, const fcl::Vector3d& radii);
-/// Of a convex set, by its farthest points, up to the errors of convex_distance.h: outside by
-/// convexGap, inside by penetrationOf.
+/// Surface of a convex set, by its farthest points, up to the errors of convex_distance.h: outside
+/// by convexGap, inside by penetrationOf.
 ShapeSurface surfaceOfConvexSet(const fcl::Vector3d& x, const ConvexSet& set);
 
 }  // namespace adaptive_bvh

@@ -15,7 +15,7 @@ using Corners = std::array<Vector, 4>;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;
 
-/// Of length one, or zero where that is not sure.
+/// Normalises a direction; zero if its length is uncertain.
 Vector unit(const Vector& direction) {
   const double length = direction.norm();
   return length > 1e-150 ? Vector(direction / length) : Vector(Vector::Zero());
@@ -130,9 +130,9 @@ double MovingFeatures::stepAlong(const Point& direction, const Corners& now, dou
   return step;
 }
 
-/// As above, along a direction that turns between two times: for which share of the time between.
-/// The gap of two corners is a cubic polynomial in time, which lies in the hull of its Bernstein
-/// coefficients.
+/// Returns the share of the time between two times for which the features stay apart along a
+/// direction that turns in between. The gap of two corners is a cubic polynomial in time, which
+/// lies in the hull of its Bernstein coefficients.
 double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Corners& later,
                                   double target) const {
   double places[3][2][4];  // along each control vector, now and later

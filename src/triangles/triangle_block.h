@@ -52,7 +52,7 @@ struct TriangleSides {
                                         vectors::size(c[2])));
   }
 
-  /// Of length 1; zero where squares would underflow.
+  /// A direction of length 1; zero if squares would underflow.
   ADAPTIVE_BVH_INLINE static Vector4x3 unit(const Vector4x3& v) {
     const Float4 squared = vectors::dot(v, v), zero = float4::all(0);
     const Float4 inverse =

@@ -105,7 +105,7 @@ int axisAcross(const Triangle& t) {
   return axis;
 }
 
-/// Of two triangles in one plane, as seen along `axis`.
+/// Intersection of two triangles in one plane, projected along `axis`.
 bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
   const View view(axis);
   for (std::size_t i = 0; i < 3; ++i)
@@ -115,7 +115,7 @@ bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
   return (!view.isThin(a) && view.contains(a, b[0])) || (!view.isThin(b) && view.contains(b, a[0]));
 }
 
-/// Of triangles that are both segments or points.
+/// Intersection of triangles that are both segments or points.
 bool segmentsMeet(const Triangle& a, const Triangle& b) {
   const auto isBefore = [](const Vector& x, const Vector& y) {
     return std::lexicographical_compare(x.data(), x.data() + 3, y.data(), y.data() + 3);

@@ -6,12 +6,12 @@
 
 namespace adaptive_bvh {
 
-/// What the numbers of TrianglePairs4 may be off by, beside their rounding.
+/// Errors of the input of TrianglePairs4, in addition to rounding.
 struct PairError {
   float position;  ///< of a component of a corner
-  float share;     ///< as above, as a share of the extent of the pair
+  float share;     ///< of a component, as a share of the extent of the pair
   float least;     ///< of a product: for numbers too small for FCL's test, or for this one
-  /// No error: "apart" shall mean farther than this, 0 or more.
+  /// Not an error: pairs count as apart if they are farther than this, 0 or more.
   float reach = 0;
 };
 

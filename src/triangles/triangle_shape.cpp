@@ -155,18 +155,27 @@ bool ConvexShape::touches(const Triangle& triangle, ShapeContact& contact) const
   return true;
 }
 
-/// Along an edge e, the derivative of the distance is e (x - y) / |x - y|, with the nearest point y
-/// of x: it increases. A root is found by bisection and secants (the "Illinois" rule).
+/// Along an edge e, the derivative of the distance is e n, with the outward direction n of the
+/// surface at the point y nearest to x: it increases. (x - y gives n only at tips and rims, since
+/// it has few digits near the surface.) A root is found by bisection and secants (the "Illinois"
+/// rule).
 bool RoundShape::considerEdge(const Vector& from, const Vector& to, TriangleGap& best) const {
   constexpr int kMostSteps = 200;
+  constexpr double kParallel = 0.999;
   const Vector edge = to - from;
   bool is_inside = false;
   const auto slopeAt = [&](double s) {
-    const Vector x = s == 1 ? to : Vector(from + s * edge), y = round_set_.nearest(x), away = x - y;
-    const double distance = away.norm();
-    if (distance < best.distance) best = {{x, y}, distance};
-    is_inside = is_inside || distance == 0;
-    return distance > 0 ? edge.dot(away) / distance : 0;
+    const Vector x = s == 1 ? to : Vector(from + s * edge);
+    const ShapeSurface at = round_set_.surface(x);
+    if (at.distance <= 0) {
+      is_inside = true;
+      best = {{x, x}, 0};
+    } else if (at.distance < best.distance) {
+      best = {{x, at.nearest}, at.distance};
+    }
+    const Vector away = x - at.nearest;
+    const bool is_mean = away.dot(at.outward) < kParallel * at.distance;
+    return is_mean ? edge.dot(away) / at.distance : edge.dot(at.outward);
   };
   double low = 0, high = 1, at_low = slopeAt(0), at_high = slopeAt(1);
   int last_side = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "triangles/convex_distance.h"
+#include "triangles/shape_surface.h"
 #include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
@@ -83,11 +84,11 @@ class ConvexShape : public TriangleShape {
   const ConvexSet& set_;
 };
 
-/// A convex set with a volume whose nearest point to any point is known.
+/// A convex set with a volume whose surface is known.
 class RoundSet : public ConvexSet {
  public:
-  /// The point of the set that is nearest to x: x itself where it is inside.
-  virtual fcl::Vector3d nearest(const fcl::Vector3d& x) const = 0;
+  /// The point of the surface that is nearest to x.
+  virtual ShapeSurface surface(const fcl::Vector3d& x) const = 0;
 
  protected:
   ~RoundSet() = default;

@@ -92,7 +92,7 @@ class Search {
     return go_on || state_.criterion == options_.criteria.size();
   }
 
-  /// Of this criterion and generation: so a search that was stopped goes on as it would have.
+  /// Seed of this criterion and generation, so that a resumed search continues unchanged.
   unsigned seed() const {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }

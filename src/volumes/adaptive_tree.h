@@ -33,7 +33,7 @@ class Inflations {
   S coordinateSum() const { return coordinate_sum_; }
   /// A volume has been refitted whose Volume::cornerSum this is.
   void include(S corner_sum) { coordinate_sum_ = std::max(coordinate_sum_, corner_sum); }
-  /// To be called before volumes are moved for displacements of at most `largest`. A volume whose
+  /// Call this before volumes are moved for displacements of at most `largest`. A volume whose
   /// displacements have the middle c and half sides h moves by |c|_1 <= 3 largest - |h|_1 and grows
   /// by |h|_2, by `roundingOfMove` and by single precision's share (of a body unit). Rounded up:
   /// steps too small to change the sum must not be lost.

@@ -8,8 +8,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Of two triangles abc and bad: a, b, c, d. Four equal ones where they have no common edge, or are
-/// the same.
+/// Returns a, b, c, d for two triangles abc and bad; four equal vertices if they have no common
+/// edge or are equal.
 std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
   const auto has = [](const VertexIndices& of, unsigned v) {
     return (of[0] == v) + (of[1] == v) + (of[2] == v);
@@ -172,8 +172,8 @@ void BodyFit<BV>::finish(Group& group, FitFunction<S> fit) {
   group.count = 0;
 }
 
-/// Of the axes that a volume has and those that a search finds, the better ones are kept. One or
-/// two triangles in two frames do not keep any.
+/// Keeps the better axes: the present ones of the volume, or the result of a search. One or two
+/// triangles in two frames do not keep any.
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;

@@ -12,8 +12,8 @@
 namespace adaptive_bvh {
 
 /// The refits of TranslationPropagation, from the vertex states of a step. They have two prices:
-/// - extents along axes that are known: those that the node had, turned as its vertices have turned
-///   since they were chosen; for one or two triangles those that their shape gives.
+/// - extents along known axes: the node's former axes, rotated with its vertices since they were
+///   chosen; for one or two triangles the axes that their shape defines.
 /// - axes anew, where the volume along the kept ones has grown beyond RefitPolicy::axes_tolerance:
 ///   principal axes, and a search for the best sides.
 ///
@@ -28,8 +28,8 @@ class BodyFit {
   BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices, KeptAxes* kept,
           const RefitPolicy& policy, const FitFunctions<S>& functions);
 
-  /// Makes a node's volume the one around its triangles, at the latest in `finish`: nodes wait
-  /// for others of their kind.
+  /// Fits a node's volume to its triangles, at the latest in `finish`: nodes are collected by kind,
+  /// and nodes of one kind are fitted together.
   void add(int node);
   /// Returns the largest Volume::cornerSum of all volumes that were fitted.
   S finish();
@@ -44,10 +44,10 @@ class BodyFit {
 
   void addTo(Group& group, int node, FitFunction<S> fit);
   void finish(Group& group, FitFunction<S> fit);
-  /// Of an inner node whose shape does not give its axes, or null.
+  /// The kept axes of an inner node whose shape does not define its axes, or null.
   KeptAxes* keptAxes(int node) const;
   void makeRoom(std::size_t points);
-  /// Axes anew for a volume that has outgrown its own.
+  /// New axes for a volume that has outgrown its present ones.
   void renewAxes(const Group& group, int lane, float area);
   Axes<Float4> bestAxesOf(const FitGroup<S>& of) const;
 

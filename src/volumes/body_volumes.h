@@ -123,8 +123,8 @@ struct BodyVolumes {
   Axes<P> axes;
   Vectors<P> corner;  ///< of the rectangle, along the first two axes
   P sides[2], radius;
-  /// Of a box around the same points: its middle from `corner`, and half its sides, along the first
-  /// two axes. Along the third it is as high as the sphere.
+  /// A box around the same points: its middle relative to `corner`, and half its sides, along the
+  /// first two axes. Along the third it is as high as the sphere.
   P to_middle[2], half[2];
 
   BodyVolumes() = default;
@@ -143,7 +143,7 @@ struct BodyVolumes {
     }
   }
 
-  /// Of the surfaces.
+  /// Surface areas of the volumes.
   ADAPTIVE_BVH_INLINE P area() const {
     constexpr float kPi = 3.14159265f;
     return 2 * sides[0] * sides[1] + 2 * kPi * radius * (sides[0] + sides[1] + 2 * radius);

@@ -114,7 +114,7 @@ class Candidates {
     Marks(const Marks&) = delete;
     Marks& operator=(const Marks&) = delete;
 
-    /// Of `left`, in the lowest bit, and of its sibling. With -1: of nothing, then of the root.
+    /// Marks `left`, by the lowest bit, and its sibling. With -1 the second bit marks the root.
     ADAPTIVE_BVH_INLINE void mark(int left, Word which) {
       const int bit = left + 1;  // even: both are in one word
       if (bit / kWord != at_) {

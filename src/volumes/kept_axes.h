@@ -40,7 +40,7 @@ struct Axes {
 
 namespace vectors {
 
-/// Of each lane, the one or the other.
+/// Selects one or the other for each lane.
 template <typename Mask, typename P>
 ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, const Vectors<P>& b) {
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};

@@ -19,7 +19,7 @@ class PointArrays {
   using Point = fcl::Vector3<S>;
 
   void clear() { size_ = 0; }
-  /// To be called before some are added: for so many more, at most `kGranule`.
+  /// Reserves memory for `more` points, at most `kGranule`. Call it before adding them.
   void makeRoomFor(std::size_t more) {
     if (size_ + more > numbers_[0].size()) makeRoom(2 * numbers_[0].size() + kGranule);
   }

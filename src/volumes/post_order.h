@@ -17,8 +17,8 @@ namespace adaptive_bvh {
 ///   rule.applyRoot(a)          works on the root
 ///
 /// Walking the pairs of siblings from the last to the first visits children before parents, and the
-/// subtree of a left sibling ends right after its pair (see Topology). So values wait on a stack,
-/// which needs Topology::stackCapacity.
+/// subtree of a left sibling ends right after its pair (see Topology). So values are kept on a
+/// stack, which needs Topology::stackCapacity.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& rule) {
   if (rule.isLeaf(node))

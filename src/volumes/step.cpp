@@ -121,7 +121,7 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
                 const RefitPolicy& policy, const StepInput<typename BV::S>& input,
                 UpdateReport& report, Stopwatch& watch) {
   using Point = fcl::Vector3<typename BV::S>;
-  // Also those that are not read, because their vertex is named again.
+  // Also checks positions that are not read because their vertex occurs again.
   if (!usablePositions(input.positions, input.count)) return false;
   if constexpr (Method::kTakesSomeVertices) {
     if (!target.model.prev_vertices) {

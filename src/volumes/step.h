@@ -30,9 +30,9 @@ struct UpdateState {
 };
 
 /// The thesis's update (4.3): takes the model to the positions of `input`. Reads them, moves and
-/// inflates all volumes bottom-up, and refits those that the policy calls unfit. With indices it
-/// costs in proportion to what is above those vertices. Returns false, and changes nothing, when a
-/// position is not finite or too large.
+/// inflates all volumes bottom-up, and refits the volumes that the policy calls unfit. With indices
+/// the cost is in proportion to the nodes above those vertices. Returns false, and changes nothing,
+/// if a position is not finite or too large.
 ///
 /// Allocates nothing, but for `prev_vertices` in the first of two frames, on the first call with
 /// indices, and on more than one thread.

@@ -114,8 +114,8 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   const Point mv = m * v;
   const S cross = u.dot(mv), half = (u.dot(m * u) - v.dot(mv)) / 2;
   const S root = std::sqrt(half * half + cross * cross);
-  // Where only rounding errors tell them apart (a square), u and v are the axes: so equal shapes
-  // that lie alike get equal axes, and boxes along these are tight around each other.
+  // If they differ by rounding errors only (a square), u and v are the axes. So equal shapes with
+  // the same orientation get equal axes, and boxes along these are tight around each other.
   constexpr S kNoise = 256 * rounding::epsilon<S>();
   const Point larger = !(root > kNoise) ? u
                        : half > 0       ? Point(u * (half + root) + v * cross)

@@ -27,7 +27,7 @@ struct Topology {
   bool isLeaf(int node) const { return links[static_cast<std::size_t>(node)] < 0; }
   int left(int node) const { return links[static_cast<std::size_t>(node)]; }
   int leafIndex(int node) const { return -1 - links[static_cast<std::size_t>(node)]; }
-  /// Of an inner node: its number among these.
+  /// The number of an inner node among the inner nodes.
   std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
 
   template <typename BV>

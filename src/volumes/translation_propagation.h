@@ -60,7 +60,7 @@ class TranslationPropagation {
   Summary read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first, int last) {
     return vertices_.read(target, input, first, last);
   }
-  /// Of some vertices: see VertexStates.
+  /// Reads some vertices: see VertexStates.
   template <typename Moving>
   Summary readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
                    const VertexLeafMap& leaves, Moving&& moving) {

@@ -74,7 +74,7 @@ class TraversalStatistics {
     raise(node, gapBits(static_cast<float>(gap)));
   }
 
-  /// Of recording queries since the last `clear`.
+  /// Returns the work of recording queries since the last `clear`.
   QueryWork work() const {
     QueryWork work;
     work.queries = queries_.load(std::memory_order_relaxed);

@@ -77,7 +77,7 @@ class ScaledFrame {
 /// What a step is, from its vertices.
 template <typename S>
 struct StepSummary : VertexSummary<S> {
-  /// Of all vertices with a triangle: their coordinates, of either frame where two are kept.
+  /// Box of the coordinates of all vertices with a triangle, of both frames if two are stored.
   Box body{float4::all(std::numeric_limits<float>::max()),
            float4::all(std::numeric_limits<float>::lowest())};
 

@@ -94,7 +94,7 @@ struct Volume<fcl::RSS<S_>> {
   /// position lies inside in exact arithmetic. count >= 1. Allocates only while a thread's fits
   /// grow in size.
   static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
-  /// Of primitives that are given by their vertices.
+  /// Fits a volume to primitives, which are given by their vertices.
   static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
 
   /// Whether a box is part of it.
@@ -108,7 +108,7 @@ struct Volume<fcl::RSS<S_>> {
   /// the shorter one is 0.
   static double aspectRatio(const BV& bv);
   /// The share of `inner` that lies in `outer`, by 64 evenly spread sample points of the box around
-  /// `inner`. Those that touch count.
+  /// `inner`. Points on the surface count.
   static double shareWithin(const BV& inner, const BV& outer);
   /// \}
 };
@@ -154,7 +154,7 @@ struct Volume<fcl::OBBRSS<S_>> {
     __builtin_prefetch(bv.obb.extent.data() + 2, 1);
   }
 
-  /// Of either part the larger; of the box the corner is the middle, and its side the longest half.
+  /// The larger value of both parts; for the box that of its middle and its longest half side.
   static S cornerSum(const BV& bv) {
     return std::max(RssPart::cornerSum(bv.rss),
                     bv.obb.To.template lpNorm<1>() + bv.obb.extent.maxCoeff());

@@ -31,7 +31,7 @@ bool isNamed(const std::string& name, const std::vector<std::string>& wanted) {
          });
 }
 
-/// Those asked for; without a choice, all but the slow ones above thesis size.
+/// The chosen methods; without a choice, all except the slow ones above thesis size.
 std::vector<MethodKind> chosenMethods(const Options& options) {
   const bool large = *std::max_element(options.resolutions.begin(), options.resolutions.end()) > 1;
   std::vector<MethodKind> chosen;
@@ -69,7 +69,7 @@ std::vector<Scenario> chosenScenarios(const Options& options, int resolution, in
   return chosen;
 }
 
-/// Calls what(resolution, stride) for all that were asked for.
+/// Calls what(resolution, stride) for all requested combinations.
 template <typename What>
 void forEachSize(const Options& options, const What& what) {
   for (int resolution : options.resolutions)

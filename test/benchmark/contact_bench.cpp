@@ -70,7 +70,7 @@ Scenario alone(const Body& body, bool aligned) {
   return aligned ? scenario : scenarios::turnedGenerically(scenario);
 }
 
-/// Those that are computed.
+/// The rows that are computed.
 std::vector<ContactCase> bodyCases(int resolution, bool aligned) {
   std::vector<ContactCase> all;
   for (const Body& body :

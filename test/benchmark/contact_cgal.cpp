@@ -1,5 +1,5 @@
 // CGAL: self-intersections by exact predicates, from scratch in every frame. Other than the other
-// rows it also tells of neighbours that overlap beyond what they share, and its verdict on
+// rows it also reports neighbours that overlap beyond what they share, and its verdict on
 // triangles that barely touch is exact.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>

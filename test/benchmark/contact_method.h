@@ -32,7 +32,7 @@ struct ContactCase {
 /// Of a self-collision the smaller index first.
 using TrianglePair = std::pair<unsigned, unsigned>;
 
-/// Of one query, or a sum; negative where the program does not tell.
+/// Counts of one query, or a sum; negative if the program does not report them.
 struct ContactCounts {
   long box_tests = -1;       ///< pairs of nodes
   long candidates = -1;      ///< pairs of triangles whose boxes overlap, neighbours left out
@@ -68,7 +68,7 @@ struct ContactKind {
   std::function<std::unique_ptr<ContactMethod>(const ContactCase&)> make;
 };
 
-/// Those that others are compared with.
+/// The methods that others are compared with.
 constexpr const char *kContactReference = "fcl-rss", *kContactOurs = "mesh";
 
 /// This library's; with a row on so many threads where they are more than one.

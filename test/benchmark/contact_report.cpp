@@ -138,7 +138,7 @@ nlohmann::json toJson(const ContactMeasurement& m) {
           {"worst_error", m.worst_error}};
 }
 
-/// Of a table in CSV, where what a program does not tell is left empty.
+/// A cell of a CSV table, empty for values that a program does not report.
 std::string cell(long count) { return count < 0 ? "" : std::to_string(count); }
 
 }  // namespace

@@ -19,7 +19,7 @@ long missing(const std::vector<TrianglePair>& a, const std::vector<TrianglePair>
   return long(difference.size());
 }
 
-/// Counts that a method does not tell stay negative.
+/// Counts that a method does not report stay negative.
 void add(long& sum, long count) {
   if (count >= 0) sum = std::max(sum, 0L) + count;
 }

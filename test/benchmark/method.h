@@ -12,7 +12,7 @@ namespace adaptive_bvh_bench {
 using Point = scenarios::Point;
 using Positions = std::vector<Point>;
 
-/// What one frame took, counted; 0 where a method does not count.
+/// Counted work of one frame; 0 if a method does not count.
 struct Work {
   long bv_tests = 0, leaf_tests = 0, refitted = 0;
   void operator+=(const Work& other) {

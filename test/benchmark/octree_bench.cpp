@@ -88,7 +88,7 @@ std::vector<Case> cases(const std::vector<int>& columns) {
   return all;
 }
 
-/// One query of one pair, asked of FCL and of us.
+/// One query of one pair, by FCL and by this library.
 struct Outcome {
   double fcl, ours;  ///< ms
   std::size_t contacts = 0;

@@ -33,7 +33,7 @@ struct ProximityAnswer {
   std::vector<double> numbers;                       ///< of points and rays; 0 or 1
 };
 
-/// Bodies kept and asked in one way.
+/// A method to update and query bodies.
 class ProximityMethod {
  public:
   virtual ~ProximityMethod() = default;

@@ -4,12 +4,14 @@
     PYTHONPATH=build/release/python python3 test/benchmark/python_bench.py \\
         build/release/test/benchmark/libpython_bench.so
 
-After each update comes a distance to a body below, which is not timed. Prints medians. Fails with
+After each update comes a distance to a body below, which is not timed. Prints medians; and what a
+build and a load of a saved mesh take, without comparison. Fails with
 --check when an update takes over 5 % longer than in C++, a call of distance over 3 us longer, or
 building a model of FCL's anew, python-fcl's way, less than 50 times an update.
 """
 import argparse
 import ctypes
+import pickle
 import statistics
 import sys
 import time
@@ -112,6 +114,20 @@ def compare_distances(bench, rounds, calls=200):
     return statistics.median(cpp), statistics.median(python)
 
 
+def compare_loads(n, is_shuffled, repeats=5):
+    """Milliseconds of a build and of a load from a pickle, of a sheet: the least of some."""
+    vertices, faces = sheet(n)
+    if is_shuffled:
+        rng = np.random.default_rng(1)
+        order = rng.permutation(len(vertices))
+        numbers = np.argsort(order)
+        vertices, faces = vertices[order], rng.permutation(numbers[faces])
+    saved = pickle.dumps(ab.DeformableMesh(vertices, faces))
+    build = min(seconds(lambda: ab.DeformableMesh(vertices, faces)) for _ in range(repeats))
+    load = min(seconds(lambda: pickle.loads(saved)) for _ in range(repeats))
+    return build * 1e3, load * 1e3
+
+
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("library")
@@ -131,6 +147,12 @@ def main():
         f"distance of 2 + 2 triangles: C++ {one:.2f} us, Python {other:.2f} us, "
         f"{other - one:.2f} us more"
     )
+    for is_shuffled in (False, True):
+        built, loaded = compare_loads(given.size, is_shuffled)
+        print(
+            f"{2 * given.size**2} triangles in {'random ' if is_shuffled else ''}order: build "
+            f"{built:.0f} ms, load {loaded:.0f} ms, {loaded / built:.2f} of it"
+        )
     failed = ratio > 1.05 or build / python < 50 or other - one > 3
     sys.exit(given.check and failed)
 

@@ -359,7 +359,7 @@ double crowd(int count, double side, int steps, bool with_peers) {
     for (const auto& object : mesh_objects) named.push_back(object.get());
     by_manager.push_back(updates.back() + milliseconds([&] {
                            adaptive_bvh::refresh(named, mesh_manager);
-                           // The manager's boxes must reach as far as pairs are asked for.
+                           // The manager's boxes must be grown by the distance of the pairs.
                            mesh_manager.collide(&near_pairs, takeNearPairs);
                          }));
     require(near_pairs.found <= num_near, "pairs of triangles that are near");

@@ -152,7 +152,7 @@ struct Poke {
 /// of a model the tool moves and recorded queries run, outside of the clock, so that refits go by
 /// what they meet.
 void partial(int rounds) {
-  heading("local poke, sheet, model", "node", "update of all", "of those that move");
+  heading("local poke, sheet, model", "node", "update of all", "of moved vertices");
   for (int resolution : kPokes) {
     const Poke poke(resolution);
     Model all = modelOf(poke.scenario.first, adaptive_bvh::FitnessCriterion::AB), some = all;
@@ -171,7 +171,7 @@ void partial(int rounds) {
         [&](std::size_t i) { some.update(poke.indices[i], poke.to[i]); },
         [&](std::size_t i) { ask(some, i); });
   }
-  heading("local poke, sheet, mesh", "triangle", "update of all", "of those that move");
+  heading("local poke, sheet, mesh", "triangle", "update of all", "of moved vertices");
   for (int resolution : kPokes) {
     const Poke poke(resolution);
     Mesh all(poke.scenario.first.mesh()), some = all;

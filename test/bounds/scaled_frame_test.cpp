@@ -106,7 +106,7 @@ TYPED_TEST(ScaledFrameTest, DisplacementsAreCloseAndNeverVanish) {
   }
   EXPECT_GT(tiny, 1000) << "displacements too small to be told must be among them";
   const Float4 none = this->frame(1).displacement(Vector3<S>::Zero());
-  EXPECT_EQ(0, float4::largest(float4::absolute(none))) << "what rests does not move";
+  EXPECT_EQ(0, float4::largest(float4::absolute(none))) << "a vertex at rest does not move";
   const Vector3<S> least(0, std::numeric_limits<S>::denorm_min(), 0);
   EXPECT_EQ(ScaledFrame<S>::kLeast, this->frame(S(1e6)).displacement(least)[0]);
 }

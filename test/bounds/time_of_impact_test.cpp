@@ -131,7 +131,7 @@ TEST_F(TimeOfImpact, OfEdgesThatStayNearlyParallel) {
   EXPECT_EQ(MovingFeatures::kNever, pair.features().timeOfImpact(0));
 }
 
-/// As above, of many pairs: there is no impact before they are as near as the tolerance.
+/// Many pairs: there is no impact before they are as near as the tolerance.
 TEST_F(TimeOfImpact, OfManyPairsThatStayNearlyParallel) {
   int impacts = 0;
   for (int round = 0; round < manySteps(2000); ++round) {

@@ -282,7 +282,7 @@ class Subject {
     query(*queries_);
   }
 
-  /// Contacts of the model have every field and do not depend on being asked for.
+  /// Contacts of the model have every field and do not depend on the requested fields.
   void contacts(Bytes& in) {
     const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
     if (!isQueryable() || !isPlainFrame()) return;
@@ -480,7 +480,7 @@ class Subject {
     fcl::CollisionResultd contacts;
     const fcl::CollisionRequestd all(100000);
     if (!isQueryable()) {
-      if (!isBuilding()) return;  // a frame is open; asked when it is closed
+      if (!isBuilding()) return;  // a frame is open; checked when it is closed
       try {
         adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
                                        fcl::DistanceRequestd(), distance);

@@ -104,8 +104,8 @@ class MeshQueries {
     REQUIRE(brute_force.findError(result, still, 1e-9).empty());
   }
 
-  /// Contacts have every field, are listed once by selfCollide, and do not depend on being asked
-  /// for.
+  /// Contacts have every field, are listed once by selfCollide, and do not depend on the
+  /// requested fields.
   void contacts(const fcl::Transform3d& tf) {
     const fcl::Transform3d still = fcl::Transform3d::Identity();
     fcl::CollisionResultd plain, full, own, own_full;
@@ -126,7 +126,7 @@ class MeshQueries {
                   own);
   }
 
-  /// A coherent pair is asked far away once, and then near, step by step.
+  /// A coherent pair is queried far away once, and then near, step by step.
   void excursion(Bytes& in) {
     const double ways[] = {1e3, 1e9, 1e12, 1e13, 1e17, 1e20, 1e200, 1e300};
     fcl::Transform3d tf = pose(in);

@@ -1,5 +1,5 @@
 // Runs the fuzz target without libFuzzer: on every file of a corpus, with all types, and on as many
-// random inputs as asked for. replay CORPUS_DIR [RANDOM_INPUTS [SEED]]
+// random inputs as requested. replay CORPUS_DIR [RANDOM_INPUTS [SEED]]
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

@@ -114,7 +114,7 @@ class TestRun {
   adaptive_bvh::Recording recording;
 };
 
-/// What is asked of a pair of bodies: their distance, by the boxes of meshes or FCL's volumes.
+/// The query of a pair of bodies: their distance, by the boxes of meshes or FCL's volumes.
 class MeshPair {
  public:
   explicit MeshPair(const scenarios::Scenario& scenario)

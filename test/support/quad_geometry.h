@@ -112,7 +112,7 @@ inline Real distance(const Triangle& a, const Triangle& b) {
   }
   return root(least);
 }
-/// Whether they have a common point, or so nearly that 113 bits do not tell.
+/// Whether they have a common point, or are so near that 113 bits do not decide.
 inline bool touch(const Triangle& a, const Triangle& b) {
   Real extent = 0;
   for (const Triangle* t : {&a, &b})

@@ -24,7 +24,7 @@ std::shared_ptr<fcl::Convex<S>> tetrahedron() {
   return std::make_shared<fcl::Convex<S>>(corners, 4, faces);
 }
 
-/// One of each primitive that FCL can tell a mesh's distance to.
+/// One of each primitive to which FCL can compute a mesh's distance.
 template <typename S>
 std::vector<std::shared_ptr<fcl::CollisionGeometry<S>>> boundedShapes() {
   return {std::make_shared<fcl::Box<S>>(S(0.4), S(0.3), S(0.5)),

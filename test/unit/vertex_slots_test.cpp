@@ -118,7 +118,7 @@ TEST(VertexSlots, BlocksAreTheLargestSubtreesThatFit) {
   });
 }
 
-/// All vertices have a slot; those that no triangle has come last, once.
+/// All vertices have a slot; vertices without a triangle come last, once.
 TEST(VertexSlots, VerticesWithoutATriangleComeLast) {
   forEachTree([](const auto& mesh, const Model& model, const VertexSlots& slots) {
     std::set<unsigned> used;

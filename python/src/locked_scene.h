@@ -1,0 +1,90 @@
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <shared_mutex>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "adaptive_bvh/scene.h"
+#include "bound.h"
+#include "locked_mesh.h"
+
+namespace adaptive_bvh::python {
+
+/// Python's Scene: one of the two scenes of the library, the meshes that it refers to, and a lock.
+/// Queries share the lock and those of the meshes, what changes the scene has it for itself. Locks
+/// are only held without the GIL.
+class LockedScene : public Bound {
+ public:
+  /// Throws py::type_error on other types than float64 and float32.
+  explicit LockedScene(const py::object& dtype);
+
+  bool isDouble() const { return scene_.index() == 0; }
+
+  /// Adds a mesh or a shape. Throws py::type_error on others, and as poseFrom.
+  BodyId add(const py::object& body, const py::object& tf, const BodyOptions& options);
+  void remove(BodyId body);
+  void setTransform(BodyId body, const py::object& tf);
+  /// As (4, 4) numbers.
+  py::array transform(BodyId body) const;
+  /// What `add` was given.
+  py::object geometry(BodyId body) const;
+  /// A function of Python's, or None.
+  void setFilter(const py::object& filter);
+  const py::object& filter() const { return filter_; }
+  /// Without a lock: of a scene that nothing refers to any more.
+  void clearFilter();
+
+  /// Runs f(scene) alone, without the GIL.
+  template <typename F>
+  auto change(const F& f) {
+    CallbackScope::refuse();
+    const py::gil_scoped_release nogil;
+    const std::unique_lock alone(mutex_);
+    return std::visit(f, scene_);
+  }
+  /// As above, with the locks of all meshes.
+  template <typename F>
+  auto changeWithMeshes(const F& f) {
+    CallbackScope::refuse();
+    const py::gil_scoped_release nogil;
+    const std::unique_lock alone(mutex_);
+    const auto locks = lockMeshes();
+    return std::visit(f, scene_);
+  }
+  /// As above, beside other queries.
+  template <typename F>
+  auto query(const F& f) const {
+    CallbackScope::refuse();
+    const py::gil_scoped_release nogil;
+    const std::shared_lock shared(mutex_);
+    const auto locks = lockMeshes();
+    return std::visit(f, scene_);
+  }
+
+ private:
+  std::vector<std::shared_lock<std::shared_mutex>> lockMeshes() const;
+
+  std::variant<Scene<double>, Scene<float>> scene_;
+  std::vector<std::pair<BodyId, std::shared_ptr<LockedMesh>>> meshes_;
+  std::map<BodyId, py::object> geometries_;  ///< only touched with the GIL
+  py::object filter_ = py::none();           ///< likewise; the scene refers to it
+  mutable std::shared_mutex mutex_;
+};
+
+/// The numbers of a C++ scene.
+template <typename SomeScene>
+using SceneScalar = typename std::decay_t<SomeScene>::Transform::Scalar;
+
+using SceneClass = py::class_<LockedScene>;
+
+/// The queries of Scene; their results.
+void bindSceneQueries(SceneClass& scene);
+void bindSceneResults(py::module_& module);
+/// Those of all pairs of bodies, likewise.
+void bindScenePairs(SceneClass& scene);
+void bindScenePairResults(py::module_& module);
+
+}  // namespace adaptive_bvh::python

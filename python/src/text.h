@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+namespace adaptive_bvh::python {
+
+namespace py = pybind11;
+
+/// A __repr__ that shows attributes by name: "RayHits(rays=[0, 2], triangles=[7, 9], ...)". Numbers
+/// of arrays have six digits. Arrays of more than 12 are abbreviated, and followed by their shape.
+class TextOf {
+ public:
+  explicit TextOf(std::vector<const char*> attributes) : attributes_(std::move(attributes)) {}
+  std::string operator()(const py::object& self) const;
+
+ private:
+  std::vector<const char*> attributes_;
+};
+
+}  // namespace adaptive_bvh::python

@@ -1,0 +1,51 @@
+#include "mesh/components.h"
+
+#include <numeric>
+
+#include "base/scratch.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Sets of vertices that are joined (union-find).
+class JoinedVertices {
+ public:
+  explicit JoinedVertices(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  unsigned rootOf(unsigned v) {
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  void join(unsigned a, unsigned b) { parent_[rootOf(a)] = rootOf(b); }
+
+ private:
+  Scratch<unsigned> parent_;
+};
+
+}  // namespace
+
+template <typename S>
+void Components::adopt(const MeshView<S>& mesh, std::size_t num_triangles,
+                       std::size_t num_vertices) {
+  JoinedVertices joined(num_vertices);
+  const auto count = static_cast<unsigned>(num_triangles);
+  for (unsigned t = 0; t < count; ++t) {
+    const VertexIndices v = mesh.verticesOf(t);
+    joined.join(v[1], v[0]);
+    joined.join(v[2], v[0]);
+  }
+  Scratch<char> is_known(num_vertices, 0);
+  first_triangles_.clear();
+  for (unsigned t = 0; t < count; ++t) {
+    char& is_root_known = is_known[joined.rootOf(mesh.verticesOf(t)[0])];
+    if (!is_root_known) first_triangles_.push_back(t);
+    is_root_known = 1;
+  }
+  first_triangles_.shrink_to_fit();
+}
+
+template void Components::adopt(const MeshView<float>&, std::size_t, std::size_t);
+template void Components::adopt(const MeshView<double>&, std::size_t, std::size_t);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "mesh/mesh_view.h"
+
+namespace adaptive_bvh {
+
+/// The connected components of a mesh: triangles that share a vertex belong to the same one.
+class Components {
+ public:
+  template <typename S>
+  void adopt(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
+
+  /// The triangle with the smallest index of each, by increasing index.
+  const std::vector<unsigned>& firstTriangles() const { return first_triangles_; }
+  std::size_t bytes() const { return first_triangles_.capacity() * sizeof(unsigned); }
+
+ private:
+  std::vector<unsigned> first_triangles_;
+};
+
+}  // namespace adaptive_bvh
