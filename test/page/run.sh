@@ -54,5 +54,4 @@ drive scene 1280 800 all
 drive helmet 500 844 phone
 drive scene 500 844 phone
 drive helmet 1280 800 play --virtual-time-budget=30000
-drive helmet 1280 800 film --timeout=20000
 test "$(stat -c %s "$folder/large.html")" -le 12000000
