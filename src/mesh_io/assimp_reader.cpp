@@ -60,7 +60,7 @@ SceneNode nodeOf(const aiNode& source) {
 
 }  // namespace
 
-Scene readByAssimp(const std::string& path) {
+FileScene readByAssimp(const std::string& path) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // the importer's from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
@@ -68,7 +68,7 @@ Scene readByAssimp(const std::string& path) {
   if (!source) throw std::runtime_error(importer.GetErrorString());
   if (!source->mRootNode) throw std::runtime_error("the scene is empty");
 
-  Scene scene;
+  FileScene scene;
   for (unsigned i = 0; i < source->mNumMeshes; ++i)
     scene.meshes.push_back(polygonsOf(*source->mMeshes[i]));
   // With an explicit list: nodes may be nested as deep as assimp can read.

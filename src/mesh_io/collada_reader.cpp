@@ -75,7 +75,7 @@ class ColladaReader {
  public:
   explicit ColladaReader(const std::string& text) : document_(parseXml(text)) { index(document_); }
 
-  Scene read() {
+  FileScene read() {
     if (document_.name != "COLLADA") throw std::runtime_error("it is no Collada file");
     readAsset(document_.child("asset"));
     for (const XmlElement& library : document_.children)
@@ -291,7 +291,7 @@ class ColladaReader {
   }
 
   const XmlElement document_;
-  Scene scene_;
+  FileScene scene_;
   std::map<std::string, const XmlElement*> by_id_;  ///< "name#id"
   std::map<std::string, std::size_t> nodes_by_name_;
   std::map<const XmlElement*, std::size_t> node_numbers_, mesh_numbers_;
@@ -303,6 +303,6 @@ class ColladaReader {
 
 }  // namespace
 
-Scene readCollada(const std::string& text) { return ColladaReader(text).read(); }
+FileScene readCollada(const std::string& text) { return ColladaReader(text).read(); }
 
 }  // namespace adaptive_bvh

@@ -30,18 +30,18 @@ PolygonMesh readOff(const std::string& bytes);
 /// glTF 2 and 1, as text or binary; the path is where relative names of buffers begin. It must be
 /// JSON by `parseStrictly`. Accessors of integers are read as the file says
 /// (KHR_mesh_quantization); other required extensions that change positions are refused by name.
-Scene readGltf(const std::string& bytes, const std::string& path);
+FileScene readGltf(const std::string& bytes, const std::string& path);
 
 /// Collada. Declares the axis that is up, and the unit.
-Scene readCollada(const std::string& text);
+FileScene readCollada(const std::string& text);
 
 /// Everything else, by assimp, in single precision.
-Scene readByAssimp(const std::string& path);
+FileScene readByAssimp(const std::string& path);
 
 /// \}
 
 /// One of the readers above, by the beginning of the file and then by the name's extension.
-Scene readScene(const std::string& path);
+FileScene readScene(const std::string& path);
 
 /// The bytes of a regular file. Throws std::runtime_error when it is none or cannot be read.
 std::string readFile(const std::string& path);

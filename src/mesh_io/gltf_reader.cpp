@@ -138,7 +138,7 @@ class GltfReader {
         binary_(std::move(binary)),
         folder_(path.substr(0, path.find_last_of('/') + 1)) {}
 
-  Scene read() {
+  FileScene read() {
     for (const Json& extension : at(gltf_, "extensionsRequired"))
       if (extension.is_string() && !isHarmless(extension.get<std::string>()))
         throw std::runtime_error("it requires the extension " + extension.get<std::string>() +
@@ -303,12 +303,12 @@ class GltfReader {
   const std::string binary_;  ///< the buffer of a binary file
   const std::string folder_;
   std::map<Json, std::string> buffers_;
-  Scene scene_;
+  FileScene scene_;
 };
 
 /// After a header of three words, chunks of JSON and of bytes. In version 1 a header of five words,
 /// JSON, and bytes.
-Scene readBinary(const std::string& bytes, const std::string& path) {
+FileScene readBinary(const std::string& bytes, const std::string& path) {
   const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
   std::string parts[2];
   std::size_t at = 12;
@@ -332,7 +332,7 @@ Scene readBinary(const std::string& bytes, const std::string& path) {
 
 }  // namespace
 
-Scene readGltf(const std::string& bytes, const std::string& path) {
+FileScene readGltf(const std::string& bytes, const std::string& path) {
   if (bytes.compare(0, 4, "glTF") == 0) return readBinary(bytes, path);
   return GltfReader(bytes, "", path).read();
 }

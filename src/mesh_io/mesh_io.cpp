@@ -22,7 +22,7 @@ Eigen::Matrix3d axesOf(UpAxis up) {
 }
 
 /// From the file's frame and unit to the caller's.
-Eigen::Matrix4d transformFor(const Scene& scene, const MeshLoadOptions& options) {
+Eigen::Matrix4d transformFor(const FileScene& scene, const MeshLoadOptions& options) {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   if (options.up != UpAxis::AsInFile && scene.up != UpAxis::AsInFile)
     transform.topLeftCorner<3, 3>() = axesOf(options.up) * axesOf(scene.up).transpose();
@@ -39,7 +39,7 @@ void checkOptions(const MeshLoadOptions& options) {
 
 TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& options) {
   try {
-    Scene scene = readScene(path);
+    FileScene scene = readScene(path);
     const Eigen::Matrix4d transform = transformFor(scene, options);
     return flatten(std::move(scene), transform);
   } catch (const std::bad_alloc&) {

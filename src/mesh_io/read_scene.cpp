@@ -55,8 +55,8 @@ std::string formatOf(const std::string& path, const std::string& bytes) {
   return beginsAsObj(beginning) ? "obj" : "";
 }
 
-Scene sceneOf(PolygonMesh mesh) {
-  Scene scene;
+FileScene sceneOf(PolygonMesh mesh) {
+  FileScene scene;
   scene.meshes.push_back(std::move(mesh));
   scene.nodes.emplace_back();
   scene.nodes[0].meshes = {0};
@@ -79,7 +79,7 @@ std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Scene readScene(const std::string& path) {
+FileScene readScene(const std::string& path) {
   const std::string bytes = readFile(path), format = formatOf(path, bytes);
   if (format == "obj") return sceneOf(readObj(bytes));
   if (format == "stl") return sceneOf(readStl(bytes));

@@ -101,7 +101,7 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
   }
 }
 
-Mesh flatten(Scene scene, const Matrix4d& root) {
+Mesh flatten(FileScene scene, const Matrix4d& root) {
   checkHierarchy(scene.nodes);
   std::vector<Mesh> meshes;
   for (PolygonMesh& mesh : scene.meshes)

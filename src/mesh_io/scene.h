@@ -27,7 +27,7 @@ struct SceneNode {
 };
 
 /// What a file holds.
-struct Scene {
+struct FileScene {
   std::vector<PolygonMesh> meshes;
   std::vector<SceneNode> nodes;
   std::size_t root = 0;          ///< the node that is placed, with those below it
@@ -41,6 +41,6 @@ void checkHierarchy(const std::vector<SceneNode>& nodes);
 
 /// Triangles in the frame of the root, transformed by `root`. Throws std::runtime_error by
 /// `checkHierarchy` and `triangulate`, and when the nodes place meshes too often.
-TriangleMesh<double> flatten(Scene scene, const Eigen::Matrix4d& root);
+TriangleMesh<double> flatten(FileScene scene, const Eigen::Matrix4d& root);
 
 }  // namespace adaptive_bvh
