@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
     blob.id = scene.add(blob.mesh, blob.poseAt(0));
     blobs.push_back(blob);
   }
+  page.follow(scene);
   std::printf("step  touching pairs  contacts  ms\n");
   adaptive_bvh::SceneCollisions<double> found;
   for (int step = 0; step <= 20; ++step) {
@@ -80,5 +81,7 @@ int main(int argc, char** argv) {
     if (step % 5 == 0)
       std::printf("%4d  %14zu  %8zu  %.2f\n", step, found.pairs.size(), found.contacts.size(),
                   passed.count());
+    page.frame(found);
   }
+  page.write();
 }
