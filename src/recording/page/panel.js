@@ -141,7 +141,7 @@ function captionOf(frame, bodies, volumes) {
   if (now.contacts) said.push(`Points mark ${plural(now.contacts.count, "contact")}.`);
   for (const {kind, label, wanted, drawn} of labelViews)
     if (wanted && drawn) said.push(`${kind === "arrows" ? "Arrows" : "Segments"}: ${drawn} of “${label}”.`);
-  if (settings.patches && now.bodies.some((body) => body.patches))
+  if (settings.patches && now.bodies.some((body) => body.patches?.count))
     said.push("Patches of the surface are in strong colours.");
   if (settings.clearance && now.bodies.some((body) => body.clearance))
     said.push("Colours on the surface: clearance, the distance of each vertex to the other body.");
