@@ -197,7 +197,7 @@ class SceneTest : public testing::Test {
         if (admits(bodies_[i], bodies_[j])) act(bodies_[i], bodies_[j]);
   }
   static std::vector<exact::Triangle> trianglesOf(const Judged<S>& body) {
-    const exact::Placement place{exact::of(body.tf.linear()), exact::of(body.tf.translation())};
+    const exact::Placement place = exact::placement(body.tf);
     std::vector<exact::Triangle> triangles;
     for (const fcl::Triangle& t : body.mesh->triangles()) {
       exact::Triangle corners;
@@ -229,11 +229,9 @@ class SceneTest : public testing::Test {
     if (inner.geometry->getNodeType() == fcl::GEOM_PLANE ||
         inner.geometry->getNodeType() == fcl::GEOM_HALFSPACE)
       return false;
-    const exact::Point in_world =
-        exact::of(inner.tf.linear()) * exact::of(x) + exact::of(P(inner.tf.translation()));
-    return std::round(windingNumberOf(*around.mesh,
-                                      exact::of(around.tf.linear()).transpose() *
-                                          (in_world - exact::of(P(around.tf.translation()))))) != 0;
+    const exact::Point in_world = exact::placement(inner.tf)(exact::of(x));
+    return std::round(
+               windingNumberOf(*around.mesh, exact::placement(around.tf).inverse(in_world))) != 0;
   }
 
   void expectCollisions() {

@@ -68,11 +68,9 @@ class ShapeDistance : public testing::Test {
   /// By the rotation as it is given.
   static exact::Triangle seenFrom(const fcl::Transform3<S>& tf, const TriangleMesh<S>& mesh,
                                   std::size_t triangle) {
-    const auto R = tf.linear().template cast<Real>();
     exact::Triangle t;
     for (std::size_t k = 0; k < 3; ++k)
-      t[k] = R.transpose() * (exact::of(mesh.vertices[mesh.triangles[triangle][int(k)]]) -
-                              exact::of(Vector3<S>(tf.translation())));
+      t[k] = inShape(tf, mesh.vertices[mesh.triangles[triangle][int(k)]]);
     return t;
   }
 
@@ -110,8 +108,7 @@ class ShapeDistance : public testing::Test {
     checkContacts(shape, mesh, model, tf, distances, found, tolerance);
   }
   static Point inShape(const fcl::Transform3<S>& tf, const Vector3<S>& x) {
-    return tf.linear().template cast<Real>().transpose() *
-           (exact::of(x) - exact::of(Vector3<S>(tf.translation())));
+    return exact::placement(tf).inverse(exact::of(x));
   }
 
   void checkContacts(const Shape& shape, const TriangleMesh<S>& mesh, const Body& model,

@@ -514,7 +514,7 @@ TYPED_TEST(SignedDistances, OfAMeshAndAHalfSpace) {
     const Point n = exact::of(solid.n).normalized();
     Real lowest = std::numeric_limits<Real>::infinity();
     for (const auto& p : a.vertices())
-      lowest = std::min(lowest, n.dot(other.R.transpose() * (at(exact::of(p)) - other.T)) -
+      lowest = std::min(lowest, n.dot(other.inverse(at(exact::of(p)))) -
                                     Real(solid.d) / exact::of(solid.n).norm());
     const Real rounding = this->rounding(4);
     ASSERT_NEAR(double(lowest), double(found.lower), double(rounding));

@@ -25,9 +25,7 @@ class SolidBodies : public testing::Test {
 
   /// Of a point in a body's frame, in another's.
   static Point in(const Transform& to, const Transform& from, const Point& x) {
-    const Point in_world = exact::of(from.linear()) * x + exact::of(Vector3<S>(from.translation()));
-    return exact::of(to.linear()).transpose() *
-           (in_world - exact::of(Vector3<S>(to.translation())));
+    return exact::placement(to).inverse(exact::placement(from)(x));
   }
   static exact::Triangle triangleOf(const Mesh& mesh, std::size_t t) {
     const fcl::Triangle& v = mesh.triangles()[t];

@@ -165,18 +165,11 @@ struct RunDistance {
 template <typename S>
 void requireSolids(const fcl::CollisionGeometry<S>& first,
                    const fcl::CollisionGeometry<S>& second) {
-  bool has_model = false, has_mesh = false;
-  for (const fcl::CollisionGeometry<S>* geometry : {&first, &second}) {
-    if (geometry->getNodeType() == fcl::GEOM_OCTREE)
-      refuse("a query of solid bodies does not answer for octrees");
-    if (const DeformableMesh<S>* mesh = meshOf(*geometry)) {
-      has_mesh = true;
-      requireClosed(stateOf(*mesh), "collide of solid bodies");
-    } else {
-      has_model = has_model || geometry->getObjectType() == fcl::OT_BVH;
-    }
-  }
-  if (has_model && !has_mesh)
+  const auto isOctree = [](const auto& g) { return g.getNodeType() == fcl::GEOM_OCTREE; };
+  const auto isModel = [](const auto& g) { return g.getObjectType() == fcl::OT_BVH; };
+  if (isOctree(first) || isOctree(second))
+    refuse("a query of solid bodies does not answer for octrees");
+  if (!meshOf(first) && !meshOf(second) && (isModel(first) || isModel(second)))
     refuse("a query of solid bodies needs a DeformableMesh: that of a model is model.mesh()");
 }
 
@@ -188,11 +181,12 @@ struct RunCollision {
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
+  void requireClosedIfSolid(const PlacedMesh<S>& mesh) const {
+    if (solid) requireClosed(mesh.mesh, "collide of solid bodies");
+  }
   void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
-    if (solid) {  // those of models, too
-      requireClosed(first.mesh, "collide of solid bodies");
-      requireClosed(second.mesh, "collide of solid bodies");
-    }
+    requireClosedIfSolid(first);
+    requireClosedIfSolid(second);
     const std::size_t before = query.result.numContacts();
     if (query.isSatisfied()) return;
     collideMeshes(first, second, query);
@@ -201,6 +195,7 @@ struct RunCollision {
     if (!query.isSatisfied()) addContained(second, first, true, query);
   }
   void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+    requireClosedIfSolid(mesh);
     const std::size_t before = query.result.numContacts();
     if (query.isSatisfied()) return;
     meshShapeCollide(mesh, shape, query);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "triangles/scaled_ellipsoid.h"
 #include "triangles/shape_surface.h"
 #include "triangles/shortest_way.h"
 
@@ -14,33 +15,27 @@ using Vector = fcl::Vector3d;
 /// around it. There is one at most (J. M. Martinez, "Local Minimizers of Quadratic Functions on
 /// Euclidean Balls and Spheres", 1994): at the smallest root w of
 ///   sum (r_k z_k / (e_k - w))^2 = 1 in (0, least e_k beside that of the shortest axis),
-/// where r_k and e_k are the squares of the radii in those of the shortest, and these less 1.
+/// with z, r and e (the excess) of ScaledEllipsoid.
 class OtherSide {
  public:
-  OtherSide(const Vector& x, const Vector& radii) : x_(x), radii_(radii) {
-    const double shortest = radii.minCoeff(&least_);
-    z_ = x.cwiseAbs().cwiseQuotient(radii);
-    for (int k = 0; k < 3; ++k) {
-      r_[k] = (radii[k] / shortest) * (radii[k] / shortest);
-      e_[k] = (radii[k] - shortest) / shortest * ((radii[k] + shortest) / shortest);
-    }
-  }
+  OtherSide(const Vector& x, const Vector& radii) : x_(x), radii_(radii), scaled_(x, radii) {}
 
   Vector outward() const {
-    const double least_excess = std::min(e_[(least_ + 1) % 3], e_[(least_ + 2) % 3]);
-    if (z_[least_] == 0) {  // x is in the plane: both sides are the same
+    const auto& [shortest, z, r, excess] = scaled_;
+    const double least_excess = std::min(excess[(shortest + 1) % 3], excess[(shortest + 2) % 3]);
+    if (z[shortest] == 0) {  // x is in the plane: both sides are the same
       Vector mirrored = surfaceOfEllipsoid(x_, radii_).outward;
-      mirrored[least_] = -mirrored[least_];
+      mirrored[shortest] = -mirrored[shortest];
       return mirrored;
     }
     // The sum is convex. It is more than 1 below z, and falls up to the root.
     const double bottom = bisect(0, least_excess, [&](double w) { return sum(w, 1) < 0; });
     if (!(sum(bottom, 0) <= 1)) return Vector::Zero();
     const double root =
-        bisect(std::min(z_[least_], bottom), bottom, [&](double w) { return sum(w, 0) > 1; });
+        bisect(std::min(z[shortest], bottom), bottom, [&](double w) { return sum(w, 0) > 1; });
     Vector outward;
     for (int k = 0; k < 3; ++k)
-      outward[k] = (x_[k] < 0 ? -1 : 1) * r_[k] * z_[k] / ((e_[k] - root) * radii_[k]);
+      outward[k] = (x_[k] < 0 ? -1 : 1) * r[k] * z[k] / ((excess[k] - root) * radii_[k]);
     return outward;
   }
 
@@ -49,9 +44,9 @@ class OtherSide {
   double sum(double w, int derivatives) const {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
-      if (z_[k] == 0) continue;
-      const double part = r_[k] * z_[k] / (e_[k] - w);
-      sum += derivatives == 0 ? part * part : part * part / (e_[k] - w);
+      if (scaled_.z[k] == 0) continue;
+      const double below = scaled_.excess[k] - w, part = scaled_.r[k] * scaled_.z[k] / below;
+      sum += derivatives == 0 ? part * part : part * part / below;
     }
     return sum;
   }
@@ -66,8 +61,7 @@ class OtherSide {
   }
 
   const Vector &x_, &radii_;
-  int least_ = 0;
-  Vector z_, r_, e_;
+  const ScaledEllipsoid scaled_;
 };
 
 /// The directions along which a point v is the shortest way, among all near them, from getting out

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "triangles/scaled_ellipsoid.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -112,8 +114,9 @@ namespace {
 /// The root u of G(u) = sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none. By
 /// Newton's method on 1 / sqrt(G), which is concave, from below: every step stays below the root
 /// (J. J. More, D. C. Sorensen, "Computing a Trust Region Step", 1983).
-double ellipsoidRoot(const Vector& r, const Vector& excess, const Vector& z) {
+double ellipsoidRoot(const ScaledEllipsoid& scaled) {
   constexpr int kMostSteps = 200;
+  const auto& [shortest, z, r, excess] = scaled;
   double u = 0;
   for (int k = 0; k < 3; ++k) u = std::max(u, r[k] * z[k] - excess[k]);
   for (int i = 0; i < kMostSteps; ++i) {
@@ -134,26 +137,21 @@ double ellipsoidRoot(const Vector& r, const Vector& excess, const Vector& z) {
 }  // namespace
 
 ShapeSurface surfaceOfEllipsoid(const Vector& x, const Vector& radii) {
-  int least;
-  const double shortest = radii.minCoeff(&least);
-  const Vector z = x.cwiseAbs().cwiseQuotient(radii);
-  Vector r, excess;  // squares of the radii in those of the shortest; less 1
-  for (int k = 0; k < 3; ++k) {
-    r[k] = (radii[k] / shortest) * (radii[k] / shortest);
-    excess[k] = (radii[k] - shortest) / shortest * ((radii[k] + shortest) / shortest);
-  }
-  const double u = ellipsoidRoot(r, excess, z);
+  const ScaledEllipsoid scaled(x, radii);
+  const auto& [shortest, z, r, excess] = scaled;
+  const double u = ellipsoidRoot(scaled);
   Vector on_ball = Vector::Zero();  // the nearest point, by its radii
   for (int k = 0; k < 3; ++k)
     if (z[k] > 0) on_ball[k] = r[k] * z[k] / (u + excess[k]);
   if (u == 0) {  // so deep that the nearest point is off the plane that x is in
-    on_ball[least] = 0;
-    on_ball[least] = std::sqrt(std::max(0., 1 - on_ball.squaredNorm()));
+    on_ball[shortest] = 0;
+    on_ball[shortest] = std::sqrt(std::max(0., 1 - on_ball.squaredNorm()));
   }
   on_ball.normalize();
   const auto signs = x.unaryExpr([](double c) { return c < 0 ? -1. : 1.; });
   const Vector nearest = on_ball.cwiseProduct(radii).cwiseProduct(signs);
-  const Vector outward = nearest.cwiseQuotient(radii).cwiseQuotient(radii / shortest).normalized();
+  const Vector outward =
+      nearest.cwiseQuotient(radii).cwiseQuotient(radii / radii[shortest]).normalized();
   const double distance = (x - nearest).norm();
   return {z.squaredNorm() < 1 ? -distance : distance, nearest, outward};
 }

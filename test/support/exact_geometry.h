@@ -32,6 +32,8 @@ struct Placement {
   Point T = Point::Zero();
 
   Point operator()(const Point& x) const { return R * x + T; }
+  /// By the transpose of R.
+  Point inverse(const Point& x) const { return R.transpose() * (x - T); }
   Triangle operator()(const Triangle& t) const {
     return {(*this)(t[0]), (*this)(t[1]), (*this)(t[2])};
   }
