@@ -72,7 +72,10 @@ void NearestSearch<S>::run() {
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
     if (box_tests_ >= next_alignment_) align();
-    if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) computeSupports();
+    if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
+      computeSupports();
+      continue;  // perhaps there is no pair left
+    }
     const Pair pair = open_.back();
     open_.pop_back();
     if (pair.gap < limit2_) visit(pair);
@@ -103,7 +106,20 @@ void NearestSearch<S>::computeSupports() {
     return;
   }
   near_pairs_ = apart_pairs_ = 0;
-  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
+  const auto near1 = [&](int node) {
+    const unsigned pairs =
+        squaredGaps(nodes1_[node].boxes, secondBoxes(0)).below(limit2_);  // bit 4 j + i
+    return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  };
+  const auto near2 = [&](int node) {
+    const unsigned pairs = squaredGaps(nodes1_[0].boxes, secondBoxes(node)).below(limit2_);
+    unsigned lanes = 0;
+    for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
+    return lanes;
+  };
+  line_.compute(trees_.first(), near1, trees_.second(), near2, nearest_.triangles());
+  const auto isFar = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isFar), open_.end());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + next_supports_);
   limit_ = -1;

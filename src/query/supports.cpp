@@ -4,50 +4,107 @@
 #include <limits>
 
 namespace adaptive_bvh {
+namespace {
 
-template <typename S>
-void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
-                       const fcl::Vector3d& from, const fcl::Vector3d& direction) {
-  const std::vector<unsigned>& vertex_of = tree.slots().vertices();
-  of_slot_.resize(vertex_of.size());
-  for (std::size_t i = 0; i < vertex_of.size(); ++i)
-    of_slot_[i] = direction.dot(vertices[vertex_of[i]].template cast<double>() - from);
-  reaches_.resize(static_cast<std::size_t>(tree.size()));
-  for (int n = tree.size(); n-- > 0;) {
-    const WideNode& node = tree.nodes()[n];
-    Four& reach = reaches_[static_cast<std::size_t>(n)];
-    for (int i = 0; i < 4; ++i) {
-      if (i >= int(node.count)) {
-        reach.of[i] = -std::numeric_limits<double>::infinity();
-      } else if (node.isLeaf()) {
-        const VertexIndices at =
-            tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
-        reach.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
-      } else {
-        const double* const below = reaches_[static_cast<std::size_t>(node.below[i])].of;
-        reach.of[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
-      }
+constexpr double kNoReach = -std::numeric_limits<double>::infinity();
+
+/// The slots of the leaves in a range of nodes, and perhaps some more.
+struct SlotRange {
+  std::size_t begin, end;
+};
+SlotRange slotsOf(const WideTree& tree, int begin, int end) {
+  const VertexSlots& slots = tree.slots();
+  while (!tree.nodes()[begin].isLeaf()) ++begin;  // nodes below a node follow it
+  const WideNode& last = tree.nodes()[end - 1];   // which is a leaf
+  const auto first = std::size_t(tree.nodes()[begin].first),
+             behind = std::size_t(last.first) + last.count;
+  const unsigned block = slots.block(behind - 1);
+  const std::size_t next = behind < slots.leaves() ? slots.block(behind) : slots.used();
+  return {slots.block(first),
+          next != block ? next : std::min<std::size_t>(block + VertexSlots::kBlock, slots.used())};
+}
+
+}  // namespace
+
+void Supports::findParts(const WideTree& tree, const NearLanes& near) {
+  constexpr int kSmall = 128;
+  parts_.clear();
+  open_.assign(1, {0, tree.size(), 15});
+  while (!open_.empty()) {
+    Part part = open_.back();
+    open_.pop_back();
+    const WideNode& node = tree.nodes()[part.begin];
+    if (part.end - part.begin > kSmall) {
+      part.lanes = near(part.begin);
+      for (int i = int(node.count); i-- > 0; part.end = node.below[i])
+        if (part.lanes >> i & 1) open_.push_back({node.below[i], part.end, 15});
+    }
+    parts_.push_back(part);
+  }
+}
+
+bool Supports::covers(int node) const {
+  const auto after = std::upper_bound(parts_.begin(), parts_.end(), node,
+                                      [](int n, const Part& part) { return n < part.begin; });
+  return after != parts_.begin() && node < (after - 1)->end;
+}
+
+inline void Supports::computeNode(const WideTree& tree, int n) {
+  const WideNode& node = tree.nodes()[n];
+  Four& reach = reaches_[static_cast<std::size_t>(n)];
+  for (int i = 0; i < 4; ++i) {
+    if (i >= int(node.count)) {
+      reach.of[i] = kNoReach;
+    } else if (node.isLeaf()) {
+      const VertexIndices at =
+          tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
+      reach.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
+    } else {
+      const double* const below = reaches_[static_cast<std::size_t>(node.below[i])].of;
+      reach.of[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
     }
   }
 }
 
 template <typename S>
-void LineSeparation::compute(const WideTree& first, const WideTree& second,
-                             const TriangleSeparation<S>& triangles) {
+void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
+                       const fcl::Vector3d& from, const fcl::Vector3d& direction,
+                       const NearLanes& near) {
+  findParts(tree, near);
+  const std::vector<unsigned>& vertex_of = tree.slots().vertices();
+  of_slot_.resize(vertex_of.size());
+  for (const Part& part : parts_) {
+    if (!tree.nodes()[part.end - 1].isLeaf()) continue;  // an inner node alone
+    const SlotRange slots = slotsOf(tree, part.begin, part.end);
+    for (std::size_t i = slots.begin; i < slots.end; ++i)
+      of_slot_[i] = direction.dot(vertices[vertex_of[i]].template cast<double>() - from);
+  }
+  reaches_.resize(static_cast<std::size_t>(tree.size()));
+  for (std::size_t p = parts_.size(); p-- > 0;) {
+    for (int n = parts_[p].end; n-- > parts_[p].begin;) computeNode(tree, n);
+    for (int i = 0; i < 4; ++i)
+      if (!(parts_[p].lanes >> i & 1))
+        reaches_[static_cast<std::size_t>(parts_[p].begin)].of[i] = kNoReach;
+  }
+}
+
+template <typename S>
+void LineSeparation::compute(const WideTree& first, const NearLanes& near1, const WideTree& second,
+                             const NearLanes& near2, const TriangleSeparation<S>& triangles) {
   const typename TriangleSeparation<S>::Line& line = triangles.line();
-  first_.compute(first, triangles.vertices1(), line.from, line.along1);
-  second_.compute(second, triangles.vertices2(), line.to, -line.along2);
+  first_.compute(first, triangles.vertices1(), line.from, line.along1, near1);
+  second_.compute(second, triangles.vertices2(), line.to, -line.along2, near2);
   offset_ = line.offset;
   setLimit(std::numeric_limits<double>::infinity());
 }
 
-template void LineSeparation::compute(const WideTree&, const WideTree&,
-                                      const TriangleSeparation<float>&);
-template void LineSeparation::compute(const WideTree&, const WideTree&,
-                                      const TriangleSeparation<double>&);
+template void LineSeparation::compute(const WideTree&, const NearLanes&, const WideTree&,
+                                      const NearLanes&, const TriangleSeparation<float>&);
+template void LineSeparation::compute(const WideTree&, const NearLanes&, const WideTree&,
+                                      const NearLanes&, const TriangleSeparation<double>&);
 template void Supports::compute(const WideTree&, const fcl::Vector3f*, const fcl::Vector3d&,
-                                const fcl::Vector3d&);
+                                const fcl::Vector3d&, const NearLanes&);
 template void Supports::compute(const WideTree&, const fcl::Vector3d*, const fcl::Vector3d&,
-                                const fcl::Vector3d&);
+                                const fcl::Vector3d&, const NearLanes&);
 
 }  // namespace adaptive_bvh

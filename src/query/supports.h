@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "boxes/wide_tree.h"
@@ -7,7 +8,11 @@
 
 namespace adaptive_bvh {
 
-/// How far everything below each box of a four-wide tree reaches along one direction.
+/// Which boxes of a node, as bits, may hold triangles that are near the other mesh.
+using NearLanes = std::function<unsigned(int node)>;
+
+/// How far everything below each box of a four-wide tree reaches along one direction, in the part
+/// of the tree that may be near another mesh.
 class Supports {
  public:
   /// Four numbers, of the boxes of a node.
@@ -19,11 +24,22 @@ class Supports {
   /// much as TriangleSeparation::separation.
   template <typename S>
   void compute(const WideTree& tree, const fcl::Vector3<S>* vertices, const fcl::Vector3d& from,
-               const fcl::Vector3d& direction);
-  /// -infinity where a node has no box.
+               const fcl::Vector3d& direction, const NearLanes& near);
+  /// Whether a node is in that part.
+  bool covers(int node) const;
+  /// Of a node in that part: -infinity where it has no box, or only one that is not near.
   const Four& operator[](int node) const { return reaches_[static_cast<std::size_t>(node)]; }
 
  private:
+  /// Consecutive nodes: one of which some boxes are near, or one with all that is below it.
+  struct Part {
+    int begin, end;
+    unsigned lanes;
+  };
+  void findParts(const WideTree& tree, const NearLanes& near);
+  void computeNode(const WideTree& tree, int n);
+
+  std::vector<Part> parts_, open_;
   std::vector<double> of_slot_;
   std::vector<Four> reaches_;
 };
@@ -38,8 +54,13 @@ class LineSeparation {
     return static_cast<long>(first.slots().size() + second.slots().size()) / 2;
   }
   template <typename S>
-  void compute(const WideTree& first, const WideTree& second,
-               const TriangleSeparation<S>& triangles);
+  void compute(const WideTree& first, const NearLanes& near1, const WideTree& second,
+               const NearLanes& near2, const TriangleSeparation<S>& triangles);
+  /// Whether two nodes may be near each other. `apart` can be asked about those only, and about
+  /// what is below them.
+  bool covers(int first, int second) const {
+    return first_.covers(first) && second_.covers(second);
+  }
   /// The distance that separations are compared with.
   void setLimit(double distance) { rest_ = offset_ - distance; }
 

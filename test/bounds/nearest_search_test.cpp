@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <map>
 #include <optional>
 
 #include "support/exact_geometry.h"
@@ -304,7 +306,8 @@ class NearestBounds : public testing::Test {
             .template cast<double>();
     const fcl::Vector3d to = pair.trees.toFirst()(pair.second.geometry->aabb_center);
     triangles.lookAlong(from, from + std::max(1e-3, (to - from).norm()) * direction);
-    line_.compute(tree1, tree2, triangles);
+    const auto all = [](int) { return 15u; };
+    line_.compute(tree1, all, tree2, all, triangles);
     pair.project(exact::of(triangles.direction()));
     const double error = pair.separationError() + 8e-16 * (to - from).norm();
     double limit = 0;
@@ -429,11 +432,12 @@ TYPED_TEST(NearestBounds, SeparateParallelPlatesByTheirDistance) {
   EXPECT_GE(separated, all) << "lanes without a box count in addition";
 }
 
-/// Each number is that of the vertices below, up to four roundings.
+/// Each number is that of the vertices below, up to four roundings; of a part of a tree, that of
+/// the vertices in it. Nodes outside of the part are not covered.
 TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
   using S = TypeParam;
   for (int round = 0; round < 60; ++round) {
-    const DeformableMesh<S> mesh(this->body(this->random_.size(-3, 3), 12));
+    const DeformableMesh<S> mesh(this->body(this->random_.size(-3, 3), round % 2 ? 12 : 40));
     const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
     const WideTree& tree = placed.tree();
     const fcl::Vector3d n = this->random_.direction().template cast<double>();
@@ -441,14 +445,70 @@ TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
     const auto along = [&](std::size_t vertex) -> Real {
       return exact::of(n).dot(exact::of(mesh.vertices()[vertex]) - exact::of(from));
     };
+    std::map<int, unsigned> lanes_of;  // of the nodes that were asked for
+    const bool is_all = round % 3 == 0;
     Supports supports;
-    supports.compute(tree, mesh.vertices().data(), from, n);
+    supports.compute(tree, mesh.vertices().data(), from, n, [&](int node) {
+      return lanes_of[node] = is_all ? 15 : unsigned(this->random_.below(16));
+    });
+    if (round % 2 == 0) {
+      EXPECT_FALSE(lanes_of.empty());
+    }
     const Real error = Real(4 * 0x1p-53) * 2 * Real(mesh.aabb_radius) * (1 + Real(1e-6));
-    for (int number = 0; number < tree.size(); ++number)
-      for (int lane = 0; lane < int(tree.nodes()[number].count); ++lane)
-        ASSERT_LE(
-            std::abs(Real(supports[number].of[lane]) - farthestBelow(tree, number, lane, along)),
-            error);
+    // Returns the support of what counts below a node, and judges all numbers on the way.
+    const std::function<Real(int, bool)> visit = [&](int number, bool is_covered) -> Real {
+      EXPECT_EQ(supports.covers(number), is_covered) << number;
+      const WideNode& node = tree.nodes()[number];
+      const unsigned lanes = lanes_of.count(number) ? lanes_of[number] : 15;
+      Real most = -std::numeric_limits<Real>::infinity();
+      for (int lane = 0; lane < int(node.count); ++lane) {
+        const bool is_near = is_covered && (lanes >> lane & 1);
+        Real of = -std::numeric_limits<Real>::infinity();
+        if (!node.isLeaf())
+          of = visit(node.below[lane], is_near);
+        else if (is_near)
+          of = farthestBelow(tree, number, lane, along);
+        if (!is_covered) continue;
+        const double found = supports[number].of[lane];
+        if (std::isinf(of))
+          EXPECT_EQ(found, double(of));
+        else
+          EXPECT_LE(std::abs(Real(found) - of), error);
+        most = std::max(most, of);
+      }
+      return most;
+    };
+    visit(0, true);
+  }
+}
+
+/// Most of a long body is far from a small one: supports are computed for the rest alone.
+TYPED_TEST(NearestBounds, DistancesOfLongBodiesAndSmallOnes) {
+  using S = TypeParam;
+  for (int round = 0; round < 40; ++round) {
+    const S size = this->random_.size(-3, 3);
+    TriangleMesh<S> hose = this->body(size, 16), part = this->body(size / S(3), 3);
+    const S length = S(this->random_.below(20));
+    for (Vector3<S>& p : hose.vertices) p[1] *= 1 + length;
+    const Vector3<S> on = hose.vertices[std::size_t(this->random_.below(256))],
+                     away = this->random_.vectorOfSize(size * this->random_.size(-5, 0));
+    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+    tf.linear() = this->random_.rotation();
+    tf.translation() = on + away - tf.linear() * part.vertices[0];
+    const bool is_first = round % 2;
+    const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
+    JudgedPair<S> pair(is_first ? hose : part, is_first ? still : tf, is_first ? part : hose,
+                       is_first ? tf : still);
+    pair.computeDistances();
+    const fcl::DistanceRequest<S> request;
+    fcl::DistanceResult<S> result;
+    NearestPair<S> nearest(pair.first, pair.second, {request, result});
+    NearestSearch<S>(pair.first, pair.second, nearest).run();
+    const double extent = double(hose.vertices.back().norm() + size + tf.translation().norm());
+    ASSERT_NEAR(
+        double(pair.least()), double(result.min_distance),
+        1e-13 * extent + 4 * double(std::numeric_limits<S>::epsilon()) * double(pair.least()))
+        << round;
   }
 }
 
