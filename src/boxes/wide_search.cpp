@@ -1,5 +1,7 @@
 #include "boxes/wide_search.h"
 
+#include <algorithm>
+
 #include "base/scratch.h"
 #include "boxes/flat_patches.h"
 
@@ -23,9 +25,12 @@ class WideSearch::Walk {
   template <typename Sink>
   ADAPTIVE_BVH_INLINE void run(const NodePairs& from, Sink& sink) {
     for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
+    int batch = kFirstBatch;
     while (top_ != bottom_) {
       visit(*--top_);
-      if (count_ == kBatch && takenBy(sink)) return;
+      if (count_ < batch) continue;
+      if (takenBy(sink)) return;
+      batch = std::min(2 * batch, kBatch);
     }
     if (count_ > 0) takenBy(sink);
   }
@@ -78,7 +83,8 @@ class WideSearch::Walk {
   void forgetFound() { count_ = 0; }
 
  private:
-  static constexpr int kBatch = 32;
+  // The first batches are small, for queries that need only one pair.
+  static constexpr int kFirstBatch = 4, kBatch = 32;
 
   template <typename Sink>
   ADAPTIVE_BVH_INLINE bool takenBy(Sink& sink) {

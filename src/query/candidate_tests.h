@@ -34,6 +34,7 @@ struct CandidateInput {
 ///                            contacts
 ///   node.add(i, j)           adds the contacts of two that touch
 ///   node.isDone()            whether there are contacts enough
+///   node.needsFew()          whether a few are enough
 template <typename S, typename Frame, typename Node>
 class CandidateTests {
  public:
@@ -49,7 +50,7 @@ class CandidateTests {
         errors_(pairErrors(frame, input.tree1.scale(), 0)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    if (size_ > kSize - 16) testAll();
+    if (size_ > batch_ - 16) testAll();
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     for (; pairs; pairs &= pairs - 1) {
       const int bit = __builtin_ctz(pairs);
@@ -61,12 +62,16 @@ class CandidateTests {
   /// Does nothing: contacts are appended to those of the result.
   static void clear() {}
   /// Goes on with more pairs, whether or not there were contacts enough.
-  void begin() { is_done_ = node_.isDone(); }
+  void begin() {
+    is_done_ = node_.isDone();
+    batch_ = node_.needsFew() ? kFirstBatch : kSize;
+  }
   /// What was found and not yet tested.
   void finish() { testAll(); }
 
  private:
-  static constexpr int kSize = 256;
+  // The first batches are small where few contacts are needed.
+  static constexpr int kFirstBatch = 32, kSize = 256;
 
   void testAll() {
     if constexpr (Frame::kIsIdentity)
@@ -74,6 +79,7 @@ class CandidateTests {
     else
       testInBothCoordinates();
     size_ = 0;
+    batch_ = std::min(2 * batch_, kSize);
   }
 
   /// Both trees have the same coordinates: their positions with residuals are as good as the
@@ -167,6 +173,7 @@ class CandidateTests {
   const PairErrors errors_;
   LeafPair pairs_[kSize + 3];
   int size_ = 0;
+  int batch_ = kSize;  ///< as many pairs are tested together
   bool is_done_ = false;
 };
 

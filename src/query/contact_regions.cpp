@@ -17,6 +17,7 @@ struct PairCollector {
     pairs.push_back({static_cast<unsigned>(first), static_cast<unsigned>(second)});
   }
   static bool isDone() { return false; }
+  static bool needsFew() { return false; }
 };
 
 /// What a query keeps for the next one on its thread.

@@ -39,6 +39,7 @@ class ContactNode {
   void add(int triangle1, int triangle2) const { test(triangle1, triangle2, true); }
   void test(int triangle1, int triangle2) const { test(triangle1, triangle2, false); }
   bool isDone() const { return request.isSatisfied(*result); }
+  bool needsFew() const { return request.num_max_contacts <= 8; }
 
  private:
   void test(int triangle1, int triangle2, bool touching) const {

@@ -20,6 +20,12 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
+/// Whether single precision cannot distinguish boxes of two bodies, so far apart they are.
+template <typename S>
+bool isFar(const TreePair<S>& trees) {
+  return trees.frame().t().template lpNorm<1>() > (1 << 10);
+}
+
 }  // namespace
 
 /// The thread's, which stays.
@@ -41,16 +47,18 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
       nodes2_(trees_.second().nodes()),
+      is_far_(isFar(trees_)),
       is_same_(trees_.frame().isSame()),
       memory_(Memory::ofThisThread()),
       open_(memory_.open),
       line_(memory_.line),
       blocks_(second, trees_) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
-  // At a large distance relative to their sizes, single precision cannot distinguish boxes.
-  constexpr double kFar = 1 << 10;
-  const bool is_far = trees_.frame().t().template lpNorm<1>() > kFar;
-  next_supports_ = is_far ? 1 : LineSeparation::cost(trees_.first(), trees_.second());
+  next_supports_ = LineSeparation::largestCost(trees_.first(), trees_.second());
+  constexpr long kOften = 16;  // of a large mesh perhaps only a small part counts
+  if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
+    next_supports_ /= kOften;
+  if (is_far_) next_supports_ = 1;
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -73,7 +81,7 @@ void NearestSearch<S>::run() {
   while (!open_.empty() && !nearest_.isDone()) {
     if (box_tests_ >= next_alignment_) align();
     if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
-      computeSupports();
+      trySupports();
       continue;  // perhaps there is no pair left
     }
     const Pair pair = open_.back();
@@ -97,31 +105,42 @@ void NearestSearch<S>::align() {
   if (before >= 0) setLimit();
 }
 
-/// Along another line, where the last one told many pairs of nodes apart.
+/// Returns the cost of supports of the parts of both meshes that may be nearer than the limit.
 template <typename S>
-void NearestSearch<S>::computeSupports() {
-  constexpr long kOneOf = 8;
-  if (has_supports_ && apart_pairs_ * kOneOf < near_pairs_) {
-    next_supports_ = std::numeric_limits<long>::max();
-    return;
-  }
-  near_pairs_ = apart_pairs_ = 0;
-  const auto near1 = [&](int node) {
-    const unsigned pairs =
-        squaredGaps(nodes1_[node].boxes, secondBoxes(0)).below(limit2_);  // bit 4 j + i
+long NearestSearch<S>::setSupportParts() {
+  const auto near1 = [&](int node) -> unsigned {
+    const unsigned pairs = squaredGaps(nodes1_[node].boxes, secondBoxes(0)).below(limit2_);
     return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
   };
-  const auto near2 = [&](int node) {
+  const auto near2 = [&](int node) -> unsigned {
     const unsigned pairs = squaredGaps(nodes1_[0].boxes, secondBoxes(node)).below(limit2_);
     unsigned lanes = 0;
     for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
     return lanes;
   };
-  line_.compute(trees_.first(), near1, trees_.second(), near2, nearest_.triangles());
-  const auto isFar = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
-  open_.erase(std::remove_if(open_.begin(), open_.end(), isFar), open_.end());
+  return line_.setParts(trees_.first(), near1, trees_.second(), near2);
+}
+
+/// Computes supports if the search has taken as long; again along another line where the last one
+/// separated many pairs of nodes.
+template <typename S>
+void NearestSearch<S>::trySupports() {
+  constexpr long kOneOf = 8;
+  if (has_supports_ && apart_pairs_ * kOneOf < near_pairs_) {
+    next_supports_ = std::numeric_limits<long>::max();
+    return;
+  }
+  const long cost = setSupportParts();
+  const auto isApart = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isApart), open_.end());
+  if (cost > box_tests_ && !is_far_) {
+    next_supports_ = cost;
+    return;
+  }
+  near_pairs_ = apart_pairs_ = 0;
+  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
-  next_supports_ = 2 * (box_tests_ + next_supports_);
+  next_supports_ = 2 * (box_tests_ + cost);
   limit_ = -1;
   setLimit();
 }

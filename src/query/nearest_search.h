@@ -165,7 +165,8 @@ class NearestSearch {
 
   void setLimit();
   void align();
-  void computeSupports();
+  void trySupports();
+  long setSupportParts();
   void visit(const Pair& pair);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
   void testLeaves(const Pair& pair, unsigned open);
@@ -174,7 +175,8 @@ class NearestSearch {
   NearestPair<S>& nearest_;
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
-  bool is_same_;  ///< whether both trees have the same coordinates
+  const bool is_far_;  ///< relative to their sizes
+  bool is_same_;       ///< whether both trees have the same coordinates
   Memory& memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;

@@ -26,27 +26,33 @@ SlotRange slotsOf(const WideTree& tree, int begin, int end) {
 
 }  // namespace
 
-void Supports::findParts(const WideTree& tree, const NearLanes& near) {
-  constexpr int kSmall = 128;
-  parts_.clear();
-  open_.assign(1, {0, tree.size(), 15});
+std::size_t Supports::setPart(const WideTree& tree, const NearLanes& near) {
+  std::size_t size = 0;
+  runs_.clear();
+  open_.assign(1, {0, tree.size(), 15, 0, 0});
   while (!open_.empty()) {
-    Part part = open_.back();
+    Run run = open_.back();
     open_.pop_back();
-    const WideNode& node = tree.nodes()[part.begin];
-    if (part.end - part.begin > kSmall) {
-      part.lanes = near(part.begin);
-      for (int i = int(node.count); i-- > 0; part.end = node.below[i])
-        if (part.lanes >> i & 1) open_.push_back({node.below[i], part.end, 15});
+    if (run.end - run.begin > kSmall) {
+      const WideNode& node = tree.nodes()[run.begin];
+      run.lanes = near(run.begin);
+      for (int i = int(node.count); i-- > 0; run.end = node.below[i])
+        if (run.lanes >> i & 1) open_.push_back({node.below[i], run.end, 15, 0, 0});
+    } else {
+      const SlotRange slots = slotsOf(tree, run.begin, run.end);
+      run.first_slot = slots.begin;
+      run.end_slot = slots.end;
+      size += slots.end - slots.begin;
     }
-    parts_.push_back(part);
+    runs_.push_back(run);
   }
+  return size;
 }
 
 bool Supports::covers(int node) const {
-  const auto after = std::upper_bound(parts_.begin(), parts_.end(), node,
-                                      [](int n, const Part& part) { return n < part.begin; });
-  return after != parts_.begin() && node < (after - 1)->end;
+  const auto after = std::upper_bound(runs_.begin(), runs_.end(), node,
+                                      [](int n, const Run& run) { return n < run.begin; });
+  return after != runs_.begin() && node < (after - 1)->end;
 }
 
 inline void Supports::computeNode(const WideTree& tree, int n) {
@@ -68,43 +74,37 @@ inline void Supports::computeNode(const WideTree& tree, int n) {
 
 template <typename S>
 void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
-                       const fcl::Vector3d& from, const fcl::Vector3d& direction,
-                       const NearLanes& near) {
-  findParts(tree, near);
+                       const fcl::Vector3d& from, const fcl::Vector3d& direction) {
   const std::vector<unsigned>& vertex_of = tree.slots().vertices();
   of_slot_.resize(vertex_of.size());
-  for (const Part& part : parts_) {
-    if (!tree.nodes()[part.end - 1].isLeaf()) continue;  // an inner node alone
-    const SlotRange slots = slotsOf(tree, part.begin, part.end);
-    for (std::size_t i = slots.begin; i < slots.end; ++i)
+  for (const Run& run : runs_)
+    for (std::size_t i = run.first_slot; i < run.end_slot; ++i)
       of_slot_[i] = direction.dot(vertices[vertex_of[i]].template cast<double>() - from);
-  }
   reaches_.resize(static_cast<std::size_t>(tree.size()));
-  for (std::size_t p = parts_.size(); p-- > 0;) {
-    for (int n = parts_[p].end; n-- > parts_[p].begin;) computeNode(tree, n);
+  for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
+    for (int n = run->end; n-- > run->begin;) computeNode(tree, n);
     for (int i = 0; i < 4; ++i)
-      if (!(parts_[p].lanes >> i & 1))
-        reaches_[static_cast<std::size_t>(parts_[p].begin)].of[i] = kNoReach;
+      if (!(run->lanes >> i & 1)) reaches_[static_cast<std::size_t>(run->begin)].of[i] = kNoReach;
   }
 }
 
 template <typename S>
-void LineSeparation::compute(const WideTree& first, const NearLanes& near1, const WideTree& second,
-                             const NearLanes& near2, const TriangleSeparation<S>& triangles) {
+void LineSeparation::compute(const WideTree& first, const WideTree& second,
+                             const TriangleSeparation<S>& triangles) {
   const typename TriangleSeparation<S>::Line& line = triangles.line();
-  first_.compute(first, triangles.vertices1(), line.from, line.along1, near1);
-  second_.compute(second, triangles.vertices2(), line.to, -line.along2, near2);
+  first_.compute(first, triangles.vertices1(), line.from, line.along1);
+  second_.compute(second, triangles.vertices2(), line.to, -line.along2);
   offset_ = line.offset;
   setLimit(std::numeric_limits<double>::infinity());
 }
 
-template void LineSeparation::compute(const WideTree&, const NearLanes&, const WideTree&,
-                                      const NearLanes&, const TriangleSeparation<float>&);
-template void LineSeparation::compute(const WideTree&, const NearLanes&, const WideTree&,
-                                      const NearLanes&, const TriangleSeparation<double>&);
+template void LineSeparation::compute(const WideTree&, const WideTree&,
+                                      const TriangleSeparation<float>&);
+template void LineSeparation::compute(const WideTree&, const WideTree&,
+                                      const TriangleSeparation<double>&);
 template void Supports::compute(const WideTree&, const fcl::Vector3f*, const fcl::Vector3d&,
-                                const fcl::Vector3d&, const NearLanes&);
+                                const fcl::Vector3d&);
 template void Supports::compute(const WideTree&, const fcl::Vector3d*, const fcl::Vector3d&,
-                                const fcl::Vector3d&, const NearLanes&);
+                                const fcl::Vector3d&);
 
 }  // namespace adaptive_bvh

@@ -20,11 +20,16 @@ class Supports {
     double of[4];
   };
 
+  /// A part of the tree consists of whole subtrees of so many nodes at most.
+  static constexpr int kSmall = 128;
+
+  /// Sets the part of the tree. Returns the number of positions that `compute` reads.
+  std::size_t setPart(const WideTree& tree, const NearLanes& near);
   /// From the point `from`, along a direction of length 1, in the mesh's frame and unit. Off by as
   /// much as TriangleSeparation::separation.
   template <typename S>
   void compute(const WideTree& tree, const fcl::Vector3<S>* vertices, const fcl::Vector3d& from,
-               const fcl::Vector3d& direction, const NearLanes& near);
+               const fcl::Vector3d& direction);
   /// Whether a node is in that part.
   bool covers(int node) const;
   /// Of a node in that part: -infinity where it has no box, or only one that is not near.
@@ -32,14 +37,14 @@ class Supports {
 
  private:
   /// Consecutive nodes: one of which some boxes are near, or one with all that is below it.
-  struct Part {
+  struct Run {
     int begin, end;
     unsigned lanes;
+    std::size_t first_slot, end_slot;  ///< of what is below
   };
-  void findParts(const WideTree& tree, const NearLanes& near);
   void computeNode(const WideTree& tree, int n);
 
-  std::vector<Part> parts_, open_;
+  std::vector<Run> runs_, open_;
   std::vector<double> of_slot_;
   std::vector<Four> reaches_;
 };
@@ -49,13 +54,18 @@ class Supports {
 /// not. In double precision, so that parallel faces separate by their distance. docs/bounds.md, 18.
 class LineSeparation {
  public:
-  /// So many tests of boxes take about as long as `compute`.
-  static long cost(const WideTree& first, const WideTree& second) {
+  /// Sets the parts of both trees. Returns how many tests of boxes take about as long as `compute`.
+  long setParts(const WideTree& first, const NearLanes& near1, const WideTree& second,
+                const NearLanes& near2) {
+    return static_cast<long>(first_.setPart(first, near1) + second_.setPart(second, near2)) / 2;
+  }
+  /// An upper bound of what setParts returns.
+  static long largestCost(const WideTree& first, const WideTree& second) {
     return static_cast<long>(first.slots().size() + second.slots().size()) / 2;
   }
   template <typename S>
-  void compute(const WideTree& first, const NearLanes& near1, const WideTree& second,
-               const NearLanes& near2, const TriangleSeparation<S>& triangles);
+  void compute(const WideTree& first, const WideTree& second,
+               const TriangleSeparation<S>& triangles);
   /// Whether two nodes may be near each other. `apart` can be asked about those only, and about
   /// what is below them.
   bool covers(int first, int second) const {

@@ -49,7 +49,7 @@ struct WithinInput {
 ///                         may be null unless needsGap()
 ///   sink.clear()          forgets the results of another query
 ///   sink.isDone()         whether that is enough
-///   Sink::kFewAreNear     whether most pairs are expected to be farther apart
+///   Sink::kFewAreNear     whether one pair is enough; so most tested pairs are farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
 template <typename S, typename Frame, typename Sink>
 class WithinTests {
@@ -72,7 +72,7 @@ class WithinTests {
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
-    if (size_ > Sink::kBatch - 16) testAll();
+    if (size_ > batch_ - 16) testAll();
     if constexpr (kByAxes) return addPairs(a, b, withoutApart(a, b, pairs));
     readFirst(a);
     readSecond(b);
@@ -171,6 +171,7 @@ class WithinTests {
     testOpen();
     for (int i = 0; i < size_ && !sink_.isDone(); ++i) settle(pairs_[i], verdicts_[i]);
     size_ = 0;
+    batch_ = std::min(2 * batch_, Sink::kBatch);
   }
 
   /// Tests pairs that the corners left undecided, by edges and faces.
@@ -223,6 +224,7 @@ class WithinTests {
   LeafPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
+  int batch_ = Sink::kFewAreNear ? 32 : Sink::kBatch;  ///< as many are tested together
 };
 
 /// Its output is a sink, which takes the near pairs.

@@ -307,7 +307,8 @@ class NearestBounds : public testing::Test {
     const fcl::Vector3d to = pair.trees.toFirst()(pair.second.geometry->aabb_center);
     triangles.lookAlong(from, from + std::max(1e-3, (to - from).norm()) * direction);
     const auto all = [](int) { return 15u; };
-    line_.compute(tree1, all, tree2, all, triangles);
+    line_.setParts(tree1, all, tree2, all);
+    line_.compute(tree1, tree2, triangles);
     pair.project(exact::of(triangles.direction()));
     const double error = pair.separationError() + 8e-16 * (to - from).norm();
     double limit = 0;
@@ -448,9 +449,10 @@ TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
     std::map<int, unsigned> lanes_of;  // of the nodes that were asked for
     const bool is_all = round % 3 == 0;
     Supports supports;
-    supports.compute(tree, mesh.vertices().data(), from, n, [&](int node) {
+    supports.setPart(tree, [&](int node) {
       return lanes_of[node] = is_all ? 15 : unsigned(this->random_.below(16));
     });
+    supports.compute(tree, mesh.vertices().data(), from, n);
     if (round % 2 == 0) {
       EXPECT_FALSE(lanes_of.empty());
     }
