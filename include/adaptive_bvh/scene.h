@@ -225,7 +225,8 @@ class Scene {
   /// Stores the transforms of all bodies as the start of the next step, for earliestImpact. A body
   /// that is added later starts at its first transform.
   void beginStep();
-  /// Sets the number of threads of queries, 1 by default. Throws std::invalid_argument below 1.
+  /// Sets the number of threads of queries and of `update`, 1 by default. Throws
+  /// std::invalid_argument below 1.
   void setThreads(int threads);
   /// Computes the boxes of all bodies in their present state. Call it after all changes of a step
   /// and before its first query. Allocates nothing in a steady step.

@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "base/task_pool.h"
 #include "query/closed_surface.h"
 #include "scene/scene_state.h"
 
@@ -168,15 +169,21 @@ void Scene<S>::beginStep() {
   for (Body<S>& body : state_->bodies) body.start_tf = body.tf;
 }
 
+/// With fewer bodies, handing tasks to threads costs more than it gains.
+constexpr std::size_t kParallelBodies = 64;
+
 template <typename S>
 void Scene<S>::update() {
   State& state = *state_;
   state.in_tree.clear();
   state.unbounded.clear();
   state.boxes.clear();
+  const TaskPool pool(state.bodies.size() >= kParallelBodies ? state.threads : 1);
+  pool.forEachPart(static_cast<int>(state.bodies.size()), pool.parts(), [&](int i, int end, int) {
+    for (; i < end; ++i) bound(state.bodies[static_cast<std::size_t>(i)]);
+  });
   for (unsigned i = 0; i < state.bodies.size(); ++i) {
-    Body<S>& body = state.bodies[i];
-    bound(body);
+    const Body<S>& body = state.bodies[i];
     if (!body.box.isBounded()) {
       state.unbounded.push_back(i);
       continue;

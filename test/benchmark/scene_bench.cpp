@@ -17,6 +17,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
+#include "base/task_pool.h"
 #include "fcl_support.h"
 #include "median.h"
 #include "stopwatch.h"
@@ -326,6 +327,7 @@ double crowd(int count, double side, int steps, bool with_peers) {
   adaptive_bvh::SceneTrianglePairs<double> near;
   std::vector<double> updates, all, pairs_only, threads, of_fcl, fcl_pairs, within, by_manager,
       of_embree;
+  const adaptive_bvh::TaskPool two(2);
   std::size_t touching = 0, num_contacts = 0, num_near = 0;
   FclContacts fcl_all;
   for (int step = 1; step <= steps; ++step) {
@@ -345,11 +347,17 @@ double crowd(int count, double side, int steps, bool with_peers) {
     few.contacts_per_pair = 0;
     pairs_only.push_back(updates.back() + milliseconds([&] { scene.collisions(few, contacts); }));
     require(contacts.pairs.size() == touching, "touching pairs");
+    for (std::size_t i = 0; i < meshes.size(); ++i)  // a mesh that does not move is not refitted
+      meshes[i]->update(bodies.positions(i, 0.05 * (step - 1)));
     scene.setThreads(2);
-    threads.push_back(updates.back() + milliseconds([&] {
-                        scene.collisions(adaptive_bvh::SceneCollisionRequest(), contacts);
-                      }));
+    threads.push_back(milliseconds([&] {
+      two.forEach(int(meshes.size()),
+                  [&](int i, int) { meshes[std::size_t(i)]->update(positions[std::size_t(i)]); });
+      scene.update();
+      scene.collisions(adaptive_bvh::SceneCollisionRequest(), contacts);
+    }));
     scene.setThreads(1);
+    require(contacts.contacts.size() == num_contacts, "contacts by two threads");
     if (!with_peers) continue;
     NearPairs near_pairs;
     near_pairs.request.distance = edge;
