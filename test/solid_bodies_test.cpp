@@ -118,7 +118,7 @@ TYPED_TEST(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
   using Mesh = DeformableMesh<S>;
   auto& random = this->random_;
   int inside = 0, outside = 0, touching = 0;
-  for (int round = 0; round < manySteps(400); ++round) {
+  for (int round = 0; round < manySteps(150); ++round) {
     const Mesh around(closedBody<S>(random)), inner = this->body(random.size(S(-2), S(0)));
     const fcl::Transform3<S> tf1 = random.pose(S(0.5)), tf2 = random.pose(S(0.5));
     const bool swaps = random.oneIn(2);
@@ -173,7 +173,7 @@ TYPED_TEST(SolidBodies, AShapeTouchesTheMeshAroundIt) {
   using namespace judged_shapes;
   auto& random = this->random_;
   int inside = 0, outside = 0;
-  for (int round = 0; round < manySteps(80); ++round) {
+  for (int round = 0; round < manySteps(40); ++round) {
     const DeformableMesh<S> around(closedBody<S>(random));
     const S size = random.size(S(-2), S(-0.3));
     const Vector3<S> sizes(size, size, size), aside(size, 0, 0);

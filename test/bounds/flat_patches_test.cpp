@@ -84,7 +84,7 @@ TEST(FlatPatches, HoldNoPairThatFclCallsTouching) {
   std::mt19937 random(testSeed(3));
   std::uniform_real_distribution<double> one(-1, 1);
   unsigned flat = 0, all = 0;
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < manySteps(60); ++i) {
     // From smooth to crumpled; squeezed, so that triangles become slender.
     const double height = 0.4 * std::fabs(one(random)), noise = 0.06 * std::pow(one(random), 4),
                  squeeze = std::pow(10., -2.5 * std::fabs(one(random))), waves = 12 * one(random);
