@@ -243,13 +243,15 @@ class Recording {
   /// when a vertex is not finite or a triangle names a missing one.
   int add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf, const std::string& name);
   /// Takes a body out from the next frame on. Its number is never given again. Throws
-  /// std::invalid_argument when there is no such body.
+  /// std::invalid_argument when there is no such body, and for one of a followed scene, which
+  /// leaves the recording when it leaves the scene.
   void remove(int body);
 
   /// Records the bodies of a scene with their transforms: `frame` reads them, adds bodies that are
   /// new in the scene and removes those that have left it. The scene must live until the last call
-  /// of `frame`. `name` names a body on the page, by default "body 7" for the id 7. Throws
-  /// std::logic_error when a scene is followed already.
+  /// of `frame`. `name` names a body on the page, by default "body 7" for the id 7; what it throws,
+  /// this call, `frame` and `bodyOf` throw, and change nothing. Throws std::logic_error when a
+  /// scene is followed already.
   template <typename S>
   void follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name = {});
   /// The number of a body of the followed scene, for VertexValues and TrianglePatches. Throws

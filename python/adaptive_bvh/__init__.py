@@ -73,6 +73,7 @@ from ._core import (
     time_of_impact,
     times_of_impact,
     vertex_contacts,
+    vertex_contacts_of_both,
     weld_vertices,
     winding_numbers,
 )
@@ -151,6 +152,7 @@ __all__ = [
     "time_of_impact",
     "times_of_impact",
     "vertex_contacts",
+    "vertex_contacts_of_both",
     "weld_vertices",
     "winding_numbers",
 ]

@@ -1,5 +1,17 @@
 import os
-from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Union, overload
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    List,
+    Mapping,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+    Union,
+    overload,
+)
 
 import numpy as np
 import numpy.typing as npt
@@ -466,6 +478,13 @@ def vertex_contacts(
     tf: _Pose = None,
     other_tf: _Pose = None,
 ) -> VertexContacts: ...
+def vertex_contacts_of_both(
+    first: DeformableMesh,
+    second: DeformableMesh,
+    margin: float = 0.0,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
+) -> Tuple[VertexContacts, VertexContacts]: ...
 def signed_distances(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def winding_numbers(
     mesh: DeformableMesh, points: _Array, tolerance: float = 0.1
@@ -739,6 +758,11 @@ def safe_displacements(
 @overload
 def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
 
+_Distance: TypeAlias = Union[DistanceResult, SceneDistance, float]
+_FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, _Array]
+_Arrows: TypeAlias = Union[Tuple[_Array, _Array], Tuple[_Array, _Array, float]]
+_Patches: TypeAlias = Union[ContactPatches, Tuple[ContactPatches, _Array], Tuple[_Array, _Array]]
+
 class Recording:
     def __init__(
         self,
@@ -749,22 +773,28 @@ class Recording:
         up: _Array = (0, 0, 1),
     ) -> None: ...
     def add(
-        self, body: Union[DeformableMesh, _HasMesh], tf: _Pose = None, *, name: str = ""
+        self, body: Union[DeformableMesh, Shape, _HasMesh], tf: _Pose = None, *, name: str = ""
     ) -> int: ...
+    def remove(self, body: int) -> None: ...
     def place(self, body: int, tf: _Pose) -> None: ...
+    def follow(self, scene: Scene, name: Union[Callable[[int], str], None] = None) -> None: ...
+    def body_of(self, body: int) -> int: ...
     def frame(
         self,
-        distance: Union[DistanceResult, None] = None,
-        contacts: Union[Contacts, None] = None,
+        distance: Union[_Distance, Sequence[_Distance], None] = None,
+        contacts: Union[_FrameContacts, Sequence[_FrameContacts], None] = None,
         *,
         update_ms: Union[float, None] = None,
         query_ms: Union[float, None] = None,
-        clearance: Union[Dict[int, _Array], None] = None,
+        nearest_points: Union[_Array, None] = None,
+        clearance: Union[Mapping[int, _Array], None] = None,
+        arrows: Union[Mapping[str, _Arrows], None] = None,
+        segments: Union[Mapping[str, _Array], None] = None,
+        patches: Union[Mapping[int, _Patches], None] = None,
         note: str = "",
     ) -> None: ...
-    def write(
-        self, path: _Path
-    ) -> None: ...
+    def write(self, path: _Path) -> None: ...
+    def html(self) -> str: ...
     @property
     def num_bodies(self) -> int: ...
     @property
@@ -845,6 +875,7 @@ __all__ = [
     "time_of_impact",
     "times_of_impact",
     "vertex_contacts",
+    "vertex_contacts_of_both",
     "weld_vertices",
     "winding_numbers",
 ]

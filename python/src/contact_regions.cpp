@@ -32,12 +32,6 @@ namespace {
 /// N or N x 3 numbers.
 using Doubles = py::array_t<double>;
 
-struct PatchArrays : Bound {
-  Doubles areas, centroids;
-  py::array_t<std::int32_t> triangles;
-  py::array_t<std::int64_t> begins;
-};
-
 struct RegionArrays : Bound {
   Doubles volumes, depths, deepest_points, normals, curve_points;
   PatchArrays first, second;

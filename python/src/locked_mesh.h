@@ -3,10 +3,12 @@
 #include <iosfwd>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <shared_mutex>
 #include <type_traits>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -93,6 +95,20 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   std::shared_lock<std::shared_mutex> share() const {
     CallbackScope::refuse();
     return std::shared_lock(mutex_);
+  }
+
+  /// Runs `f(mesh)` on the C++ mesh, where the caller holds the lock.
+  template <typename F>
+  auto visit(const F& f) const {
+    return std::visit(f, meshes_);
+  }
+
+  /// Shares the locks of many meshes as PairLock those of two, to be called without the GIL.
+  static std::vector<std::shared_lock<std::shared_mutex>> shareAll(
+      const std::set<const LockedMesh*>& meshes) {
+    std::vector<std::shared_lock<std::shared_mutex>> locks;
+    for (const LockedMesh* mesh : meshes) locks.push_back(mesh->share());
+    return locks;
   }
 
   /// Throws py::type_error when the meshes have different numbers.

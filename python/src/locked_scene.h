@@ -2,6 +2,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <shared_mutex>
 #include <utility>
 #include <variant>
@@ -64,8 +65,27 @@ class LockedScene : public Bound {
     return std::visit(f, scene_);
   }
 
+  /// The locks that a query holds.
+  struct Locks {
+    std::shared_lock<std::shared_mutex> scene;
+    std::vector<std::shared_lock<std::shared_mutex>> meshes;
+  };
+  /// Holds the locks of a query, and those of other meshes, to be called without the GIL.
+  Locks share(const std::set<const LockedMesh*>& others) const {
+    CallbackScope::refuse();
+    std::shared_lock shared(mutex_);
+    return {std::move(shared), lockMeshes(others)};
+  }
+  /// Runs f(scene), where the caller holds the locks.
+  template <typename F>
+  auto visit(const F& f) const {
+    return std::visit(f, scene_);
+  }
+
  private:
-  std::vector<std::shared_lock<std::shared_mutex>> lockMeshes() const;
+  /// Those of the scene and others.
+  std::vector<std::shared_lock<std::shared_mutex>> lockMeshes(
+      std::set<const LockedMesh*> meshes = {}) const;
 
   std::variant<Scene<double>, Scene<float>> scene_;
   std::vector<std::pair<BodyId, std::shared_ptr<LockedMesh>>> meshes_;

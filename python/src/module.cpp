@@ -5,6 +5,7 @@
 #include "docs.h"
 #include "feature_details.h"
 #include "features.h"
+#include "inside.h"
 #include "locked_mesh.h"
 #include "meshes.h"
 #include "pairs.h"
@@ -35,6 +36,7 @@ PYBIND11_MODULE(_core, module) {
   bindPoints(module);
   bindRays(module);
   bindPenetration(module);
+  bindInside(module);
   bindContactRegions(module);
   bindContinuous(module);
   bindScene(module);

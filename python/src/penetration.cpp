@@ -1,6 +1,5 @@
 #include "penetration.h"
 
-#include "adaptive_bvh/point_query.h"
 #include "arrays.h"
 #include "either.h"
 #include "locked_mesh.h"
@@ -19,6 +18,15 @@ Returns VertexContacts. A penalty force: -stiffness * ((margin - c.distances) * 
 c.normals. Raises ValueError when the margin is negative or NaN, and when `other` is open; the
 message names an edge.)";
 
+constexpr const char* kContactsOfBoth =
+    R"(The contacts of both meshes: the vertices of `first` near or inside the body of `second`, and the
+vertices of `second` near or inside the body of `first`, as two calls of vertex_contacts return them.
+
+first, second: DeformableMesh, both closed. Returns a pair of VertexContacts; the normals of either
+point from the vertex's mesh to the other. For a penalty force use half of the stiffness with each.
+Raises ValueError when the margin is negative or NaN, and when a mesh is open; the message names an
+edge.)";
+
 constexpr const char* kSignedDistance =
     R"(The signed distance of two closed bodies: the distance where they are apart, and minus the depth
 where one reaches into the other: the largest distance to the other's surface that any point of
@@ -28,19 +36,6 @@ first, second: DeformableMesh, closed; `second` may be a shape with an inside.
 tolerance: the bounds differ by at most so much.
 Returns SignedDistance. Raises ValueError when the tolerance is negative or NaN, and when a mesh is
 open; the message names an edge.)";
-
-constexpr const char* kSignedDistances =
-    R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
-positive there).
-
-points: (N, 3), in the mesh's own frame. Returns (N,) float64. Raises ValueError when the mesh is not
-closed; the message names an edge.)";
-
-constexpr const char* kWindingNumbers =
-    R"(How often the triangles wind around points: 0 outside and 1 inside of a closed mesh; of open
-meshes and soups the generalised winding number. Off by at most `tolerance`.
-
-points: (N, 3), in the mesh's own frame. Returns (N,) float64.)";
 }  // namespace docs
 
 namespace {
@@ -87,6 +82,20 @@ ContactArrays contactsWithMesh(const LockedMesh& mesh, const LockedMesh& other, 
   return arraysOf(std::move(result), mesh);
 }
 
+std::pair<ContactArrays, ContactArrays> contactsOfBoth(const LockedMesh& first,
+                                                       const LockedMesh& second, double margin,
+                                                       const py::object& tf1,
+                                                       const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  Either<VertexContacts> of_first, of_second;
+  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
+    using S = ScalarOf<decltype(a)>;
+    vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
+                   of_first.as<S>(), of_second.as<S>());
+  });
+  return {arraysOf(std::move(of_first), first), arraysOf(std::move(of_second), second)};
+}
+
 ContactArrays contactsWithShape(const LockedMesh& mesh, const Shape& shape, double margin,
                                 const py::object& tf, const py::object& other_tf) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
@@ -98,22 +107,6 @@ ContactArrays contactsWithShape(const LockedMesh& mesh, const Shape& shape, doub
                    result.as<S>());
   });
   return arraysOf(std::move(result), mesh);
-}
-
-/// Calls query(mesh, points, count, result) and returns a number for each point.
-template <typename Query>
-Doubles numberOfEach(const LockedMesh& mesh, const py::object& points, const Query& query) {
-  Doubles numbers;
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rows<S> rows = rowsFrom<S>(points, "points");
-    const auto count = static_cast<std::size_t>(rows.shape(0));
-    const auto* asked = pointsOf<S>(rows);
-    std::vector<S> result;
-    mesh.queryAs<S>([&](const auto& m) { query(m, asked, count, result); });
-    numbers = adoptDoubles<S>(std::move(result), {static_cast<py::ssize_t>(count)});
-  });
-  return numbers;
 }
 
 /// A SignedDistance of numbers of either type.
@@ -228,6 +221,9 @@ void bindContacts(py::module_& module) {
   };
   define(&contactsWithMesh);
   define(&contactsWithShape);
+  module.def("vertex_contacts_of_both", &contactsOfBoth, py::arg("first"), py::arg("second"),
+             py::arg("margin") = 0., py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
+             docs::kContactsOfBoth);
 }
 
 }  // namespace
@@ -235,49 +231,6 @@ void bindContacts(py::module_& module) {
 void bindPenetration(py::module_& module) {
   bindContacts(module);
   bindSignedDistance(module);
-  module.def(
-      "signed_distances",
-      [](const LockedMesh& mesh, const py::object& points) {
-        return numberOfEach(mesh, points, [](const auto& m, auto* asked, auto count, auto& result) {
-          signedDistances(m, asked, count, result);
-        });
-      },
-      py::arg("mesh"), py::arg("points"), docs::kSignedDistances);
-  module.def(
-      "winding_numbers",
-      [](const LockedMesh& mesh, const py::object& points, double tolerance) {
-        return numberOfEach(mesh, points,
-                            [&](const auto& m, auto* asked, auto count, auto& result) {
-                              windingNumbers(m, asked, count,
-                                             static_cast<ScalarOf<decltype(m)>>(tolerance), result);
-                            });
-      },
-      py::arg("mesh"), py::arg("points"), py::arg("tolerance") = 0.1, docs::kWindingNumbers);
-  module.def(
-      "is_watertight",
-      [](const LockedMesh& mesh) {
-        bool is_closed = false;
-        mesh.query([&](const auto& m) { is_closed = isWatertight(m); });
-        return is_closed;
-      },
-      py::arg("mesh"),
-      "Whether a mesh encloses something: every edge is run through as often in one direction as "
-      "in the other by the triangles that share it. Vertices are compared by index "
-      "(weld_vertices).");
-  module.def(
-      "open_edges",
-      [](const LockedMesh& mesh) {
-        std::vector<OpenEdge> open;
-        mesh.query([&](const auto& m) { isWatertight(m, &open); });
-        std::vector<std::int32_t> rows;
-        for (const OpenEdge& edge : open)
-          rows.insert(rows.end(), {int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
-        return adopt<std::int32_t>(std::move(rows), {static_cast<py::ssize_t>(open.size()), 4});
-      },
-      py::arg("mesh"),
-      "The edges for which a mesh is not watertight, (K, 4) int32, by increasing triangle: the "
-      "vertices where an edge begins and ends, its triangle with the smallest index, and how much "
-      "more often triangles run through it in this direction, 1 on a boundary.");
 }
 
 }  // namespace adaptive_bvh::python

@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <set>
+#include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "frame_results.h"
+#include "locked_scene.h"
 #include "meshes.h"
 #include "objects.h"
-#include "query.h"
 #include "recording_docs.h"
-#ifdef ADAPTIVE_BVH_PYTHON_RECORDING
-#include "adaptive_bvh/recording.h"
-#endif
 
 namespace adaptive_bvh::python {
 namespace {
@@ -28,87 +28,138 @@ struct RecordingArguments {
   py::object up;
 };
 
-/// What Python passes of a frame.
-struct FrameArguments {
-  const Nearest* distance;
-  const Contacts* contacts;
-  std::optional<double> update_ms, query_ms;
-  std::optional<py::dict> clearance;
-  std::string note;
-};
-
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
-fcl::Vector3d rowOf(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
-
-std::vector<VertexValues> clearancesFrom(const py::dict& bodies) {
-  std::vector<VertexValues> all;
-  for (const auto& [body, values] : bodies) {
-    const auto numbers = py::array_t<double, int(py::array::c_style) | int(py::array::forcecast)>(
-        numbersFrom(py::reinterpret_borrow<py::object>(values), "clearance"));
-    if (numbers.ndim() != 1)
-      throw py::value_error("clearance has the shape " + shapeOf(numbers) + "; (N,) is needed");
-    if (!py::isinstance<py::int_>(body))
-      throw py::type_error("clearance: a key is not the number of a body");
-    all.push_back({body.cast<int>(), {numbers.data(), numbers.data() + numbers.size()}});
-  }
-  return all;
+std::string typeTextOf(const py::object& object) {
+  return py::str(py::type::of(object).attr("__name__"));
 }
 
-FrameResults resultsFrom(const FrameArguments& a) {
-  FrameResults results;
-  if (a.distance) {
-    results.distance = a.distance->distance;
-    const double* points = a.distance->points.data();
-    results.nearest_points.push_back({rowOf(points), rowOf(points + 3)});
-  }
-  if (a.contacts) {
-    const auto count = static_cast<std::size_t>(a.contacts->depths.shape(0));
-    results.contact_count = count;
-    for (std::size_t i = 0; i < count; ++i)
-      results.contacts.push_back(rowOf(a.contacts->points.data() + 3 * i));
-  }
-  results.update_ms = a.update_ms;
-  results.query_ms = a.query_ms;
-  if (a.clearance) results.clearance = clearancesFrom(*a.clearance);
-  results.note = a.note;
-  return results;
-}
-
-/// The library's, with the meshes that it reads.
-class RecordingOfMeshes : public Bound {
+/// Python's Recording: the library's, what it reads, and a lock. The lock comes before those of a
+/// scene and of meshes. All are only held without the GIL.
+class LockedRecording : public Bound {
  public:
-  explicit RecordingOfMeshes(const RecordingArguments& a) : recording_(optionsFrom(a)) {}
+  explicit LockedRecording(const RecordingArguments& a) : recording_(optionsFrom(a)) {}
 
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (!py::isinstance<LockedMesh>(body)) return recording_.add(arraysOf(body), pose, name);
-    const std::shared_ptr<LockedMesh> mesh = body.cast<LockedMesh&>().shared_from_this();
-    const int number = mesh->query([&](const auto& m) {
-      return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
+    if (py::isinstance<LockedMesh>(body))
+      return addMesh(body.cast<LockedMesh&>().shared_from_this(), pose, name);
+    if (py::isinstance<Shape>(body)) {
+      const auto shape = body.cast<const Shape&>().geometryPointer<double>();
+      return alone([&] { return recording_.add(*shape, pose, name); });
+    }
+    const TriangleMesh<double> mesh = arraysOf(body);
+    return alone([&] { return recording_.add(mesh, pose, name); });
+  }
+  void remove(int body) {
+    alone([&] { recording_.remove(body); });
+  }
+  void place(int body, const py::object& tf) {
+    const fcl::Transform3d pose = poseFrom(tf, "tf");
+    alone([&] { recording_.place(body, pose); });
+  }
+  void follow(const py::object& scene, const py::object& name) {
+    if (!py::isinstance<LockedScene>(scene))
+      throw py::type_error("scene is a " + typeTextOf(scene) + "; a Scene is needed");
+    if (!name.is_none() && !PyCallable_Check(name.ptr()))
+      throw py::type_error("name must be a function, or None");
+    const auto* const locked = &scene.cast<const LockedScene&>();
+    const auto function = std::make_shared<py::object>(name);
+    alone([&] {
+      const auto locks = locked->share(meshSet());
+      locked->visit([&](const auto& s) {
+        recording_.follow(s, [function](BodyId id) { return nameOf(id, *function); });
+      });
+      scene_ = locked;
     });
-    // In one order for all threads: see LockedMesh::PairLock.
-    const auto at = std::lower_bound(meshes_.begin(), meshes_.end(), mesh);
-    if (at == meshes_.end() || *at != mesh) meshes_.insert(at, mesh);
-    return number;
+    followed_ = scene;
+    name_ = function;
   }
-  void place(int body, const py::object& tf) { recording_.place(body, poseFrom(tf, "tf")); }
+  int bodyOf(BodyId id) {
+    return reading([&] { return recording_.bodyOf(id); });
+  }
   void frame(const FrameArguments& arguments) {
-    const FrameResults results = resultsFrom(arguments);
-    const py::gil_scoped_release nogil;
-    std::vector<std::shared_lock<std::shared_mutex>> locks;
-    for (const auto& mesh : meshes_) locks.push_back(mesh->share());
-    recording_.frame(results);
+    const FrameResults results = frameResultsFrom(arguments);
+    reading([&] { recording_.frame(results); });
   }
-  void write(const py::object& path) const {
+  void write(const py::object& path) {
     const std::string name = pathFrom(path);
-    const py::gil_scoped_release nogil;
-    recording_.write(name);
+    alone([&] { recording_.write(name); });
   }
-  int bodies() const { return recording_.bodies(); }
-  int frames() const { return recording_.frames(); }
-  std::size_t bytes() const { return recording_.bytes(); }
+  std::string html() {
+    return alone([&] {
+      std::ostringstream out;
+      recording_.write(out);
+      return out.str();
+    });
+  }
+  int bodies() {
+    return alone([&] { return recording_.bodies(); });
+  }
+  int frames() {
+    return alone([&] { return recording_.frames(); });
+  }
+  std::size_t bytes() {
+    return alone([&] { return recording_.bytes(); });
+  }
+
+  /// For Python's garbage collector: the function that names bodies may refer to this object.
+  int visitObjects(visitproc visit, void* arg) const {
+    Py_VISIT(followed_.ptr());
+    if (name_) Py_VISIT(name_->ptr());
+    return 0;
+  }
+  void clearName() {
+    if (name_) *name_ = py::none();
+  }
 
  private:
+  /// Runs f() alone, without the GIL.
+  template <typename F>
+  std::invoke_result_t<F> alone(const F& f) {
+    CallbackScope::refuse();
+    const py::gil_scoped_release nogil;
+    const std::lock_guard lock(mutex_);
+    return f();
+  }
+  /// As above, with the locks of all that is read.
+  template <typename F>
+  std::invoke_result_t<F> reading(const F& f) {
+    return alone([&] {
+      LockedScene::Locks locks;
+      if (scene_)
+        locks = scene_->share(meshSet());
+      else
+        locks.meshes = LockedMesh::shareAll(meshSet());
+      return f();
+    });
+  }
+  std::set<const LockedMesh*> meshSet() const {
+    std::set<const LockedMesh*> meshes;
+    for (const auto& mesh : meshes_) meshes.insert(mesh.get());
+    return meshes;
+  }
+  int addMesh(const std::shared_ptr<LockedMesh>& mesh, const fcl::Transform3d& pose,
+              const std::string& name) {
+    return alone([&] {
+      const auto lock = mesh->share();
+      const int number = mesh->visit([&](const auto& m) {
+        return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
+      });
+      meshes_.push_back(mesh);
+      return number;
+    });
+  }
+  /// Called by the library, without the GIL and with all locks.
+  static std::string nameOf(BodyId id, const py::object& function) {
+    const py::gil_scoped_acquire gil;
+    const CallbackScope scope;
+    if (function.is_none()) return "body " + std::to_string(id);
+    const py::object name = function(id);
+    if (!py::isinstance<py::str>(name))
+      throw py::type_error("name returned a " + typeTextOf(name) + "; a string is needed");
+    return name.cast<std::string>();
+  }
+
   static RecordingOptions optionsFrom(const RecordingArguments& a) {
     RecordingOptions options;
     options.title = a.title;
@@ -120,64 +171,120 @@ class RecordingOfMeshes : public Bound {
   }
   static TriangleMesh<double> arraysOf(const py::object& body) {
     if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
-      throw py::type_error("body is a " +
-                           std::string(py::str(py::type::of(body).attr("__name__"))) +
-                           "; a DeformableMesh, or an object with vertices and faces is needed");
+      throw py::type_error("body is a " + typeTextOf(body) +
+                           "; a DeformableMesh, a Shape, or an object with vertices and faces is "
+                           "needed");
     return meshFrom(body.attr("vertices"), body.attr("faces"));
   }
 
+  std::mutex mutex_;
   Recording recording_;
-  std::vector<std::shared_ptr<LockedMesh>> meshes_;  ///< by address, each once
+  std::vector<std::shared_ptr<LockedMesh>> meshes_;
+  const LockedScene* scene_ = nullptr;
+  py::object followed_ = py::none();  ///< keeps the scene alive; only touched with the GIL
+  std::shared_ptr<py::object> name_;  ///< likewise; the library calls it
 };
 #else
 /// Cannot be made.
-class RecordingOfMeshes : public Bound {
+class LockedRecording : public Bound {
  public:
-  explicit RecordingOfMeshes(const RecordingArguments&) {
+  explicit LockedRecording(const RecordingArguments&) {
     throw std::runtime_error(
         "adaptive_bvh was built without the component recording (libjs-three)");
   }
   int add(const py::object&, const py::object&, const std::string&) { return 0; }
+  void remove(int) {}
   void place(int, const py::object&) {}
+  void follow(const py::object&, const py::object&) {}
+  int bodyOf(BodyId) { return 0; }
   void frame(const FrameArguments&) {}
-  void write(const py::object&) const {}
-  int bodies() const { return 0; }
-  int frames() const { return 0; }
-  std::size_t bytes() const { return 0; }
+  void write(const py::object&) {}
+  std::string html() { return {}; }
+  int bodies() { return 0; }
+  int frames() { return 0; }
+  std::size_t bytes() { return 0; }
+  int visitObjects(visitproc, void*) const { return 0; }
+  void clearName() {}
 };
 #endif
+
+/// Null of an object whose __init__ was not called.
+LockedRecording* constructedRecording(PyObject* object) {
+  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
+  return holder.holder_constructed() ? static_cast<LockedRecording*>(holder.value_ptr()) : nullptr;
+}
+
+/// Shows what a recording refers to to Python's garbage collector.
+void collectRecordings(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
+    Py_VISIT(Py_TYPE(object));
+    const LockedRecording* recording = constructedRecording(object);
+    return recording ? recording->visitObjects(visit, arg) : 0;
+  };
+  type.tp_clear = [](PyObject* object) -> int {
+    if (LockedRecording* recording = constructedRecording(object)) recording->clearName();
+    return 0;
+  };
+}
+
+using RecordingClass = py::class_<LockedRecording>;
+
+void bindRecordedBodies(RecordingClass& recording) {
+  using R = LockedRecording;
+  recording
+      .def("add", &R::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
+           py::arg("name") = "", docs::kRecordingAdd)
+      .def("remove", &R::remove, py::arg("body"), docs::kRecordingRemove)
+      .def("place", &R::place, py::arg("body"), py::arg("tf"),
+           "The pose of the body with this number from the next frame on.")
+      .def("follow", &R::follow, py::arg("scene"), py::arg("name") = py::none(),
+           docs::kRecordingFollow)
+      .def("body_of", &R::bodyOf, py::arg("body"), docs::kRecordingBodyOf);
+}
+
+void bindFrames(RecordingClass& recording) {
+  using R = LockedRecording;
+  recording
+      .def(
+          "frame",
+          [](R& self, const py::object& distance, const py::object& contacts,
+             std::optional<double> update_ms, std::optional<double> query_ms,
+             const py::object& nearest_points, const py::object& clearance,
+             const py::object& arrows, const py::object& segments, const py::object& patches,
+             const std::string& note) {
+            self.frame({distance, contacts, update_ms, query_ms, nearest_points, clearance, arrows,
+                        segments, patches, note});
+          },
+          py::arg("distance") = py::none(), py::arg("contacts") = py::none(), py::kw_only(),
+          py::arg("update_ms") = py::none(), py::arg("query_ms") = py::none(),
+          py::arg("nearest_points") = py::none(), py::arg("clearance") = py::none(),
+          py::arg("arrows") = py::none(), py::arg("segments") = py::none(),
+          py::arg("patches") = py::none(), py::arg("note") = "", docs::kRecordingFrame)
+      .def("write", &R::write, py::arg("path"), docs::kRecordingWrite)
+      .def("html", &R::html, docs::kRecordingHtml)
+      .def_property_readonly("num_bodies", &R::bodies,
+                             "How many bodies were added, also those that were removed.")
+      .def_property_readonly("num_frames", &R::frames, "How many frames were recorded.")
+      .def_property_readonly("num_bytes", &R::bytes, "What they take in memory, about, bytes.");
+}
 
 }  // namespace
 
 void bindRecording(py::module_& module) {
-  using R = RecordingOfMeshes;
-  py::class_<R>(module, "Recording", docs::kRecording)
-      .def(py::init([](const std::string& title, const std::string& unit, double frames_per_second,
-                       const py::object& up) {
-             return std::make_unique<R>(RecordingArguments{title, unit, frames_per_second, up});
-           }),
-           py::kw_only(), py::arg("title") = "A run", py::arg("unit") = "",
-           py::arg("frames_per_second") = 25.0, py::arg("up") = py::make_tuple(0, 0, 1),
-           docs::kRecordingInit)
-      .def("add", &R::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
-           py::arg("name") = "", docs::kRecordingAdd)
-      .def("place", &R::place, py::arg("body"), py::arg("tf"),
-           "The pose of the body with this number from the next frame on.")
-      .def(
-          "frame",
-          [](R& self, const Nearest* distance, const Contacts* contacts,
-             std::optional<double> update_ms, std::optional<double> query_ms,
-             std::optional<py::dict> clearance, const std::string& note) {
-            self.frame({distance, contacts, update_ms, query_ms, std::move(clearance), note});
-          },
-          py::arg("distance") = py::none(), py::arg("contacts") = py::none(), py::kw_only(),
-          py::arg("update_ms") = py::none(), py::arg("query_ms") = py::none(),
-          py::arg("clearance") = py::none(), py::arg("note") = "", docs::kRecordingFrame)
-      .def("write", &R::write, py::arg("path"),
-           "Writes the page: one file of about 0.9 megabytes and 4/3 of num_bytes.")
-      .def_property_readonly("num_bodies", &R::bodies, "How many bodies were added.")
-      .def_property_readonly("num_frames", &R::frames, "How many frames were recorded.")
-      .def_property_readonly("num_bytes", &R::bytes, "What they take in memory, about, bytes.");
+  RecordingClass recording(module, "Recording", docs::kRecording,
+                           py::custom_type_setup(&collectRecordings));
+  recording.def(py::init([](const std::string& title, const std::string& unit,
+                            double frames_per_second, const py::object& up) {
+                  return std::make_unique<LockedRecording>(
+                      RecordingArguments{title, unit, frames_per_second, up});
+                }),
+                py::kw_only(), py::arg("title") = "A run", py::arg("unit") = "",
+                py::arg("frames_per_second") = 25.0, py::arg("up") = py::make_tuple(0, 0, 1),
+                docs::kRecordingInit);
+  bindRecordedBodies(recording);
+  bindFrames(recording);
 }
 
 }  // namespace adaptive_bvh::python

@@ -4,7 +4,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "arrays.h"
@@ -115,13 +114,10 @@ LockedScene::LockedScene(const py::object& dtype) {
                          "; float64 or float32 is needed");
 }
 
-/// Always in the same order, each mesh once.
-std::vector<std::shared_lock<std::shared_mutex>> LockedScene::lockMeshes() const {
-  std::set<const LockedMesh*> meshes;
+std::vector<std::shared_lock<std::shared_mutex>> LockedScene::lockMeshes(
+    std::set<const LockedMesh*> meshes) const {
   for (const auto& entry : meshes_) meshes.insert(entry.second.get());
-  std::vector<std::shared_lock<std::shared_mutex>> locks;
-  for (const LockedMesh* mesh : meshes) locks.push_back(mesh->share());
-  return locks;
+  return LockedMesh::shareAll(meshes);
 }
 
 BodyId LockedScene::add(const py::object& body, const py::object& tf, const BodyOptions& options) {

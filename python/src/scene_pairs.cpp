@@ -10,6 +10,7 @@
 #include "penetration.h"
 #include "proximity.h"
 #include "query.h"
+#include "scene_results.h"
 #include "text.h"
 
 // Queries of all pairs of bodies.
@@ -43,13 +44,6 @@ constexpr const char* kPairOffsets =
 namespace {
 
 using LongArray = py::array_t<std::int64_t>;
-
-/// Pairs of bodies, and what was found for them. Python's SceneCollisions and others.
-template <typename Found>
-struct OfBodyPairs : Bound {
-  LongArray bodies, offsets;
-  Found found;
-};
 
 template <typename Result>
 void setBodies(const Result& result, LongArray& bodies, LongArray& offsets) {

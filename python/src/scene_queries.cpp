@@ -7,6 +7,7 @@
 #include "continuous.h"
 #include "locked_scene.h"
 #include "rays.h"
+#include "scene_results.h"
 #include "text.h"
 
 namespace adaptive_bvh::python {
@@ -37,14 +38,6 @@ earliest_impact.)";
 }  // namespace docs
 
 namespace {
-
-/// Python's SceneDistance.
-struct BodyGap : Bound {
-  std::int64_t first, second;
-  double distance;
-  std::array<double, 6> points;
-  std::array<std::int32_t, 2> triangles;
-};
 
 template <typename S>
 BodyGap gapOf(const SceneDistance<S>& found) {

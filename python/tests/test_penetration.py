@@ -49,6 +49,32 @@ def test_vertex_contacts_with_a_shape(ball, tolerance):
     assert (found.triangles == -1).all()
 
 
+def test_vertex_contacts_of_both_are_two_calls(ball, kind):
+    first, vertices, faces = ball
+    second = ab.DeformableMesh(0.7 * meshes.wave(vertices, 1), faces, **kind)
+    tf1, tf2 = pose(0.1, 0, 0), pose(1.4, 0.2, 0.1)
+    both = ab.vertex_contacts_of_both(first, second, 0.1, tf1, tf2)
+    assert isinstance(both, tuple)
+    alone = (ab.vertex_contacts(first, second, 0.1, tf1, tf2),
+             ab.vertex_contacts(second, first, 0.1, tf2, tf1))
+    for found, expected in zip(both, alone):
+        assert (expected.distances < 0).any() and (expected.distances > 0).any()
+        for name in ("vertices", "distances", "positions", "nearest_points", "normals",
+                     "triangles", "barycentric", "areas"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), name)
+    assert both[0].normals[:, 0].mean() > 0 > both[1].normals[:, 0].mean()
+    assert [len(found) for found in ab.vertex_contacts_of_both(first, first, tf2=pose(9, 0, 0))] == [
+        0, 0]
+    open_mesh = ab.DeformableMesh(vertices, faces[1:], **kind)
+    for pair in ((open_mesh, first), (first, open_mesh)):
+        with pytest.raises(ValueError, match="the edge from vertex"):
+            ab.vertex_contacts_of_both(*pair)
+    with pytest.raises(ValueError, match="negative"):
+        ab.vertex_contacts_of_both(first, second, -1)
+    with pytest.raises(TypeError):
+        ab.vertex_contacts_of_both(first, ab.Sphere(1))
+
+
 def test_signs_and_winding_numbers_of_points(ball):
     mesh, vertices, faces = ball
     points = np.random.default_rng(3).normal(size=(300, 3))

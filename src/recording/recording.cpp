@@ -46,6 +46,13 @@ struct RecordedBody {
   UpdateReport update;
 };
 
+/// A body that a followed scene has, and the recording not yet.
+struct NewBody {
+  BodyId id;
+  std::unique_ptr<BodySource> source;
+  std::string name;
+};
+
 /// The mesh or model of this body still has the vertices and triangles that it was added with.
 void checkCounts(const RecordedBody& body) {
   const int vertices = body.source->vertexCount(), triangles = body.source->triangleCount();
@@ -347,33 +354,42 @@ void Recording::place(int body, const fcl::Transform3d& tf) {
 
 void Recording::remove(int body) {
   state_->requireBody("remove", body);
+  for (const auto& [id, number] : state_->numbers)
+    if (number == body)
+      refuse("remove", "'" + state_->bodies[static_cast<std::size_t>(body)].name +
+                           "' is body " + std::to_string(id) + " of the followed scene");
   state_->bodies[static_cast<std::size_t>(body)].source.reset();
 }
 
 template <typename S>
 void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
   if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
-  state_->read_scene = [&scene, name](Recording& recording) {
-    std::map<BodyId, int>& numbers = recording.state_->numbers;
-    for (auto known = numbers.begin(); known != numbers.end();) {
+  const auto read_scene = [&scene, name](Recording& recording) {
+    // First what may throw: sources and names of new bodies.
+    State& run = *recording.state_;
+    std::vector<NewBody> added;
+    for (const BodyId id : scene.bodies()) {
+      if (run.numbers.count(id)) continue;
+      std::unique_ptr<BodySource> source = sourceOf(scene.geometry(id));
+      if (source->triangleCount() == 0) continue;  // an octree without occupied cells
+      added.push_back({id, std::move(source), name ? name(id) : "body " + std::to_string(id)});
+    }
+    for (auto known = run.numbers.begin(); known != run.numbers.end();) {
       const auto [id, number] = *known;
       if (scene.contains(id)) {
         recording.place(number, scene.transform(id).template cast<double>());
         ++known;
       } else {
-        recording.remove(number);
-        known = numbers.erase(known);
+        run.bodies[static_cast<std::size_t>(number)].source.reset();
+        known = run.numbers.erase(known);
       }
     }
-    for (const BodyId id : scene.bodies()) {
-      if (numbers.count(id)) continue;
-      std::unique_ptr<BodySource> source = sourceOf(scene.geometry(id));
-      if (source->triangleCount() == 0) continue;  // an octree without occupied cells
-      numbers[id] = recording.add(std::move(source), scene.transform(id).template cast<double>(),
-                                  name ? name(id) : "body " + std::to_string(id));
-    }
+    for (NewBody& body : added)
+      run.numbers[body.id] = recording.add(
+          std::move(body.source), scene.transform(body.id).template cast<double>(), body.name);
   };
-  state_->read_scene(*this);
+  read_scene(*this);
+  state_->read_scene = read_scene;
 }
 
 int Recording::bodyOf(BodyId id) {
