@@ -7,12 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -31,6 +29,7 @@
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
 #include "recording/shape_mesh.h"
+#include "support/recorded_page.h"
 
 namespace adaptive_bvh_test {
 namespace page_recording_test {
@@ -43,93 +42,11 @@ using adaptive_bvh::FrameResults;
 using adaptive_bvh::Recording;
 using adaptive_bvh::RecordingOptions;
 using adaptive_bvh::TriangleMesh;
+using Page = RecordedPage;
 using nlohmann::json;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kVolumeNumbers = 16;
-
-/// A waving sheet of 2 n^2 triangles at time t, far from the origin.
-template <typename S>
-TriangleMesh<S> sheet(int n, double t, double far = 100) {
-  TriangleMesh<S> mesh;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) {
-      const double x = double(i) / n, y = double(j) / n;
-      mesh.vertices.push_back(
-          fcl::Vector3d(far + x, y + 0.2 * t * x * x, 0.3 * std::sin(4 * x + t)).cast<S>());
-    }
-  const auto row = static_cast<std::size_t>(n) + 1;
-  for (std::size_t j = 0; j + 1 < row; ++j)
-    for (std::size_t i = 0; i + 1 < row; ++i) {
-      const std::size_t v = row * j + i;
-      mesh.triangles.emplace_back(v, v + 1, v + row + 1);
-      mesh.triangles.emplace_back(v, v + row + 1, v + row);
-    }
-  return mesh;
-}
-
-std::vector<std::uint8_t> decodeBase64(const std::string& text) {
-  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::vector<std::uint8_t> bytes;
-  unsigned bits = 0, count = 0;
-  for (const char c : text) {
-    const std::size_t digit = digits.find(c);
-    if (digit == std::string::npos) break;  // "="
-    bits = bits << 6 | static_cast<unsigned>(digit);
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
-  }
-  return bytes;
-}
-
-/// A page, read as a browser does.
-struct Page {
-  std::string text;
-  json run;
-  std::vector<std::uint8_t> data;
-
-  explicit Page(const Recording& recording) {
-    std::ostringstream out;
-    recording.write(out);
-    text = out.str();
-    run = json::parse(element("<script id=\"run\" type=\"application/json\">"));
-    data = decodeBase64(element("<script id=\"data\" type=\"text/plain\">"));
-  }
-
-  std::string element(const std::string& tag) const {
-    const std::size_t begin = text.find(tag) + tag.size();
-    return text.substr(begin, text.find("</script>", begin) - begin);
-  }
-  template <typename T>
-  std::vector<T> numbers(std::size_t at, std::size_t count) const {
-    std::vector<T> out(count);
-    EXPECT_LE(at + count * sizeof(T), data.size());
-    EXPECT_EQ(at % 4, 0u);
-    std::memcpy(out.data(), data.data() + at, count * sizeof(T));
-    return out;
-  }
-  /// What a body has in a frame; what is left out is as in the frame before.
-  json bodyIn(std::size_t frame, std::size_t body, const char* name) const {
-    for (std::size_t f = frame + 1; f-- > 0;)
-      if (run["frames"][f]["bodies"][body].contains(name))
-        return run["frames"][f]["bodies"][body][name];
-    return {};
-  }
-  std::vector<fcl::Vector3d> points(const json& block) const {
-    const auto steps = numbers<std::uint16_t>(block["at"], 3 * block["count"].get<std::size_t>());
-    std::vector<fcl::Vector3d> out;
-    for (std::size_t i = 0; i < steps.size(); i += 3) {
-      fcl::Vector3d point;
-      for (std::size_t k = 0; k < 3; ++k)
-        point[static_cast<int>(k)] =
-            block["low"][k].get<double>() + steps[i + k] * block["size"][k].get<double>() / 65535;
-      out.push_back(point);
-    }
-    return out;
-  }
-};
 
 template <typename S>
 void expectPositions(const Page& page, std::size_t frame, std::size_t body,
@@ -237,7 +154,7 @@ TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
   using S = typename TypeParam::S;
   constexpr int kDepth = 4, kFrames = 6;
   AdaptiveBVHModel<TypeParam> model;
-  fillModel(sheet<S>(17, 0), model);
+  fillModel(wavingSheet<S>(17, 0), model);
   RecordingOptions options;
   options.volume_depth = kDepth;
   std::vector<AdaptiveBVHModel<TypeParam>> copies;
@@ -246,7 +163,7 @@ TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
   recording.add(model, fcl::Transform3<S>::Identity(), "sheet");
   std::size_t refits = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
-    if (frame > 0) model.update(sheet<S>(17, 0.3 * frame).vertices);
+    if (frame > 0) model.update(wavingSheet<S>(17, 0.3 * frame).vertices);
     copies.push_back(model);
     refits += model.refittedNodes().size();
     recording.frame();
@@ -268,13 +185,13 @@ TYPED_TEST_SUITE(PageOfMesh, Scalars);
 TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
   using S = TypeParam;
   constexpr int kFrames = 4;
-  const TriangleMesh<S> rest = sheet<S>(9, 0);
+  const TriangleMesh<S> rest = wavingSheet<S>(9, 0);
   DeformableMesh<S> mesh(rest);
   Recording recording;
   recording.add(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), "sheet");
   std::vector<double> displacements;
   for (int frame = 0; frame < kFrames; ++frame) {
-    if (frame > 0) mesh.update(sheet<S>(9, 0.3 * frame).vertices);
+    if (frame > 0) mesh.update(wavingSheet<S>(9, 0.3 * frame).vertices);
     displacements.push_back(mesh.lastUpdate().largest_displacement);
     recording.frame();
   }
@@ -288,7 +205,7 @@ TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_EQ(corners[3 * t + k], rest.triangles[t][static_cast<int>(k)]);
   for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    expectPositions(page, frame, 0, sheet<S>(9, 0.3 * double(frame)).vertices);
+    expectPositions(page, frame, 0, wavingSheet<S>(9, 0.3 * double(frame)).vertices);
     const json now = page.run["frames"][frame]["bodies"][0];
     EXPECT_EQ(now["volumes"][1], 0);
     ASSERT_EQ(now.contains("update"), frame > 0);
@@ -302,7 +219,7 @@ TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
 
 TEST(PageRecording, TrianglesAreThoseOfTheModel) {
   for (const int n : {3, 260}) {  // indices of 16 and of 32 bits
-    const TriangleMesh<double> mesh = sheet<double>(n, 0);
+    const TriangleMesh<double> mesh = wavingSheet<double>(n, 0);
     Recording recording;
     recording.add(mesh, fcl::Transform3d::Identity(), "mesh");
     recording.frame();
@@ -326,7 +243,7 @@ TEST(PageRecording, TrianglesAreThoseOfTheModel) {
 /// A body that does not change takes its positions and volumes once.
 TEST(PageRecording, ABodyAtRestIsStoredOnce) {
   AdaptiveBVHModeld model;
-  fillModel(sheet<double>(20, 0), model);
+  fillModel(wavingSheet<double>(20, 0), model);
   Recording recording;
   recording.add(model, fcl::Transform3d::Identity(), "sheet");
   recording.frame();
@@ -338,8 +255,8 @@ TEST(PageRecording, ABodyAtRestIsStoredOnce) {
 /// Numbers come back bit by bit; points within the precision of their own box.
 TEST(PageRecording, ResultsAreThoseGiven) {
   AdaptiveBVHModeld a, b;
-  fillModel(sheet<double>(8, 0), a);
-  fillModel(sheet<double>(8, 2), b);
+  fillModel(wavingSheet<double>(8, 0), a);
+  fillModel(wavingSheet<double>(8, 2), b);
   fcl::Transform3d below = fcl::Transform3d::Identity();
   below.translation().z() = -0.1;
   Recording recording;
@@ -391,7 +308,7 @@ TEST(PageRecording, ResultsAreThoseGiven) {
 /// Arrows and segments are those given, within the precision of the box around them; pairs that are
 /// not finite are left out.
 TEST(PageRecording, ArrowsAndSegmentsAreThoseGiven) {
-  const TriangleMesh<float> mesh = sheet<float>(4, 0);
+  const TriangleMesh<float> mesh = wavingSheet<float>(4, 0);
   DeformableMesh<float> body(mesh);
   Recording recording;
   recording.add(body, fcl::Transform3f(fcl::Transform3f::Identity()), "sheet");
@@ -541,7 +458,7 @@ TEST(PageRecording, ShapesAreBodies) {
 /// Bodies come and go between frames, and keep their numbers.
 TEST(PageRecording, BodiesAppearAndVanish) {
   const fcl::Transform3d origin = fcl::Transform3d::Identity();
-  DeformableMeshd late(sheet<double>(3, 1));
+  DeformableMeshd late(wavingSheet<double>(3, 1));
   Recording recording;
   recording.add(fcl::Sphered(2), origin, "ball");
   recording.frame();
@@ -565,7 +482,7 @@ TEST(PageRecording, BodiesAppearAndVanish) {
 TEST(PageRecording, FollowsAScene) {
   fcl::Transform3f up = fcl::Transform3f::Identity();
   up.translation().z() = 3;
-  DeformableMesh<float> cloth(sheet<float>(5, 0));
+  DeformableMesh<float> cloth(wavingSheet<float>(5, 0));
   adaptive_bvh::Scenef scene;
   const auto of_cloth = scene.add(cloth);
   const auto of_ball = scene.add(std::make_shared<fcl::Spheref>(0.5f), up);
@@ -574,7 +491,7 @@ TEST(PageRecording, FollowsAScene) {
   EXPECT_THROW(recording.follow(scene), std::logic_error);
   EXPECT_EQ(recording.bodyOf(of_ball), 1);
   recording.frame();
-  cloth.update(sheet<float>(5, 0.4).vertices);
+  cloth.update(wavingSheet<float>(5, 0.4).vertices);
   up.translation().x() = -2;
   scene.setTransform(of_ball, up);
   const auto of_box = scene.add(std::make_shared<fcl::Boxf>(1.f, 2.f, 3.f), up);
@@ -591,17 +508,42 @@ TEST(PageRecording, FollowsAScene) {
   EXPECT_EQ(page.run["frames"][0]["bodies"].size(), 2u);
   EXPECT_TRUE(page.run["frames"][2]["bodies"][1].is_null());
   EXPECT_FALSE(page.run["frames"][2]["bodies"][2].is_null());
-  expectPositions(page, 0, 0, sheet<float>(5, 0).vertices);
+  expectPositions(page, 0, 0, wavingSheet<float>(5, 0).vertices);
   expectPositions(page, 2, 0, cloth.vertices());
   const json last = page.run["frames"][2];
   EXPECT_EQ(last["distance"].get<double>(), double(scene.nearest(of_cloth).distance));
   EXPECT_EQ(last["nearest"].size(), 1u);
 }
 
+/// What a name throws leaves the recording as it was; bodies of the scene leave with it only.
+TEST(PageRecording, ANameThatThrowsChangesNothing) {
+  const auto ball = std::make_shared<fcl::Sphered>(1);
+  adaptive_bvh::Scened scene;
+  std::map<adaptive_bvh::BodyId, std::string> names;
+  const auto name = [&names](adaptive_bvh::BodyId id) { return names.at(id); };
+  scene.add(ball);
+  Recording recording;
+  EXPECT_THROW(recording.follow(scene, name), std::out_of_range);
+  EXPECT_EQ(recording.bodies(), 0);
+  names[scene.bodies()[0]] = "first";
+  recording.follow(scene, name);
+  recording.frame();
+  const adaptive_bvh::BodyId late = scene.add(ball);
+  EXPECT_THROW(recording.frame(), std::out_of_range);
+  EXPECT_THROW(recording.bodyOf(late), std::out_of_range);
+  EXPECT_EQ(recording.bodies(), 1);
+  EXPECT_EQ(recording.frames(), 1);
+  EXPECT_EQ(messageOf([&] { recording.remove(0); }),
+            "Recording::remove: 'first' is body 0 of the followed scene");
+  names[late] = "late";
+  recording.frame();
+  EXPECT_EQ(Page(recording).run["bodies"][1]["name"], "late");
+}
+
 /// What was not computed is left out, not shown as a number.
 TEST(PageRecording, UndefinedNumbersAreLeftOut) {
   AdaptiveBVHModeld model;
-  fillModel(sheet<double>(2, 0), model);
+  fillModel(wavingSheet<double>(2, 0), model);
   Recording recording;
   recording.add(model, fcl::Transform3d::Identity(), "sheet");
   FrameResults results;
@@ -621,7 +563,7 @@ TEST(PageRecording, UndefinedNumbersAreLeftOut) {
 /// One file: it holds the licence of three.js, and names nothing to load.
 TEST(PageRecording, ThePageIsSelfContained) {
   AdaptiveBVHModeld model;
-  fillModel(sheet<double>(2, 0), model);
+  fillModel(wavingSheet<double>(2, 0), model);
   RecordingOptions options;
   options.title = "a < b & c";
   Recording recording(options);
@@ -637,34 +579,16 @@ TEST(PageRecording, ThePageIsSelfContained) {
   EXPECT_EQ(page.run["bodies"][0]["name"], "</script>");
 }
 
-/// Recording is reading: it records no traversal statistics, and changes no later update.
-TEST(PageRecording, ChangesNothingInTheModel) {
-  AdaptiveBVHModeld watched, alone;
-  fillModel(sheet<double>(12, 0), watched);
-  fillModel(sheet<double>(12, 0), alone);
-  Recording recording;
-  recording.add(watched, fcl::Transform3d::Identity(), "sheet");
-  for (int frame = 1; frame < 5; ++frame) {
-    watched.update(sheet<double>(12, 0.2 * frame).vertices);
-    alone.update(sheet<double>(12, 0.2 * frame).vertices);
-    recording.frame();
-    EXPECT_EQ(watched.recordedWork().queries, 0);
-    EXPECT_EQ(watched.lastUpdate().refitted(), alone.lastUpdate().refitted());
-    for (int node = 0; node < alone.getNumBVs(); ++node)
-      ASSERT_EQ(watched.getBV(node).bv.r, alone.getBV(node).bv.r);
-  }
-}
-
 /// Below depth 0 there are no volumes, and the positions are recorded all the same.
 TEST(PageRecording, WithoutVolumes) {
   for (const int depth : {3, -1}) {
     AdaptiveBVHModeld model;
-    fillModel(sheet<double>(12, 0), model);
+    fillModel(wavingSheet<double>(12, 0), model);
     RecordingOptions options;
     options.volume_depth = depth;
     Recording recording(options);
     recording.add(model, fcl::Transform3d::Identity(), "sheet");
-    model.update(sheet<double>(12, 0, 500).vertices);
+    model.update(wavingSheet<double>(12, 0, 500).vertices);
     recording.frame();
     const Page page(recording);
     expectPositions(page, 0, 0, model);
@@ -678,7 +602,7 @@ TEST(PageRecording, WithoutVolumes) {
 TEST(PageRecording, SaysWhatIsWrong) {
   const auto origin = fcl::Transform3d::Identity();
   AdaptiveBVHModeld model, empty;
-  fillModel(sheet<double>(4, 0), model);
+  fillModel(wavingSheet<double>(4, 0), model);
   Recording recording;
   EXPECT_EQ(messageOf([&] { recording.frame(); }), "Recording::frame: no body was added");
   EXPECT_EQ(messageOf([&] { recording.add(empty, origin, "e"); }),
@@ -706,7 +630,7 @@ TEST(PageRecording, SaysWhatIsWrong) {
             "Recording::place: the transform is not finite");
   recording.frame();
   EXPECT_EQ(messageOf([&] { recording.remove(1); }), "Recording::remove: body 1, of 1");
-  fillModel(sheet<double>(5, 0), model);
+  fillModel(wavingSheet<double>(5, 0), model);
   EXPECT_EQ(messageOf([&] { recording.frame(); }),
             "Recording::frame: 'sheet' has 36 vertices and 50 triangles, and had 25 and 32 when it "
             "was added");

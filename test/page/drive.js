@@ -54,6 +54,8 @@
     check(text("note") === (wanted.note || "") && document.getElementById("note").hidden === !wanted.note,
       `${at}: note`);
     if (wanted.note) check(!text("caption").includes(wanted.note), `${at}: the note is in the caption`);
+    check(text("caption").includes("Patches") === wanted.coloured > 0,
+      `${at}: the caption says: ${text("caption")}`);
     if (wanted.visible !== undefined)
       check(page.bodies.filter(({mesh}) => mesh.visible).length === wanted.visible, `${at}: bodies`);
     Object.entries(wanted.drawn).forEach(([label, count]) => {
