@@ -21,10 +21,15 @@ draw() {
 
 "$examples/tools/compare_with_fcl" --page "$work/helmet.html"
 "$examples/08_clearance" --page "$work/clearance.html"
-PYTHONPATH=$build/python /usr/bin/python3 "$root/python/examples/tutorial.py" \
-  "$work/tutorial.html" >/dev/null
-draw page helmet 1280,740 "frame=64&depth=4"
+"$examples/12_gripper" --page "$work/gripper.html" >/dev/null
+for program in tutorial contact_signs; do
+  PYTHONPATH=$build/python /usr/bin/python3 "$root/python/examples/$program.py" \
+    "$work/$program.html" >/dev/null
+done
+draw page helmet 1280,740 "frame=113"
 draw page_clearance clearance 900,620 "frame=9"
-draw page_phone helmet 390,760 "frame=150&depth=3" --force-device-scale-factor=1.5 \
+draw page_phone helmet 390,760 "frame=150" --force-device-scale-factor=1.5 \
   --blink-settings=preferredColorScheme=0
 draw page_tutorial tutorial 1100,680 "frame=28"
+draw page_signs contact_signs 1000,700 "frame=3&view=0.12,0.16,0.55,0,-0.5,0"
+draw page_gripper gripper 1000,640 "frame=100&view=0.75,0.35,0.95,0,0,0"

@@ -214,6 +214,14 @@ struct RecordingOptions {
 /// `frame` reads the bodies as a query does, and changes nothing in them; it records no traversal
 /// statistics.
 ///
+/// **Times.** A recording measures nothing: the page shows the times that FrameResults has, bit by
+/// bit. Take them around updates and queries and before `frame` (MeshUpdate::seconds is the time of
+/// an update), and they are without the work of the recording. `frame` replaces what the
+/// processor's caches hold, though, so the next step may take longer: a query half as long again
+/// after a frame of 5 MB, an update of 51,200 triangles 1 %. For times without that, let the
+/// program run without a recording, keep the times of its steps, and pass them in a second run
+/// (examples/tools/run_page.cpp).
+///
 /// **Lifetime.** Keeps references: a mesh or model must live until the last call of `frame`.
 /// `write` reads none. The object serves one thread at a time.
 class Recording {

@@ -63,7 +63,7 @@ vertex_mass, ball_mass, gravity, damping, dt = 0.002, 0.5, 9.81, 6.0, 5e-4  # kg
 recording = ab.Recording(title="A ball falls into a net", unit="m") if len(sys.argv) > 1 else None
 if recording:
     recording.add(net, name="net")
-    drawn_ball = recording.add(ball_mesh(8, radius), at(0, 0, height), name="ball")
+    drawn_ball = recording.add(ball, at(0, 0, height), name="ball")
 
 x, v, speed = rest.copy(), 0 * rest, 0.0
 for step in range(6001):
@@ -88,7 +88,8 @@ for step in range(6001):
         print(f"2. t = {step * dt:.1f} s: {now}")
     if recording and step % 40 == 0:
         recording.place(drawn_ball, at(0, 0, height))
-        recording.frame(note=f"{len(contacts)} vertices push with {lift:.2f} N")
+        recording.frame(arrows={"force on the net, N": (contacts.positions, -contact_force)},
+                        note=f"{len(contacts)} vertices push with {lift:.2f} N")
     x += dt * v
     height += dt * speed
 print(f"2. the net bears {lift / (ball_mass * gravity):.3f} of the ball's weight")

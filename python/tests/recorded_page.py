@@ -7,8 +7,8 @@ import numpy as np
 
 
 class Page:
-    def __init__(self, recording):
-        self.text = recording.html()
+    def __init__(self, text):
+        self.text = text
         self.run = json.loads(self._element('<script id="run" type="application/json">'))
         self.data = base64.b64decode(self._element('<script id="data" type="text/plain">'))
 

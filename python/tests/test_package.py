@@ -9,7 +9,9 @@ import runpy
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from recorded_page import Page
 
 import adaptive_bvh as ab
 
@@ -124,14 +126,34 @@ def test_tutorial(capsys, monkeypatch):
     assert lines[-1] == "5. the copy answers the same: True"
 
 
-def test_tutorial_writes_a_page(capsys, monkeypatch, tmp_path):
+@pytest.fixture
+def page(tmp_path):
+    """Where a program writes a page, if the component recording is there."""
     try:
         ab.Recording()
     except RuntimeError as missing:
         pytest.skip(str(missing))
-    page = tmp_path / "page.html"
+    return tmp_path / "page.html"
+
+
+def test_tutorial_writes_a_page(capsys, monkeypatch, page):
     run_tutorial(capsys, monkeypatch, str(page))
-    assert page.read_text().rstrip().endswith("</html>")
+    text = page.read_text()
+    assert "force on the net, N" in text and text.rstrip().endswith("</html>")
+
+
+def test_contact_signs(capsys, monkeypatch, page):
+    monkeypatch.setattr(sys, "argv", ["contact_signs.py", str(page)])
+    program = runpy.run_path(str(HERE.parent / "examples" / "contact_signs.py"))
+    lines = capsys.readouterr().out.splitlines()
+    upward = [float(re.search(r", ([0-9.]+) N upward", line).group(1)) for line in lines]
+    assert 0 < upward[0] < upward[1] < upward[2]
+    contacts = program["contacts"]
+    assert (contacts.distances[contacts.positions[:, 2] < 0] < 0).all()
+    np.testing.assert_allclose(contacts.normals, [[0, 0, -1]] * len(contacts), atol=1e-12)
+    frame = Page(page.read_text()).frame(2)
+    assert [arrows["label"] for arrows in frame["arrows"]] == ["force on the ring, N", "normal"]
+    assert frame["bodies"][0]["clearance"]["low"] == pytest.approx(-0.03)
 
 
 def test_example(capsys):

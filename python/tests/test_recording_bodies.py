@@ -27,7 +27,7 @@ def recording():
 def test_shapes_are_bodies(recording, shape, size):
     assert recording.add(shape, place(1, 2, 3), name="shape") == 0
     recording.frame()
-    page = Page(recording)
+    page = Page(recording.html())
     assert page.run["bodies"][0]["name"] == "shape"
     assert page.run["bodies"][0]["unbounded"] == (size is None)
     points = page.positions(0, 0)[0]
@@ -51,7 +51,7 @@ def test_bodies_appear_and_vanish(recording, kind):
         with pytest.raises(ValueError):
             gone()
     recording.frame()
-    page = Page(recording)
+    page = Page(recording.html())
     assert [len(frame["bodies"]) for frame in page.run["frames"]] == [1, 2, 2]
     assert page.frame(2)["bodies"][0] is None
     check_points(page.positions(2, 1), mesh.vertices)
@@ -74,7 +74,7 @@ def test_a_scene_is_followed(recording, kind):
     recording.frame(clearance={recording.body_of(of_cloth): np.arange(len(vertices))})
     scene.remove(of_ball)
     recording.frame()
-    page = Page(recording)
+    page = Page(recording.html())
     assert [body["name"] for body in page.run["bodies"]] == [
         f"number {body}" for body in (of_cloth, of_ball, of_box)]
     check_points(page.positions(0, 0), vertices)
@@ -113,7 +113,7 @@ def test_errors_of_following(recording):
     with pytest.raises(ValueError, match="followed scene"):
         recording.remove(0)
     recording.frame()
-    assert Page(recording).run["bodies"][0]["name"] == f"body {body}"
+    assert Page(recording.html()).run["bodies"][0]["name"] == f"body {body}"
 
 
 def test_a_name_that_fails_later_leaves_the_recording_as_it_was(recording):
@@ -128,7 +128,7 @@ def test_a_name_that_fails_later_leaves_the_recording_as_it_was(recording):
     assert (recording.num_frames, recording.num_bodies) == (1, 1)
     names[late] = "late"
     recording.frame()
-    assert [body["name"] for body in Page(recording).run["bodies"]] == ["first", "late"]
+    assert [body["name"] for body in Page(recording.html()).run["bodies"]] == ["first", "late"]
 
 
 def test_it_keeps_the_scene_and_is_collected_with_it(recording):
@@ -138,7 +138,7 @@ def test_it_keeps_the_scene_and_is_collected_with_it(recording):
     del scene
     gc.collect()
     recording.frame()
-    assert Page(recording).run["bodies"][0]["triangles"] == 32
+    assert Page(recording.html()).run["bodies"][0]["triangles"] == 32
 
     class Owner:
         """Refers to a recording that refers to it, twice."""
@@ -187,4 +187,4 @@ def test_threads_take_turns(recording, kind):
     for thread in threads:
         thread.join()
     assert not errors
-    assert recording.num_frames == 61 and len(Page(recording).run["frames"]) == 61
+    assert recording.num_frames == 61 and len(Page(recording.html()).run["frames"]) == 61

@@ -40,7 +40,7 @@ def test_arrows_are_those_of_the_contacts(balls):
     recording.frame(arrows={"contact force, N": (contacts.positions, forces),
                             "normal": (contacts.positions, contacts.normals, 0.25)})
     recording.frame()
-    page = Page(recording)
+    page = Page(recording.html())
     force, normal = page.frame(0)["arrows"]
     assert (force["label"], force["scale"]) == ("contact force, N", 0)
     assert (normal["label"], normal["scale"]) == ("normal", 0.25)
@@ -59,7 +59,7 @@ def test_segments_join_nearest_points_of_features(balls):
     other = np.array([[[0, 1, 2], [3, 4, 5]]])  # integers are numbers
     recording.frame(segments={"pair": found.nearest_points, "other": other},
                     nearest_points=found.nearest_points[:2])
-    page = Page(recording)
+    page = Page(recording.html())
     assert [segments["label"] for segments in page.frame(0)["segments"]] == ["pair", "other"]
     for segments, expected in zip(page.frame(0)["segments"], (found.nearest_points, other)):
         for end in range(2):
@@ -76,7 +76,7 @@ def test_patches_are_those_of_the_regions(balls):
     recording.frame(patches={0: regions.first, 1: (regions.second, tracker.ids + 40)})
     recording.frame(patches={1: ([5, 2, 5], np.array([7, 8, 9], np.uint16))})
     recording.frame(patches={0: ab.contact_regions(first, second, None, place(9, 0, 0)).first})
-    page = Page(recording)
+    page = Page(recording.html())
     triangles = regions.first.triangles.tolist()
     assert page.patches(0, 0) == [triangles, [0] * len(triangles)]
     triangles = regions.second.triangles.tolist()
@@ -106,7 +106,7 @@ def test_results_of_several_pairs_and_of_scenes(recording, kind):
     alone.add(mesh)
     alone.update()
     recording.frame(alone.distance(), ab.collide(mesh, ab.Sphere(0.5), enable_contact=False))
-    page = Page(recording)
+    page = Page(recording.html())
     first = page.frame(0)
     assert first["distance"] == min(near.distance, gap.distance)
     np.testing.assert_array_equal(first["nearest"], np.reshape([near.points, gap.points], (2, 6)))
@@ -129,7 +129,7 @@ def test_arrays_of_other_libraries(balls):
                     segments={"s": Tensor(rows.reshape(1, 2, 3))},
                     patches={1: (Tensor(np.array([3, 4])), Tensor(np.array([0, 1])))},
                     clearance={np.int64(0): Tensor(np.arange(float(balls[1].num_vertices)))})
-    page = Page(recording)
+    page = Page(recording.html())
     check_points(page.points(page.frame(0)["arrows"][0]["blocks"][1]), -rows)
     assert page.patches(0, 1) == [[3, 4], [0, 1]]
     assert page.frame(0)["bodies"][0]["clearance"]["high"] == balls[1].num_vertices - 1
@@ -190,7 +190,7 @@ def test_what_is_refused_changes_nothing(balls, error, wrong):
         recording.frame(**{**good, **wrong})
     assert recording.num_frames == 1 and recording.html() == before
     recording.frame(**good)  # nothing is left over
-    assert [frame["note"] for frame in Page(recording).run["frames"]] == ["good", "good"]
+    assert [frame["note"] for frame in Page(recording.html()).run["frames"]] == ["good", "good"]
 
 
 def test_results_that_were_written_to_are_refused(balls):

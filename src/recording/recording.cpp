@@ -356,8 +356,8 @@ void Recording::remove(int body) {
   state_->requireBody("remove", body);
   for (const auto& [id, number] : state_->numbers)
     if (number == body)
-      refuse("remove", "'" + state_->bodies[static_cast<std::size_t>(body)].name +
-                           "' is body " + std::to_string(id) + " of the followed scene");
+      refuse("remove", "'" + state_->bodies[static_cast<std::size_t>(body)].name + "' is body " +
+                           std::to_string(id) + " of the followed scene");
   state_->bodies[static_cast<std::size_t>(body)].source.reset();
 }
 
