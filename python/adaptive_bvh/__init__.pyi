@@ -759,7 +759,7 @@ def safe_displacements(
 def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
 
 _Distance: TypeAlias = Union[DistanceResult, SceneDistance, float]
-_FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, _Array]
+_FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, npt.NDArray[Any], _DLPack]
 _Arrows: TypeAlias = Union[Tuple[_Array, _Array], Tuple[_Array, _Array, float]]
 _Patches: TypeAlias = Union[ContactPatches, Tuple[ContactPatches, _Array], Tuple[_Array, _Array]]
 

@@ -26,8 +26,7 @@ std::string entryOf(const char* name, const py::handle& key) {
   return std::string(name) + "[" + std::string(py::repr(key)) + "]";
 }
 
-// ---- numbers
-// -------------------------------------------------------------------------------------
+// ---- numbers ------------------------------------------------------------------------------------
 
 void requireFinite(const double* numbers, std::size_t count, const std::string& name) {
   for (std::size_t i = 0; i < count; ++i)
@@ -63,8 +62,7 @@ PointPairs pointPairsFrom(const py::object& object, const std::string& name) {
   return pairs;
 }
 
-// ---- keys and values of dicts
-// ---------------------------------------------------------------------
+// ---- keys and values of dicts -------------------------------------------------------------------
 
 /// What a dict or another mapping holds now; nothing of None.
 py::dict entriesOf(const py::object& mapping) {
@@ -79,8 +77,7 @@ py::dict entriesOf(const py::object& mapping) {
 int bodyFrom(const py::handle& key, const char* name) {
   if (!PyIndex_Check(key.ptr()))
     throw py::type_error(std::string(name) + ": a key is not the number of a body");
-  const Py_ssize_t number =
-      PyNumber_AsSsize_t(key.ptr(), nullptr);  // clipped where it is too large
+  const Py_ssize_t number = PyNumber_AsSsize_t(key.ptr(), nullptr);  // clipped if too large
   if (number == -1 && PyErr_Occurred()) throw py::error_already_set();
   if (number < 0 || number > std::numeric_limits<int>::max())
     throw py::index_error(entryOf(name, key) + ": no body has this number");
@@ -124,8 +121,7 @@ Arrows arrowsFrom(const py::handle& label, const py::handle& given) {
   return arrows;
 }
 
-// ---- patches
-// --------------------------------------------------------------------------------------
+// ---- patches ------------------------------------------------------------------------------------
 
 std::vector<std::uint64_t> patchNumbersFrom(const py::object& object, const std::string& name) {
   const std::vector<unsigned> numbers =
@@ -174,8 +170,7 @@ void addPatches(const py::handle& body, const py::handle& given, FrameResults& r
   results.colourTriangles(number, regions, patches);
 }
 
-// ---- results of queries
-// ---------------------------------------------------------------------------
+// ---- results of queries -------------------------------------------------------------------------
 
 void addNearest(double distance, const double* points, FrameResults& results) {
   fcl::DistanceResultd nearest;

@@ -48,7 +48,7 @@ and vectors are in the world, lengths in the bodies' unit.
 
 distance: a DistanceResult, a SceneDistance or a number, shown as the frame's distance; the nearest
     points are joined by a segment. A list of these shows the smallest distance and all segments.
-contacts: Contacts, SceneCollisions or (K, 3) points; or a list of these.
+contacts: Contacts, SceneCollisions or an array of (K, 3) points; or a list of these.
 update_ms, query_ms: what updates and queries of this frame took, milliseconds. The page shows these
     numbers, such as 1e3 * mesh.last_update.seconds.
 nearest_points: (K, 2, 3), more pairs of points that segments join.
