@@ -256,7 +256,7 @@ class Recording {
   void remove(int body);
 
   /// Records the bodies of a scene with their transforms: `frame` reads them, adds bodies that are
-  /// new in the scene and removes those that have left it. The scene must live until the last call
+  /// new in the scene and removes bodies that have left it. The scene must live until the last call
   /// of `frame`. `name` names a body on the page, by default "body 7" for the id 7; what it throws,
   /// this call, `frame` and `bodyOf` throw, and change nothing. Throws std::logic_error when a
   /// scene is followed already.
@@ -277,7 +277,7 @@ class Recording {
   /// nothing is recorded.
   void frame(const FrameResults& results = FrameResults());
 
-  int bodies() const;         ///< how many were added, also those that were removed
+  int bodies() const;         ///< how many were added, including removed ones
   int frames() const;         ///< how many were recorded
   std::size_t bytes() const;  ///< what they take in memory, about; on the page up to 4/3 of it
 

@@ -46,7 +46,7 @@ Rows<S> rowsFrom(const py::object& object, const char* name);
 
 /// N x 3 numbers of type S as matrices of Eigen's, read in place where the numbers of a row or of a
 /// column lie side by side: float arrays in C or in Fortran order, and slices of these; else
-/// converted once. Throws as above.
+/// converted once. Throws like `rowsFrom`.
 template <typename S>
 class StridedRows {
  public:
@@ -86,7 +86,7 @@ void requireRows(const py::array& rows, std::size_t count, const char* name);
 std::vector<unsigned> indicesFrom(const py::object& object, std::size_t limit, const char* name,
                                   const char* things);
 
-/// M x 3 integers. The numbers are at least 0 and less than `vertices`. Throws as above.
+/// M x 3 integers. The numbers are at least 0 and less than `vertices`. Throws like `indicesFrom`.
 std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t vertices);
 
 /// M x 2 integers. The first of a pair is less than `first`, the second than `second`. Throws as

@@ -91,7 +91,7 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
     return f(std::get<DeformableMesh<S>>(meshes_));
   }
 
-  /// Holds the lock as a query does, to be called without the GIL.
+  /// Holds the lock as a query does. Call it without the GIL.
   std::shared_lock<std::shared_mutex> share() const {
     CallbackScope::refuse();
     return std::shared_lock(mutex_);
@@ -103,7 +103,7 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
     return std::visit(f, meshes_);
   }
 
-  /// Shares the locks of many meshes as PairLock those of two, to be called without the GIL.
+  /// Shares the locks of many meshes as PairLock does for two. Call it without the GIL.
   static std::vector<std::shared_lock<std::shared_mutex>> shareAll(
       const std::set<const LockedMesh*>& meshes) {
     std::vector<std::shared_lock<std::shared_mutex>> locks;
@@ -114,7 +114,7 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// Throws py::type_error when the meshes have different numbers.
   static void requireSameType(const LockedMesh& first, const LockedMesh& second);
 
-  /// Runs `f(first, second)` on two C++ meshes of one type, as `query`. Throws as above.
+  /// Runs `f(first, second)` on two C++ meshes of one type, as `query`, with the same errors.
   template <typename F>
   static auto queryPair(const LockedMesh& first, const LockedMesh& second, const F& f) {
     requireSameType(first, second);

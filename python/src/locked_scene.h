@@ -70,7 +70,7 @@ class LockedScene : public Bound {
     std::shared_lock<std::shared_mutex> scene;
     std::vector<std::shared_lock<std::shared_mutex>> meshes;
   };
-  /// Holds the locks of a query, and those of other meshes, to be called without the GIL.
+  /// Holds the locks of a query, and the locks of other meshes. Call it without the GIL.
   Locks share(const std::set<const LockedMesh*>& others) const {
     CallbackScope::refuse();
     std::shared_lock shared(mutex_);

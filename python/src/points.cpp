@@ -154,7 +154,7 @@ void bindPointResults(py::module_& module) {
   py::class_<ManyPoints>(module, "ClosestPoints", "Of N points, in their order. len() is N.")
       .def_readonly("points", &ManyPoints::points, "On the surface, (N, 3) float64.")
       .def_readonly("distances", &ManyPoints::distances, "(N,) float64, lengths.")
-      .def_readonly("triangles", &ManyPoints::triangles, "(N,) int32: those that have the points.")
+      .def_readonly("triangles", &ManyPoints::triangles, "(N,) int32: the triangles of the points.")
       .def("__len__", [](const ManyPoints& self) { return self.distances.shape(0); })
       .def("__repr__", TextOf({"points", "distances", "triangles"}));
 }
@@ -168,7 +168,7 @@ void bindFeatureResults(py::module_& module) {
       .def_readonly("distances", &F::distances,
                     "(N,) float64, lengths; infinite where none is within the limit.")
       .def_readonly("triangles", &F::triangles,
-                    "(N,) int32: those that have the points; -1 where there is none.")
+                    "(N,) int32: the triangles of the points; -1 where there is none.")
       .def_readonly("barycentric", &F::barycentric,
                     "(N, 3) float64: of the points, for the triangles' corners.")
       .def_readonly("features", &F::features,

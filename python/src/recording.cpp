@@ -265,7 +265,7 @@ void bindFrames(RecordingClass& recording) {
       .def("write", &R::write, py::arg("path"), docs::kRecordingWrite)
       .def("html", &R::html, docs::kRecordingHtml)
       .def_property_readonly("num_bodies", &R::bodies,
-                             "How many bodies were added, also those that were removed.")
+                             "How many bodies were added, including removed ones.")
       .def_property_readonly("num_frames", &R::frames, "How many frames were recorded.")
       .def_property_readonly("num_bytes", &R::bytes, "What they take in memory, about, bytes.");
 }

@@ -31,8 +31,8 @@ inline constexpr const char* kRecordingRemove =
 no such body, and for one of a followed scene: that leaves the recording when it leaves the scene.)";
 
 inline constexpr const char* kRecordingFollow =
-    R"(Records the bodies of a Scene with their poses: frame() adds those that are new in the scene and
-removes those that have left it. RuntimeError when a scene is followed already.
+    R"(Records the bodies of a Scene with their poses: frame() adds bodies that are new in the scene and
+removes bodies that have left it. RuntimeError when a scene is followed already.
 
 name: a function that returns a body's name on the page, name(body) for its number in the scene; None
     names them 'body 7'. It must not call the scene, the recording or a mesh: RuntimeError. What it

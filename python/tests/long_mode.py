@@ -4,5 +4,5 @@ import os
 import random
 
 LONG = "ADAPTIVE_BVH_LONG_TESTS" in os.environ
-# Of this run's random numbers; None: those that hypothesis derives from a test.
+# Of this run's random numbers; None: hypothesis derives them from a test.
 SEED = os.environ.get("ADAPTIVE_BVH_TEST_SEED") or (random.randrange(2**32) if LONG else None)

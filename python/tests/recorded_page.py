@@ -50,7 +50,7 @@ class Page:
 
 
 def check_points(found, expected):
-    """Points and their tolerance, of Page.points, against those that were recorded."""
+    """Points and their tolerance, of Page.points, against the recorded ones."""
     points, tolerance = found
     expected = np.asarray(expected, float).reshape(-1, 3)
     assert points.shape == expected.shape

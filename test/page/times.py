@@ -1,5 +1,5 @@
 """The page of compare_with_fcl shows the times of meshes in a run without the recorder: no longer
-than those that the program measures for its table, beside FCL.
+than the times that the program measures for its table, beside FCL.
 
     times.py COMPARE_WITH_FCL FOLDER
 """
