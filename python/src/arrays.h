@@ -89,8 +89,8 @@ std::vector<unsigned> indicesFrom(const py::object& object, std::size_t limit, c
 /// M x 3 integers. The numbers are at least 0 and less than `vertices`. Throws like `indicesFrom`.
 std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t vertices);
 
-/// M x 2 integers. The first of a pair is less than `first`, the second than `second`. Throws as
-/// above.
+/// M x 2 integers. The first of a pair is less than `first`, the second than `second`. Throws like
+/// `indicesFrom`.
 template <typename Pair>
 std::vector<Pair> pairsFrom(const py::object& object, std::size_t first, std::size_t second,
                             const char* name);

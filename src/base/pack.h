@@ -86,6 +86,7 @@ template <typename P>
 ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
 #if defined(__SSE2__)
   if constexpr (std::is_same<P, Pack<float>>::value) return _mm_min_ps(a, b);
+  if constexpr (std::is_same<P, Pack<double>>::value) return _mm_min_pd(a, b);
 #endif
   return a < b ? a : b;
 }
@@ -93,6 +94,7 @@ template <typename P>
 ADAPTIVE_BVH_INLINE P upper(const P& a, const P& b) {
 #if defined(__SSE2__)
   if constexpr (std::is_same<P, Pack<float>>::value) return _mm_max_ps(a, b);
+  if constexpr (std::is_same<P, Pack<double>>::value) return _mm_max_pd(a, b);
 #endif
   return a > b ? a : b;
 }

@@ -77,20 +77,20 @@ BodyCoordinates coordinatesOf(const MeshState<S>& state,
 }
 
 /// Writes the positions, and sets the radius of the ball around the middle that holds them.
-template <typename S, typename Positions>
-void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const Positions& positions,
-              const TaskPool& pool) {
+template <typename S>
+void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
+              const PositionArray<S>& positions, const TaskPool& pool) {
   const fcl::Vector3<S> middle = geometry.aabb_center;
   fcl::Vector3<S>* const vertices = state.vertices.data();
   const S squared = overParts<S>(
       pool, state.vertices.size(),
       [&](std::size_t begin, std::size_t end) -> S {
+        if (const fcl::Vector3<S>* const points = positions.points())
+          return copyPoints(points + begin, end - begin, middle, vertices + begin);
         S most = 0;
         for (std::size_t v = begin; v < end; ++v) {
-          const fcl::Vector3<S>& x = positions[v];
-          vertices[v] = x;
-          const S dx = x[0] - middle[0], dy = x[1] - middle[1], dz = x[2] - middle[2];
-          most = std::max(most, dx * dx + dy * dy + dz * dz);
+          const fcl::Vector3<S> x = positions[v];
+          most = std::max(most, copyPoints(&x, 1, middle, vertices + v));
         }
         return most;
       },
@@ -165,7 +165,7 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
   const TaskPool alone(1);
   const LocalBox<S> box(state.vertices.data(), state.vertices.size());
   setLocalBox(geometry, box.low, box.high);
-  writeAll(state, geometry, state.vertices, alone);
+  writeAll(state, geometry, PositionArray<S>{state.vertices[0].data()}, alone);
   refit(state, geometry, alone);
 }
 
@@ -180,6 +180,10 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
       [&](std::size_t begin, std::size_t end) {
         VertexSummary<S> part;
         const fcl::Vector3<S>* const vertices = state.vertices.data();
+        if (const fcl::Vector3<S>* const points = positions.points()) {
+          part.add(points + begin, vertices + begin, end - begin);
+          return part;
+        }
         for (std::size_t v = begin; v < end; ++v) {
           const fcl::Vector3<S> x = positions[v];
           part.add(x, x - vertices[v]);

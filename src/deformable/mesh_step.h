@@ -13,6 +13,11 @@ struct PositionArray {
   const S* data;
   std::ptrdiff_t stride = 3, component = 1;
 
+  /// The positions where they lie together as points, or null.
+  const fcl::Vector3<S>* points() const {
+    static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "no gaps");
+    return stride == 3 && component == 1 ? reinterpret_cast<const fcl::Vector3<S>*>(data) : nullptr;
+  }
   fcl::Vector3<S> operator[](std::size_t i) const {
     const S* const at = data + static_cast<std::ptrdiff_t>(i) * stride;
     return {at[0], at[component], at[2 * component]};

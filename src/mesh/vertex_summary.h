@@ -7,6 +7,7 @@
 
 #include <fcl/geometry/collision_geometry.h>
 
+#include "base/pack.h"
 #include "base/rounding.h"
 
 namespace adaptive_bvh {
@@ -21,6 +22,40 @@ bool usablePositions(const fcl::Vector3<S>* positions, std::size_t count) {
     for (int k = 0; k < 3; ++k) usable &= std::abs(positions[i][k]) <= limit;  // false for NaN
   return usable;
 }
+
+/// As many points as a pack has numbers, as they lie in an array: number i is component i % 3 of
+/// point i / 3.
+template <typename S>
+struct PackedPoints {
+  static constexpr std::size_t kPoints = packs::kSize<S>;
+
+  static PackedPoints load(const fcl::Vector3<S>* from) {
+    PackedPoints points;
+    __builtin_memcpy(points.of, from, sizeof(points.of));
+    return points;
+  }
+  void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to, of, sizeof(of)); }
+  /// One point as often.
+  static PackedPoints repeated(const fcl::Vector3<S>& point) {
+    PackedPoints points;
+    for (std::size_t i = 0; i < 3 * kPoints; ++i)
+      points.of[i / kPoints][i % kPoints] = point[i % 3];
+    return points;
+  }
+  PackedPoints operator-(const PackedPoints& other) const {
+    return {{of[0] - other.of[0], of[1] - other.of[1], of[2] - other.of[2]}};
+  }
+  /// At least `least`, the largest square of a point's length. NaN counts as nothing.
+  S largestSquare(S least) const {
+    S squares[3 * kPoints];
+    for (std::size_t k = 0; k < 3; ++k) packs::store(Pack<S>(of[k] * of[k]), squares + k * kPoints);
+    for (std::size_t i = 0; i < 3 * kPoints; i += 3)
+      least = std::max(least, squares[i] + squares[i + 1] + squares[i + 2]);
+    return least;
+  }
+
+  Pack<S> of[3];
+};
 
 /// All that a step needs to know of its positions, gathered while they are read.
 template <typename S>
@@ -42,6 +77,31 @@ struct VertexSummary {
       low[k] = std::min(low[k], position[k]);
       high[k] = std::max(high[k], position[k]);
     }
+  }
+  /// The same for positions that lie together, with those before.
+  void add(const Point* positions, const Point* before, std::size_t count) {
+    using Packed = PackedPoints<S>;
+    Packed lows = Packed::repeated(low), highs = Packed::repeated(high);
+    Packed ways = Packed::repeated(Point::Zero());
+    std::size_t v = 0;
+    for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
+      const Packed x = Packed::load(positions + v), d = x - Packed::load(before + v);
+      squared = d.largestSquare(squared);
+      for (int k = 0; k < 3; ++k) {
+        ways.of[k] += packs::absolute<Pack<S>>(d.of[k]);
+        lows.of[k] = packs::lower<Pack<S>>(x.of[k], lows.of[k]);
+        highs.of[k] = packs::upper<Pack<S>>(x.of[k], highs.of[k]);
+      }
+    }
+    for (std::size_t i = 0; i < 3 * Packed::kPoints; ++i) {
+      const auto number = [&](const Packed& of) -> S {
+        return of.of[i / Packed::kPoints][i % Packed::kPoints];
+      };
+      way += number(ways);
+      low[i % 3] = std::min(low[i % 3], number(lows));
+      high[i % 3] = std::max(high[i % 3], number(highs));
+    }
+    for (; v < count; ++v) add(positions[v], positions[v] - before[v]);
   }
   void add(const VertexSummary& other) {
     squared = std::max(squared, other.squared);
@@ -66,6 +126,27 @@ struct VertexSummary {
                    : 0;
   }
 };
+
+/// Copies points that lie together. Returns the largest square of a distance from `middle`.
+template <typename S>
+S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<S>& middle,
+             fcl::Vector3<S>* to) {
+  using Packed = PackedPoints<S>;
+  const Packed middles = Packed::repeated(middle);
+  S most = 0;
+  std::size_t v = 0;
+  for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
+    const Packed x = Packed::load(from + v);
+    x.store(to + v);
+    most = (x - middles).largestSquare(most);
+  }
+  for (; v < count; ++v) {
+    const fcl::Vector3<S> x = from[v], d = x - middle;
+    to[v] = x;
+    most = std::max(most, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  return most;
+}
 
 /// The box around some positions, at least one.
 template <typename S>

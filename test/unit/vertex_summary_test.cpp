@@ -56,6 +56,61 @@ TYPED_TEST(Summary, IsThatOfAllPositions) {
   }
 }
 
+/// Positions that lie together, any number of them: as one after the other. The least motion counts
+/// and a number that is none is found wherever it stands.
+TYPED_TEST(Summary, OfPositionsThatLieTogether) {
+  using S = TypeParam;
+  for (std::size_t count = 0; count < 20; ++count) {
+    std::vector<Vector3<S>> before, now;
+    VertexSummary<S> one, together, still;
+    for (std::size_t v = 0; v < count; ++v) {
+      before.push_back(this->random_.point());
+      now.push_back(this->random_.oneIn(3)
+                        ? before[v]
+                        : Vector3<S>(before[v] + this->random_.vectorOfSize(S(0.1))));
+      one.add(now[v], now[v] - before[v]);
+    }
+    together.add(now.data(), before.data(), count);
+    still.add(before.data(), before.data(), count);
+    EXPECT_EQ(one.low, together.low);
+    EXPECT_EQ(one.high, together.high);
+    EXPECT_EQ(one.squared, together.squared);
+    EXPECT_EQ(one.moved(), together.moved());
+    EXPECT_FALSE(still.moved());
+    for (std::size_t i = 0; i < 3 * count; ++i) {
+      const auto with = [&](S number) -> VertexSummary<S> {
+        std::vector<Vector3<S>> other = before;
+        other[i / 3][Eigen::Index(i % 3)] = number;
+        VertexSummary<S> summary;
+        summary.add(other.data(), before.data(), count);
+        return summary;
+      };
+      const S x = before[i / 3][Eigen::Index(i % 3)];
+      EXPECT_TRUE(with(std::nextafter(x, S(9))).moved());
+      for (const S wrong : {this->kInfinity, -this->kInfinity, S(std::nan(""))})
+        EXPECT_FALSE(with(wrong).isSurelyUsable()) << i << ' ' << wrong;
+    }
+  }
+}
+
+TYPED_TEST(Summary, CopiesPoints) {
+  using S = TypeParam;
+  for (std::size_t count = 1; count < 20; ++count) {
+    std::vector<Vector3<S>> from, to(count + 1, Vector3<S>(7, 8, 9));
+    const Vector3<S> middle = this->random_.point();
+    Real most = 0;
+    for (std::size_t v = 0; v < count; ++v) {
+      from.push_back(this->random_.point());
+      most = std::max(most, (exact::of(from[v]) - exact::of(middle)).squaredNorm());
+    }
+    const S found = adaptive_bvh::copyPoints(from.data(), count, middle, to.data());
+    EXPECT_NEAR(double(found), double(most), 8 * double(rounding::epsilon<S>()) * double(most));
+    EXPECT_EQ(to.back(), Vector3<S>(7, 8, 9));
+    to.pop_back();
+    EXPECT_EQ(from, to);
+  }
+}
+
 /// A displacement whose square underflows is still one; without any, the largest is exactly 0.
 TYPED_TEST(Summary, TheLeastMotionCounts) {
   using S = TypeParam;
