@@ -31,10 +31,10 @@ struct PackedPoints {
 
   static PackedPoints load(const fcl::Vector3<S>* from) {
     PackedPoints points;
-    __builtin_memcpy(points.of, from, sizeof(points.of));
+    __builtin_memcpy(points.of, from->data(), sizeof(points.of));
     return points;
   }
-  void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to, of, sizeof(of)); }
+  void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to->data(), of, sizeof(of)); }
   /// One point as often.
   static PackedPoints repeated(const fcl::Vector3<S>& point) {
     PackedPoints points;
