@@ -1,5 +1,6 @@
-// Embree 3: a tree of float boxes, refitted by rtcCommitScene, and rtcCollide. It only finds pairs
-// of triangles whose boxes are near; what they are then is decided in the callback, by FCL's test.
+// Embree 3: a tree of float boxes, refitted or built anew by rtcCommitScene, and rtcCollide. It
+// only finds pairs of triangles whose boxes are near; what they are then is decided in the
+// callback, by FCL's test.
 #include <array>
 #include <cfloat>
 #include <stdexcept>
@@ -15,8 +16,8 @@ namespace {
 /// One mesh: a box a triangle.
 class EmbreeMesh {
  public:
-  EmbreeMesh(RTCDevice device, const scenarios::Body& body)
-      : mesh_(body.mesh()), boxes_(device, mesh_.triangles.size()) {
+  EmbreeMesh(RTCDevice device, const scenarios::Body& body, RTCBuildQuality quality)
+      : mesh_(body.mesh()), boxes_(device, mesh_.triangles.size(), quality) {
     update(body.positions(0));
   }
 
@@ -65,12 +66,12 @@ bool planeSeparates(const Mesh& first, unsigned a, const Mesh& second, unsigned 
 
 class EmbreeContact : public ContactMethod {
  public:
-  EmbreeContact(const ContactCase& contact_case, bool with_rejections)
+  EmbreeContact(const ContactCase& contact_case, bool with_rejections, RTCBuildQuality quality)
       : with_rejections_(with_rejections),
         device_(rtcNewDevice("threads=1")),
-        first_(device_.get(), contact_case.scenario.first) {
+        first_(device_.get(), contact_case.scenario.first, quality) {
     if (!contact_case.isSelf())
-      second_ = std::make_unique<EmbreeMesh>(device_.get(), contact_case.scenario.second);
+      second_ = std::make_unique<EmbreeMesh>(device_.get(), contact_case.scenario.second, quality);
     requireNoError();
   }
 
@@ -134,17 +135,22 @@ class EmbreeContact : public ContactMethod {
 }  // namespace
 
 std::vector<ContactKind> embreeContactMethods() {
-  const auto row = [](const char* key, const char* title, bool with_rejections) -> ContactKind {
+  const auto row = [](const char* key, const char* title, std::vector<Job> jobs,
+                      bool with_rejections, RTCBuildQuality quality) -> ContactKind {
     return {key,
             title,
             ContactKind::Peer,
             true,
-            {Job::SelfCollision, Job::Collide},
-            [with_rejections](const ContactCase& c) {
-              return std::make_unique<EmbreeContact>(c, with_rejections);
+            std::move(jobs),
+            [with_rejections, quality](const ContactCase& c) {
+              return std::make_unique<EmbreeContact>(c, with_rejections, quality);
             }};
   };
-  return {row("embree", "Embree", false), row("embree-planes", "Embree, planes first", true)};
+  const std::vector<Job> jobs = {Job::SelfCollision, Job::Collide};
+  return {
+      row("embree", "Embree", jobs, false, RTC_BUILD_QUALITY_REFIT),
+      row("embree-planes", "Embree, planes first", jobs, true, RTC_BUILD_QUALITY_REFIT),
+      row("embree-build", "Embree, built anew", {Job::SelfCollision}, true, RTC_BUILD_QUALITY_LOW)};
 }
 
 }  // namespace adaptive_bvh_bench

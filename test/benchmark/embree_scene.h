@@ -27,17 +27,19 @@ struct ReleaseEmbree {
 template <typename Handle>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, ReleaseEmbree>;
 
-/// A scene with one user geometry: a box a primitive, in a tree that is refitted.
+/// A scene with one user geometry: a box a primitive, in a tree that each commit refits, or builds
+/// anew by Embree's fastest builder (RTC_BUILD_QUALITY_LOW, Morton codes).
 class EmbreeBoxes {
  public:
-  EmbreeBoxes(RTCDevice device, std::size_t count)
+  EmbreeBoxes(RTCDevice device, std::size_t count,
+              RTCBuildQuality quality = RTC_BUILD_QUALITY_REFIT)
       : boxes_(count),
         geometry_(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER)),
         scene_(rtcNewScene(device)) {
     rtcSetGeometryUserPrimitiveCount(geometry_.get(), unsigned(count));
     rtcSetGeometryUserData(geometry_.get(), this);
     rtcSetGeometryBoundsFunction(geometry_.get(), writeBounds, nullptr);
-    rtcSetGeometryBuildQuality(geometry_.get(), RTC_BUILD_QUALITY_REFIT);
+    rtcSetGeometryBuildQuality(geometry_.get(), quality);
     // Only a dynamic scene of low quality keeps a tree a geometry, which can be refitted.
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
     rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
