@@ -622,7 +622,7 @@ def scenes(results):
         rows.append([f"**{title}**", "", ""])
         first, base = cells[0][0], float(cells[0][1])
         for name, ms, *_ in cells:
-            times = number(base / float(ms)) if "FCL" in first and name != first else ""
+            times = number(base / float(ms)) if name != first else ""
             rows.append([name, number(float(ms)), times])
     return markdown(["", "ms a step", "times faster than the first"], rows)
 
