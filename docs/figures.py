@@ -187,7 +187,7 @@ def headline(results):
 
     return (
         f"Update and exact distance together are {least_and_most('fcl-rss', 'coherent')} as fast "
-        f"as with FCL's\nRSS and its top-down refit, and "
+        f"as with FCL's RSS and its top-down refit, and "
         f"{least_and_most('expert-aabb', 'coherent')} as fast as with the best that FCL has."
     )
 
@@ -840,7 +840,7 @@ def write(results, folder):
         except Missing as part:
             kept[match[1]] = str(part)
             content = match[2].strip()
-        return f"<!-- figures: {match[1]} -->\n\n{content}\n\n<!-- /figures -->"
+        return f"<!-- figures: {match[1]} -->\n{content}\n<!-- /figures -->"
 
     for path in documents(folder):
         text = path.read_text(encoding="utf-8")
