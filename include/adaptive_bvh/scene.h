@@ -229,7 +229,7 @@ class Scene {
   /// std::invalid_argument below 1.
   void setThreads(int threads);
   /// Computes the boxes of all bodies in their present state. Call it after all changes of a step
-  /// and before its first query. Allocates nothing in a steady step.
+  /// and before its first query. On one thread it allocates nothing in a steady step.
   void update();
 
   /// Returns a scene in the state of the last update, with the same ids. Other threads may query it

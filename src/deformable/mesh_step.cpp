@@ -85,13 +85,11 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
   const S squared = overParts<S>(
       pool, state.vertices.size(),
       [&](std::size_t begin, std::size_t end) -> S {
-        if (const fcl::Vector3<S>* const points = positions.points())
-          return copyPoints(points + begin, end - begin, middle, vertices + begin);
         S most = 0;
-        for (std::size_t v = begin; v < end; ++v) {
-          const fcl::Vector3<S> x = positions[v];
-          most = std::max(most, copyPoints(&x, 1, middle, vertices + v));
-        }
+        positions.forEachRun(
+            begin, end, [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+              most = std::max(most, copyPoints(points, count, middle, vertices + first));
+            });
         return most;
       },
       [](S& all, S part) { all = std::max(all, part); });
@@ -180,14 +178,10 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
       [&](std::size_t begin, std::size_t end) {
         VertexSummary<S> part;
         const fcl::Vector3<S>* const vertices = state.vertices.data();
-        if (const fcl::Vector3<S>* const points = positions.points()) {
-          part.add(points + begin, vertices + begin, end - begin);
-          return part;
-        }
-        for (std::size_t v = begin; v < end; ++v) {
-          const fcl::Vector3<S> x = positions[v];
-          part.add(x, x - vertices[v]);
-        }
+        positions.forEachRun(
+            begin, end, [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+              part.add(points, vertices + first, count);
+            });
         return part;
       },
       [](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include <fcl/geometry/collision_geometry.h>
 
 #include "deformable/mesh_state.h"
@@ -13,14 +15,24 @@ struct PositionArray {
   const S* data;
   std::ptrdiff_t stride = 3, component = 1;
 
-  /// The positions where they lie together as points, or null.
-  const fcl::Vector3<S>* points() const {
-    static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "no gaps");
-    return stride == 3 && component == 1 ? reinterpret_cast<const fcl::Vector3<S>*>(data) : nullptr;
-  }
   fcl::Vector3<S> operator[](std::size_t i) const {
     const S* const at = data + static_cast<std::ptrdiff_t>(i) * stride;
     return {at[0], at[component], at[2 * component]};
+  }
+  /// Calls use(points, first, count) for all positions from `begin` to `end`, some at a time, as
+  /// points that lie together: in place, or copied where components have strides.
+  template <typename Use>
+  void forEachRun(std::size_t begin, std::size_t end, const Use& use) const {
+    static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "no gaps");
+    if (stride == 3 && component == 1)
+      return use(reinterpret_cast<const fcl::Vector3<S>*>(data) + begin, begin, end - begin);
+    constexpr std::size_t kRun = 64;
+    fcl::Vector3<S> points[kRun];
+    for (std::size_t first = begin, count; first < end; first += count) {
+      count = std::min(kRun, end - first);
+      for (std::size_t i = 0; i < count; ++i) points[i] = (*this)[first + i];
+      use(points, first, count);
+    }
   }
 };
 
