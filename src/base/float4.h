@@ -84,13 +84,29 @@ ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& 
   return all.x + all.y + all.z;
 }
 
-/// Four numbers in double precision, rounded; and two of four back again.
+/// Two numbers in double precision, rounded, and zeros; four; and two of four back again.
+ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy) {
+#if defined(__SSE2__)
+  return _mm_cvtpd_ps(xy);
+#else
+  return Float4{static_cast<float>(xy[0]), static_cast<float>(xy[1]), 0, 0};
+#endif
+}
 ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy, const Pack<double>& zw) {
 #if defined(__SSE2__)
-  return _mm_movelh_ps(_mm_cvtpd_ps(xy), _mm_cvtpd_ps(zw));
+  return _mm_movelh_ps(narrowed(xy), narrowed(zw));
 #else
   return Float4{static_cast<float>(xy[0]), static_cast<float>(xy[1]), static_cast<float>(zw[0]),
                 static_cast<float>(zw[1])};
+#endif
+}
+/// x, y, one of the first two of another, and its last.
+template <int kLane>
+ADAPTIVE_BVH_INLINE Float4 joined(const Float4& xy, const Float4& z) {
+#if defined(__SSE2__)
+  return _mm_shuffle_ps(xy, z, _MM_SHUFFLE(3, kLane, 1, 0));
+#else
+  return Float4{xy[0], xy[1], z[kLane], z[3]};
 #endif
 }
 ADAPTIVE_BVH_INLINE Pack<double> widenedXy(const Float4& v) {

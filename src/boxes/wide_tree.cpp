@@ -160,13 +160,18 @@ void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin,
   constexpr std::size_t kAhead = 32, kInALine = 4;
   const std::vector<unsigned>& of_slot = slots().vertices();
   const RoundedCoordinates coordinates(coordinates_);
-  for (std::size_t i = begin; i < end; ++i) {
-    if (is_shared && i % kInALine == 0 && i + kAhead < end) {
+  const auto at = [&](std::size_t slot) -> fcl::Vector3d {
+    return vertices[of_slot[slot]].template cast<double>();
+  };
+  std::size_t i = begin;
+  for (; i + 2 <= end; i += 2) {
+    if (is_shared && (i - begin) % kInALine == 0 && i + kAhead < end) {
       prefetchToWrite(&positions_[i + kAhead]);
       prefetchToWrite(&residuals_[i + kAhead]);
     }
-    coordinates(vertices[of_slot[i]].template cast<double>(), positions_[i], residuals_[i]);
+    coordinates(at(i), at(i + 1), &positions_[i], &residuals_[i]);
   }
+  if (i < end) coordinates(at(i), positions_[i], residuals_[i]);
 }
 
 /// Refits a part of the nodes, from the last to the first. `later` gets nodes with children in
@@ -193,22 +198,30 @@ void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& 
   }
 }
 
+/// Computes four boxes, the last triangle's more than once, without branches. All slots of a leaf
+/// are in one block.
 void WideTree::refitLeaf(WideNode& node) const {
-  Float4 low[4] = {float4::all(kNowhere), float4::all(kNowhere), float4::all(kNowhere),
-                   float4::all(kNowhere)};
-  Float4 high[4] = {-low[0], -low[0], -low[0], -low[0]};
-  const Float4 margin = float4::all(kBoxMargin);
-  for (int i = 0; i < node.count; ++i) {
-    const VertexIndices corners =
-        triangles_->slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
-    const Float4 &a = positions_[corners[0]], &b = positions_[corners[1]],
-                 &c = positions_[corners[2]];
-    low[i] = float4::lower<Float4>(float4::lower(a, b), c) - margin;
-    high[i] = float4::upper<Float4>(float4::upper(a, b), c) + margin;
+  const int count = node.count;
+  const LeafSlots* const triangles = slots().leafSlots() + node.first;
+  const Float4* const block = positions_.data() + triangles->block;
+  Float4 low[4], high[4];
+  for (int i = 0; i < 4; ++i) {
+    const auto& corners = triangles[std::min(i, count - 1)].offset;
+    const Float4 &a = block[corners[0]], &b = block[corners[1]], &c = block[corners[2]];
+    low[i] = float4::lower<Float4>(float4::lower<Float4>(a, b), c);
+    high[i] = float4::upper<Float4>(float4::upper<Float4>(a, b), c);
   }
   const float4::Columns lows = float4::columns(low[0], low[1], low[2], low[3]);
   const float4::Columns highs = float4::columns(high[0], high[1], high[2], high[3]);
-  node.boxes = {{lows.x, lows.y, lows.z}, {highs.x, highs.y, highs.z}};
+  const auto exists = Int4{0, 1, 2, 3} < Int4{count, count, count, count};
+  const Float4 margin = float4::all(kBoxMargin), nowhere = float4::all(kNowhere);
+  const auto set = [&](int k, const Float4& from, const Float4& to) {
+    node.boxes.low[k] = exists ? from - margin : nowhere;
+    node.boxes.high[k] = exists ? to + margin : -nowhere;
+  };
+  set(0, lows.x, highs.x);
+  set(1, lows.y, highs.y);
+  set(2, lows.z, highs.z);
 }
 
 template void WideTree::refit(const fcl::Vector3<float>*, const BodyCoordinates&, const TaskPool&);

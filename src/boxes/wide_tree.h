@@ -52,33 +52,46 @@ class RoundedCoordinates {
  public:
   explicit RoundedCoordinates(const BodyCoordinates& coordinates) : origin_(coordinates.origin) {
     const fcl::Matrix3d& m = coordinates.to_body;
-    for (int k = 0; k < 3; ++k)
-      columns_[k] = Column{Pack<double>{m(0, k), m(1, k)}, Pack<double>{m(2, k), 0}};
+    for (int k = 0; k < 3; ++k) {
+      xy_[k] = Pack<double>{m(0, k), m(1, k)};
+      z_[k] = packs::all(m(2, k));
+    }
   }
 
   ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& x, Float4& rounded,
                                       Float4& residual) const {
-    const Column y = along(x - origin_);
-    rounded = float4::narrowed(y.xy, y.z);
-    residual =
-        float4::narrowed(y.xy - float4::widenedXy(rounded), y.z - float4::widenedZw(rounded));
+    Float4 of[2], left[2];
+    (*this)(x, x, of, left);
+    rounded = of[0];
+    residual = left[0];
+  }
+  /// Two points at once.
+  ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& a, const fcl::Vector3d& b,
+                                      Float4* rounded, Float4* residuals) const {
+    const fcl::Vector3d v = a - origin_, w = b - origin_;
+    const Pack<double> of_a = xy(v), of_b = xy(w),
+                       zs = z_[0] * Pack<double>{v[0], w[0]} + z_[1] * Pack<double>{v[1], w[1]} +
+                            z_[2] * Pack<double>{v[2], w[2]};
+    const Float4 near_a = float4::narrowed(of_a), near_b = float4::narrowed(of_b),
+                 near_zs = float4::narrowed(zs);
+    const auto residual = [](const Pack<double>& exact, const Float4& near) -> Float4 {
+      return float4::narrowed(exact - float4::widenedXy(near));
+    };
+    const Float4 left = residual(zs, near_zs);
+    rounded[0] = float4::joined<0>(near_a, near_zs);
+    rounded[1] = float4::joined<1>(near_b, near_zs);
+    residuals[0] = float4::joined<0>(residual(of_a, near_a), left);
+    residuals[1] = float4::joined<1>(residual(of_b, near_b), left);
   }
 
  private:
-  struct Column {
-    Pack<double> xy, z;  ///< z, and 0
-  };
-  ADAPTIVE_BVH_INLINE Column along(const fcl::Vector3d& x) const {
-    const auto sum = [&](Pack<double> Column::*part) -> Pack<double> {
-      using packs::all;
-      return columns_[0].*part * all(x[0]) + columns_[1].*part * all(x[1]) +
-             columns_[2].*part * all(x[2]);
-    };
-    return {sum(&Column::xy), sum(&Column::z)};
+  ADAPTIVE_BVH_INLINE Pack<double> xy(const fcl::Vector3d& x) const {
+    using packs::all;
+    return xy_[0] * all(x[0]) + xy_[1] * all(x[1]) + xy_[2] * all(x[2]);
   }
 
   const fcl::Vector3d origin_;
-  Column columns_[3];
+  Pack<double> xy_[3], z_[3];  ///< the columns of the matrix; of the third row one number twice
 };
 
 /// Four integers.

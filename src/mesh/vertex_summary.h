@@ -45,13 +45,14 @@ struct PackedPoints {
   PackedPoints operator-(const PackedPoints& other) const {
     return {{of[0] - other.of[0], of[1] - other.of[1], of[2] - other.of[2]}};
   }
-  /// At least `least`, the largest square of a point's length. NaN counts as nothing.
-  S largestSquare(S least) const {
-    S squares[3 * kPoints];
-    for (std::size_t k = 0; k < 3; ++k) packs::store(Pack<S>(of[k] * of[k]), squares + k * kPoints);
-    for (std::size_t i = 0; i < 3 * kPoints; i += 3)
-      least = std::max(least, squares[i] + squares[i + 1] + squares[i + 2]);
-    return least;
+  /// The squares of the points' lengths.
+  Pack<S> squares() const {
+    const Pack<S> a = of[0] * of[0], b = of[1] * of[1], c = of[2] * of[2];
+    if constexpr (kPoints == 2)
+      return Pack<S>{a[0], b[1]} + Pack<S>{a[1], c[0]} + Pack<S>{b[0], c[1]};
+    else
+      return Pack<S>{a[0], a[3], b[2], c[1]} + Pack<S>{a[1], b[0], b[3], c[2]} +
+             Pack<S>{a[2], b[1], c[0], c[3]};
   }
 
   Pack<S> of[3];
@@ -82,13 +83,14 @@ struct VertexSummary {
   void add(const Point* positions, const Point* before, std::size_t count) {
     using Packed = PackedPoints<S>;
     Packed lows = Packed::repeated(low), highs = Packed::repeated(high);
-    Packed ways = Packed::repeated(Point::Zero());
+    Pack<S> squares{}, ways{};
     std::size_t v = 0;
     for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
       const Packed x = Packed::load(positions + v), d = x - Packed::load(before + v);
-      squared = d.largestSquare(squared);
+      squares = packs::upper<Pack<S>>(d.squares(), squares);  // NaN counts as nothing
+      ways += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
+              packs::absolute<Pack<S>>(d.of[2]);
       for (int k = 0; k < 3; ++k) {
-        ways.of[k] += packs::absolute<Pack<S>>(d.of[k]);
         lows.of[k] = packs::lower<Pack<S>>(x.of[k], lows.of[k]);
         highs.of[k] = packs::upper<Pack<S>>(x.of[k], highs.of[k]);
       }
@@ -97,10 +99,11 @@ struct VertexSummary {
       const auto number = [&](const Packed& of) -> S {
         return of.of[i / Packed::kPoints][i % Packed::kPoints];
       };
-      way += number(ways);
       low[i % 3] = std::min(low[i % 3], number(lows));
       high[i % 3] = std::max(high[i % 3], number(highs));
     }
+    way += packs::sum(ways);
+    squared = std::max(squared, packs::largest(squares));
     for (; v < count; ++v) add(positions[v], positions[v] - before[v]);
   }
   void add(const VertexSummary& other) {
@@ -133,13 +136,14 @@ S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<
              fcl::Vector3<S>* to) {
   using Packed = PackedPoints<S>;
   const Packed middles = Packed::repeated(middle);
-  S most = 0;
+  Pack<S> squares{};
   std::size_t v = 0;
   for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
     const Packed x = Packed::load(from + v);
     x.store(to + v);
-    most = (x - middles).largestSquare(most);
+    squares = packs::upper<Pack<S>>((x - middles).squares(), squares);
   }
+  S most = packs::largest(squares);
   for (; v < count; ++v) {
     const fcl::Vector3<S> x = from[v], d = x - middle;
     to[v] = x;
