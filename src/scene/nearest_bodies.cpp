@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/query.h"
 #include "fcl/containment.h"
+#include "fcl/mesh_pairs.h"
 #include "fcl/shape_search.h"
 #include "query/containment.h"
 #include "query/nearest_search.h"
@@ -25,7 +26,7 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
     NearestSearch<S>(first, second, nearest).run();
     if (!nearest.isImproved()) return false;
   } else {
-    adaptive_bvh::distance<S>(a.geometry, a.tf, b.geometry, b.tf, request, result);
+    detail::answerDistance(a.geometry, a.tf, b.geometry, b.tf, request, result);
     if (!(result.min_distance < best.distance)) return false;
     is_in_order = result.o1 == a.geometry;
   }

@@ -155,14 +155,15 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
   const fcl::CollisionRequest<S> asked(std::max<std::size_t>(1, request.contacts_per_pair),
                                        request.enable_contact && request.contacts_per_pair > 0);
   fcl::CollisionResult<S>& result = scratch<fcl::CollisionResult<S>>();
-  if (&a == &b)
+  if (&a == &b) {
     selfCollide(*a.mesh, a.tf, asked, result);
-  else
-    adaptive_bvh::collide<S>(a.geometry, a.tf, b.geometry, b.tf, asked, result);
-  if (&a != &b && !result.isCollision()) {
-    addInside<S>(a, b, false, {asked, result});
-    addInside<S>(b, a, true, {asked, result});
-    if (!asked.enable_contact) unsetFields(result, 0);
+  } else {
+    detail::answerCollide(a.geometry, a.tf, b.geometry, b.tf, asked, result, false);
+    if (!result.isCollision()) {
+      addInside<S>(a, b, false, {asked, result});
+      addInside<S>(b, a, true, {asked, result});
+    }
+    detail::finishCollide(asked, 0, result);
   }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
     found.push_back(inOrder(result.getContact(i), a.geometry));
