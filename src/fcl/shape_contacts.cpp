@@ -3,7 +3,6 @@
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
 #include "fcl/shape_search.h"
-#include "fcl/shape_surfaces.h"
 #include "query/vertex_contacts.h"
 
 namespace adaptive_bvh {
@@ -35,21 +34,19 @@ void findCandidates(const PlacedMesh<S>& mesh, const ShapeInTree& shape, double 
 }
 
 template <typename S>
-std::size_t contactsOf(const PlacedMesh<S>& mesh, const fcl::CollisionGeometry<S>& shape,
+std::size_t contactsOf(const PlacedMesh<S>& mesh, const fcl::CollisionGeometry<S>& geometry,
                        const fcl::Transform3<S>& shape_tf, double margin,
                        VertexContacts<S>& result) {
   ContactWriter<S> writer(mesh, shape_tf);
-  visitShape(shape, [&](const TriangleShape&, const ShapeCore& core) {
+  const RelativePlacement to_shape(shape_tf, mesh.tf);
+  visitShape(geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
     const ShapeInTree in_tree(core, shape_tf, mesh.tree(), mesh.tf);
     if (in_tree.isPrecise())
       findCandidates(mesh, in_tree, margin, writer.candidates());
     else
       writer.addAll();
-  });
-  const RelativePlacement to_shape(shape_tf, mesh.tf);
-  visitSurface(shape, [&](const auto& surface) {
     const auto test = [&](const VertexCandidate& candidate, VertexContact& contact) {
-      const ShapeSurface found = surface(to_shape(mesh.mesh.vertices[candidate.vertex]));
+      const ShapeSurface found = shape.surface(to_shape(mesh.mesh.vertices[candidate.vertex]));
       contact = {found.distance, found.nearest, -found.outward, fcl::Vector3d::Zero(), -1};
       return found.distance <= margin;
     };

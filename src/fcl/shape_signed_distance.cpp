@@ -1,35 +1,76 @@
 #include <limits>
 
 #include "fcl/mesh_pairs.h"
-#include "fcl/shape_depth.h"
 #include "fcl/shape_search.h"
-#include "fcl/shape_surfaces.h"
+#include "fcl/solid_shape.h"
 #include "query/closed_surface.h"
 #include "query/depth_meshes.h"
+#include "query/depth_search.h"
 #include "query/signed_distance.h"
 
 namespace adaptive_bvh {
 namespace {
 
+/// The inside of a shape, for DepthSearch, in the shape's frame: by planes that it touches.
+class ShapeTarget {
+ public:
+  /// A plane n x = d with the shape on its lower side. A point in the shape is no deeper than below
+  /// this plane.
+  struct Witness {
+    fcl::Vector3d n = fcl::Vector3d::Zero();
+    double d = 0;
+  };
+  struct Reach {
+    Witness plane;
+    double operator()(const fcl::Vector3d& x) const { return plane.d - plane.n.dot(x); }
+  };
+
+  explicit ShapeTarget(const SolidShape& shape) : shape_(shape) {}
+
+  Reach reach(const Witness& plane) const { return {plane}; }
+  double overBox(const Reach& reach, const TurnedBox& box) const {
+    return reach(box.middle) + (reach.plane.n.transpose() * box.halves).cwiseAbs().sum();
+  }
+  void measure(DepthPoint<Witness>& point, const Witness&) const {
+    const ShapeSurface found = shape_.surface(point.x);
+    point.distance = std::abs(found.distance);
+    point.side = found.distance < 0 ? SurfaceSide::Inside : SurfaceSide::Outside;
+    point.witness = {found.outward, found.outward.dot(shape_.support(found.outward))};
+  }
+  bool isInside(const fcl::Vector3d& x) const { return shape_.surface(x).distance < 0; }
+  bool isClear(const fcl::Vector3d&, double) const { return false; }
+  /// Bounds by planes are negative outside, so neither is needed.
+  bool touches(const std::array<fcl::Vector3d, 3>&) const { return true; }
+  double crossing(const Witness&, const fcl::Vector3d&, const fcl::Vector3d&) const { return -1; }
+  fcl::Vector3d outward(const fcl::Vector3d& x) const { return shape_.surface(x).outward; }
+  void findNearest(const DepthPoint<Witness>& point, DepthBounds& bounds) const {
+    const ShapeSurface found = shape_.surface(point.x);
+    bounds.nearest = found.nearest;
+    bounds.outward = found.outward;
+  }
+
+ private:
+  const SolidShape& shape_;
+};
+
 /// The surface of a shape, for DepthSearch, in the target's frame.
-template <typename AddPatches>
 class ShapeSource {
  public:
   using Vector = fcl::Vector3d;
 
-  ShapeSource(const AddPatches& addPatches, const RelativePlacement& to_target)
-      : addPatches_(addPatches), to_target_(to_target) {}
+  ShapeSource(const SolidShape& shape, const RelativePlacement& to_target)
+      : shape_(shape), to_target_(to_target) {}
 
   template <typename Search>
   void start(Search& search) {
     const int hint = search.addMeasured(to_target_.T, -1);
-    addPatches_([&](const SurfaceChart& chart, const Vector& p, const Vector& q, const Vector& r) {
+    for (const SolidShape::Patch& patch : shape_.patches) {
       const auto add = [&](const Vector& parameter) {
-        return search.add(to_target_(chart(parameter)), parameter);
+        return search.add(to_target_(patch.chart(parameter)), parameter);
       };
-      const int a = add(p), b = add(q), c = add(r);
-      search.addTriangle(a, b, c, numberOf(chart), hint);
-    });
+      const int a = add(patch.p), b = add(patch.q), c = add(patch.r);
+      search.addTriangle(a, b, c, numberOf(patch.chart), hint);
+    }
   }
   template <typename Search>
   void openBox(int, int, Search&, int) const {}
@@ -51,7 +92,6 @@ class ShapeSource {
   }
 
  private:
-  /// Patches of one chart follow each other.
   std::uint8_t numberOf(const SurfaceChart& chart) {
     for (std::uint8_t i = 0; i < count_; ++i)
       if (charts_[i] == chart) return i;
@@ -59,7 +99,7 @@ class ShapeSource {
     return count_++;
   }
 
-  const AddPatches& addPatches_;
+  const SolidShape& shape_;
   const RelativePlacement to_target_;
   std::array<SurfaceChart, 3> charts_ = {SurfaceChart::flat(), SurfaceChart::flat(),
                                          SurfaceChart::flat()};
@@ -78,11 +118,32 @@ class MeshAndShape {
         precision_(mesh.tf, shape.tf, size(), tolerance),
         result_(mesh.tf, shape.tf, precision_) {}
 
-  SignedDistance<S> distance() const {
-    SignedDistance<S> found;
-    visitSolid(*shape_.geometry, [&](const auto& target, const auto& addPatches) {
-      found = distanceTo(target, addPatches);
-    });
+  SignedDistance<S> distanceTo(const SolidShape& solid) const {
+    ShapeTarget target(solid);
+    const TriangleGap gap = nearest();
+    const double tolerance = precision_.tolerance();
+    MeshTarget<S> mesh_target(mesh_);
+    if (gap.distance > 0 && !mesh_target.isInside(innerPoint()))
+      return result_.apart(gap, false, target.outward(gap.points.second));
+    DepthBounds in_shape = DepthBounds::from(precision_.error()), in_mesh = in_shape;
+    if (gap.distance > 0) {
+      in_mesh = depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error());
+    } else {
+      MeshSource<S> source(mesh_, to_shape_);
+      in_shape =
+          DepthSearch<MeshSource<S>, ShapeTarget>(
+              source, target, tolerance, depthAt(gap.points.first, target, precision_.error()))
+              .run();
+      in_mesh = DepthBounds::from(in_shape.lower);
+    }
+    ShapeSource source(solid, to_mesh_);
+    in_mesh =
+        DepthSearch<ShapeSource, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh).run();
+    SignedDistance<S> found = in_shape.is_found || in_mesh.is_found
+                                  ? result_.inside(in_shape, in_mesh)
+                                  : result_.touching(gap, false, target.outward(gap.points.second),
+                                                     std::max(in_shape.upper, in_mesh.upper));
+    found.searches = in_shape.searches + in_mesh.searches;
     return found;
   }
   /// The deepest point of the mesh's surface is a vertex. A point of the plane is no deeper: from
@@ -133,35 +194,6 @@ class MeshAndShape {
     return gap;
   }
 
-  template <typename Target, typename AddPatches>
-  SignedDistance<S> distanceTo(Target target, const AddPatches& addPatches) const {
-    const TriangleGap gap = nearest();
-    const double tolerance = precision_.tolerance();
-    MeshTarget<S> mesh_target(mesh_);
-    if (gap.distance > 0 && !mesh_target.isInside(innerPoint()))
-      return result_.apart(gap, false, target.outward(gap.points.second));
-    DepthBounds in_shape = DepthBounds::from(precision_.error()), in_mesh = in_shape;
-    if (gap.distance > 0) {
-      in_mesh = depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error());
-    } else {
-      MeshSource<S> source(mesh_, to_shape_);
-      in_shape =
-          DepthSearch<MeshSource<S>, Target>(source, target, tolerance,
-                                             depthAt(gap.points.first, target, precision_.error()))
-              .run();
-      in_mesh = DepthBounds::from(in_shape.lower);
-    }
-    ShapeSource<AddPatches> source(addPatches, to_mesh_);
-    in_mesh =
-        DepthSearch<ShapeSource<AddPatches>, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh)
-            .run();
-    SignedDistance<S> found = in_shape.is_found || in_mesh.is_found
-                                  ? result_.inside(in_shape, in_mesh)
-                                  : result_.touching(gap, false, target.outward(gap.points.second),
-                                                     std::max(in_shape.upper, in_mesh.upper));
-    found.searches = in_shape.searches + in_mesh.searches;
-    return found;
-  }
   /// A point in the shape, where the mesh sees it.
   fcl::Vector3d innerPoint() const {
     fcl::Vector3d middle = fcl::Vector3d::Zero();
@@ -191,11 +223,11 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireRigid(tf1);
   requireRigid(tf2);
   requireClosed(stateOf(first), "signedDistance");
-  requireSolid(second);
-  const MeshAndShape<S> pair({first, tf1}, {&second, tf2}, tolerance);
+  const auto pair = [&]() -> MeshAndShape<S> { return {{first, tf1}, {&second, tf2}, tolerance}; };
   if (second.getNodeType() == fcl::GEOM_HALFSPACE)
-    return pair.distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second));
-  return pair.distance();
+    return pair().distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second));
+  const SolidShape solid = solidOf(second);  // refuses others
+  return pair().distanceTo(solid);
 }
 
 template SignedDistance<float> signedDistance(const DeformableMesh<float>&,

@@ -24,6 +24,8 @@ class TriangleShape {
   /// Whether the triangle touches the shape, and where. The depth is the least of all motions that
   /// separate.
   virtual bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const = 0;
+  /// The point of the surface that is nearest to x.
+  virtual ShapeSurface surface(const fcl::Vector3d& x) const = 0;
 };
 
 /// All that is at most `radius` from a segment on the z axis, from -half to half: a capsule, or a
@@ -33,6 +35,9 @@ class RoundedSegment final : public TriangleShape {
   RoundedSegment(double radius, double half) : radius_(radius), half_(half) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override {
+    return surfaceOfRoundedSegment(x, radius_, half_);
+  }
 
  private:
   TriangleGap coreGap(const TrianglePoints<double>& triangle) const;
@@ -46,6 +51,7 @@ class BoxShape final : public TriangleShape {
   explicit BoxShape(const fcl::Vector3d& half) : half_(half) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override { return surfaceOfBox(x, half_); }
 
  private:
   const fcl::Vector3d half_;
@@ -57,6 +63,9 @@ class FlatShape final : public TriangleShape {
   FlatShape(const fcl::Vector3d& n, double d, bool is_solid) : n_(n), d_(d), is_solid_(is_solid) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override {
+    return is_solid_ ? surfaceOfHalfSpace(x, n_, d_) : surfaceOfPlane(x, n_, d_);
+  }
 
  private:
   /// Which corners are the lowest and the highest above the plane n x = d, and how high.
@@ -98,6 +107,7 @@ class RoundShape final : public ConvexShape {
  public:
   explicit RoundShape(const RoundSet& set) : ConvexShape(set), round_set_(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override { return round_set_.surface(x); }
 
  private:
   /// The nearest point of an edge; false where it is inside.
@@ -114,6 +124,9 @@ class HullShape final : public ConvexShape {
  public:
   explicit HullShape(const ConvexSet& set) : ConvexShape(set) {}
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override {
+    return surfaceOfConvexSet(x, set());
+  }
 };
 
 }  // namespace adaptive_bvh
