@@ -15,6 +15,7 @@ struct CoherentDistance<S>::State {
   const DeformableMesh<S>&first, &second;
   /// The triangles that were nearest last.
   int witness1 = 0, witness2 = 0;
+  bool supports_paid = false;  ///< in the last search
   /// The arguments of the last call, and its answer.
   std::uint64_t positions[2] = {0, 0};
   fcl::Transform3<S> tf1, tf2;
@@ -53,7 +54,9 @@ S CoherentDistance<S>::distance(const fcl::Transform3<S>& tf1, const fcl::Transf
     state.result = fcl::DistanceResult<S>();
     NearestPair<S> nearest(first, second, {request, state.result});
     nearest.addWitness(state.witness1, state.witness2);
-    NearestSearch<S>(first, second, nearest).run();
+    NearestSearch<S> search(first, second, nearest, state.supports_paid);
+    search.run();
+    state.supports_paid = search.supportsPaid();
     state.witness1 = static_cast<int>(state.result.b1);
     state.witness2 = static_cast<int>(state.result.b2);
     state.positions[0] = first.mesh.positions;

@@ -42,12 +42,12 @@ struct NearestSearch<S>::Memory {
 
 template <typename S>
 NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                                NearestPair<S>& nearest)
+                                NearestPair<S>& nearest, bool supports_first)
     : nearest_(nearest),
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
       nodes2_(trees_.second().nodes()),
-      is_far_(isFar(trees_)),
+      supports_first_(supports_first || isFar(trees_)),
       is_same_(trees_.frame().isSame()),
       memory_(Memory::ofThisThread()),
       open_(memory_.open),
@@ -58,7 +58,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   constexpr long kOften = 16;  // of a large mesh perhaps only a small part counts
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
-  if (is_far_) next_supports_ = 1;
+  if (supports_first_) next_supports_ = 1;
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -125,15 +125,14 @@ long NearestSearch<S>::setSupportParts() {
 /// separated many pairs of nodes.
 template <typename S>
 void NearestSearch<S>::trySupports() {
-  constexpr long kOneOf = 8;
-  if (has_supports_ && apart_pairs_ * kOneOf < near_pairs_) {
+  if (has_supports_ && !supportsPaid()) {
     next_supports_ = std::numeric_limits<long>::max();
     return;
   }
   const long cost = setSupportParts();
   const auto isApart = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
   open_.erase(std::remove_if(open_.begin(), open_.end(), isApart), open_.end());
-  if (cost > box_tests_ && !is_far_) {
+  if (cost > box_tests_ && !supports_first_) {
     next_supports_ = cost;
     return;
   }

@@ -150,10 +150,14 @@ class BoxGaps {
 template <typename S>
 class NearestSearch {
  public:
-  NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second, NearestPair<S>& nearest);
+  /// `supports_first`: begins with supports, in place of a search that shows whether they pay.
+  NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second, NearestPair<S>& nearest,
+                bool supports_first = false);
 
   /// All pairs of triangles, until the nearest pair is enough.
   void run();
+  /// Whether supports separated many pairs of nodes: then they will in a similar search.
+  bool supportsPaid() const { return has_supports_ && apart_pairs_ * kManyOf >= near_pairs_; }
 
  private:
   /// Two nodes that are still to be searched, with the squared gap of their boxes.
@@ -175,7 +179,7 @@ class NearestSearch {
   NearestPair<S>& nearest_;
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
-  const bool is_far_;  ///< relative to their sizes
+  const bool supports_first_;  ///< also for bodies that are far apart
   bool is_same_;       ///< whether both trees have the same coordinates
   Memory& memory_;
   std::vector<Pair>& open_;
@@ -187,6 +191,7 @@ class NearestSearch {
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
   bool has_supports_ = false;
   long next_supports_, next_alignment_;
+  static constexpr long kManyOf = 8;       ///< one of so many
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
   int turned_node_ = -1;                   ///< whose boxes these are
   Boxes4 turned_;
