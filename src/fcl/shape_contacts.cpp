@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
+#include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
 #include "query/vertex_contacts.h"
 

@@ -1,6 +1,7 @@
 #include <limits>
 
 #include "fcl/mesh_pairs.h"
+#include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
 #include "fcl/solid_shape.h"
 #include "query/closed_surface.h"
