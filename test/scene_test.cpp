@@ -13,6 +13,7 @@
 #include "adaptive_bvh/self_collision.h"
 #include "support/closed_bodies.h"
 #include "support/exact_geometry.h"
+#include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "support/shape_oracle.h"

@@ -5,6 +5,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "support/closed_bodies.h"
+#include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/names.h"
 #include "support/shape_oracle.h"
