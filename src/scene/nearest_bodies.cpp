@@ -2,8 +2,9 @@
 
 #include "adaptive_bvh/query.h"
 #include "fcl/containment.h"
+#include "fcl/mesh_pairs.h"
 #include "fcl/shape_search.h"
-#include "query/containment.h"
+#include "query/depth_meshes.h"
 #include "query/nearest_search.h"
 #include "scene/scene_state.h"
 
