@@ -10,7 +10,7 @@
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
 #include "support/test_mesh.h"
-#include "triangles/triangle_gap.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh_test {
 namespace contact_search_test {

@@ -16,7 +16,7 @@
 #include "support/long_mode.h"
 #include "support/shapes.h"
 #include "support/test_volume.h"
-#include "triangles/triangle_gap.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh_test {
 namespace contact_test {

@@ -185,16 +185,6 @@ auto FlatPatches::viewOf(const Patch& patch) const -> View {
   return {four(right), four(up), four(cross(right, up))};
 }
 
-void FlatPatches::read(const std::array<std::uint32_t, 4>& triangles,
-                       Vector4x3 (&corners)[3]) const {
-  const Float4* const positions = tree_.positions();
-  VertexIndices at[4];
-  for (std::size_t k = 0; k < 4; ++k) at[k] = slots_.slotsOf(triangles[k]);
-  for (std::size_t c = 0; c < 3; ++c)
-    corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
-                                 positions[at[3][c]]);
-}
-
 /// Four at a time, one of each quarter, so that a bend shows early.
 auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
   using vectors::cross;
@@ -204,9 +194,10 @@ auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
   Float4 longest = float4::all(0), lowest = float4::all(std::numeric_limits<float>::max());
   for (std::uint32_t i = patch.first; i < patch.first + quarter; ++i) {
     Vector4x3 corners[3];
-    read({i, std::min(i + quarter, last), std::min(i + 2 * quarter, last),
-          std::min(i + 3 * quarter, last)},
-         corners);
+    gatherCorners(tree_.slots(), tree_.positions(),
+                  {i, std::min(i + quarter, last), std::min(i + 2 * quarter, last),
+                   std::min(i + 3 * quarter, last)},
+                  corners);
     const Vector4x3 a = difference(corners[1], corners[0]), b = difference(corners[2], corners[0]);
     const Vector4x3 c = difference(corners[2], corners[1]);
     const Float4 edge =

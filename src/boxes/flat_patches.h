@@ -59,8 +59,7 @@ class PlaneContour {
 /// Magnenat-Thalmann 1994): docs/bounds.md, 14.
 class FlatPatches {
  public:
-  FlatPatches(const WideTree& tree, const Contours& contours)
-      : tree_(tree), contours_(contours), slots_(tree.slots()) {}
+  FlatPatches(const WideTree& tree, const Contours& contours) : tree_(tree), contours_(contours) {}
 
   /// Whether an inner node is flat.
   bool contains(int node) const;
@@ -84,11 +83,9 @@ class FlatPatches {
   View viewOf(const Patch& patch) const;
   Shape shapeOf(const Patch& patch, const View& view) const;
   bool contourKeepsApart(const Patch& patch, const View& view, float distance) const;
-  void read(const std::array<std::uint32_t, 4>& triangles, Vector4x3 (&corners)[3]) const;
 
   const WideTree& tree_;
   const Contours& contours_;
-  const VertexSlots& slots_;
 };
 
 }  // namespace adaptive_bvh

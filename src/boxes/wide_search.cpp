@@ -12,6 +12,11 @@ class WideSearch::Walk {
  public:
   static constexpr int kMostBelow = 16;
 
+  /// How many pairs are open at most: one that is left makes room for those below it.
+  static std::size_t roomFor(const WideTrees& trees, const NodePairs& from) {
+    return static_cast<std::size_t>(from.end - from.begin + kMostBelow * trees.depth);
+  }
+
   /// `open`: room for the pairs.
   ADAPTIVE_BVH_INLINE Walk(const WideTrees& trees, NodePair* open)
       : first_(trees.first),
@@ -143,34 +148,24 @@ class WideSearch::Walk {
   int count_ = 0;
 };
 
-namespace {
-
-/// A pair that is left makes room for sixteen below it at most.
-std::size_t roomFor(const WideTrees& trees, const NodePairs& from) {
-  constexpr int kMostBelow = 16;
-  return static_cast<std::size_t>(from.end - from.begin + kMostBelow * trees.depth);
-}
-
-}  // namespace
-
 void WideSearch::run(const NodePairs& from, LeafSink& sink) {
   packs::hasAvx2() ? runWithAvx2(from, sink) : runAnywhere(from, sink);
 }
 
 void WideSearch::runAnywhere(const NodePairs& from, LeafSink& sink) {
-  Scratch<NodePair> open(roomFor(trees_, from));
+  Scratch<NodePair> open(Walk::roomFor(trees_, from));
   Walk(trees_, open.data()).run(from, sink);
 }
 
 ADAPTIVE_BVH_WITH_AVX2 void WideSearch::runWithAvx2(const NodePairs& from, LeafSink& sink) {
-  Scratch<NodePair> open(roomFor(trees_, from));
+  Scratch<NodePair> open(Walk::roomFor(trees_, from));
   Walk(trees_, open.data()).run(from, sink);
 }
 
 bool WideSearch::hasMorePairs(int than) {
   const NodePair roots{0, 0};
   const NodePairs from{&roots, &roots + 1};
-  Scratch<NodePair> open(roomFor(trees_, from));
+  Scratch<NodePair> open(Walk::roomFor(trees_, from));
   Walk walk(trees_, open.data());
   walk.visit(roots);
   for (int visited = 1; !walk.isDone(); ++visited) {

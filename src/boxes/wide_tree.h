@@ -10,6 +10,7 @@
 #include "base/box.h"
 #include "base/float4.h"
 #include "base/task_pool.h"
+#include "base/vectors.h"
 #include "hierarchy/bottom_up.h"
 #include "hierarchy/vertex_slots.h"
 
@@ -136,6 +137,17 @@ ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
     node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
     node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
   }
+}
+
+/// The corners of four triangles, by their places, in the tree's coordinates.
+ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
+                                       const std::array<unsigned, 4>& triangles,
+                                       Vector4x3 (&corners)[3]) {
+  VertexIndices at[4];
+  for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
+  for (std::size_t c = 0; c < 3; ++c)
+    corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
+                                 positions[at[3][c]]);
 }
 
 /// What the trees of a mesh and of its copies have in common: which triangles lie where.

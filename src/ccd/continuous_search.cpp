@@ -44,14 +44,7 @@ class SafeDisplacements {
           {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
   }
 
-  /// Not on several threads: what it skips depends on the order.
-  SafeDisplacements forWorker(FeaturePairs&) const { return *this; }
-  void clear() {}
   void finish() {}
-  struct Mark {};
-  Mark mark() const { return {}; }
-  template <typename Found>
-  void take(const std::vector<Found>&, const TaskPool&) {}
 
  private:
   struct Corner {
@@ -274,7 +267,10 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto search = [&](auto is_self, const SweptPair& pair) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
-    searchFeatures<kIsSelf>(pair, displacements, 1);
+    // On one thread: what it skips depends on the order.
+    TriangleSearch<FeatureFinder<kIsSelf, SafeDisplacements<kIsSelf>>>(pair.trees(), displacements,
+                                                                       pair)
+        .runFromRoots();
   };
   const auto largest = [](const std::vector<double>& lengths) {
     return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());

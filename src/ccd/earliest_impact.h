@@ -47,15 +47,14 @@ class EarliestImpact {
     testAll<2>(edges_, num_edges_);
   }
   const Impact& impact() const { return impact_; }
-  long pairs() const { return pairs_; }           ///< whose boxes overlap
-  long timeTests() const { return time_tests_; }  ///< of which the time of impact decided
 
-  EarliestImpact forWorker(FeaturePairs&) const { return EarliestImpact(*this); }
+  struct Result {};
+  EarliestImpact another(Result&) const { return *this; }
   struct Mark {};
   Mark mark() const { return {}; }
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool&) {
-    for (const Found& task : tasks) take(*task.worker);
+    for (const Found& task : tasks) take(task.worker->sink());
   }
   void take(const EarliestImpact& worker) {
     if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
@@ -77,7 +76,6 @@ class EarliestImpact {
 
   template <int kFirsts>
   void testAll(Ref (&refs)[kSize], unsigned& count) {
-    pairs_ += count;
     for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
     for (unsigned i = 0; i < count; i += 4) {
       unsigned apart = stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits());
@@ -133,7 +131,6 @@ class EarliestImpact {
 
   template <int kFirsts>
   void test(const Ref& ref) {
-    ++time_tests_;
     Impact impact = numbersOf<kFirsts>(ref);
     const double best = best_.load(std::memory_order_relaxed);
     impact.time = movingFeatures(pair_.first, pair_.second, impact.kind, impact.pair)
@@ -168,7 +165,6 @@ class EarliestImpact {
   Impact impact_;
   Ref points_[kSize], edges_[kSize];
   unsigned num_points_ = 0, num_edges_ = 0;
-  long pairs_ = 0, time_tests_ = 0;
 };
 
 /// Both in one search: lists all pairs, and looks for the earliest impact.
@@ -194,23 +190,15 @@ class ListsAndImpact {
   void finish() { earliest_.finish(); }
   const Impact& impact() const { return earliest_.impact(); }
 
-  ListsAndImpact forWorker(FeaturePairs& memory) const {
-    return {lists_.forWorker(memory), earliest_.forWorker(memory)};
-  }
+  using Result = typename FeatureLists<kIsSelf>::Result;
+  ListsAndImpact another(Result& result) const { return {lists_.another(result), earliest_}; }
   using Mark = typename FeatureLists<kIsSelf>::Mark;
   Mark mark() const { return lists_.mark(); }
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    struct Part {
-      FeatureLists<kIsSelf>* worker;
-      Mark from, to;
-    };
-    std::vector<Part> parts;
-    for (const Found& task : tasks) {
-      parts.push_back({&task.worker->lists_, task.from, task.to});
-      earliest_.take(task.worker->earliest_);
-    }
-    lists_.take(parts, pool);
+    for (const Found& task : tasks) earliest_.take(task.worker->sink().earliest_);
+    lists_.take(
+        tasks, pool, [](const Found& task) -> auto& { return task.worker->sink().lists_; });
   }
 
  private:

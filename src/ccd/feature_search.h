@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "adaptive_bvh/feature_pairs.h"
@@ -10,6 +9,19 @@
 #include "query/triangle_search.h"
 
 namespace adaptive_bvh {
+
+/// One mesh twice, or two, with their swept boxes.
+struct SweptPair {
+  const MovingMesh& first;
+  const SweptTree& tree1;
+  const MovingMesh& second;
+  const SweptTree& tree2;
+
+  WideTrees trees() const {
+    return {tree1.nodes(), tree2.nodes(), first.depth + second.depth, BoxFrame(nullptr, 0),
+            &first == &second};
+  }
+};
 
 /// A visitor of FeatureFinder that lists all pairs, by the numbers of their features.
 template <bool kIsSelf>
@@ -36,17 +48,20 @@ class FeatureLists {
   }
   void finish() {}
 
+  using Result = FeaturePairs;
+  FeatureLists another(Result& result) const { return {first_, second_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(pairs_); }
-  /// Lists apart, in memory that is kept in `memory`.
-  FeatureLists forWorker(FeaturePairs& memory) const {
-    return FeatureLists(first_, second_, memory);
-  }
-  /// In place of what it lists: what tasks found, in their order.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    take(
+        tasks, pool, [](const Found& task) -> auto& { return task.worker->sink(); });
+  }
+  /// As searchAll says, from listsOf(task).
+  template <typename Found, typename ListsOf>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool, const ListsOf& listsOf) {
     joinFeatures(
-        tasks, pool, pairs_, [](const Found& task) -> auto& { return task.worker->pairs_; });
+        tasks, pool, pairs_, [&](const Found& task) -> auto& { return listsOf(task).pairs_; });
   }
 
  private:
@@ -61,27 +76,32 @@ class FeatureLists {
   FeaturePairs& pairs_;
 };
 
-/// Takes what a WideSearch finds: from pairs of leaves it makes the pairs of features that their
+/// The tests of a TriangleSearch: from pairs of leaves it makes the pairs of features that their
 /// triangles own and whose boxes overlap, each once. Features that share a vertex are left out in
 /// one mesh.
 ///
-///   Visitor::vertexFace(v, t)   owned vertex v of the first, and the triangle in place t
-///   Visitor::faceVertex(t, v)   a triangle of the first, and an owned vertex of the second
-///   Visitor::edgeEdge(e, f)     two owned edges
+///   visitor.vertexFace(v, t)   owned vertex v of the first, and the triangle in place t
+///   visitor.faceVertex(t, v)   a triangle of the first, and an owned vertex of the second
+///   visitor.edgeEdge(e, f)     two owned edges
+///   visitor.finish()           after a walk: what was found and not yet looked at
 template <bool kIsSelf, typename Visitor>
-class FeatureFinder final : public LeafSink {
+class FeatureFinder {
  public:
-  FeatureFinder(const MovingMesh& first, const SweptTree& tree1, const MovingMesh& second,
-                const SweptTree& tree2, Visitor& visitor)
-      : first_(first), second_(second), tree1_(tree1), tree2_(tree2), visitor_(visitor) {}
+  FeatureFinder(Visitor& visitor, const SweptPair& pair)
+      : first_(pair.first),
+        second_(pair.second),
+        tree1_(pair.tree1),
+        tree2_(pair.tree2),
+        visitor_(visitor) {}
 
-  bool take(const LeavesFound* found, int count) override {
-    for (int i = 0; i < count; ++i)
-      if (kIsSelf && found[i].first == found[i].second)
-        within(*found[i].first);
-      else
-        between(*found[i].first, *found[i].second);
-    return false;
+  void begin() {}
+  void finish() { visitor_.finish(); }
+  static bool isDone() { return false; }
+  void foundLeaves(const WideNode& a, const WideNode& b, unsigned) {
+    if (kIsSelf && &a == &b)
+      within(a);
+    else
+      between(a, b);
   }
 
  private:
@@ -152,76 +172,11 @@ class FeatureFinder final : public LeafSink {
   Visitor& visitor_;
 };
 
-/// One mesh twice, or two, with their swept boxes.
-struct SweptPair {
-  const MovingMesh& first;
-  const SweptTree& tree1;
-  const MovingMesh& second;
-  const SweptTree& tree2;
-};
-
-/// A walk of one thread over all pairs of features at or below some pairs of nodes.
-template <bool kIsSelf, typename Visitor>
-class FeatureWalk {
- public:
-  FeatureWalk(const SweptPair& pair, Visitor& visitor)
-      : finder_(pair.first, pair.tree1, pair.second, pair.tree2, visitor),
-        walk_({pair.tree1.nodes(), pair.tree2.nodes(), pair.first.depth + pair.second.depth,
-               BoxFrame(nullptr, 0), kIsSelf}),
-        visitor_(visitor) {}
-  FeatureWalk(const FeatureWalk&) = delete;
-  FeatureWalk& operator=(const FeatureWalk&) = delete;
-
-  void clear() { visitor_.clear(); }
-  void run(const NodePairs& from) { walk_.run(from, finder_); }
-  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
-    walk_.split(pairs, enough, pool);
-  }
-
- private:
-  FeatureFinder<kIsSelf, Visitor> finder_;
-  WideSearch walk_;
-  Visitor& visitor_;
-};
-
-/// One thread's worker (SearchTasks): a visitor of its own, and its walk.
-///
-///   visitor.forWorker(pairs)    another visitor, of one thread; `pairs` is memory
-///   visitor.clear()             forgets the results of another query
-///   visitor.finish()            after a task: what was found and not yet looked at
-///   visitor.mark()              where it stands
-///   visitor.take(found, pool)   its results become what tasks found
-template <bool kIsSelf, typename Visitor>
-class FeatureWorker : public Visitor {
- public:
-  FeatureWorker(const SweptPair& pair, const Visitor& visitor, FeaturePairs& memory)
-      : Visitor(visitor.forWorker(memory)), walk_(pair, *this) {
-    this->clear();
-  }
-  void run(const NodePairs& pairs, std::size_t) {
-    walk_.run(pairs);
-    this->finish();
-  }
-
- private:
-  FeatureWalk<kIsSelf, Visitor> walk_;
-};
-
-/// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads.
+/// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads: a sink
+/// of searchAll.
 template <bool kIsSelf, typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
-  FeatureWalk<kIsSelf, Visitor> walk(pair, visitor);
-  const TaskPool pool(threads);
-  runFromRoots(walk, pool, [&](const WalkTasks& walks) {
-    using Worker = FeatureWorker<kIsSelf, Visitor>;
-    std::vector<FeaturePairs>& memory = workersMemory<FeaturePairs>(pool);
-    SearchTasks<Worker> tasks;
-    tasks.run(pool, walks, [&](std::size_t slot) {
-      return std::make_unique<Worker>(pair, visitor, memory[slot]);
-    });
-    visitor.take(tasks.found(), pool);
-  });
-  visitor.finish();
+  searchAll<FeatureFinder<kIsSelf, Visitor>>(threads, pair.trees(), visitor, pair);
 }
 
 }  // namespace adaptive_bvh

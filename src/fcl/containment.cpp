@@ -2,7 +2,7 @@
 
 #include <fcl/geometry/shape/convex.h>
 
-#include "query/containment.h"
+#include "query/depth_meshes.h"
 
 namespace adaptive_bvh {
 namespace {

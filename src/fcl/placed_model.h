@@ -5,7 +5,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 
 #include "mesh/mesh_view.h"
-#include "query/triangle_contacts.h"
+#include "query/contacts.h"
 #include "volumes/traversal_statistics.h"
 
 namespace adaptive_bvh {

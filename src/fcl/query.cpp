@@ -8,9 +8,9 @@
 #include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/model_state.h"
-#include "query/box_contacts.h"
 #include "query/close_triangles.h"
 #include "query/closed_surface.h"
+#include "query/contacts.h"
 #include "query/nearest_search.h"
 #include "query/placed_mesh.h"
 

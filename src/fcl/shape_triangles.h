@@ -5,7 +5,7 @@
 #include <fcl/common/types.h>
 
 #include "base/rigid.h"
-#include "query/triangle_contacts.h"
+#include "query/contacts.h"
 #include "triangles/triangle_shape.h"
 
 namespace adaptive_bvh {

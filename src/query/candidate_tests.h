@@ -3,24 +3,13 @@
 #include <algorithm>
 
 #include "adaptive_bvh/self_collision.h"
-#include "boxes/flat_patches.h"
-#include "boxes/wide_search.h"
-#include "query/neighbour_intersection.h"
 #include "query/pair_corners.h"
+#include "query/pair_filter.h"
 #include "query/tree_pair.h"
-#include "triangles/triangle_differences.h"
+#include "query/triangle_search.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh {
-
-/// What CandidateTests is given of a query.
-template <typename S>
-struct CandidateInput {
-  const PlacedMesh<S>&first, &second;
-  const WideTree &tree1, &tree2;
-  const RelativePlacement& to_first;  ///< takes the second mesh to the first's frame
-  NeighbourFilter filter;
-  const FlatPatches* flat;  ///< of a query of one tree with itself; or none
-};
 
 /// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
 /// and by the hundred those are left out that are surely apart, four or eight at a time: first by
@@ -38,12 +27,7 @@ struct CandidateInput {
 template <typename S, typename Frame, typename Node>
 class CandidateTests {
  public:
-  using Input = CandidateInput<S>;
-
-  static BoxFrame boxFrame(const Input&, const Frame& frame) { return {frame.change(), 0}; }
-  static const FlatPatches* flat(const Input& input) { return input.flat; }
-
-  CandidateTests(const CandidateInput<S>& input, const Frame& frame, Node& node)
+  CandidateTests(Node& node, const PairInput<S>& input, const Frame& frame)
       : in_(input),
         frame_(frame),
         node_(node),
@@ -59,8 +43,6 @@ class CandidateTests {
     }
   }
   bool isDone() const { return is_done_; }
-  /// Does nothing: contacts are appended to those of the result.
-  static void clear() {}
   /// Goes on with more pairs, whether or not there were contacts enough.
   void begin() {
     is_done_ = node_.isDone();
@@ -125,13 +107,9 @@ class CandidateTests {
   }
 
   bool meetBeyondShared(const LeafPair& pair) const {
-    const auto corners = [](const WideTree& tree, unsigned place) -> VertexIndices {
-      const Int4& v = tree.corners(place);
-      return {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])};
-    };
     return adaptive_bvh::meetBeyondShared(
-        in_.first.pointsAt(pair.first), corners(in_.tree1, pair.first),
-        in_.second.pointsAt(pair.second), corners(in_.tree2, pair.second));
+        in_.first.pointsAt(pair.first), in_.tree1.slots().verticesOf(pair.first),
+        in_.second.pointsAt(pair.second), in_.tree2.slots().verticesOf(pair.second));
   }
 
   /// Keeps the pairs that `areApart` does not name, in order; returns how many.
@@ -160,14 +138,12 @@ class CandidateTests {
   TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
     TriangleDifferences<double> differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
-      TrianglePoints<double> q = in_.second.pointsAt(group[k].second);
-      for (fcl::Vector3d& x : q) x = in_.to_first(x);
-      differences.set(k, in_.first.pointsAt(group[k].first), q);
+      differences.set(k, in_.pointsOfFirst(group[k].first), in_.pointsOfSecond(group[k].second));
     }
     return differences.pairs();
   }
 
-  const CandidateInput<S> in_;
+  const PairInput<S> in_;
   const Frame& frame_;
   Node& node_;
   const PairErrors errors_;
@@ -176,5 +152,17 @@ class CandidateTests {
   int batch_ = kSize;  ///< as many pairs are tested together
   bool is_done_ = false;
 };
+
+/// Its sink is a node, which takes the contacts.
+template <typename S, typename Frame, typename Node>
+using CandidateSearch = TriangleSearch<CandidateTests<S, Frame, Node>>;
+
+/// Every pair, where single precision cannot express how the meshes lie.
+template <typename S, typename Node>
+void testAllCandidates(const PairInput<S>& input, Node& node) {
+  if (areBallsFarther(input.first, input.second, input.to_first, 0)) return;
+  for (int i = 0; i < input.first.mesh.numTriangles(); ++i)
+    for (int j = 0; j < input.second.mesh.numTriangles() && !node.isDone(); ++j) node.test(i, j);
+}
 
 }  // namespace adaptive_bvh

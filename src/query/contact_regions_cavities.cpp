@@ -52,14 +52,8 @@ bool SurfacePatches::isAround(unsigned root, const fcl::Vector3d& point) const {
   for (const SurfacePart& part : parts_) {
     if (rootOf(part.region) != root) continue;
     const ClosedSurface& surface = (*bodies_)[indexOf(part.body)];
-    const auto cut =
-        std::lower_bound(cuts_.begin(), cuts_.end(), std::make_pair(part.body, part.triangle),
-                         [](const CutTriangle& c, const std::pair<Operand, unsigned>& key) {
-                           return std::make_pair(c.body, c.triangle) < key;
-                         });
-    const bool is_cut =
-        cut != cuts_.end() && cut->body == part.body && cut->triangle == part.triangle;
-    if (!is_cut) {
+    const CutTriangle* const cut = cutTriangle(part.body, part.triangle);
+    if (!cut) {
       const TrianglePoints<double> p = surface.triangle(part.triangle);
       sum += angle(p[0], p[1], p[2]);
       continue;

@@ -171,12 +171,14 @@ double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
   return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
 }
 
-const SurfacePatches::CutTriangle& SurfacePatches::cutTriangle(Operand body,
-                                                               unsigned triangle) const {
-  return *std::lower_bound(cuts_.begin(), cuts_.end(), std::make_pair(body, triangle),
-                           [](const CutTriangle& cut, const std::pair<Operand, unsigned>& key) {
-                             return std::make_pair(cut.body, cut.triangle) < key;
-                           });
+/// Null where the triangle crosses nothing.
+auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const CutTriangle* {
+  const auto key = std::make_pair(body, triangle);
+  const auto keyOf = [](const CutTriangle& cut) { return std::make_pair(cut.body, cut.triangle); };
+  const auto cut =
+      std::lower_bound(cuts_.begin(), cuts_.end(), key,
+                       [&](const CutTriangle& c, const auto& k) { return keyOf(c) < k; });
+  return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
 /// Connects a curve around a hole with the next boundary of the part, seen from the curve's
@@ -198,7 +200,7 @@ void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsig
   const unsigned own = rootOf(curve.region);
   double nearest = std::numeric_limits<double>::infinity();
   unsigned element = curve.region;
-  const CutTriangle& cut = cutTriangle(body, triangle);
+  const CutTriangle& cut = *cutTriangle(body, triangle);
   for (std::size_t i = cut.begin; i < cut.end; ++i) {
     const Piece& piece = pieces_[i];
     const double y0 = (piece.from - from).dot(across), y1 = (piece.to - from).dot(across);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "query/contact_regions_winding.h"
+#include "query/contact_regions_crossings.h"
 
 namespace adaptive_bvh {
 
@@ -102,7 +102,7 @@ class SurfacePatches {
   void connectHoles();
   void connectHole(const CrossingCurve& curve, Operand body, unsigned triangle);
   double signedArea(const CrossingCurve& curve, Operand body, const fcl::Vector3d& normal) const;
-  const CutTriangle& cutTriangle(Operand body, unsigned triangle) const;
+  const CutTriangle* cutTriangle(Operand body, unsigned triangle) const;
   void collectParts(Operand body);
   void addWhole(Operand body, unsigned triangle);
   void addCut(const CutTriangle& cut);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -64,5 +65,109 @@ DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
   target.findNearest(point, bounds);
   return bounds;
 }
+
+/// Where DepthSearch cuts a triangle with measured corners: one of its edges, and a share of that.
+///
+/// Where the nearest features of the edge's ends change places: then one of them bounds either half
+/// better. Or where the edge crosses the surface, or a flat part of it ends: then one half is
+/// outside. If there is no such place, or if `halves`, the longest edge is halved.
+template <typename Target>
+class DepthCut {
+ public:
+  using Point = DepthPoint<typename Target::Witness>;
+
+  /// length(p, q): of an edge.
+  template <typename Length>
+  DepthCut(const Point* const (&corners)[3], const Target& target, double tolerance, bool halves,
+           const Length& length)
+      : corners_(corners), target_(target), tolerance_(tolerance), most_(tolerance / 8) {
+    for (int k = 0; k < 3 && !halves; ++k) considerEdge(k);
+    if (edge_ < 0) halveLongest(length);
+  }
+
+  /// From this corner to the next.
+  int edge() const { return edge_; }
+  /// From 0 to 1.
+  double share() const { return share_; }
+
+ private:
+  const Point& corner(int k) const { return *corners_[k % 3]; }
+
+  template <typename Length>
+  void halveLongest(const Length& length) {
+    double longest = -1;
+    for (int k = 0; k < 3; ++k) {
+      const double other = length(corner(k), corner(k + 1));
+      if (other > longest) edge_ = k, longest = other;
+    }
+  }
+  void considerEdge(int k) {
+    const Point &a = corner(k), &b = corner(k + 1);
+    const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
+    const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
+    if (gain > most_) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
+    considerBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
+    considerBorder(b, a, of_b, [&](double g, double t) { take(k, g, 1 - t); });
+  }
+  /// `gain`: by so much the bound of either half may become better.
+  void take(int edge, double gain, double share) {
+    const double length = (corner(edge + 1).x - corner(edge).x).norm();
+    // Where an end is nearer, the edge was cut before.
+    const bool is_new = std::min(share, 1 - share) * length > tolerance_ / 8;
+    if (gain > most_ && is_new) edge_ = edge, most_ = gain, share_ = share;
+  }
+  /// Calls found(gain, t) where the line from a to b crosses the nearest feature of a, or leaves
+  /// it.
+  template <typename Reach, typename Found>
+  void considerBorder(const Point& a, const Point& b, const Reach& reach,
+                      const Found& found) const {
+    const double zero = tolerance_ / 16, at_b = reach(b.x);
+    if (a.distance > zero) {
+      const double t = target_.crossing(a.witness, a.x, b.x);
+      if (t > 0 && t < 1 && reach(a.x + t * (b.x - a.x)) <= zero)
+        found(std::min(a.distance, at_b), t);
+    } else if (at_b > 2 * zero) {
+      double low = 0, high = 1;
+      for (int i = 0; i < 50; ++i) {
+        const double t = (low + high) / 2;
+        (reach(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
+      }
+      found(at_b, high);
+    }
+  }
+  /// Where on a segment two features are as far: by false position (Illinois), now and then by
+  /// halves.
+  template <typename Reach>
+  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b, const Reach& of_a,
+                              const Reach& of_b) {
+    const auto excess = [&](double t) {
+      const fcl::Vector3d x = a + t * (b - a);
+      return of_a(x) - of_b(x);
+    };
+    double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
+    int last = 0;
+    for (int i = 0; i < 60 && at_low < 0 && at_high > 0; ++i) {
+      const double t =
+          i % 4 == 3 ? (low + high) / 2 : low + (high - low) * (at_low / (at_low - at_high));
+      if (!(t > low && t < high)) break;
+      const double value = excess(t);
+      if (value == 0) return t;
+      const int side = value < 0 ? -1 : 1;
+      double& kept = side < 0 ? at_high : at_low;
+      (side < 0 ? low : high) = t;
+      (side < 0 ? at_low : at_high) = value;
+      if (side == last) kept /= 2;
+      last = side;
+    }
+    return at_low > -at_high ? low : high;
+  }
+
+  const Point* const (&corners_)[3];
+  const Target& target_;
+  const double tolerance_;
+  double most_;
+  int edge_ = -1;
+  double share_ = 0.5;
+};
 
 }  // namespace adaptive_bvh

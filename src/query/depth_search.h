@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "query/depth_cut.h"
+#include "query/depth_bounds.h"
 
 namespace adaptive_bvh {
 

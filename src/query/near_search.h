@@ -8,8 +8,8 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
 #include "query/found_parts.h"
-#include "query/ignored_pairs.h"
 #include "query/nearest_search.h"
+#include "query/pair_filter.h"
 #include "query/tree_pair.h"
 #include "query/within_tests.h"
 
@@ -18,7 +18,7 @@ namespace adaptive_bvh {
 /// Whether there is a near pair at all, and which.
 struct AnyPair {
   static constexpr int kBatch = 128;
-  static constexpr bool kFewAreNear = true;
+  static constexpr bool kStopsAtFirst = true;
 
   bool found = false;
   LeafPair pair{0, 0};
@@ -38,10 +38,10 @@ class PairSink {
  public:
   using Result = TrianglePairs<S>;
   static constexpr int kBatch = 256;
-  static constexpr bool kFewAreNear = false;
+  static constexpr bool kStopsAtFirst = false;
 
   /// `is_self`: the smaller index comes first.
-  PairSink(const WithinInput<S>& input, const ProximityRequest<S>& request, bool is_self,
+  PairSink(const PairInput<S>& input, const ProximityRequest<S>& request, bool is_self,
            Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
 
@@ -90,7 +90,7 @@ class PairSink {
     if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
   }
 
-  const WithinInput<S>& in_;
+  const PairInput<S>& in_;
   const ProximityRequest<S>& request_;
   const bool is_self_;
   Result& result_;
@@ -98,9 +98,9 @@ class PairSink {
 
 /// Every pair, where single precision cannot express how the meshes lie.
 template <typename S, typename Sink>
-void testAllPairs(const WithinInput<S>& input, Sink& sink) {
+void testAllPairs(const PairInput<S>& input, Sink& sink) {
   const SameFrame frame;  // of no use here
-  const WithinTests<S, SameFrame, Sink> tests(input, frame, sink);
+  const WithinTests<S, SameFrame, Sink> tests(sink, input, frame);
   sink.clear();
   if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
   const auto size1 = static_cast<unsigned>(input.first.mesh.numTriangles()),
@@ -118,14 +118,14 @@ template <typename S>
 bool searchAny(const PairOfMeshes<S>& meshes, double distance, TrianglePair& found) {
   TreePair<S> trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
-  const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
+  const PairInput<S> input(trees, distance);
   AnyPair any;
   searchInFrame(
       trees,
       [&](const auto& frame) {
-        WithinSearch<S, std::decay_t<decltype(frame)>, AnyPair> search(input, frame, any);
-        const NodePair roots{0, 0};
-        search.run({&roots, &roots + 1});
+        WithinSearch<S, std::decay_t<decltype(frame)>, AnyPair>(input.trees(frame), any, input,
+                                                                frame)
+            .runFromRoots();
       },
       [&] { testAllPairs(input, any); });
   if (any.found)

@@ -1,11 +1,77 @@
 #pragma once
 
-#include "adaptive_bvh/self_collision.h"
 #include "boxes/wide_tree.h"
 #include "query/pair_stages.h"
-#include "triangles/triangle_differences.h"
+#include "triangles/triangle_contact.h"
+#include "triangles/triangle_pairs.h"
 
 namespace adaptive_bvh {
+
+/// What products of two to four lengths may lose by underflow, in body units: FCL's, in units of
+/// the model, `scale` of which are one body unit, and those of TrianglePairs4. No length is larger
+/// than `longest`, in body units.
+template <typename S>
+float leastProduct(double scale, double longest) {
+  const auto lost = [&](double smallest, double unit) {
+    const double square = unit * unit;
+    return 64 * smallest * square * (square + unit * longest + longest * longest);
+  };
+  return static_cast<float>(lost(double(std::numeric_limits<S>::min()), scale) +
+                            lost(double(std::numeric_limits<float>::min()), 1));
+}
+
+/// A difference of numbers of S is off by this share of the extent of a pair, along any axes.
+template <typename S>
+constexpr float differenceError() {
+  return 2 * std::numeric_limits<S>::epsilon();
+}
+
+/// Four pairs of triangles from the corners in the model's own numbers, by the differences that
+/// FCL's test takes, too.
+template <typename S>
+class TriangleDifferences {
+ public:
+  /// Lengths in the pairs are `scale`, a power of two, times those of the corners.
+  explicit TriangleDifferences(double scale) : scale_(static_cast<S>(scale)) {}
+
+  ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<S>& p, TrianglePoints<S> q) {
+    for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
+    const fcl::Vector3<S> p1 = p[1] - p[0], p2 = p[2] - p[0];
+    set(kPEdges + 0, lane, p1);
+    set(kPEdges + 1, lane, p2 - p1);
+    set(kPEdges + 2, lane, -p2);
+    for (std::size_t c = 0; c < 3; ++c) {
+      set(kQEdges + c, lane, q[(c + 1) % 3] - q[c]);
+      set(kQCorners + c, lane, q[c]);
+    }
+  }
+
+  ADAPTIVE_BVH_INLINE TrianglePairs4 pairs() const {
+    TrianglePairs4 pairs;
+    for (std::size_t c = 0; c < 3; ++c) {
+      pairs.p_edges[c] = get(kPEdges + c);
+      pairs.q_edges[c] = get(kQEdges + c);
+      pairs.q[c] = get(kQCorners + c);
+    }
+    return pairs;
+  }
+
+ private:
+  static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;
+
+  ADAPTIVE_BVH_INLINE void set(std::size_t which, int lane, const fcl::Vector3<S>& v) {
+    vectors_[which][lane] =
+        Float4{static_cast<float>(v[0] * scale_), static_cast<float>(v[1] * scale_),
+               static_cast<float>(v[2] * scale_), 0};
+  }
+  ADAPTIVE_BVH_INLINE Vector4x3 get(std::size_t which) const {
+    const Float4(&v)[4] = vectors_[which];
+    return float4::columns(v[0], v[1], v[2], v[3]);
+  }
+
+  const S scale_;
+  Float4 vectors_[9][4];
+};
 
 /// What corners may be off by: their positions, and these with residuals or in the model's numbers.
 struct PairErrors {
@@ -19,8 +85,7 @@ PairErrors pairErrors(const Frame& frame, double scale, float reach) {
   return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
 }
 
-/// Where the corners of a pair of trees with the same coordinates are. `in`: CandidateInput or
-/// WithinInput.
+/// Where the corners of a pair of trees with the same coordinates are. `in`: PairInput.
 template <typename Input>
 PairSource sourceOf(const Input& in) {
   const auto of = [](const WideTree& tree) -> CornerSource {
@@ -36,17 +101,6 @@ inline int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
   return pairTests().keepByNormals(from, pairs, size, errors.fine);
 }
 
-/// The corners of four triangles of a four-wide tree, in its coordinates.
-ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
-                                       const std::array<unsigned, 4>& triangles,
-                                       Vector4x3 (&corners)[3]) {
-  VertexIndices at[4];
-  for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
-  for (std::size_t c = 0; c < 3; ++c)
-    corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
-                                 positions[at[3][c]]);
-}
-
 /// The corners of the triangles of a leaf. Lanes without a triangle repeat the first.
 ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* positions,
                                     const WideNode& leaf, Vector4x3 (&corners)[3]) {
@@ -56,8 +110,8 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
   gatherCorners(slots, positions, triangles, corners);
 }
 
-/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: trees, of
-/// CandidateInput or WithinInput; `frame` as in WideSearch.
+/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: PairInput;
+/// `frame`: SameFrame or RelativeFrame.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
                                        const LeafPair (&group)[4], Vector4x3 (&p)[3],
@@ -67,40 +121,6 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
   gatherCorners(in.tree2.slots(), in.tree2.positions(),
                 {group[0].second, group[1].second, group[2].second, group[3].second}, q);
   for (Vector4x3& corner : q) corner = frame(corner);
-}
-
-/// The vertices of the triangles of a leaf. Lanes without a triangle repeat the first.
-ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
-  Float4 of[4];  // only their bits are moved
-  for (int i = 0; i < 4; ++i)
-    __builtin_memcpy(&of[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
-                     sizeof(of[i]));
-  const Vector4x3 columns = float4::columns(of[0], of[1], of[2], of[3]);
-  std::array<Int4, 3> vertices;
-  __builtin_memcpy(vertices.data(), &columns, sizeof(vertices));
-  return vertices;
-}
-
-/// Returns the pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) that the filter
-/// does not leave out because of common vertices. A vertex that a triangle repeats counts once.
-ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
-                                               const WideNode& a, const WideTree& tree2,
-                                               const WideNode& b, NeighbourFilter filter) {
-  if (filter == NeighbourFilter::None || filter == NeighbourFilter::BeyondShared) return pairs;
-  const auto of_first = verticesOf(tree1, a);
-  const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
-  for (int j = 0; j < b.count; ++j) {
-    if (!(pairs >> (4 * j) & 15)) continue;
-    const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
-    Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
-    for (int c = 0; c < 3; ++c) {
-      if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
-      const Int4 vertex = {v[c], v[c], v[c], v[c]};
-      shared += (of_first[0] == vertex) | (of_first[1] == vertex) | (of_first[2] == vertex);
-    }
-    pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));
-  }
-  return pairs;
 }
 
 /// Lets groups of four of `size` pairs be whole, by repeating the last one. There must be room for

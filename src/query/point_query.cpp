@@ -1,51 +1,219 @@
 #include "adaptive_bvh/point_query.h"
 
-#include <algorithm>
+#include <limits>
+#include <stdexcept>
 
+#include "adaptive_bvh/proximity.h"
+#include "base/rigid.h"
+#include "query/closed_surface.h"
 #include "query/point_search.h"
+#include "query/surface_normals.h"
+#include "query/winding_number.h"
+#include "query/winding_tree.h"
 
 namespace adaptive_bvh {
 namespace {
 
 template <typename S>
-void requireFinite(const fcl::Vector3<S>& v) {
-  if (!v.allFinite())
-    throw std::invalid_argument("adaptive_bvh: a point or direction to ask for is not finite");
+void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!points[i].allFinite())
+      throw std::invalid_argument("adaptive_bvh: point " + std::to_string(i) + " is not finite");
 }
+
+/// Calls each(i, x) for all points, on the threads of the mesh's queries; each thread has its own
+/// makeEach().
+template <typename S, typename MakeEach>
+void forEachPoint(const MeshState<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                  const MakeEach& makeEach) {
+  forEachBatch(mesh.query_threads, count, [&](std::size_t begin, std::size_t end) {
+    auto each = makeEach();
+    for (std::size_t i = begin; i < end; ++i) each(i, points[i].template cast<double>());
+  });
+}
+
 template <typename S>
-ClosestPoint<S> search(PointSearch<S>& search, const fcl::Vector3<S>& point, int guess) {
-  const fcl::Vector3d& x = point.template cast<double>();
-  typename PointSearch<S>::Nearest nearest;
-  if (guess >= 0) search.tryTriangle(x, guess, nearest);
-  search.search(x, nearest);
+ClosestPoint<S> pointOf(const typename PointSearch<S>::Nearest& nearest) {
   return {nearest.point.template cast<S>(), static_cast<S>(nearest.distance), nearest.triangle};
+}
+
+template <typename S>
+ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals, const fcl::Vector3d& x,
+                            const typename PointSearch<S>::Nearest& nearest) {
+  if (nearest.triangle < 0)
+    return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
+            std::numeric_limits<S>::infinity(),
+            -1,
+            fcl::Vector3<S>::Zero(),
+            SurfaceFeature::Face,
+            0,
+            fcl::Vector3<S>::Zero()};
+  const SurfacePlace place = normals.nearestPlace(x, static_cast<unsigned>(nearest.triangle));
+  return {nearest.point.template cast<S>(),
+          static_cast<S>(nearest.distance),
+          nearest.triangle,
+          place.barycentric.template cast<S>(),
+          place.feature,
+          normals.numberOf(place),
+          normals.at(place).template cast<S>()};
+}
+
+/// Calls sign(x), for each vertex x where it is in the other's frame, for the sign of its distance.
+template <typename S, typename MakeSign>
+void findDistances(const MeshState<S>& mesh, const RelativePlacement& to_other,
+                   const MeshState<S>& other, S limit, const MakeSign& makeSign,
+                   std::vector<S>& result) {
+  result.resize(mesh.vertices.size());
+  forEachPoint(other, mesh.vertices.data(), result.size(), [&] {
+    return [&, search = NearestInTurn<S>(other), sign = makeSign()](
+               std::size_t i, const fcl::Vector3d& x) mutable {
+      const fcl::Vector3d at = to_other(x);
+      result[i] = sign(at) * static_cast<S>(search(at, static_cast<double>(limit)).distance);
+    };
+  });
 }
 
 }  // namespace
 
 template <typename S>
-ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point) {
-  requireFinite(point);
-  PointSearch<S> points(stateOf(mesh));
-  return search(points, point, -1);
-}
-
-template <typename S>
 void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
                    std::vector<ClosestPoint<S>>& result) {
-  std::for_each(points, points + count, requireFinite<S>);
+  requireFinite(points, count);
   result.resize(count);
-  forEachBatch(stateOf(mesh).query_threads, count, [&](std::size_t begin, std::size_t end) {
-    PointSearch<S> one(stateOf(mesh));
-    for (std::size_t i = begin; i < end; ++i)
-      result[i] = search(one, points[i], i > begin ? result[i - 1].triangle : -1);
+  const MeshState<S>& state = stateOf(mesh);
+  forEachPoint(state, points, count, [&] {
+    return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+      result[i] = pointOf<S>(search(x));
+    };
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                          \
-  template ClosestPoint<S> closestPoint(const DeformableMesh<S>&, const fcl::Vector3<S>&);   \
-  template void closestPoints(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, \
-                              std::vector<ClosestPoint<S>>&);
+template <typename S>
+ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point) {
+  requireFinite(&point, 1);
+  return pointOf<S>(NearestInTurn<S>(stateOf(mesh))(point.template cast<double>()));
+}
+
+template <typename S>
+void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, S limit, std::vector<ClosestFeature<S>>& result) {
+  requireDistance(limit);
+  requireFinite(points, count);
+  result.resize(count);
+  const MeshState<S>& state = stateOf(mesh);
+  const SurfaceNormals<S> normals(state);
+  forEachPoint(state, points, count, [&] {
+    return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+      result[i] = featureOf(normals, x, search(x, static_cast<double>(limit)));
+    };
+  });
+}
+
+template <typename S>
+void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
+                     std::size_t count, std::vector<S>& result) {
+  const MeshState<S>& state = stateOf(mesh);
+  requireClosed(state, "signedDistances");
+  requireFinite(points, count);
+  result.resize(count);
+  forEachPoint(state, points, count, [&] {
+    return [&, search = NearestInTurn<S>(state), winding = WindingNumber<S>(state)](
+               std::size_t i, const fcl::Vector3d& x) mutable {
+      const double distance = search(x).distance;
+      const bool is_inside = distance > 0 && winding.of(x) != 0;
+      result[i] = static_cast<S>(is_inside ? -distance : distance);
+    };
+  });
+}
+
+template <typename S>
+void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+                    S tolerance, std::vector<S>& result) {
+  if (!(tolerance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+  requireFinite(points, count);
+  result.resize(count);
+  const MeshState<S>& state = stateOf(mesh);
+  if (state.topology->owners.isClosed()) {
+    forEachPoint(state, points, count, [&] {
+      return [&, winding = WindingNumber<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+        result[i] = static_cast<S>(winding.of(x));
+      };
+    });
+    return;
+  }
+  static thread_local WindingTree memory;
+  WindingTree& tree = memory;  // that of this thread, for all
+  tree.refit(state);
+  forEachPoint(state, points, count, [&] {
+    return [&](std::size_t i, const fcl::Vector3d& x) {
+      result[i] = static_cast<S>(tree.of(state, x, static_cast<double>(tolerance)));
+    };
+  });
+}
+
+template <typename S>
+bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edges) {
+  const MeshState<S>& state = stateOf(mesh);
+  const bool is_closed = state.topology->owners.isClosed();
+  if (!open_edges) return is_closed;
+  open_edges->clear();
+  if (is_closed) return true;
+  forEachOpenEdge(
+      state.view(), static_cast<unsigned>(state.numTriangles()), state.topology->vertex_triangles,
+      [&](unsigned from, unsigned to, const EdgeUse& use) {
+        open_edges->push_back({from, to, use.triangle, std::abs(use.forward - use.back)});
+        return true;
+      });
+  return false;
+}
+
+template <typename S>
+void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
+               std::vector<S>& result) {
+  requireDistance(limit);
+  requireRigid(tf);
+  requireRigid(other_tf);
+  const auto noSign = [] { return [](const fcl::Vector3d&) { return S(1); }; };
+  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), stateOf(other), limit, noSign,
+                result);
+}
+
+template <typename S>
+void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
+                     std::vector<S>& result) {
+  requireDistance(limit);
+  requireRigid(tf);
+  requireRigid(other_tf);
+  const MeshState<S>& closed = stateOf(other);
+  requireClosed(closed, "a signed clearance");
+  const auto byWinding = [&] {
+    return [number = WindingNumber<S>(closed)](const fcl::Vector3d& x) mutable {
+      return number.of(x) != 0 ? S(-1) : S(1);
+    };
+  };
+  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), closed, limit, byWinding, result);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template ClosestPoint<S> closestPoint(const DeformableMesh<S>&, const fcl::Vector3<S>&);        \
+  template void closestPoints(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,      \
+                              std::vector<ClosestPoint<S>>&);                                     \
+  template void closestFeatures(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S, \
+                                std::vector<ClosestFeature<S>>&);                                 \
+  template void signedDistances(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,    \
+                                std::vector<S>&);                                                 \
+  template void windingNumbers(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S,  \
+                               std::vector<S>&);                                                  \
+  template bool isWatertight(const DeformableMesh<S>&, std::vector<OpenEdge>*);                   \
+  template void clearance(const DeformableMesh<S>&, const fcl::Transform3<S>&,                    \
+                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S,                 \
+                          std::vector<S>&);                                                       \
+  template void signedClearance(const DeformableMesh<S>&, const fcl::Transform3<S>&,              \
+                                const DeformableMesh<S>&, const fcl::Transform3<S>&, S,           \
+                                std::vector<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -140,4 +140,28 @@ class PointSearch {
   float limit_ = 0;
 };
 
+/// Nearest points of points that follow each other.
+template <typename S>
+class NearestInTurn {
+ public:
+  using Nearest = typename PointSearch<S>::Nearest;
+
+  explicit NearestInTurn(const MeshState<S>& mesh) : search_(mesh) {}
+
+  /// No triangle where none is nearer than `limit`.
+  Nearest operator()(const fcl::Vector3d& x,
+                     double limit = std::numeric_limits<double>::infinity()) {
+    Nearest nearest;
+    nearest.distance = limit;
+    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
+    search_.search(x, nearest);
+    if (nearest.triangle >= 0) last_ = nearest.triangle;
+    return nearest;
+  }
+
+ private:
+  PointSearch<S> search_;
+  int last_ = -1;
+};
+
 }  // namespace adaptive_bvh

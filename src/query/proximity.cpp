@@ -5,7 +5,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "mesh/feature_owners.h"
 #include "query/closed_surface.h"
-#include "query/containment.h"
+#include "query/depth_meshes.h"
 #include "query/found_parts.h"
 #include "query/near_search.h"
 #include "query/tree_pair.h"
@@ -23,10 +23,10 @@ class FeatureSink {
  public:
   using Result = FeaturePairs;
   static constexpr int kBatch = 256;
-  static constexpr bool kFewAreNear = false;
+  static constexpr bool kStopsAtFirst = false;
 
   /// `is_self`: features with a vertex in common are left out.
-  FeatureSink(const WithinInput<S>& input, const FeatureProximityRequest<S>& request, bool is_self,
+  FeatureSink(const PairInput<S>& input, const FeatureProximityRequest<S>& request, bool is_self,
               Result& result)
       : in_(input),
         request_(request),
@@ -112,56 +112,18 @@ class FeatureSink {
     append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
   }
 
-  const WithinInput<S>& in_;
+  const PairInput<S>& in_;
   const FeatureProximityRequest<S>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
   Result& result_;
 };
 
-/// One thread's worker of a query for near pairs (SearchTasks), with a result of its own.
 template <typename S, typename Frame, typename Sink>
-class WithinWorker {
- public:
-  using Search = WithinSearch<S, Frame, Sink>;
-  using Mark = typename Sink::Mark;
-  using Memory = typename Sink::Result;  ///< that is kept from query to query
-
-  /// `sink`: of the query.
-  WithinWorker(const WithinInput<S>& input, const Frame& frame, const Sink& sink, Memory& memory)
-      : sink_(sink.another(memory)), search_(input, frame, sink_) {
-    memory.clear();
-  }
-
-  Mark mark() const { return sink_.mark(); }
-  void run(const NodePairs& pairs, std::size_t) { search_.run(pairs); }
-
-  const Sink& sink() const { return sink_; }
-
- private:
-  Sink sink_;
-  Search search_;
-};
-
-/// What all tasks find, in their order, becomes what the query's sink has.
-template <typename S, typename Frame, typename Sink>
-void runTasks(const WithinInput<S>& input, const Frame& frame, Sink& sink, const WalkTasks& walks,
-              const TaskPool& pool) {
-  using Worker = WithinWorker<S, Frame, Sink>;
-  auto& memory = workersMemory<typename Worker::Memory>(pool);
-  SearchTasks<Worker> tasks;
-  tasks.run(pool, walks, [&](std::size_t slot) {
-    return std::make_unique<Worker>(input, frame, sink, memory[slot]);
-  });
-  sink.take(tasks.found(), pool);
-}
-
-template <typename S, typename Frame, typename Sink>
-void collect(const WithinInput<S>& input, const Frame& frame, Sink& sink) {
-  WithinSearch<S, Frame, Sink> search(input, frame, sink);
-  const TaskPool pool(std::max(input.first.mesh.query_threads, input.second.mesh.query_threads));
-  runFromRoots(search, pool,
-               [&](const WalkTasks& walks) { runTasks(input, frame, sink, walks, pool); });
+void collect(const PairInput<S>& input, const Frame& frame, Sink& sink) {
+  searchAll<WithinTests<S, Frame, Sink>>(
+      std::max(input.first.mesh.query_threads, input.second.mesh.query_threads), input.trees(frame),
+      sink, input, frame);
 }
 
 /// Collects pairs of two meshes.
@@ -169,7 +131,7 @@ template <typename S, typename MakeSink>
 void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
   TreePair<S> trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
-  const WithinInput<S> input(meshes.first, meshes.second, trees, distance);
+  const PairInput<S> input(trees, distance);
   auto sink = makeSink(input);
   searchInFrame(
       trees, [&](const auto& frame) { collect(input, frame, sink); },
@@ -181,7 +143,7 @@ template <typename S, typename MakeSink>
 void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
                      const MakeSink& makeSink) {
   const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
-  const WithinInput<S> input(placed, placed, TreePair<S>(placed, placed), distance, filter);
+  const PairInput<S> input(placed, filter, distance);
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }
@@ -206,7 +168,7 @@ std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>
   requireRigid(tf2);
   collectPairs(
       PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
-      [&](const WithinInput<S>& input) { return PairSink<S>(input, request, false, result); });
+      [&](const PairInput<S>& input) { return PairSink<S>(input, request, false, result); });
   return result.size();
 }
 
@@ -218,7 +180,7 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
         "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
   requireDistance(request.distance);
   requireSorted(request.ignored);
-  collectOwnPairs(mesh, double(request.distance), filter, [&](const WithinInput<S>& input) {
+  collectOwnPairs(mesh, double(request.distance), filter, [&](const PairInput<S>& input) {
     return PairSink<S>(input, request, true, result);
   });
   return result.size();
@@ -233,7 +195,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
   requireRigid(tf2);
   collectPairs(
       PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
-      [&](const WithinInput<S>& input) { return FeatureSink<S>(input, request, false, result); });
+      [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, false, result); });
   return result.size();
 }
 
@@ -252,7 +214,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
   requireFeatures(request);
   collectOwnPairs(
       mesh, double(request.distance), NeighbourFilter::None,
-      [&](const WithinInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
+      [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
   return result.size();
 }
 

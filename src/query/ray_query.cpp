@@ -54,7 +54,7 @@ double keepAny(const RayRange<S>& range, const RayTriangle::Hit& hit, std::uint8
 template <typename S, typename Found>
 void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
             const fcl::Vector3<S>& direction, const RayRange<S>& range, const Found& found) {
-  RaySearch<S>(stateOf(mesh))
+  RayWalk<S>(stateOf(mesh))
       .search(origin.template cast<double>(), direction.template cast<double>(),
               double(range.begin), double(range.end), found);
 }

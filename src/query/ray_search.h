@@ -190,6 +190,15 @@ class RayWalk {
     return true;
   }
 
+  /// From the start to the end.
+  template <typename Found>
+  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
+              Found&& found) {
+    if (!start(origin, direction, begin, end)) return;
+    while (step(found)) {
+    }
+  }
+
  private:
   /// A node to be visited, and where the ray enters its box.
   struct Open {
@@ -243,29 +252,6 @@ class RayWalk {
   RayInTree ray_;
   fcl::Vector3d origin_, direction_ = fcl::Vector3d::Zero();
   std::optional<RayTriangle> test_;
-};
-
-/// The triangles that a ray meets, by a RayWalk.
-template <typename S>
-class RaySearch {
- public:
-  explicit RaySearch(const MeshState<S>& mesh) : walk_(mesh) {}
-
-  /// `found` as in RayWalk::step.
-  template <typename Found>
-  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, Found&& found) {
-    search(origin, direction, 0, std::numeric_limits<double>::infinity(), found);
-  }
-  template <typename Found>
-  void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
-              Found&& found) {
-    if (!walk_.start(origin, direction, begin, end)) return;
-    while (walk_.step(found)) {
-    }
-  }
-
- private:
-  RayWalk<S> walk_;
 };
 
 /// The triangles that many rays meet, several rays in turn.

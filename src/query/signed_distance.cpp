@@ -1,7 +1,7 @@
 #include "query/signed_distance.h"
 
 #include "query/closed_surface.h"
-#include "query/containment.h"
+#include "query/depth_meshes.h"
 #include "query/nearest_search.h"
 
 namespace adaptive_bvh {

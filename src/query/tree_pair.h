@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "adaptive_bvh/self_collision.h"
 #include "base/frame_change.h"
 #include "base/rigid.h"
 #include "boxes/wide_search.h"
@@ -122,6 +123,8 @@ class TreePair {
   /// Takes the second tree to the first.
   const RelativeFrame& frame() const { return frame_; }
   const RelativePlacement& toFirst() const { return to_first_; }
+  const PlacedMesh<S>& firstMesh() const { return placed1_; }
+  const PlacedMesh<S>& secondMesh() const { return placed2_; }
 
   /// So many tests of boxes take as long as to align the trees; none where that is of no use.
   long costOfAlignment() const {
@@ -196,15 +199,59 @@ struct PairOfMeshes {
   }
 };
 
+/// What a search for pairs of triangles is given of a query.
+template <typename S>
+struct PairInput {
+  /// Two meshes, and the largest distance that counts.
+  explicit PairInput(const TreePair<S>& trees, double largest_distance = 0)
+      : first(trees.firstMesh()),
+        second(trees.secondMesh()),
+        tree1(trees.first()),
+        tree2(trees.second()),
+        to_first(trees.toFirst()),
+        distance(largest_distance) {}
+  /// One mesh with itself: each pair is found once.
+  PairInput(const PlacedMesh<S>& mesh, NeighbourFilter left_out, double largest_distance = 0)
+      : first(mesh),
+        second(mesh),
+        tree1(mesh.tree()),
+        tree2(mesh.tree()),
+        filter(left_out),
+        distance(largest_distance) {}
+
+  const PlacedMesh<S>&first, &second;
+  const WideTree &tree1, &tree2;
+  const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
+  const NeighbourFilter filter = NeighbourFilter::None;
+  const double distance;
+  const FlatPatches* flat = nullptr;  ///< of one mesh: nodes to leave out
+
+  /// What is walked. `frame`: SameFrame or RelativeFrame.
+  template <typename Frame>
+  WideTrees trees(const Frame& frame) const {
+    return {tree1.nodes(),
+            tree2.nodes(),
+            tree1.depth() + tree2.depth(),
+            BoxFrame(frame.change(), distance * tree1.scale()),
+            &first == &second,
+            flat};
+  }
+  /// A triangle, by its place, in the first mesh's frame.
+  TrianglePoints<double> pointsOfFirst(unsigned place) const { return first.pointsAt(place); }
+  TrianglePoints<double> pointsOfSecond(unsigned place) const {
+    TrianglePoints<double> q = second.pointsAt(place);
+    for (fcl::Vector3d& x : q) x = to_first(x);
+    return q;
+  }
+};
+
 /// Aligns the trees where so many pairs of boxes are at most so far apart that it is worth it.
 template <typename S>
 void alignIfNear(TreePair<S>& trees, double distance) {
   constexpr int kMany = 64;
   if (!trees.frame().isPrecise()) return;
-  const BoxFrame frame(trees.frame().change(), distance * trees.first().scale());
-  const int depth = trees.first().depth() + trees.second().depth();
-  if (WideSearch({trees.first().nodes(), trees.second().nodes(), depth, frame}).hasMorePairs(kMany))
-    trees.align();
+  const PairInput<S> input(trees, distance);
+  if (WideSearch(input.trees(trees.frame())).hasMorePairs(kMany)) trees.align();
 }
 
 /// Calls search(frame) with how the second tree lies in the first: SameFrame or RelativeFrame; or

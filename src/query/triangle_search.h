@@ -6,57 +6,8 @@
 
 #include "base/task_pool.h"
 #include "boxes/wide_search.h"
-#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
-
-/// The part of a query for pairs of triangles that runs on one thread: a walk over boxes, and the
-/// tests of the pairs found. If both meshes of the input are one object, each pair is found once.
-///
-///   Tests                        made of (input, frame, output)
-///   Tests::Input                 the meshes, first and second, and their trees, tree1 and tree2
-///   Tests::boxFrame(input, frame)  how boxes of the second are compared with the first's
-///   Tests::flat(input)           nodes to leave out, or null
-///   tests.clear()                forgets the results of another query
-///   tests.begin(), finish()      before and after a walk
-///   tests.foundLeaves(a, b, pairs)  two leaves, or one twice, as LeavesFound
-///   tests.isDone()               whether the answer is found
-template <typename Tests>
-class TriangleSearch final : private LeafSink {
- public:
-  using Input = typename Tests::Input;
-
-  /// `output` takes what is found.
-  template <typename Frame, typename Output>
-  TriangleSearch(const Input& input, const Frame& frame, Output& output)
-      : tests_(input, frame, output),
-        walk_({input.tree1.nodes(), input.tree2.nodes(), input.tree1.depth() + input.tree2.depth(),
-               Tests::boxFrame(input, frame), &input.first == &input.second, Tests::flat(input)}) {}
-  TriangleSearch(const TriangleSearch&) = delete;
-  TriangleSearch& operator=(const TriangleSearch&) = delete;
-
-  /// Forgets the results of another query.
-  void clear() { tests_.clear(); }
-  /// All pairs at or below some pairs of nodes, until there are enough.
-  void run(const NodePairs& from) {
-    tests_.begin();
-    if (!tests_.isDone()) walk_.run(from, *this);
-    tests_.finish();
-  }
-  void split(std::vector<NodePair>& pairs, std::size_t enough, const TaskPool& pool) {
-    walk_.split(pairs, enough, pool);
-  }
-
- private:
-  bool take(const LeavesFound* found, int count) override {
-    for (int i = 0; i < count; ++i)
-      tests_.foundLeaves(*found[i].first, *found[i].second, found[i].pairs);
-    return tests_.isDone();
-  }
-
-  Tests tests_;
-  WideSearch walk_;
-};
 
 /// A walk cut into tasks, each some pairs of nodes, in the order in which one thread comes to them.
 class WalkTasks {
@@ -78,20 +29,51 @@ class WalkTasks {
   const std::vector<NodePair>& pairs_;
 };
 
-/// Calls search.run for the roots, after search.clear(); or, on several threads, runTasks(walks)
-/// for tasks that stand for these, where there are enough to be worth it: what they find takes the
-/// place of the results.
-template <typename Search, typename RunTasks>
-void runFromRoots(Search& search, const TaskPool& pool, const RunTasks& runTasks) {
-  const NodePair roots{0, 0};
-  if (pool.size() > 1) {
-    std::vector<NodePair> pairs{roots};
-    search.split(pairs, WalkTasks::kSize, pool);
-    if (pairs.size() >= WalkTasks::kSize) return runTasks(WalkTasks(pairs));
+/// The part of a query for pairs of triangles that runs on one thread: a walk over boxes, and the
+/// tests of the pairs found.
+///
+///   Tests                        made of (sink, input...); the sink takes what is found
+///   tests.begin(), finish()      before and after a walk
+///   tests.foundLeaves(a, b, pairs)  two leaves, or one twice, as LeavesFound
+///   tests.isDone()               whether the answer is found
+template <typename Tests>
+class TriangleSearch final : private LeafSink {
+ public:
+  template <typename Sink, typename... Input>
+  TriangleSearch(const WideTrees& trees, Sink& sink, const Input&... input)
+      : tests_(sink, input...), walk_(trees) {}
+  TriangleSearch(const TriangleSearch&) = delete;
+  TriangleSearch& operator=(const TriangleSearch&) = delete;
+
+  /// All pairs at or below some pairs of nodes, until there are enough.
+  void run(const NodePairs& from) {
+    tests_.begin();
+    if (!tests_.isDone()) walk_.run(from, *this);
+    tests_.finish();
   }
-  search.clear();
-  search.run({&roots, &roots + 1});
-}
+  void runFromRoots() {
+    const NodePair roots{0, 0};
+    run({&roots, &roots + 1});
+  }
+  /// Sets the pairs of nodes that stand for the roots, at least WalkTasks::kSize. False where one
+  /// thread should run from the roots: it is alone, or there are too few pairs.
+  bool splitRoots(const TaskPool& pool, std::vector<NodePair>& pairs) {
+    if (pool.size() == 1) return false;
+    pairs.assign(1, {0, 0});
+    walk_.split(pairs, WalkTasks::kSize, pool);
+    return pairs.size() >= WalkTasks::kSize;
+  }
+
+ private:
+  bool take(const LeavesFound* found, int count) override {
+    for (int i = 0; i < count; ++i)
+      tests_.foundLeaves(*found[i].first, *found[i].second, found[i].pairs);
+    return tests_.isDone();
+  }
+
+  Tests tests_;
+  WideSearch walk_;
+};
 
 /// What workers keep from query to query, by slot: the calling thread has it.
 template <typename Memory>
@@ -138,5 +120,53 @@ class SearchTasks {
   std::vector<Found> found_;
   std::vector<std::unique_ptr<Worker>> workers_;
 };
+
+/// One thread's worker of searchAll, with a sink of its own.
+template <typename Tests, typename Sink>
+class SinkWorker {
+ public:
+  using Mark = typename Sink::Mark;
+
+  template <typename... Input>
+  SinkWorker(const WideTrees& trees, const Sink& of_query, typename Sink::Result& memory,
+             const Input&... input)
+      : sink_(of_query.another(memory)), search_(trees, sink_, input...) {
+    sink_.clear();
+  }
+
+  Mark mark() const { return sink_.mark(); }
+  void run(const NodePairs& pairs, std::size_t) { search_.run(pairs); }
+
+  const Sink& sink() const { return sink_; }
+
+ private:
+  Sink sink_;
+  TriangleSearch<Tests> search_;
+};
+
+/// Searches for all that a sink takes, on so many threads. What it had is gone.
+///
+///   sink.clear()             forgets the results of another query
+///   sink.another(result)     for another thread, which keeps `result` from query to query
+///   sink.mark(), Sink::Mark  how much it has taken so far
+///   sink.take(tasks, pool)   takes what the sinks of SinkWorkers were given in tasks
+///                            (SearchTasks::Found), in their order, in place of what it had
+template <typename Tests, typename Sink, typename... Input>
+void searchAll(int threads, const WideTrees& trees, Sink& sink, const Input&... input) {
+  using Worker = SinkWorker<Tests, Sink>;
+  TriangleSearch<Tests> search(trees, sink, input...);
+  const TaskPool pool(threads);
+  std::vector<NodePair> pairs;
+  if (!search.splitRoots(pool, pairs)) {
+    sink.clear();
+    return search.runFromRoots();
+  }
+  auto& memory = workersMemory<typename Sink::Result>(pool);
+  SearchTasks<Worker> tasks;
+  tasks.run(pool, WalkTasks(pairs), [&](std::size_t slot) {
+    return std::make_unique<Worker>(trees, sink, memory[slot], input...);
+  });
+  sink.take(tasks.found(), pool);
+}
 
 }  // namespace adaptive_bvh

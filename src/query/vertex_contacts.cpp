@@ -72,26 +72,17 @@ class MeshContactTest {
     bool is_inside = candidate.is_inside;
     const bool is_known = is_inside || sides_.find(x, 0, is_inside);
     if (!is_known || !is_inside) {
-      nearest.distance = margin_;
-      findNearest(x, nearest);
+      nearest = search_(x, margin_);
       if (!is_known) is_inside = isInside(x, nearest.distance, nearest.triangle >= 0);
     }
-    if (nearest.triangle < 0 && is_inside) {
-      nearest.distance = std::numeric_limits<double>::infinity();
-      findNearest(x, nearest);
-    }
+    if (nearest.triangle < 0 && is_inside) nearest = search_(x);
     sides_.add(x, nearest.distance, is_inside);
     if (nearest.triangle < 0) return false;
-    last_ = nearest.triangle;
     set(x, nearest, is_inside && nearest.distance > 0, contact);
     return true;
   }
 
  private:
-  void findNearest(const fcl::Vector3d& x, typename PointSearch<S>::Nearest& nearest) {
-    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
-    search_.search(x, nearest);
-  }
   /// `distance`: of the nearest triangle; where none is found, less than that.
   bool isInside(const fcl::Vector3d& x, double distance, bool is_found) {
     if (is_found && distance == 0) return false;
@@ -137,12 +128,11 @@ class MeshContactTest {
   const MeshState<S>&mesh_, &other_;
   const RelativePlacement& to_other_;
   const double margin_;
-  PointSearch<S> search_;
+  NearestInTurn<S> search_;
   WindingNumber<S> winding_;
   const SurfaceNormals<S> normals_;
   const double far_;
   KnownSides sides_;
-  int last_ = -1;  ///< the nearest triangle of the vertex before
 };
 
 template <typename S>

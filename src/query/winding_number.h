@@ -45,18 +45,19 @@ class WindingNumber {
   bool countAlong(const fcl::Vector3d& x, const fcl::Vector3d& along, int& number) {
     bool is_certain = true, is_on_surface = false;
     number = 0;
-    rays_.search(x, along, [&](int, const RayTriangle::Hit& hit) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    rays_.search(x, along, 0, kFar, [&](int, const RayTriangle::Hit& hit) {
       is_on_surface = is_on_surface || hit.t == 0;
       is_certain = is_certain && !hit.is_on_a_side;
       number += hit.is_front ? -1 : 1;
-      return is_certain || is_on_surface ? std::numeric_limits<double>::infinity() : -1;
+      return is_certain || is_on_surface ? kFar : -1;
     });
     if (is_on_surface) number = 0;
     return is_certain || is_on_surface;
   }
 
   const fcl::Vector3d middle_;
-  RaySearch<S> rays_;
+  RayWalk<S> rays_;
 };
 
 }  // namespace adaptive_bvh

@@ -4,6 +4,7 @@
 
 #include "base/rigid.h"
 #include "query/pair_corners.h"
+#include "query/pair_filter.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
 #include "triangles/triangle_block.h"
@@ -12,34 +13,6 @@
 
 namespace adaptive_bvh {
 
-/// What WithinTests is given of a query.
-template <typename S>
-struct WithinInput {
-  WithinInput(const PlacedMesh<S>& placed1, const PlacedMesh<S>& placed2, const TreePair<S>& trees,
-              double largest_distance, NeighbourFilter neighbours = NeighbourFilter::None)
-      : first(placed1),
-        second(placed2),
-        tree1(trees.first()),
-        tree2(trees.second()),
-        to_first(trees.toFirst()),
-        filter(neighbours),
-        distance(largest_distance) {}
-
-  const PlacedMesh<S>&first, &second;
-  const WideTree &tree1, &tree2;
-  const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
-  NeighbourFilter filter;
-  double distance;
-
-  /// In the first mesh's frame.
-  TrianglePoints<double> pointsOfFirst(unsigned place) const { return first.pointsAt(place); }
-  TrianglePoints<double> pointsOfSecond(unsigned place) const {
-    TrianglePoints<double> q = second.pointsAt(place);
-    for (fcl::Vector3d& x : q) x = to_first(x);
-    return q;
-  }
-};
-
 /// Tests pairs of triangles whose grown boxes overlap. Four at a time in single precision, it
 /// settles which are certainly near or apart: by their corners, those of a leaf together with one
 /// of another, and then, by the hundred, by edges and faces. The exact distance, in double
@@ -47,21 +20,13 @@ struct WithinInput {
 ///
 ///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
 ///                         may be null unless needsGap()
-///   sink.clear()          forgets the results of another query
 ///   sink.isDone()         whether that is enough
-///   Sink::kFewAreNear     whether one pair is enough; so most tested pairs are farther apart
+///   Sink::kStopsAtFirst     whether one pair is enough; so most tested pairs are farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
 template <typename S, typename Frame, typename Sink>
 class WithinTests {
  public:
-  using Input = WithinInput<S>;
-
-  static BoxFrame boxFrame(const Input& input, const Frame& frame) {
-    return {frame.change(), input.distance * input.tree1.scale()};
-  }
-  static const FlatPatches* flat(const Input&) { return nullptr; }
-
-  WithinTests(const WithinInput<S>& input, const Frame& frame, Sink& sink)
+  WithinTests(Sink& sink, const PairInput<S>& input, const Frame& frame)
       : in_(input),
         frame_(frame),
         sink_(sink),
@@ -80,7 +45,6 @@ class WithinTests {
       if (const unsigned row = pairs & 15) testRow(a, b, j, row);
   }
   bool isDone() const { return sink_.isDone(); }
-  void clear() { sink_.clear(); }
   void begin() {}
   /// What was found and not yet tested.
   void finish() { testAll(); }
@@ -92,6 +56,7 @@ class WithinTests {
   bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
 
  private:
+  static constexpr int kFirstBatch = 32;  // small, where one pair is enough
   static constexpr float kLargest = 1e30f;
   static constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
@@ -129,7 +94,7 @@ class WithinTests {
 
   /// Whether pairs are first tested along the axes of FCL's test, eight at a time: where most are
   /// apart, and positions with residuals can be compared as they are.
-  static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kFewAreNear;
+  static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kStopsAtFirst;
 
   /// Those of the pairs whose first triangle may be near a slab around the second leaf. It takes as
   /// long as to test two pairs.
@@ -212,7 +177,7 @@ class WithinTests {
     return {TriangleDistances4::Seen(p), q, frame_.error()};
   }
 
-  const WithinInput<S>& in_;
+  const PairInput<S>& in_;
   const Frame& frame_;
   Sink& sink_;
   const float limit_;  ///< in the first tree's units
@@ -224,7 +189,7 @@ class WithinTests {
   LeafPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
-  int batch_ = Sink::kFewAreNear ? 32 : Sink::kBatch;  ///< as many are tested together
+  int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< as many are tested together
 };
 
 /// Its output is a sink, which takes the near pairs.

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
+#include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
 #include "scene/body.h"
 
@@ -43,6 +46,123 @@ class BodyTree {
   double built_cost_ = 0;
 };
 
-}  // namespace adaptive_bvh
+/// Hands on the pairs of bodies that a walk finds.
+template <typename Found>
+class BodyPairSink final : public LeafSink {
+ public:
+  BodyPairSink(const WideTree& tree, const Found& found) : tree_(tree), found_(found) {}
 
-#include "scene/body_walks.h"
+  bool take(const LeavesFound* found, int count) override {
+    for (int k = 0; k < count; ++k)
+      for (unsigned bits = found[k].pairs; bits; bits &= bits - 1) {
+        const int bit = __builtin_ctz(bits);
+        const int i = tree_.triangle(unsigned(found[k].first->first + (bit & 3))),
+                  j = tree_.triangle(unsigned(found[k].second->first + (bit >> 2)));
+        found_(unsigned(std::min(i, j)), unsigned(std::max(i, j)));
+      }
+    return false;
+  }
+
+ private:
+  const WideTree& tree_;
+  const Found& found_;
+};
+
+template <typename Found>
+void BodyTree::forEachPair(double distance, const Found& found) const {
+  if (isEmpty()) return;
+  BodyPairSink<Found> sink(tree_, found);
+  WideTrees trees{tree_.nodes(), tree_.nodes(), 2 * tree_.depth(),
+                  BoxFrame(nullptr, distance * tree_.scale())};
+  trees.is_self = true;
+  const NodePair roots{0, 0};
+  WideSearch(trees).run({&roots, &roots + 1}, sink);
+}
+
+/// What a best-first walk is still to visit.
+struct OpenBody {
+  double bound;
+  int number;  ///< of a node, or of a body
+  bool is_body;
+
+  /// The top of a heap is the nearest; of equal bounds a body, and that with the smallest number.
+  friend bool operator<(const OpenBody& a, const OpenBody& b) {
+    if (a.bound != b.bound) return a.bound > b.bound;
+    if (a.is_body != b.is_body) return b.is_body;
+    return a.number > b.number;
+  }
+};
+
+/// Best first. boundOf(boxes, lane) is a lower bound, infinite of a box that is of no interest.
+template <typename BoundOf, typename Visit>
+void visitBestFirst(const WideTree& tree, const BoundOf& boundOf, const Visit& visit) {
+  static thread_local std::vector<OpenBody> memory;
+  std::vector<OpenBody> open = std::move(memory);  // a visit may begin another walk
+  open.clear();
+  open.push_back({0, 0, false});
+  double end = std::numeric_limits<double>::infinity();
+  while (!open.empty() && open.front().bound <= end) {
+    std::pop_heap(open.begin(), open.end());
+    const OpenBody next = open.back();
+    open.pop_back();
+    if (next.is_body) {
+      end = visit(static_cast<unsigned>(next.number), next.bound);
+      continue;
+    }
+    const WideNode& node = tree.nodes()[next.number];
+    for (int i = 0; i < int(node.count); ++i) {
+      const double bound = boundOf(node.boxes, i);
+      if (!(bound <= end) || bound == std::numeric_limits<double>::infinity()) continue;
+      open.push_back({bound,
+                      node.isLeaf() ? tree.triangle(unsigned(node.first + i)) : node.below[i],
+                      node.isLeaf()});
+      std::push_heap(open.begin(), open.end());
+    }
+  }
+  memory = std::move(open);
+}
+
+template <typename Visit>
+void BodyTree::visitByDistance(const WorldBox& box, const Visit& visit) const {
+  if (isEmpty()) return;
+  const double scale = tree_.scale();
+  const fcl::Vector3d low = tree_.coordinates()(box.low), high = tree_.coordinates()(box.high);
+  const double error = 1e-15 * (low.cwiseAbs() + high.cwiseAbs()).maxCoeff();
+  const auto boundOf = [&](const Boxes4& boxes, int i) -> double {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double gap =
+          std::max(double(boxes.low[k][i]) - high[k], low[k] - double(boxes.high[k][i]));
+      if (gap > error) square += (gap - error) * (gap - error);
+    }
+    return std::sqrt(square) * (1 - 1e-14) / scale;
+  };
+  visitBestFirst(tree_, boundOf, visit);
+}
+
+template <typename Visit>
+void BodyTree::visitAlongRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
+                             const Visit& visit) const {
+  if (isEmpty()) return;
+  const fcl::Vector3d from = tree_.coordinates()(origin), along = tree_.toBody() * direction;
+  const double error = 1e-14 * from.cwiseAbs().maxCoeff();
+  const auto boundOf = [&](const Boxes4& boxes, int i) -> double {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    double enter = 0, leave = kNone;
+    for (int k = 0; k < 3; ++k) {
+      const double low = double(boxes.low[k][i]) - error - from[k],
+                   high = double(boxes.high[k][i]) + error - from[k];
+      if (along[k] == 0) {
+        if (low > 0 || high < 0) return kNone;
+        continue;
+      }
+      const double a = low / along[k], b = high / along[k];
+      enter = std::max(enter, std::min(a, b) * (1 - 1e-14));
+      leave = std::min(leave, std::max(a, b) * (1 + 1e-14));
+    }
+    return enter <= leave ? enter : kNone;
+  };
+  visitBestFirst(tree_, boundOf, visit);
+}
+
+}  // namespace adaptive_bvh

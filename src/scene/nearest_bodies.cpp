@@ -4,7 +4,7 @@
 #include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/shape_search.h"
-#include "query/containment.h"
+#include "query/depth_meshes.h"
 #include "query/nearest_search.h"
 #include "scene/scene_state.h"
 

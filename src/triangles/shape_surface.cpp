@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "triangles/scaled_ellipsoid.h"
-
 namespace adaptive_bvh {
 namespace {
 

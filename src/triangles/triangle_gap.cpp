@@ -174,8 +174,4 @@ TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>&
   return {nearest.pair(), std::max(std::sqrt(nearest.squaredDistance()), kLeast)};
 }
 
-bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  return TriangleIntersection(a, b).exists();
-}
-
 }  // namespace adaptive_bvh

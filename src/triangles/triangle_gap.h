@@ -27,9 +27,6 @@ S distanceAs(double distance) {
 /// common point, up to rounding.
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
-/// Whether that distance is 0.
-bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
-
 /// Whether two triangles are surely farther apart than that, along a normal or a product of two
 /// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.
 inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,

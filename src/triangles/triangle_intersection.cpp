@@ -173,4 +173,37 @@ PointPair<double> TriangleIntersection::crossing() const {
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
 }
 
+/// One shared corner v, triangles v a b and v c d: their common points are a convex set. A ray from
+/// v through another one of them leaves one triangle first, and through the side that v is not on.
+/// So they have another one if and only if the segment a b meets v c d, or c d meets v a b.
+///
+/// Two, u and v, with the other corners a and b: planes that differ have only the line u v in
+/// common. In one plane, the triangles overlap beside that line where a and b are on one side of
+/// it.
+bool meetBeyondShared(const Triangle& p, const std::array<unsigned, 3>& of_p, const Triangle& q,
+                      const std::array<unsigned, 3>& of_q) {
+  std::size_t shared = 0, own_p[3], own_q[3], num_p = 0, num_q = 0, in_p[3] = {0, 0, 0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool is_shared = of_p[i] == of_q[0] || of_p[i] == of_q[1] || of_p[i] == of_q[2];
+    if (is_shared)
+      in_p[shared++] = i;
+    else
+      own_p[num_p++] = i;
+  }
+  for (std::size_t i = 0; i < 3; ++i)
+    if (of_q[i] != of_p[0] && of_q[i] != of_p[1] && of_q[i] != of_p[2]) own_q[num_q++] = i;
+  if (shared == 0) return touch(p, q);
+  if (axisAcross(p) == 3 || axisAcross(q) == 3) return false;
+  if (shared == 3) return true;
+  if (shared == 2) {
+    const Vector &u = p[in_p[0]], &v = p[in_p[1]], &a = p[own_p[0]], &b = q[own_q[0]];
+    if (orientation(u, v, a, b) != 0) return false;
+    for (int k = 0; k < 3; ++k)
+      if (View(k).turn(u, v, a) * View(k).turn(u, v, b) > 0) return true;
+    return false;
+  }
+  return touch({p[own_p[0]], p[own_p[1]], p[own_p[1]]}, q) ||
+         touch({q[own_q[0]], q[own_q[1]], q[own_q[1]]}, p);
+}
+
 }  // namespace adaptive_bvh

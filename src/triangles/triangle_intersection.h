@@ -32,4 +32,15 @@ class TriangleIntersection {
   bool is_in_plane_ = false;
 };
 
+inline bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  return TriangleIntersection(a, b).exists();
+}
+
+/// Whether two triangles have a common point beyond the corners that they share by index; of those
+/// that share no corner, whether they have a common point. Decided without any error for the
+/// numbers as they are given. Triangles that share all corners have. A triangle without area, which
+/// one that repeats a corner is, has no point beyond a shared corner.
+bool meetBeyondShared(const TrianglePoints<double>& p, const std::array<unsigned, 3>& of_p,
+                      const TrianglePoints<double>& q, const std::array<unsigned, 3>& of_q);
+
 }  // namespace adaptive_bvh

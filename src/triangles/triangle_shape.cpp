@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "triangles/shortest_way.h"
+#include "triangles/convex_distance.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -6,11 +6,12 @@
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 
 #include "boxes/wide_tree.h"
+#include "query/pair_corners.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "triangles/triangle_differences.h"
 #include "triangles/triangle_gap.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh_test {
 namespace triangle_pairs_test {

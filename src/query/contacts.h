@@ -1,17 +1,17 @@
 #pragma once
 
+#include <atomic>
 #include <limits>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include <fcl/math/bv/AABB.h>
-#include <fcl/narrowphase/collision_request.h>
-#include <fcl/narrowphase/collision_result.h>
 
 #include "base/rigid.h"
-#include "mesh/mesh_view.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_contact.h"
-#include "triangles/triangle_gap.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh {
 
@@ -71,5 +71,48 @@ void addContactsOf(const PlacedTriangles<S>& first, const PlacedTriangles<S>& se
   const S density = first.geometry->cost_density * second.geometry->cost_density;
   result.addCostSource(fcl::CostSource<S>(common, density), request.num_max_cost_sources);
 }
+
+/// Says which tasks need not begin: those after one that has all contacts that are wanted, or after
+/// the first few that together have them. While there may be too few for that, threads share
+/// nothing that they write.
+class ContactLimit {
+ public:
+  ContactLimit(std::size_t most, std::size_t tasks, int workers)
+      : most_(most), few_(most / static_cast<std::size_t>(workers)), counts_(tasks), last_(tasks) {
+    for (auto& count : counts_) count.store(kOpen, std::memory_order_relaxed);
+  }
+
+  bool needs(std::size_t task) const { return task <= last_.load(std::memory_order_relaxed); }
+  /// `contacts`: of the task, and of the worker so far.
+  void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
+    counts_[task].store(contacts, std::memory_order_relaxed);
+    if (of_worker < few_) return;
+    const std::lock_guard<std::mutex> lock(counting_);
+    if (contacts >= most_) endAt(task);
+    for (std::size_t count; next_ < counts_.size() && sum_ < most_; ++next_) {
+      if ((count = counts_[next_].load(std::memory_order_relaxed)) == kOpen) return;
+      sum_ += count;
+      if (sum_ >= most_) endAt(next_);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kOpen = ~std::size_t(0);
+
+  void endAt(std::size_t task) {
+    if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
+  }
+
+  const std::size_t most_, few_;                  ///< wanted; so few of each worker are fewer
+  std::vector<std::atomic<std::size_t>> counts_;  ///< by task
+  std::mutex counting_;
+  std::size_t next_ = 0, sum_ = 0;  ///< the first task that is not counted; contacts before it
+  std::atomic<std::size_t> last_;
+};
+
+/// Adds the contacts of two meshes to the result.
+template <typename S>
+void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+                   const CollisionQuery<S>& query);
 
 }  // namespace adaptive_bvh

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "triangles/shortest_way.h"
+#include "triangles/convex_distance.h"
+#include "triangles/shape_surface.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -114,6 +115,104 @@ Penetration conePenetration(const TrianglePoints<double>& triangle, double radiu
     RimAndEdge{radius, 0}.tryDirections(v + half * Vector::UnitZ(), edge, way);
   }
   way.tryDirection(Vector::UnitX());  // where all of the triangle is on the axis
+  return way.penetration();
+}
+
+namespace {
+
+/// The point of an ellipsoid that is nearest to x among those beyond the plane across its shortest
+/// axis, seen from x: the outward direction there. Zero where no such point is nearer than all
+/// around it. There is one at most (J. M. Martinez, "Local Minimizers of Quadratic Functions on
+/// Euclidean Balls and Spheres", 1994): at the smallest root w of
+///   sum (r_k z_k / (e_k - w))^2 = 1 in (0, least e_k beside that of the shortest axis),
+/// with z, r and e (the excess) of ScaledEllipsoid.
+class OtherSide {
+ public:
+  OtherSide(const Vector& x, const Vector& radii) : x_(x), radii_(radii), scaled_(x, radii) {}
+
+  Vector outward() const {
+    const auto& [shortest, z, r, excess] = scaled_;
+    const double least_excess = std::min(excess[(shortest + 1) % 3], excess[(shortest + 2) % 3]);
+    if (z[shortest] == 0) {  // x is in the plane: both sides are the same
+      Vector mirrored = surfaceOfEllipsoid(x_, radii_).outward;
+      mirrored[shortest] = -mirrored[shortest];
+      return mirrored;
+    }
+    // The sum is convex. It is more than 1 below z, and falls up to the root.
+    const double bottom = bisect(0, least_excess, [&](double w) { return sum(w, 1) < 0; });
+    if (!(sum(bottom, 0) <= 1)) return Vector::Zero();
+    const double root =
+        bisect(std::min(z[shortest], bottom), bottom, [&](double w) { return sum(w, 0) > 1; });
+    Vector outward;
+    for (int k = 0; k < 3; ++k)
+      outward[k] = (x_[k] < 0 ? -1 : 1) * r[k] * z[k] / ((excess[k] - root) * radii_[k]);
+    return outward;
+  }
+
+ private:
+  /// The sum at w, or half of its derivative there.
+  double sum(double w, int derivatives) const {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (scaled_.z[k] == 0) continue;
+      const double below = scaled_.excess[k] - w, part = scaled_.r[k] * scaled_.z[k] / below;
+      sum += derivatives == 0 ? part * part : part * part / below;
+    }
+    return sum;
+  }
+  /// The last number between low and high for which something holds that holds up to some number.
+  template <typename Holds>
+  static double bisect(double low, double high, const Holds& holds) {
+    for (;;) {
+      const double middle = low + (high - low) / 2;
+      if (!(middle > low && middle < high)) return high;
+      (holds(middle) ? low : high) = middle;
+    }
+  }
+
+  const Vector &x_, &radii_;
+  const ScaledEllipsoid scaled_;
+};
+
+/// The directions along which a point v is the shortest way, among all near them, from getting out
+/// of an ellipsoid.
+template <typename Try>
+void visitWaysOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
+  const Vector x = -v;
+  tryDirection(surfaceOfEllipsoid(x, radii).outward);
+  tryDirection(OtherSide(x, radii).outward());
+}
+
+/// The same at right angles to an edge: in the plane across it, the ellipsoid is an ellipse.
+template <typename Try>
+void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
+                     const Try& tryDirection) {
+  const double length = edge.norm();
+  if (!(length > 0)) return;
+  const Vector u = (edge / length).unitOrthogonal(), w = (edge / length).cross(u);
+  // The axes of the ellipse: those of the squares of its reach.
+  const Vector along_u = radii.cwiseProduct(u), along_w = radii.cwiseProduct(w);
+  const double angle =
+      std::atan2(2 * along_u.dot(along_w), along_u.squaredNorm() - along_w.squaredNorm()) / 2;
+  const Vector major = std::cos(angle) * u + std::sin(angle) * w,
+               minor = std::cos(angle) * w - std::sin(angle) * u;
+  const double longer = radii.cwiseProduct(major).norm(),
+               shorter = radii.cwiseProduct(minor).norm();
+  visitWaysOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
+               [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
+}
+
+}  // namespace
+
+Penetration ellipsoidPenetration(const TrianglePoints<double>& triangle, const Vector& radii) {
+  ShortestWay way(triangle, [&](const Vector& m) { return radii.cwiseProduct(m).norm(); });
+  const auto tryDirection = [&](const Vector& m) { way.tryDirection(m); };
+  way.tryFaceNormal();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector& v = triangle[k];
+    visitWaysOut(v, radii, tryDirection);
+    visitWaysAcross(v, triangle[(k + 1) % 3] - v, radii, tryDirection);
+  }
   return way.penetration();
 }
 

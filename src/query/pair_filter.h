@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "adaptive_bvh/self_collision.h"
+#include "boxes/wide_tree.h"
+
+// Which pairs a query leaves out.
+namespace adaptive_bvh {
+
+/// Throws std::invalid_argument when the list is not sorted.
+inline void requireSorted(const IgnoredPairs& pairs) {
+  if (pairs.list && !std::is_sorted(pairs.list->begin(), pairs.list->end()))
+    throw std::invalid_argument(
+        "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
+}
+
+/// Whether a pair is one of these.
+inline bool isIgnored(const IgnoredPairs& pairs, unsigned first, unsigned second) {
+  const FeaturePair pair{first, second};
+  return (pairs.list && std::binary_search(pairs.list->begin(), pairs.list->end(), pair)) ||
+         (pairs.test && pairs.test(first, second));
+}
+
+/// The vertices of the triangles of a leaf. Lanes without a triangle repeat the first.
+ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
+  Float4 of[4];  // only their bits are moved
+  for (int i = 0; i < 4; ++i)
+    __builtin_memcpy(&of[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
+                     sizeof(of[i]));
+  const Vector4x3 columns = float4::columns(of[0], of[1], of[2], of[3]);
+  std::array<Int4, 3> vertices;
+  __builtin_memcpy(vertices.data(), &columns, sizeof(vertices));
+  return vertices;
+}
+
+/// Returns the pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) that the filter
+/// does not leave out because of common vertices. A vertex that a triangle repeats counts once.
+ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
+                                               const WideNode& a, const WideTree& tree2,
+                                               const WideNode& b, NeighbourFilter filter) {
+  if (filter == NeighbourFilter::None || filter == NeighbourFilter::BeyondShared) return pairs;
+  const auto of_first = verticesOf(tree1, a);
+  const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
+  for (int j = 0; j < b.count; ++j) {
+    if (!(pairs >> (4 * j) & 15)) continue;
+    const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
+    Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
+    for (int c = 0; c < 3; ++c) {
+      if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
+      const Int4 vertex = {v[c], v[c], v[c], v[c]};
+      shared += (of_first[0] == vertex) | (of_first[1] == vertex) | (of_first[2] == vertex);
+    }
+    pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));
+  }
+  return pairs;
+}
+
+}  // namespace adaptive_bvh
