@@ -9,7 +9,7 @@
 #include "mesh/mesh_view.h"
 #include "query/placed_mesh.h"
 #include "query/triangle_separation.h"
-#include "volumes/each_volume.h"
+#include "volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {

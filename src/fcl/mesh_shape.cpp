@@ -20,7 +20,7 @@
 #include "fcl/shape_triangles.h"
 #include "query/closed_surface.h"
 #include "query/placed_mesh.h"
-#include "volumes/each_volume.h"
+#include "volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {
