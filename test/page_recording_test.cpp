@@ -28,7 +28,7 @@
 
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
-#include "recording/shape_mesh.h"
+#include "recording/body.h"
 #include "support/recorded_page.h"
 
 namespace adaptive_bvh_test {

@@ -9,7 +9,7 @@
 
 #include "base/stopwatch.h"
 #include "boxes/wide_tree.h"
-#include "hierarchy/tree_shape.h"
+#include "hierarchy/bottom_up.h"
 #include "mesh/vertex_summary.h"
 
 namespace adaptive_bvh {

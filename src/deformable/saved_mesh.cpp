@@ -10,7 +10,7 @@
 #include "adaptive_bvh/deformable_mesh.h"
 #include "deformable/mesh_state.h"
 #include "deformable/mesh_step.h"
-#include "hierarchy/tree_shape.h"
+#include "hierarchy/bottom_up.h"
 
 // DeformableMesh::save and load: a header, then arrays of numbers as they lie in memory, then a
 // checksum of all that.

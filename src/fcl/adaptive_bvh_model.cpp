@@ -6,10 +6,7 @@
 
 #include "fcl/model_state.h"
 #include "fcl/position_errors.h"
-#include "volumes/check.h"
-#include "volumes/each_volume.h"
 #include "volumes/fcl_build.h"
-#include "volumes/local_bounds.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -1,4 +1,4 @@
-#include "fcl/containment.h"
+#include "fcl/mesh_pairs.h"
 
 #include <fcl/geometry/shape/convex.h>
 

@@ -4,12 +4,11 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
 
-#include "fcl/placed_model.h"
 #include "fcl/recording_node.h"
 #include "mesh/mesh_view.h"
 #include "query/placed_mesh.h"
 #include "query/triangle_separation.h"
-#include "volumes/each_volume.h"
+#include "volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -1,11 +1,46 @@
 #pragma once
 
-#include <fcl/geometry/collision_geometry.h>
+#include <stdexcept>
 
-#include "fcl/placed_model.h"
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include "mesh/mesh_view.h"
+#include "query/contacts.h"
 #include "query/placed_mesh.h"
+#include "volumes/traversal_statistics.h"
 
 namespace adaptive_bvh {
+
+/// A model of FCL's, or an adaptive one, of a query that FCL's traversal answers, and where it is.
+template <typename BV>
+struct PlacedModel {
+  using S = typename BV::S;
+
+  const fcl::BVHModel<BV>* model = nullptr;
+  TraversalStatistics* statistics = nullptr;  ///< null where the model is FCL's own
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+
+  PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
+  int numTriangles() const { return model->num_tris; }
+};
+
+template <typename BV>
+PairStatistics statisticsOf(const PlacedModel<BV>& first, const PlacedModel<BV>& second) {
+  return {{first.statistics, second.statistics}};
+}
+template <typename BV>
+PairStatistics statisticsOf(const PlacedModel<BV>& model) {
+  return {{model.statistics, nullptr}};
+}
+
+/// Throws std::invalid_argument where a model cannot be queried: FCL crashes on one without
+/// triangles.
+template <typename BV>
+void requireTriangles(const fcl::BVHModel<BV>& model) {
+  if (model.getModelType() != fcl::BVH_MODEL_TRIANGLES || model.getNumBVs() == 0)
+    throw std::invalid_argument(
+        "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
+}
 
 /// Whether our queries take it as a shape.
 inline bool isShape(fcl::NODE_TYPE type) {
@@ -60,6 +95,26 @@ template <typename BV>
 std::size_t modelShapeCollide(const PlacedModel<BV>& model,
                               const PlacedGeometry<typename BV::S>& shape,
                               const CollisionQuery<typename BV::S>& query);
+
+/// \name For pairs whose surfaces do not touch, where closed meshes and shapes count as filled
+/// \{
+
+/// Adds a contact for each component of `mesh` that is inside of `around`: of its first vertex. In
+/// the contact, `around` is the first object or the second.
+template <typename S>
+void addContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, bool is_around_first,
+                  const CollisionQuery<S>& query);
+
+/// Whether a shape that does not touch a closed mesh is inside of it. Never a plane or half-space.
+template <typename S>
+bool isContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around);
+
+/// Adds a contact if a shape is inside of a mesh: of a point of the shape. The mesh is the first
+/// object.
+template <typename S>
+void addContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around,
+                  const CollisionQuery<S>& query);
+/// \}
 
 /// Throws std::invalid_argument, with the names of both types, where FCL has no such query: there
 /// FCL prints a warning and answers "very far apart" or "no contact", or crashes.

@@ -6,7 +6,7 @@
 
 #include "base/rigid.h"
 #include "fcl/cell_separation.h"
-#include "fcl/placed_model.h"
+#include "fcl/mesh_pairs.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_shape.h"
 

@@ -5,7 +5,6 @@
 #include <typeinfo>
 
 #include "base/rigid.h"
-#include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/model_state.h"
 #include "query/close_triangles.h"

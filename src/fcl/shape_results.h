@@ -7,7 +7,7 @@
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/utility.h>
 
-#include "fcl/shape_triangles.h"
+#include "fcl/shape_geometry.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_gap.h"
 #include "triangles/triangle_shape.h"

@@ -8,7 +8,7 @@
 
 #include "base/frame_change.h"
 #include "boxes/open_nodes.h"
-#include "fcl/shape_triangles.h"
+#include "fcl/shape_geometry.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {

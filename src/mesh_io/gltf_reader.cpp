@@ -2,7 +2,6 @@
 #include <map>
 #include <vector>
 
-#include "binary_number.h"
 #include "formats.h"
 #include "strict_json.h"
 #include "tokens.h"

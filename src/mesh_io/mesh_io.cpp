@@ -1,12 +1,102 @@
 #include "adaptive_bvh/mesh_io.h"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
 #include <new>
 #include <stdexcept>
 
 #include "formats.h"
+#include "tokens.h"
+#include "xml.h"
 
 namespace adaptive_bvh {
+namespace {
+
+bool isOneOf(std::initializer_list<const char*> words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+bool contains(const std::string& text, const char* part) { return text.find(part) != text.npos; }
+
+/// The first word that is not in a comment.
+std::string_view firstWord(const std::string& text) {
+  Words words(text);
+  std::string_view word = words.next();
+  for (; !word.empty() && word[0] == '#'; word = words.next()) words.restOfLine();
+  return word;
+}
+
+/// Whether the first word is OFF, after letters for what its vertices have.
+bool beginsAsOff(const std::string& text) {
+  const std::string_view word = firstWord(text);
+  return word.substr(std::min(word.find_first_not_of("STCN4n"), word.size())) == "OFF";
+}
+
+bool beginsAsStl(const std::string& bytes) {
+  return inLowerCase(Words(bytes).next()) == "solid" || hasLengthOfBinaryStl(bytes);
+}
+
+bool beginsAsObj(const std::string& text) {
+  return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, firstWord(text));
+}
+
+/// An extension of the formats that are read here: by what the file begins with, or else by its
+/// name; empty for other formats.
+std::string formatOf(const std::string& path, const std::string& bytes) {
+  const std::string beginning = bytes.substr(0, 4096), magic = inLowerCase(beginning.substr(0, 3));
+  if (beginning.compare(0, 4, "glTF") == 0) return "gltf";
+  if (magic == "ply") return "ply";
+  if (contains(beginning, "<COLLADA")) return "dae";
+  const std::string extension = inLowerCase(path.substr(path.find_last_of('.') + 1));
+  if (isOneOf({"obj", "stl", "off", "gltf", "dae"}, extension)) return extension;
+  if (extension == "glb" || extension == "ply")
+    throw std::runtime_error("it does not begin as " + extension + " files do");
+  if (beginsAsOff(beginning)) return "off";
+  if (beginsAsStl(bytes)) return "stl";
+  if (Words(beginning).next().substr(0, 1) == "{" && contains(bytes, "\"asset\"")) return "gltf";
+  return beginsAsObj(beginning) ? "obj" : "";
+}
+
+FileScene sceneOf(PolygonMesh mesh) {
+  FileScene scene;
+  scene.meshes.push_back(std::move(mesh));
+  scene.nodes.emplace_back();
+  scene.nodes[0].meshes = {0};
+  return scene;
+}
+
+}  // namespace
+
+bool isRegularFile(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error);
+}
+
+std::string readFile(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !isRegularFile(path))
+    throw std::runtime_error("'" + path + "' is no regular file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file.good()) throw std::runtime_error("'" + path + "' does not exist or cannot be read");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+FileScene readScene(const std::string& path) {
+  const std::string bytes = readFile(path), format = formatOf(path, bytes);
+  if (format == "obj") return sceneOf(readObj(bytes));
+  if (format == "stl") return sceneOf(readStl(bytes));
+  if (format == "ply") return sceneOf(readPly(bytes));
+  if (format == "off") return sceneOf(readOff(bytes));
+  if (format == "gltf") return readGltf(bytes, path);
+  if (format == "dae") return readCollada(bytes);
+  if (Words(bytes).next().substr(0, 1) == "<") parseXml(bytes);  // assimp does not limit the levels
+  return readByAssimp(path);
+}
+
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {

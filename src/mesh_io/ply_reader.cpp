@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 

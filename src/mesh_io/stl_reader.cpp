@@ -1,4 +1,3 @@
-#include "binary_number.h"
 #include "formats.h"
 #include "tokens.h"
 

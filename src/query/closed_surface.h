@@ -5,7 +5,7 @@
 #include <string>
 
 #include "deformable/mesh_state.h"
-#include "mesh/open_edges.h"
+#include "mesh/vertex_triangles.h"
 
 namespace adaptive_bvh {
 

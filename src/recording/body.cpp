@@ -5,8 +5,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "shape_mesh.h"
-
 namespace adaptive_bvh {
 namespace {
 

@@ -1,11 +1,108 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <iosfwd>
 #include <string>
+#include <vector>
 
-#include "blob.h"
+#include <fcl/common/types.h>
 
 namespace adaptive_bvh {
+
+/// The binary part of a page: arrays one after the other, in the byte order of this machine. Grows
+/// without moving what it holds.
+class Blob {
+ public:
+  /// Each array takes a multiple of 12 bytes: 4 align its numbers, 3 are a group of base64.
+  static constexpr std::size_t kUnit = 12;
+
+  /// Room for `count` numbers, which are to be written, at size() before the call.
+  template <typename T>
+  T* extend(std::size_t count) {
+    const std::size_t bytes = (count * sizeof(T) + kUnit - 1) / kUnit * kUnit;
+    if (parts_.empty() || parts_.back().capacity() - parts_.back().size() < bytes) {
+      constexpr std::size_t kUsual = std::size_t(1) << 20;
+      parts_.emplace_back().reserve(std::max(bytes, kUsual));
+    }
+    std::vector<std::uint8_t>& part = parts_.back();
+    const std::size_t begin = part.size();
+    part.resize(begin + bytes);
+    size_ += bytes;
+    return reinterpret_cast<T*>(part.data() + begin);
+  }
+  /// Appends numbers; returns them as they lie here.
+  template <typename T>
+  const T* append(const std::vector<T>& numbers) {
+    T* const out = extend<T>(numbers.size());
+    std::copy(numbers.begin(), numbers.end(), out);
+    return out;
+  }
+  /// Takes back what the last call has appended, at `begin`.
+  void takeBack(std::size_t begin) {
+    parts_.back().resize(parts_.back().size() - (size_ - begin));
+    size_ = begin;
+  }
+
+  std::size_t size() const { return size_; }
+  const std::vector<std::vector<std::uint8_t>>& parts() const { return parts_; }
+
+ private:
+  std::vector<std::vector<std::uint8_t>> parts_;
+  std::size_t size_ = 0;
+};
+
+/// Numbers between two ends in steps of 16 bits: each is low + n * size / kSteps, off by at most
+/// half of a step.
+class Steps {
+ public:
+  static constexpr double kSteps = 65535;
+
+  Steps(double low, double size) : low_(low), scale_(size > 0 ? kSteps / size : 0) {}
+  std::uint16_t operator()(double number) const {
+    const double half_above = (number - low_) * scale_ + 0.5;
+    return static_cast<std::uint16_t>(static_cast<int>(half_above));
+  }
+
+ private:
+  double low_, scale_;
+};
+
+/// Points in a Blob, each coordinate in steps along the box around them.
+struct PointBlock {
+  const std::uint16_t* steps = nullptr;
+  std::size_t begin = 0, count = 0;  ///< where they are in the Blob; how many points
+  fcl::Vector3d low = fcl::Vector3d::Zero(), size = fcl::Vector3d::Zero();
+
+  bool operator==(const PointBlock& other) const {
+    return count == other.count && low == other.low && size == other.size &&
+           std::equal(steps, steps + 3 * count, other.steps);
+  }
+};
+
+/// Appends finite points.
+template <typename S>
+PointBlock appendPoints(const fcl::Vector3<S>* points, std::size_t count, Blob& blob) {
+  PointBlock block;
+  block.begin = blob.size();
+  block.count = count;
+  auto* out = blob.extend<std::uint16_t>(3 * count);
+  block.steps = out;
+  if (count == 0) return block;
+  fcl::Vector3<S> low = points[0], high = points[0];
+  for (std::size_t i = 1; i < count; ++i) {
+    low = low.cwiseMin(points[i]);
+    high = high.cwiseMax(points[i]);
+  }
+  block.low = low.template cast<double>();
+  block.size = high.template cast<double>() - block.low;
+  const Steps along[] = {
+      {block.low[0], block.size[0]}, {block.low[1], block.size[1]}, {block.low[2], block.size[2]}};
+  for (std::size_t i = 0; i < count; ++i, out += 3)
+    for (int k = 0; k < 3; ++k) out[k] = along[k](static_cast<double>(points[i][k]));
+  return block;
+}
 
 /// Writes the page that plays a run: JSON, and the arrays that it refers to.
 void writePage(const std::string& title, const std::string& run, const Blob& arrays,

@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include "body.h"
-#include "page.h"
 
 namespace adaptive_bvh {
 namespace {

@@ -1,4 +1,4 @@
-#include "shape_mesh.h"
+#include "body.h"
 
 #include <algorithm>
 #include <cmath>

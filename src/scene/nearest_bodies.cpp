@@ -1,7 +1,6 @@
 #include <cmath>
 
 #include "adaptive_bvh/query.h"
-#include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/shape_search.h"
 #include "query/depth_meshes.h"

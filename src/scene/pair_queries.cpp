@@ -5,7 +5,6 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "base/task_pool.h"
-#include "fcl/containment.h"
 #include "fcl/mesh_pairs.h"
 #include "scene/scene_state.h"
 

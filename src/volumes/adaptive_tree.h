@@ -5,15 +5,47 @@
 #include <cstdint>
 #include <cstring>
 #include <mutex>
+#include <string>
 #include <vector>
 
+#include <fcl/geometry/bvh/BVH_model.h>
+
 #include "base/rounding.h"
-#include "volumes/change_detector.h"
-#include "volumes/each_volume.h"
-#include "volumes/topology.h"
+#include "hierarchy/vertex_slots.h"
 #include "volumes/traversal_statistics.h"
+#include "volumes/volume.h"
 
 namespace adaptive_bvh {
+
+/// What FCL's tree looks like, beyond its nodes.
+///
+/// FCL numbers nodes in preorder of their parents, siblings side by side: the children of the k-th
+/// inner node are 2k+1 and 2k+2. So the nodes below a node are a range, and walking the pairs of
+/// siblings from the last to the first visits children before parents, the right subtree first:
+/// a stack is all the memory that a post-order traversal needs (volumes/post_order.h).
+struct Topology {
+  /// The vertices of every primitive, in the order of the leaves: those below a node are
+  /// [first_primitive, + num_primitives).
+  VertexSlots slots;
+  int depth = 0;  ///< links from the root to the deepest leaf
+  /// By node: the left child, which the right one follows; of a leaf -1 less its index among the
+  /// leaves. (FCL's nodes are 136 bytes each.)
+  std::vector<std::int32_t> links;
+
+  bool isLeaf(int node) const { return links[static_cast<std::size_t>(node)] < 0; }
+  int left(int node) const { return links[static_cast<std::size_t>(node)]; }
+  int leafIndex(int node) const { return -1 - links[static_cast<std::size_t>(node)]; }
+  /// The number of an inner node among the inner nodes.
+  std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
+
+  template <typename BV>
+  void adopt(const fcl::BVHModel<BV>& model);
+
+  /// The capacity that the stack of a post-order traversal needs.
+  std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
+
+  std::size_t bytes() const { return slots.bytes() + links.capacity() * sizeof(links[0]); }
+};
 
 /// By how much each volume was inflated since it was last refitted, in body units, and a bound of
 /// all volumes' coordinates. Every sum is rounded up, so that no step is lost in it.
@@ -100,6 +132,65 @@ class RefitMarks {
   std::uint8_t step_ = 1;
 };
 
+/// Detects that FCL changed a tree without our update. FCL's mutators are not virtual: code that
+/// holds a fcl::BVHModel& can refit or rebuild the nodes (FCL's own polynomial continuous collision
+/// does). Every such path rewrites the root, so the root's numbers are compared with a copy.
+///
+/// `record` raises the root's radius by one step of floating point, which is conservative. A fit of
+/// the same positions that leaves all other numbers alike thus never looks like the recorded root.
+///
+/// `matches` may run on many threads while one of them, having found a change, repairs the model
+/// and records it. The numbers are therefore written and read as atomics; the repair comes first,
+/// so a thread that sees the new root sees the repaired tree.
+template <typename BV>
+class ChangeDetector {
+ public:
+  using S = typename BV::S;
+  using V = Volume<BV>;
+
+  /// Is this the root that was recorded last?
+  bool matches(const BV& root) const {
+    if (!load(recorded_)) return false;
+    for (int i = 0; i < V::kNumbers; ++i) {
+      const S a = load(number(root, i));
+      const S b = load(number(copy_, i));
+      // Bits, not values: NaN equals itself here, and 0 differs from -0.
+      if (std::memcmp(&a, &b, sizeof(S)) != 0)  // NOLINT(bugprone-suspicious-memory-comparison)
+        return false;
+    }
+    return true;
+  }
+
+  /// Writes `volume`, with its radius one step up, to the root and remembers it. Returns that
+  /// radius.
+  S record(BV& root, BV volume) {
+    V::raiseRadius(volume);
+    for (BV* target : {&copy_, &root})
+      for (int i = 0; i < V::kNumbers; ++i) store(V::number(*target, i), V::number(volume, i));
+    store(recorded_, true);
+    return V::radius(volume);
+  }
+
+  /// From now on no root matches, until the next `record`.
+  void invalidate() { store(recorded_, false); }
+
+ private:
+  static const S& number(const BV& bv, int i) { return V::number(const_cast<BV&>(bv), i); }
+  template <typename T>
+  static T load(const T& source) {
+    T value;
+    __atomic_load(&source, &value, __ATOMIC_ACQUIRE);
+    return value;
+  }
+  template <typename T>
+  static void store(T& target, T value) {
+    __atomic_store(&target, &value, __ATOMIC_RELEASE);
+  }
+
+  bool recorded_ = false;
+  BV copy_;
+};
+
 /// What is kept beside FCL's tree of one model: its shape, the inflations that an update works
 /// with, what queries recorded, and a detector of changes that were not ours.
 template <typename BV>
@@ -136,7 +227,54 @@ struct AdaptiveTree {
   }
 };
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template struct AdaptiveTree<BV>;
+/// The links of the tree and the invariant, see AdaptiveBVHModel::validate. Judges the nodes as
+/// they stand, by nothing but FCL's own data.
+template <typename BV>
+bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason);
+
+/// The model of an update: FCL's part of it, and what stands beside.
+template <typename BV>
+struct UpdateTarget {
+  fcl::BVHModel<BV>& model;
+  AdaptiveTree<BV>& tree;
+
+  int nodes() const { return model.getNumBVs(); }
+  BV& volume(int node) const { return model.getBV(node).bv; }
+  /// The volume around a node's triangles as they stand.
+  BV fitted(int node) const;
+};
+
+/// The nodes in [first, last).
+struct NodeRange {
+  int first = 0, last = 0;
+  bool contains(int node) const { return first <= node && node < last; }
+};
+
+/// How many volumes a propagation changed: see UpdateReport.
+struct PropagationCounts {
+  int moved = 0, inflated = 0;
+  void operator+=(const PropagationCounts& other) {
+    moved += other.moved;
+    inflated += other.inflated;
+  }
+};
+
+/// The two ways FCL brings in new positions: replace*, and update*, which keeps those of the step
+/// before: volumes then hold both frames.
+enum class StepKind { Replace, TwoFrames };
+
+/// The new positions of a step.
+template <typename S>
+struct StepInput {
+  StepKind kind = StepKind::Replace;
+  const fcl::Vector3<S>* positions = nullptr;  ///< not in the model's own arrays
+  std::size_t count = 0;
+  const unsigned* indices = nullptr;  ///< whose positions they are; null: every vertex's, in order
+};
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)       \
+  extern template struct AdaptiveTree<BV>; \
+  extern template struct UpdateTarget<BV>;
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

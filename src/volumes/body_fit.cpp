@@ -1,9 +1,11 @@
 #include "volumes/body_fit.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
 
 #include "volumes/swept_fit.h"
-#include "volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -81,6 +83,34 @@ const KeptAxes& noAxes() {
 }
 
 }  // namespace
+
+PackedRotation::PackedRotation(const float (&x)[3], const float (&y)[3], const float (&z)[3]) {
+  Eigen::Matrix3f rotation;
+  rotation << x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2];
+  const Eigen::Vector4f q = Eigen::Quaternionf(rotation).normalized().coeffs();
+  for (int k = 0; k < 4; ++k)
+    numbers_[k] = static_cast<std::int16_t>(std::lround(q[k] * float(kOne)));
+}
+
+#ifdef ADAPTIVE_BVH_HAS_AVX2
+/// In fit_kernels_avx2.cpp.
+template <typename S, bool kWithBox>
+const FitFunctions<S>& fitFunctionsWithAvx2();
+#endif
+
+template <typename S, bool kWithBox>
+const FitFunctions<S>& fitFunctions() {
+#ifdef ADAPTIVE_BVH_HAS_AVX2
+  static const bool has_avx2 = packs::hasAvx2();
+  if (has_avx2) return fitFunctionsWithAvx2<S, kWithBox>();
+#endif
+  return FitKernels<Float4>::kFunctions<S, kWithBox>;
+}
+
+template const FitFunctions<float>& fitFunctions<float, false>();
+template const FitFunctions<float>& fitFunctions<float, true>();
+template const FitFunctions<double>& fitFunctions<double, false>();
+template const FitFunctions<double>& fitFunctions<double, true>();
 
 template <typename BV>
 BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices,

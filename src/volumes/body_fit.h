@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
-#include "volumes/each_volume.h"
 #include "volumes/fit_kernels.h"
-#include "volumes/update_target.h"
 #include "volumes/vertex_states.h"
 
 namespace adaptive_bvh {

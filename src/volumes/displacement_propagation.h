@@ -6,9 +6,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "base/task_pool.h"
 #include "mesh/vertex_summary.h"
-#include "volumes/each_volume.h"
-#include "volumes/node_fit.h"
-#include "volumes/update_target.h"
+#include "volumes/adaptive_tree.h"
 
 namespace adaptive_bvh {
 
@@ -43,7 +41,7 @@ class DisplacementPropagation {
 
   struct Fit {
     const UpdateTarget<BV> target;
-    void add(int node) const { target.volume(node) = fitNode(target, node); }
+    void add(int node) const { target.volume(node) = target.fitted(node); }
     static S finish() { return 0; }  // of Volume::cornerSum: this propagation does not need it
   };
   static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }

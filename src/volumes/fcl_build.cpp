@@ -6,7 +6,6 @@
 #include <fcl/geometry/bvh/detail/BV_splitter.h>
 
 #include "hierarchy/bottom_up.h"
-#include "volumes/each_volume.h"
 #include "volumes/volume.h"
 
 namespace adaptive_bvh {
@@ -21,31 +20,15 @@ struct Dictation {
   /// By node in preorder: the rank at which its right side begins; kLeaf for a leaf.
   std::vector<unsigned> right_begin;
 
-  void assign(const BinaryTree& tree) {
-    const auto nodes = tree.leaves + tree.children.size();
-    Scratch<unsigned> size(nodes, 1);
-    for (std::size_t i = 0; i < tree.children.size(); ++i)
-      size[tree.leaves + i] = size[tree.children[i][0]] + size[tree.children[i][1]];
-
-    rank.resize(tree.leaves);
+  void assign(const OrderedTree& tree) {
+    rank.resize(tree.primitives.size());
+    for (std::size_t i = 0; i < rank.size(); ++i)
+      rank[tree.primitives[i]] = static_cast<unsigned>(i);
     right_begin.clear();
-    right_begin.reserve(nodes);
-    Scratch<unsigned> open;
-    open.reserve(32);
-    open.push_back(static_cast<unsigned>(nodes) - 1);
-    for (unsigned leaves = 0; !open.empty();) {
-      const unsigned node = open.back();
-      open.pop_back();
-      if (node < tree.leaves) {
-        rank[node] = leaves++;
-        right_begin.push_back(kLeaf);
-        continue;
-      }
-      const auto& [left, right] = tree.children[node - tree.leaves];
-      right_begin.push_back(leaves + size[left]);
-      open.push_back(right);
-      open.push_back(left);
-    }
+    right_begin.reserve(tree.nodes.size());
+    for (const OrderedTree::Node& node : tree.nodes)
+      right_begin.push_back(node.isLeaf() ? kLeaf
+                                          : tree.nodes[static_cast<std::size_t>(node.right)].first);
   }
 
   /// Keeps the memory of a small one for the next build.
@@ -72,7 +55,7 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (build.nodes == 0 && count > 1)
-      build.dictation.assign(buildBottomUp(build.mesh, static_cast<unsigned>(count)));
+      build.dictation.assign(OrderedTree(buildBottomUp(build.mesh, static_cast<unsigned>(count))));
     const std::size_t node = build.nodes++;
     if (count == 1) return;
     build.right_begin = build.dictation.right_begin[node];
@@ -130,23 +113,6 @@ class TopDownSplitter final : public fcl::detail::BVSplitterBase<BV> {
   }
 };
 
-}  // namespace
-
-template <typename BV>
-std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy) {
-  static const auto bottom_up = std::make_shared<BottomUpSplitter<BV>>();
-  static const auto top_down = std::make_shared<TopDownSplitter<BV>>();
-  if (strategy == HierarchyStrategy::BottomUp) return bottom_up;
-  return top_down;
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(BV) \
-  template std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
-#undef ADAPTIVE_BVH_INSTANTIATE
-
-namespace {
-
 template <typename BV>
 class Fitter final : public fcl::detail::BVFitterBase<BV> {
  public:
@@ -179,12 +145,21 @@ class Fitter final : public fcl::detail::BVFitterBase<BV> {
 }  // namespace
 
 template <typename BV>
+std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy) {
+  static const auto bottom_up = std::make_shared<BottomUpSplitter<BV>>();
+  static const auto top_down = std::make_shared<TopDownSplitter<BV>>();
+  if (strategy == HierarchyStrategy::BottomUp) return bottom_up;
+  return top_down;
+}
+
+template <typename BV>
 std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter() {
   static const auto fitter = std::make_shared<Fitter<BV>>();
   return fitter;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV) \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                           \
+  template std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy); \
   template std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

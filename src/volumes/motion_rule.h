@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "volumes/fitness.h"
-#include "volumes/update_target.h"
+#include "volumes/refit.h"
 #include "volumes/vertex_leaf_map.h"
 #include "volumes/vertex_states.h"
 

@@ -3,7 +3,6 @@
 #include <cstddef>
 
 #include "adaptive_bvh/hierarchy.h"
-#include "volumes/each_volume.h"
 #include "volumes/volume.h"
 
 namespace adaptive_bvh {

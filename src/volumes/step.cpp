@@ -5,9 +5,6 @@
 #include <utility>
 
 #include "base/stopwatch.h"
-#include "volumes/each_volume.h"
-#include "volumes/node_fit.h"
-#include "volumes/refit.h"
 #include "volumes/step_scope.h"
 
 namespace adaptive_bvh {
@@ -167,6 +164,20 @@ bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const Refi
       state.method);
 }
 
+template <typename BV>
+void updateLocalBounds(fcl::BVHModel<BV>& model) {
+  using S = typename BV::S;
+  VertexSummary<S> seen;
+  seen.add(model.vertices, model.vertices, static_cast<std::size_t>(model.num_vertices));
+  setLocalBox<S>(model, seen.low, seen.high);
+  S squared = 0;
+  for (int v = 0; v < model.num_vertices; ++v) {
+    const fcl::Vector3<S> d = model.vertices[v] - model.aabb_center;
+    squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  model.aabb_radius = std::sqrt(squared);
+}
+
 /// Resets all that is kept to FCL's tree as it stands; `start` is to follow.
 template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
@@ -189,6 +200,14 @@ void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   start(target, state, target.volume(0));
 }
 
+/// Fits every volume in place but the root's. That fit is returned, for the change detector to
+/// write last: queries on other threads may be reading the root meanwhile.
+template <typename BV>
+BV refitAllButRoot(const UpdateTarget<BV>& target) {
+  for (int i = 1; i < target.nodes(); ++i) target.volume(i) = target.fitted(i);
+  return target.fitted(0);
+}
+
 template <typename BV>
 bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   AdaptiveTree<BV>& tree = target.tree;
@@ -205,6 +224,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   template struct UpdateState<BV>;                                                      \
   template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
                          const StepInput<BV::S>&, UpdateReport&);                       \
+  template void updateLocalBounds(fcl::BVHModel<BV>&);                                  \
   template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
   template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)

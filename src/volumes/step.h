@@ -6,7 +6,6 @@
 #include "adaptive_bvh/update_report.h"
 #include "volumes/displacement_propagation.h"
 #include "volumes/translation_propagation.h"
-#include "volumes/update_target.h"
 #include "volumes/vertex_leaf_map.h"
 
 namespace adaptive_bvh {
@@ -39,6 +38,10 @@ struct UpdateState {
 template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
+
+/// Brings aabb_local, aabb_center and aabb_radius up to date, as FCL's computeLocalAABB does.
+template <typename BV>
+void updateLocalBounds(fcl::BVHModel<BV>& model);
 
 /// Begins at a tree whose volumes are our own fits of the present positions.
 template <typename BV>

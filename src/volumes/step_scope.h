@@ -6,10 +6,7 @@
 
 #include "base/task_pool.h"
 #include "mesh/vertex_summary.h"
-#include "volumes/fitness.h"
-#include "volumes/local_bounds.h"
 #include "volumes/refit.h"
-#include "volumes/update_target.h"
 #include "volumes/vertex_leaf_map.h"
 
 namespace adaptive_bvh {
@@ -76,7 +73,9 @@ class AllVertices {
     PerThread<S> squared(pool_.size());
     pool_.forEachPart(
         target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
-          const S found = writePositions(target_.model, input_.positions, first, last);
+          const S found =
+              copyPoints(input_.positions + first, static_cast<std::size_t>(last - first),
+                         target_.model.aabb_center, target_.model.vertices + first);
           squared[thread] = std::max(squared[thread], found);
         });
     target_.model.aabb_radius =
@@ -144,7 +143,7 @@ class SomeVertices {
 
   Summary read() {
     if (leaves_.empty()) {
-      leaves_.adopt(target_.model, target_.tree.topology);
+      leaves_.adopt(target_.tree.topology, target_.model.num_vertices);
       resetDirty();
     }
     method_.begin(target_, input_);

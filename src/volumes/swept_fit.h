@@ -6,7 +6,6 @@
 #include <fcl/common/types.h>
 
 #include "base/rounding.h"
-#include "volumes/point_arrays.h"
 #include "volumes/swept_rectangle.h"
 
 namespace adaptive_bvh {

@@ -6,9 +6,7 @@
 #include "adaptive_bvh/refit_policy.h"
 #include "base/task_pool.h"
 #include "volumes/body_fit.h"
-#include "volumes/each_volume.h"
-#include "volumes/fitness.h"
-#include "volumes/update_target.h"
+#include "volumes/refit.h"
 #include "volumes/vertex_leaf_map.h"
 #include "volumes/vertex_states.h"
 

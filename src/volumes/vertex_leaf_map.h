@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "volumes/topology.h"
+#include "volumes/adaptive_tree.h"
 
 namespace adaptive_bvh {
 
@@ -54,8 +54,24 @@ class VertexLeafMap {
   bool empty() const { return parent_.empty(); }
   void clear() { *this = VertexLeafMap(); }
 
-  template <typename BV>
-  void adopt(const fcl::BVHModel<BV>& model, const Topology& topology);
+  void adopt(const Topology& topology, int num_vertices) {
+    const std::size_t leaves = topology.slots.leaves();
+    parent_.assign(leaves - 1, 0);
+    first_.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
+    leaf_.resize(3 * leaves);
+    for (std::size_t leaf = 0; leaf < leaves; ++leaf)
+      for (unsigned v : topology.slots.verticesOf(leaf)) ++first_[v];
+    int sum = 0;
+    for (int& first : first_) first = sum += first;  // where the vertex's leaves end
+    for (int i = 0; i < static_cast<int>(topology.links.size()); ++i) {
+      if (!topology.isLeaf(i)) {
+        parent_[topology.innerIndex(i)] = i;
+        continue;
+      }
+      for (unsigned v : topology.slots.verticesOf(static_cast<std::size_t>(topology.leafIndex(i))))
+        leaf_[static_cast<std::size_t>(--first_[v])] = i;
+    }
+  }
 
   /// Makes all pairs of siblings dirty on the paths from the leaves of `vertex` to the root.
   void markAncestors(unsigned vertex, DirtyPairs& dirty) const {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "volumes/each_volume.h"
-
 namespace adaptive_bvh {
 namespace {
 

@@ -12,9 +12,8 @@
 #include "base/box.h"
 #include "base/float4.h"
 #include "mesh/vertex_summary.h"
-#include "volumes/update_target.h"
+#include "volumes/fit_kernels.h"
 #include "volumes/vertex_leaf_map.h"
-#include "volumes/vertex_state.h"
 
 namespace adaptive_bvh {
 

@@ -11,6 +11,12 @@
 #include "base/rounding.h"
 #include "mesh/mesh_view.h"
 
+/// Hands every type of bounding volume that the library is compiled for to a macro, for explicit
+/// instantiation.
+#define ADAPTIVE_BVH_FOR_EACH_VOLUME(macro)                                \
+  macro(fcl::RSS<float>) macro(fcl::RSS<double>) macro(fcl::OBBRSS<float>) \
+      macro(fcl::OBBRSS<double>)
+
 namespace adaptive_bvh {
 
 /// What is special to one type of bounding volume. All other code uses only this, so another type
@@ -92,10 +98,9 @@ struct Volume<fcl::RSS<S_>> {
 
   /// The smallest volume found that holds the `count` primitives listed; tight, not minimal. Every
   /// position lies inside in exact arithmetic. count >= 1. Allocates only while a thread's fits
-  /// grow in size.
-  static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
-  /// Fits a volume to primitives, which are given by their vertices.
-  static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+  /// grow in size. `Primitive`: unsigned, a primitive's number, or the VertexIndices of one.
+  template <typename Primitive>
+  static BV fit(const MeshView<S>& mesh, const Primitive* primitives, int count);
 
   /// Whether a box is part of it.
   static constexpr bool kHasBox = false;
@@ -173,8 +178,8 @@ struct Volume<fcl::OBBRSS<S_>> {
     return i < 9 ? bv.obb.axis.data()[i] : i < 12 ? bv.obb.To[i - 9] : bv.obb.extent[i - 12];
   }
 
-  static BV fit(const MeshView<S>& mesh, const unsigned* primitives, int count);
-  static BV fit(const MeshView<S>& mesh, const VertexIndices* primitives, int count);
+  template <typename Primitive>
+  static BV fit(const MeshView<S>& mesh, const Primitive* primitives, int count);
   static constexpr bool kHasBox = true;
 
   static double volume(const BV& bv) { return RssPart::volume(bv.rss); }

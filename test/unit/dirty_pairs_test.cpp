@@ -77,7 +77,7 @@ class VertexLeaves : public testing::Test {
   void build(const TriangleMesh<S>& mesh) {
     fillModel(mesh, model_);
     topology_.adopt(model_);
-    leaves_.adopt(model_, topology_);
+    leaves_.adopt(topology_, model_.num_vertices);
     dirty_.reset(topology_.slots.leaves() - 1);
   }
 

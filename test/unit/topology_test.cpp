@@ -1,5 +1,5 @@
 // Topology, against FCL's nodes and the vertices below them.
-#include "volumes/topology.h"
+#include "volumes/adaptive_tree.h"
 
 #include <gtest/gtest.h>
 
