@@ -180,7 +180,7 @@ class NearestSearch {
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
   const bool supports_first_;  ///< also for bodies that are far apart
-  bool is_same_;       ///< whether both trees have the same coordinates
+  bool is_same_;               ///< whether both trees have the same coordinates
   Memory& memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;
