@@ -54,6 +54,12 @@ void requireDistance(S distance) {
     throw std::invalid_argument("adaptive_bvh: a distance to ask for is negative or not a number");
 }
 
+template <typename S>
+void requireTolerance(S tolerance) {
+  if (!(tolerance >= 0))
+    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+}
+
 inline void requireSeparation(double separation) {
   if (!(separation >= 0) || !std::isfinite(separation))
     throw std::invalid_argument("adaptive_bvh, continuous collision: the separation is " +

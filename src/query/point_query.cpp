@@ -129,8 +129,7 @@ void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
                     S tolerance, std::vector<S>& result) {
-  if (!(tolerance >= 0))
-    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+  requireTolerance(tolerance);
   requireFinite(points, count);
   result.resize(count);
   const MeshState<S>& state = stateOf(mesh);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
@@ -11,12 +10,6 @@
 #include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
-
-template <typename S>
-void requireTolerance(S tolerance) {
-  if (!(tolerance >= 0))
-    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
-}
 
 /// The tolerance of a signed distance, adjusted for rounding: docs/bounds.md, 19.
 class DepthPrecision {

@@ -21,7 +21,7 @@ namespace adaptive_bvh {
 ///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
 ///                         may be null unless needsGap()
 ///   sink.isDone()         whether that is enough
-///   Sink::kStopsAtFirst     whether one pair is enough; so most tested pairs are farther apart
+///   Sink::kStopsAtFirst   whether one pair is enough; so most tested pairs are farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
 template <typename S, typename Frame, typename Sink>
 class WithinTests {
