@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <new>
+#include <exception>
 #include <vector>
 
 namespace adaptive_bvh {
@@ -32,8 +32,8 @@ class TaskPool {
   /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no
   /// two that have the same slot at the same time. Returns when all are done; what they did is then
   /// visible to the caller. Each slot first takes tasks of a part of its own, one after the other:
-  /// what neighbouring tasks read is then read by one processor. `run` may throw std::bad_alloc
-  /// only, which the caller gets when all are done.
+  /// what neighbouring tasks read is then read by one processor. Once a task throws, no further
+  /// task begins; the caller gets the first exception when those that began are done.
   template <typename Run>
   void forEach(int count, Run&& run) const {
     if (size_ == 1) {
@@ -41,7 +41,8 @@ class TaskPool {
       return;
     }
     std::atomic<int> finished{0};
-    std::atomic<bool> out_of_memory{false};
+    std::atomic<bool> has_failed{false};
+    std::exception_ptr failure;
     std::vector<Share> shares(static_cast<std::size_t>(size_));
     for (int i = 0; i < size_; ++i) {
       Share& share = shares[static_cast<std::size_t>(i)];
@@ -52,10 +53,11 @@ class TaskPool {
       for (int i = 0; i < size_; ++i) {  // its own, then what others have left
         Share& share = shares[static_cast<std::size_t>((slot + i) % size_)];
         for (int task; (task = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;) {
+          if (has_failed.load(std::memory_order_relaxed)) continue;
           try {
             run(task, slot);
-          } catch (const std::bad_alloc&) {
-            out_of_memory.store(true, std::memory_order_relaxed);
+          } catch (...) {
+            if (!has_failed.exchange(true)) failure = std::current_exception();
           }
         }
       }
@@ -71,7 +73,7 @@ class TaskPool {
         &work);
     work(0);  // what none began
     finished.load(std::memory_order_acquire);
-    if (out_of_memory.load(std::memory_order_relaxed)) throw std::bad_alloc();
+    if (failure) std::rethrow_exception(failure);
   }
 
   /// The same for `parts` parts of [0, size): calls run(first, last, slot).

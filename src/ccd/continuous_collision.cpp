@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/leased.h"
 #include "base/rigid.h"
 #include "base/rounding.h"
 #include "ccd/continuous_search.h"
@@ -80,11 +81,11 @@ class MovingPart {
 /// Calls ask(query) for two meshes, or one with itself.
 template <typename S, typename Ask>
 auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
-  static thread_local typename MovingPart<S>::Memory memory[2];
+  const Leased<std::array<typename MovingPart<S>::Memory, 2>> memory;
   requireSeparation(separation);
-  const MovingPart<S> a(first, memory[0]);
+  const MovingPart<S> a(first, (*memory)[0]);
   if (!second) return ask(ContinuousQuery{a.mesh(), a.mesh(), separation, a.threads()});
-  const MovingPart<S> b(*second, memory[1]);
+  const MovingPart<S> b(*second, (*memory)[1]);
   return ask(ContinuousQuery{a.mesh(), b.mesh(), separation, std::max(a.threads(), b.threads())});
 }
 

@@ -1,9 +1,11 @@
 #include "ccd/continuous_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "base/leased.h"
 #include "ccd/earliest_impact.h"
 #include "ccd/feature_search.h"
 
@@ -126,7 +128,7 @@ class SweptBoxes {
  private:
   template <typename Refit>
   SweptPair pairAfter(Refit&& refit) {
-    static thread_local SweptTree trees[2];
+    std::array<SweptTree, 2>& trees = *trees_;
     refit(trees[0], query_.first);
     if (!query_.isSelf()) refit(trees[1], query_.second);
     return {query_.first, trees[0], query_.second, trees[query_.isSelf() ? 0 : 1]};
@@ -134,6 +136,7 @@ class SweptBoxes {
 
   const ContinuousQuery& query_;
   const SweptFrame frame_;
+  const Leased<std::array<SweptTree, 2>> trees_;
 };
 
 /// Means of some triangles.

@@ -1,5 +1,6 @@
 #include "adaptive_bvh/contact_regions.h"
 
+#include "base/leased.h"
 #include "query/candidate_tests.h"
 #include "query/closed_surface.h"
 #include "query/contact_regions_patches.h"
@@ -281,7 +282,8 @@ std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3
   requireRigid(tf2);
   requireClosed(stateOf(first), "contactRegions");
   requireClosed(stateOf(second), "contactRegions");
-  static thread_local RegionMemory memory;
+  const Leased<RegionMemory> leased;
+  RegionMemory& memory = *leased;
   const PlacedMesh<S> one(first, tf1), two(second, tf2);
   findPatches(one, two, RelativePlacement(tf1, tf2), memory);
   sumRegions(one, two, memory);

@@ -105,7 +105,7 @@ void runTasks(const PairInput<S>& input, const Frame& frame, const ContactNode<S
   using Worker = ContactWorker<S, Frame>;
   const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
   ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
-  auto& memory = workersMemory<typename Worker::Memory>(pool);
+  const WorkersMemory<typename Worker::Memory> memory(pool);
   SearchTasks<Worker> tasks;
   tasks.run(pool, walks, [&](std::size_t slot) {
     return std::make_unique<Worker>(input, frame, node, room, limit, memory[slot]);

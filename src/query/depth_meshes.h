@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/leased.h"
 #include "query/depth_search.h"
 #include "query/placed_mesh.h"
 #include "query/point_search.h"
@@ -124,21 +125,21 @@ class MeshTarget {
   OpenNodes open_;
 };
 
-/// The surface of a mesh, for DepthSearch, in the target's frame. The memory is the thread's: one
-/// search at a time.
+/// The surface of a mesh, for DepthSearch, in the target's frame.
 template <typename S>
 class MeshSource {
  public:
   MeshSource(const PlacedMesh<S>& mesh, const RelativePlacement& to_target)
-      : mesh_(mesh), to_target_(to_target), points_(pointsOfThisThread()) {
+      : mesh_(mesh), to_target_(to_target) {
     const BodyCoordinates& body = mesh.tree().coordinates();
     turn_ = to_target.R * body.axes() / body.scale;
     origin_ = to_target(body.origin);
-    if (points_.size() < mesh.mesh.vertices.size()) points_.resize(mesh.mesh.vertices.size(), -1);
+    std::vector<int>& points = memory_->points;
+    if (points.size() < mesh.mesh.vertices.size()) points.resize(mesh.mesh.vertices.size(), -1);
   }
   ~MeshSource() {
-    for (const unsigned vertex : usedOfThisThread()) points_[vertex] = -1;
-    usedOfThisThread().clear();
+    for (const unsigned vertex : memory_->used) memory_->points[vertex] = -1;
+    memory_->used.clear();
   }
   MeshSource(const MeshSource&) = delete;
   MeshSource& operator=(const MeshSource&) = delete;
@@ -178,14 +179,10 @@ class MeshSource {
   }
 
  private:
-  static std::vector<int>& pointsOfThisThread() {
-    static thread_local std::vector<int> points;
-    return points;
-  }
-  static std::vector<unsigned>& usedOfThisThread() {
-    static thread_local std::vector<unsigned> used;
-    return used;
-  }
+  struct Memory {
+    std::vector<int> points;     ///< by vertex; -1: none. All are -1 at the end.
+    std::vector<unsigned> used;  ///< vertices that have a point
+  };
 
   template <typename Search>
   void openBox(int number, Search& search, int hint) {
@@ -204,15 +201,16 @@ class MeshSource {
   template <typename Search>
   int pointOf(int vertex, Search& search) {
     const auto v = static_cast<unsigned>(vertex);
-    if (points_[v] >= 0) return points_[v];
-    usedOfThisThread().push_back(v);
-    return points_[v] = search.add(to_target_(mesh_.mesh.vertices[v]));
+    int& point = memory_->points[v];
+    if (point >= 0) return point;
+    memory_->used.push_back(v);
+    return point = search.add(to_target_(mesh_.mesh.vertices[v]));
   }
 
   const PlacedMesh<S>& mesh_;
   const RelativePlacement to_target_;
-  std::vector<int>& points_;  ///< by vertex; -1: none
-  fcl::Matrix3d turn_;        ///< takes the tree's coordinates to the target
+  const Leased<Memory> memory_;
+  fcl::Matrix3d turn_;  ///< takes the tree's coordinates to the target
   fcl::Vector3d origin_;
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/leased.h"
 #include "query/depth_bounds.h"
 
 namespace adaptive_bvh {
@@ -29,9 +30,9 @@ class DepthSearch {
   /// Until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or that does
   /// not matter; it may be that of a point of the source.
   DepthSearch(Source& source, Target& target, double tolerance, const DepthBounds& known)
-      : source_(source), target_(target), tolerance_(tolerance), memory_(memoryOfThisThread()) {
-    memory_.points.clear();
-    memory_.open.clear();
+      : source_(source), target_(target), tolerance_(tolerance) {
+    memory_->points.clear();
+    memory_->open.clear();
     bounds_ = known;
     bounds_.searches = 0;
   }
@@ -40,13 +41,13 @@ class DepthSearch {
 
   DepthBounds run() {
     source_.start(*this);
-    while (!memory_.open.empty() && memory_.open.front().upper > limit()) {
-      const Part top = memory_.open.front();
-      std::pop_heap(memory_.open.begin(), memory_.open.end());
-      memory_.open.pop_back();
+    while (!memory_->open.empty() && memory_->open.front().upper > limit()) {
+      const Part top = memory_->open.front();
+      std::pop_heap(memory_->open.begin(), memory_->open.end());
+      memory_->open.pop_back();
       top.isBox() ? openBox(top) : openTriangle(top);
     }
-    if (!memory_.open.empty()) drop(memory_.open.front().upper);
+    if (!memory_->open.empty()) drop(memory_->open.front().upper);
     bounds_.upper = std::max(bounds_.lower, dropped_);
     if (deepest_ >= 0) {
       bounds_.is_found = true;
@@ -63,8 +64,8 @@ class DepthSearch {
     Point added;
     added.x = x;
     added.parameter = parameter;
-    memory_.points.push_back(added);
-    return static_cast<int>(memory_.points.size()) - 1;
+    memory_->points.push_back(added);
+    return static_cast<int>(memory_->points.size()) - 1;
   }
   /// Adds a point that need not be on the source's surface, and measures it.
   int addMeasured(const fcl::Vector3d& x, int hint) {
@@ -107,13 +108,9 @@ class DepthSearch {
     std::vector<Point> points;
     std::vector<Part> open;  ///< a heap
   };
-  static Memory& memoryOfThisThread() {
-    static thread_local Memory memory;
-    return memory;
-  }
 
-  Point& point(int i) { return memory_.points[static_cast<std::size_t>(i)]; }
-  const Point& point(int i) const { return memory_.points[static_cast<std::size_t>(i)]; }
+  Point& point(int i) { return memory_->points[static_cast<std::size_t>(i)]; }
+  const Point& point(int i) const { return memory_->points[static_cast<std::size_t>(i)]; }
   const Witness& witnessOf(int i) const { return point(i).witness; }
   /// What need not be searched.
   double limit() const { return bounds_.lower + tolerance_; }
@@ -121,8 +118,8 @@ class DepthSearch {
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   void push(const Part& part) {
     if (part.upper <= limit()) return drop(part.upper);
-    memory_.open.push_back(part);
-    std::push_heap(memory_.open.begin(), memory_.open.end());
+    memory_->open.push_back(part);
+    std::push_heap(memory_->open.begin(), memory_->open.end());
   }
 
   void measure(int i, int hint) {
@@ -284,7 +281,7 @@ class DepthSearch {
   Source& source_;
   Target& target_;
   const double tolerance_;
-  Memory& memory_;
+  const Leased<Memory> memory_;
   DepthBounds bounds_;
   int deepest_ = kNone;
   double dropped_ = 0;  ///< the largest bound of what was left out

@@ -28,18 +28,6 @@ bool isFar(const TreePair<S>& trees) {
 
 }  // namespace
 
-/// The thread's, which stays.
-template <typename S>
-struct NearestSearch<S>::Memory {
-  std::vector<Pair> open;
-  LineSeparation line;
-
-  static Memory& ofThisThread() {
-    static thread_local Memory memory;
-    return memory;
-  }
-};
-
 template <typename S>
 NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                                 NearestPair<S>& nearest, bool supports_first)
@@ -49,9 +37,8 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
       nodes2_(trees_.second().nodes()),
       supports_first_(supports_first || isFar(trees_)),
       is_same_(trees_.frame().isSame()),
-      memory_(Memory::ofThisThread()),
-      open_(memory_.open),
-      line_(memory_.line),
+      open_(memory_->open),
+      line_(memory_->line),
       blocks_(second, trees_) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
   next_supports_ = LineSeparation::largestCost(trees_.first(), trees_.second());

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "base/leased.h"
 #include "query/nearest_pair.h"
 #include "query/pair_corners.h"
 #include "query/supports.h"
@@ -165,7 +166,10 @@ class NearestSearch {
     int first, second;
     float gap;
   };
-  struct Memory;
+  struct Memory {
+    std::vector<Pair> open;
+    LineSeparation line;
+  };
 
   void setLimit();
   void align();
@@ -181,7 +185,7 @@ class NearestSearch {
   const WideNode *nodes1_, *nodes2_;
   const bool supports_first_;  ///< also for bodies that are far apart
   bool is_same_;               ///< whether both trees have the same coordinates
-  Memory& memory_;
+  const Leased<Memory> memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;
   LeafBlocks<S> blocks_;

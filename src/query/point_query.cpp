@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "adaptive_bvh/proximity.h"
+#include "base/leased.h"
 #include "base/rigid.h"
 #include "query/closed_surface.h"
 #include "query/point_search.h"
@@ -141,8 +142,8 @@ void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points
     });
     return;
   }
-  static thread_local WindingTree memory;
-  WindingTree& tree = memory;  // that of this thread, for all
+  const Leased<WindingTree> memory;
+  WindingTree& tree = *memory;
   tree.refit(state);
   forEachPoint(state, points, count, [&] {
     return [&](std::size_t i, const fcl::Vector3d& x) {

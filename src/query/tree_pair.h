@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "adaptive_bvh/self_collision.h"
 #include "base/frame_change.h"
+#include "base/leased.h"
 #include "base/rigid.h"
 #include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
@@ -105,8 +107,7 @@ class RelativeFrame {
 
 /// The trees of two placed meshes of one query. Their coordinates differ in general, and boxes grow
 /// when they are turned from one to the other. Where so much is to be searched that it pays, the
-/// smaller tree is made anew in the other's coordinates, in memory of the thread; it has the same
-/// nodes. Only one pair of a thread can be aligned at a time.
+/// smaller tree is made anew in the other's coordinates; it has the same nodes.
 template <typename S>
 class TreePair {
  public:
@@ -145,7 +146,7 @@ class TreePair {
     const fcl::Matrix3d axes = orthonormal(to_larger.R.transpose() * common.axes());
     const BodyCoordinates of_smaller(axes, to_larger.R.transpose() * (common.origin - to_larger.T),
                                      common.scale);
-    static thread_local WideTree anew;
+    WideTree& anew = *aligned_.emplace();
     anew.adoptLinks(smaller.tree());
     anew.refit(smaller.mesh.vertices.data(), of_smaller, TaskPool(smaller.mesh.query_threads));
     (is_first_smaller ? first_ : second_) = &anew;
@@ -167,6 +168,7 @@ class TreePair {
   const RelativePlacement to_first_;
   const WideTree *first_, *second_;
   RelativeFrame frame_;
+  std::optional<Leased<WideTree>> aligned_;
 };
 
 /// A triangle of each of two meshes, by their indices.

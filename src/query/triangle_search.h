@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/leased.h"
 #include "base/task_pool.h"
 #include "boxes/wide_search.h"
 
@@ -75,13 +76,19 @@ class TriangleSearch final : private LeafSink {
   WideSearch walk_;
 };
 
-/// What workers keep from query to query, by slot: the calling thread has it.
+/// What workers keep from query to query, by slot.
 template <typename Memory>
-std::vector<Memory>& workersMemory(const TaskPool& pool) {
-  static thread_local std::vector<Memory> memory;
-  memory.resize(std::max(static_cast<std::size_t>(pool.size()), memory.size()));
-  return memory;
-}
+class WorkersMemory {
+ public:
+  explicit WorkersMemory(const TaskPool& pool) {
+    memory_->resize(std::max(static_cast<std::size_t>(pool.size()), memory_->size()));
+  }
+
+  Memory& operator[](std::size_t slot) const { return (*memory_)[slot]; }
+
+ private:
+  const Leased<std::vector<Memory>> memory_;
+};
 
 /// The tasks of a walk, run. Each thread has a worker, and notes which part of what it found is a
 /// task's: so all can be put together in the order of one thread.
@@ -161,7 +168,7 @@ void searchAll(int threads, const WideTrees& trees, Sink& sink, const Input&... 
     sink.clear();
     return search.runFromRoots();
   }
-  auto& memory = workersMemory<typename Sink::Result>(pool);
+  const WorkersMemory<typename Sink::Result> memory(pool);
   SearchTasks<Worker> tasks;
   tasks.run(pool, WalkTasks(pairs), [&](std::size_t slot) {
     return std::make_unique<Worker>(trees, sink, memory[slot], input...);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adaptive_bvh/penetration.h"
+#include "base/leased.h"
 #include "boxes/wide_search.h"
 #include "query/placed_mesh.h"
 #include "query/point_search.h"
@@ -24,18 +25,17 @@ struct VertexContact {
   int triangle;  ///< -1: of a shape
 };
 
-/// Makes contacts of candidates, and writes them into a result by increasing vertex. The memory is
-/// the thread's: one of it at a time.
+/// Makes contacts of candidates, and writes them into a result by increasing vertex.
 template <typename S>
 class ContactWriter {
  public:
   ContactWriter(const PlacedMesh<S>& mesh, const fcl::Transform3<S>& other_tf)
       : mesh_(mesh), other_tf_(other_tf) {
-    candidates().clear();
+    memory_->candidates.clear();
   }
 
   /// To be filled.
-  static std::vector<VertexCandidate>& candidates() { return memory().candidates; }
+  std::vector<VertexCandidate>& candidates() { return memory_->candidates; }
   /// Adds every vertex that a triangle has.
   void addAll() {
     const WideTree& tree = mesh_.tree();
@@ -49,7 +49,7 @@ class ContactWriter {
   /// own.
   template <typename MakeTest>
   std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<S>& result) const {
-    Memory& m = memory();
+    Memory& m = *memory_;
     const std::size_t count = m.candidates.size();
     m.contacts.resize(count);
     m.is_contact.resize(count);
@@ -77,10 +77,6 @@ class ContactWriter {
     std::vector<std::uint8_t> is_contact;
     std::vector<std::uint64_t> order;  ///< vertex, and number of the candidate
   };
-  static Memory& memory() {
-    static thread_local Memory memory;
-    return memory;
-  }
 
   static void resize(VertexContacts<S>& result, std::size_t count) {
     result.vertices.resize(count);
@@ -117,6 +113,7 @@ class ContactWriter {
 
   const PlacedMesh<S>& mesh_;
   const fcl::Transform3<S>& other_tf_;
+  const Leased<Memory> memory_;
 };
 
 /// The vertices of one mesh that may be near another's surface, or inside of it. Goes down the tree
@@ -219,7 +216,8 @@ class VertexSearch {
   const BoxFrame& frame_;
   IsInside is_inside_;
   std::vector<VertexCandidate>& candidates_;
-  static inline thread_local std::vector<Other> open_;  ///< the lists, one after the other
+  const Leased<std::vector<Other>> leased_;
+  std::vector<Other>& open_ = *leased_;  ///< the lists, one after the other
 };
 
 }  // namespace adaptive_bvh

@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/leased.h"
 #include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
 #include "scene/body.h"
@@ -96,8 +97,8 @@ struct OpenBody {
 /// Best first. boundOf(boxes, lane) is a lower bound, infinite of a box that is of no interest.
 template <typename BoundOf, typename Visit>
 void visitBestFirst(const WideTree& tree, const BoundOf& boundOf, const Visit& visit) {
-  static thread_local std::vector<OpenBody> memory;
-  std::vector<OpenBody> open = std::move(memory);  // a visit may begin another walk
+  const Leased<std::vector<OpenBody>> memory;
+  std::vector<OpenBody>& open = *memory;
   open.clear();
   open.push_back({0, 0, false});
   double end = std::numeric_limits<double>::infinity();
@@ -119,7 +120,6 @@ void visitBestFirst(const WideTree& tree, const BoundOf& boundOf, const Visit& v
       std::push_heap(open.begin(), open.end());
     }
   }
-  memory = std::move(open);
 }
 
 template <typename Visit>

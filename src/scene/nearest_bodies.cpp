@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "adaptive_bvh/query.h"
+#include "base/leased.h"
 #include "fcl/mesh_pairs.h"
 #include "fcl/shape_search.h"
 #include "query/depth_meshes.h"
@@ -128,7 +129,7 @@ SceneDistance<S> Scene<S>::distance() {
   State& state = *state_;
   state.requireCurrent();
   SceneDistance<S> best;
-  const SceneDistance<S>& last = state.nearest;
+  const SceneDistance<S> last = state.nearest;  // a filter may ask for the distance, too
   if (last.exists() && state.contains(last.bodies.first) && state.contains(last.bodies.second)) {
     const Body<S>&a = state.bodies[state.placeOf(last.bodies.first)],
           &b = state.bodies[state.placeOf(last.bodies.second)];
@@ -145,12 +146,13 @@ SceneDistance<S> Scene<S>::distance() {
     double gap;
     BodyPair pair;
   };
-  static thread_local std::vector<BodyPair> pairs;
-  static thread_local std::vector<Candidate> candidates;
   if (!best.exists()) return best;
-  state.findPairs(double(best.distance), pairs);
+  const Leased<std::vector<BodyPair>> pairs;
+  const Leased<std::vector<Candidate>> leased;
+  std::vector<Candidate>& candidates = *leased;
+  state.findPairs(double(best.distance), *pairs);
   candidates.clear();
-  for (const BodyPair& pair : pairs) {
+  for (const BodyPair& pair : *pairs) {
     const WorldBox &a = state.bodies[pair.first].box, &b = state.bodies[pair.second].box;
     candidates.push_back({a.isBounded() && b.isBounded() ? gapOf(a, b) : 0, pair});
   }
@@ -184,9 +186,9 @@ bool Scene<S>::isNearer(S distance) const {
   const State& state = *state_;
   requireDistance(distance);
   state.requireCurrent();
-  static thread_local std::vector<BodyPair> pairs;
-  state.findPairs(double(distance), pairs);
-  for (const BodyPair& pair : pairs) {
+  const Leased<std::vector<BodyPair>> pairs;
+  state.findPairs(double(distance), *pairs);
+  for (const BodyPair& pair : *pairs) {
     const Body<S>*a = &state.bodies[pair.first], *b = &state.bodies[pair.second];
     if (!a->mesh) std::swap(a, b);
     if (b->mesh) {

@@ -4,6 +4,7 @@
 
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
+#include "base/leased.h"
 #include "base/task_pool.h"
 #include "fcl/mesh_pairs.h"
 #include "scene/scene_state.h"
@@ -78,10 +79,10 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
       if (query(pair, found) && !take(pair, endOf(found))) return;
     return;
   }
-  static thread_local std::vector<Data> memory;
-  static thread_local std::vector<Found> parts;
-  std::vector<Data>& of_slot = memory;
-  std::vector<Found>& of_pair = parts;  // those of this thread, for all
+  const Leased<std::vector<Data>> memory;
+  const Leased<std::vector<Found>> parts;
+  std::vector<Data>& of_slot = *memory;
+  std::vector<Found>& of_pair = *parts;
   of_slot.resize(std::max(of_slot.size(), std::size_t(pool.size())));
   for (Data& data : of_slot) data.clear();
   of_pair.resize(pairs.size());
@@ -100,20 +101,6 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
     append(of_slot[part.slot], part.begin, part.end, found);
     if (!take(pairs[i], endOf(found))) return;
   }
-}
-
-/// This thread's; what a query found before is gone.
-template <typename Data>
-Data& scratch() {
-  static thread_local Data data;
-  data.clear();
-  return data;
-}
-
-/// The pairs of a query, by places in `bodies`.
-std::vector<BodyPair>& pairsOfThisThread() {
-  static thread_local std::vector<BodyPair> pairs;
-  return pairs;
 }
 
 /// Adds each body that is to be tested against itself, where `pairs` are sorted.
@@ -153,7 +140,9 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
                  Contacts<S>& found) {
   const fcl::CollisionRequest<S> asked(std::max<std::size_t>(1, request.contacts_per_pair),
                                        request.enable_contact && request.contacts_per_pair > 0);
-  fcl::CollisionResult<S>& result = scratch<fcl::CollisionResult<S>>();
+  const Leased<fcl::CollisionResult<S>> leased;
+  fcl::CollisionResult<S>& result = *leased;
+  result.clear();
   if (&a == &b) {
     selfCollide(*a.mesh, a.tf, asked, result);
   } else {
@@ -204,10 +193,11 @@ std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
   collect(
       bodies, threads, pairs,
       [&](const Body<S>& a, const Body<S>& b, Data& found) {
-        Data& near = scratch<Data>();
-        query(a, b, near);
-        append(near, {}, endOf(near), found);
-        return near.size() > 0;
+        const Leased<Data> near;
+        near->clear();
+        query(a, b, *near);
+        append(*near, {}, endOf(*near), found);
+        return near->size() > 0;
       },
       result, result.found);
   return result.found.size();
@@ -220,7 +210,8 @@ std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
                                  SceneCollisions<S>& result) const {
   const State& state = *state_;
   state.requireCurrent();
-  std::vector<BodyPair>& pairs = pairsOfThisThread();
+  const Leased<std::vector<BodyPair>> leased;
+  std::vector<BodyPair>& pairs = *leased;
   state.findPairs(0, pairs);
   addSelves(state.bodies, pairs);
   collect(
@@ -238,7 +229,8 @@ std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
   const State& state = *state_;
   requireDistance(request.distance);
   state.requireCurrent();
-  std::vector<BodyPair>& pairs = pairsOfThisThread();
+  const Leased<std::vector<BodyPair>> leased;
+  std::vector<BodyPair>& pairs = *leased;
   state.findPairs(double(request.distance), pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, TrianglePairs<S>& near) {
@@ -259,7 +251,8 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
   const State& state = *state_;
   requireDistance(distance);
   state.requireCurrent();
-  std::vector<BodyPair>& pairs = pairsOfThisThread();
+  const Leased<std::vector<BodyPair>> leased;
+  std::vector<BodyPair>& pairs = *leased;
   state.findPairs(double(distance), pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, FeaturePairs& near) {
@@ -277,7 +270,8 @@ std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) c
   const State& state = *state_;
   requireDistance(margin);
   state.requireCurrent();
-  std::vector<BodyPair>& pairs = pairsOfThisThread();
+  const Leased<std::vector<BodyPair>> leased;
+  std::vector<BodyPair>& pairs = *leased;
   state.findPairs(double(margin), pairs);
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});

@@ -1,3 +1,4 @@
+#include "base/leased.h"
 #include "base/task_pool.h"
 #include "scene/scene_state.h"
 
@@ -48,8 +49,8 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
   const State& state = *state_;
   requireSeparation(separation);
   state.requireCurrent();
-  static thread_local SweptBodies memory;
-  SweptBodies& swept = memory;  // that of this thread, for all
+  const Leased<SweptBodies> memory;
+  SweptBodies& swept = *memory;
   swept.meshes.clear();
   swept.boxes.clear();
   swept.pairs.clear();

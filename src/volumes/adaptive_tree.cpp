@@ -1,5 +1,6 @@
 #include "volumes/adaptive_tree.h"
 
+#include "base/leased.h"
 #include "base/scratch.h"
 #include "mesh/mesh_view.h"
 
@@ -50,7 +51,8 @@ void AdaptiveTree<BV>::restartCoordinateSum(const fcl::BVHModel<BV>& model) {
 template <typename BV>
 BV UpdateTarget<BV>::fitted(int node) const {
   const fcl::BVNode<BV>& fcl_node = model.getBV(node);
-  static thread_local std::vector<VertexIndices> below;
+  const Leased<std::vector<VertexIndices>> memory;
+  std::vector<VertexIndices>& below = *memory;
   const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
   below.resize(static_cast<std::size_t>(fcl_node.num_primitives));
   for (std::size_t i = 0; i < below.size(); ++i)

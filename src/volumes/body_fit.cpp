@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "base/leased.h"
 #include "volumes/swept_fit.h"
 
 namespace adaptive_bvh {
@@ -26,16 +27,16 @@ std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
   return {ends[0], ends[1], s[i], t[j]};
 }
 
+/// What the choice of axes works on.
+struct AxisFitMemory {
+  PointArrays<float> points, few, local;
+};
+
 /// About as many triangles: 3; 4; 5, 6; 7, 8; up to 12, 18, 32, and more.
 int sizeOf(int triangles) {
   constexpr std::uint8_t kSizes[33] = {0, 0, 0, 0, 1, 2, 2, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5,
                                        5, 5, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6};
   return triangles <= 32 ? kSizes[triangles] : 7;
-}
-
-std::vector<float>& workSpace() {
-  static thread_local std::vector<float> numbers;
-  return numbers;
 }
 
 /// FCL's volumes are numbers side by side: those of VolumeWriter.
@@ -124,8 +125,7 @@ BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vert
       source_{vertices.data(),
               target.model.prev_vertices ? vertices.previous()[0].data() : nullptr,
               coordinatesOf(vertices.frame(), vertices.extent(), askewAxes<BV>()),
-              {}},
-      work_(workSpace()) {
+              {}} {
   makeRoom(VertexSlots::kBlock);
 }
 
@@ -180,8 +180,8 @@ KeptAxes* BodyFit<BV>::keptAxes(int node) const {
 template <typename BV>
 void BodyFit<BV>::makeRoom(std::size_t points) {
   const std::size_t room = 2 * (points + kMostLanes);
-  if (work_.size() < 3 * room) work_.resize(3 * room);
-  for (std::size_t k = 0; k < 3; ++k) source_.work[k] = work_.data() + k * (work_.size() / 3);
+  if (work_->size() < 3 * room) work_->resize(3 * room);
+  for (std::size_t k = 0; k < 3; ++k) source_.work[k] = work_->data() + k * (work_->size() / 3);
 }
 
 /// Lanes that are left over are as the first.
@@ -229,7 +229,8 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
 
 template <typename BV>
 Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup<S>& of) const {
-  static thread_local PointArrays<float> points, few, local;
+  const Leased<AxisFitMemory> memory;
+  auto& [points, few, local] = *memory;
   points.clear();
   const unsigned block = of.leaves[0]->block;
   const auto add = [&](unsigned slot) {

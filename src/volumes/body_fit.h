@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "adaptive_bvh/refit_policy.h"
+#include "base/leased.h"
 #include "volumes/fit_kernels.h"
 #include "volumes/vertex_states.h"
 
@@ -56,7 +57,7 @@ class BodyFit {
   const double unit_;
   const FitFunctions<S>& fits_;
   FitSource source_;
-  std::vector<float>& work_;  ///< of the thread
+  const Leased<std::vector<float>> work_;
 
   /// Nodes of about as many triangles are worked on at once.
   static constexpr int kSizes = 8;

@@ -1,11 +1,13 @@
 #include "volumes/volume.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "base/leased.h"
 #include "volumes/swept_fit.h"
 
 namespace adaptive_bvh {
@@ -134,7 +136,8 @@ void putLongerSideFirst(fcl::RSS<S>& bv) {
 /// The volume around points.
 template <typename S>
 fcl::RSS<S> fitRss(const PointArrays<S>& points) {
-  static thread_local PointArrays<S> few, local;
+  const Leased<std::array<PointArrays<S>, 2>> memory;
+  auto& [few, local] = *memory;
   fcl::RSS<S> bv;
   bv.axis = bestAxes(points, few, local);
   const Shape<S> shape = shapeAlong(bv.axis, points, few, local);
@@ -147,14 +150,6 @@ fcl::RSS<S> fitRss(const PointArrays<S>& points) {
   return bv;
 }
 
-/// The positions of some primitives, of each vertex once. Good until the next call on this thread.
-template <typename S, typename Primitive>
-const PointArrays<S>& gatherPositions(const MeshView<S>& mesh, const Primitive* primitives,
-                                      int count) {
-  static thread_local Gathered<S> gathered;
-  return gathered.from(mesh, primitives, count);
-}
-
 /// One triangle without a second frame gets a closer look.
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
@@ -162,7 +157,8 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
     const VertexIndices& t = cornersOf(mesh, primitives[0]);
     return fitTriangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
   }
-  return fitRss(gatherPositions(mesh, primitives, count));
+  const Leased<Gathered<S>> gathered;
+  return fitRss(gathered->from(mesh, primitives, count));
 }
 
 }  // namespace
@@ -309,7 +305,8 @@ template <typename Primitive>
 fcl::OBBRSS<S> Volume<fcl::OBBRSS<S>>::fit(const MeshView<S>& mesh, const Primitive* primitives,
                                            int count) {
   BV bv;
-  const PointArrays<S>& points = gatherPositions(mesh, primitives, count);
+  const Leased<Gathered<S>> gathered;
+  const PointArrays<S>& points = gathered->from(mesh, primitives, count);
   bv.rss = count == 1 ? fitRss(mesh, primitives, count) : fitRss(points);
   bv.obb = boxAround(bv.rss.axis, points);
   return bv;
