@@ -71,18 +71,6 @@ py::array rowsOf(std::vector<Point<S>>&& points) {
 
 }  // namespace
 
-int& CallbackScope::depth() {
-  static thread_local int depth = 0;
-  return depth;
-}
-
-void CallbackScope::refuse() {
-  if (depth() > 0)
-    throw std::logic_error(
-        "a filter must not call the scene, nor query or update a mesh: the query that calls the "
-        "filter has locked them");
-}
-
 LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype)
     : LockedMesh(makeMeshes(vertices, faces, dtype)) {}
 

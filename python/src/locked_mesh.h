@@ -77,7 +77,7 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// Runs `f(mesh)` alone, otherwise as `query`.
   template <typename F>
   auto change(const F& f) {
-    CallbackScope::refuse();
+    CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock lock(mutex_);
     return std::visit(f, meshes_);
@@ -85,16 +85,17 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// As above, where it is known that the numbers are S.
   template <typename S, typename F>
   auto changeAs(const F& f) {
-    CallbackScope::refuse();
+    CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock lock(mutex_);
     return f(std::get<DeformableMesh<S>>(meshes_));
   }
 
-  /// Holds the lock as a query does. Call it without the GIL.
+  /// Holds the lock as a query does; no lock in a callback whose query holds it. Call it without
+  /// the GIL.
   std::shared_lock<std::shared_mutex> share() const {
-    CallbackScope::refuse();
-    return std::shared_lock(mutex_);
+    return CallbackScope::holds(this) ? std::shared_lock<std::shared_mutex>()
+                                      : std::shared_lock(mutex_);
   }
 
   /// Runs `f(mesh)` on the C++ mesh, where the caller holds the lock.

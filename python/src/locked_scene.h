@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <set>
@@ -41,7 +42,7 @@ class LockedScene : public Bound {
   /// Runs f(scene) alone, without the GIL.
   template <typename F>
   auto change(const F& f) {
-    CallbackScope::refuse();
+    CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock alone(mutex_);
     return std::visit(f, scene_);
@@ -49,7 +50,7 @@ class LockedScene : public Bound {
   /// As above, with the locks of all meshes.
   template <typename F>
   auto changeWithMeshes(const F& f) {
-    CallbackScope::refuse();
+    CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock alone(mutex_);
     const auto locks = lockMeshes();
@@ -58,10 +59,8 @@ class LockedScene : public Bound {
   /// As above, beside other queries.
   template <typename F>
   auto query(const F& f) const {
-    CallbackScope::refuse();
     const py::gil_scoped_release nogil;
-    const std::shared_lock shared(mutex_);
-    const auto locks = lockMeshes();
+    const Locks locks = share({});
     return std::visit(f, scene_);
   }
 
@@ -72,9 +71,14 @@ class LockedScene : public Bound {
   };
   /// Holds the locks of a query, and the locks of other meshes. Call it without the GIL.
   Locks share(const std::set<const LockedMesh*>& others) const {
-    CallbackScope::refuse();
-    std::shared_lock shared(mutex_);
+    std::shared_lock<std::shared_mutex> shared;
+    if (!CallbackScope::holds(this)) shared = std::shared_lock(mutex_);
     return {std::move(shared), lockMeshes(others)};
+  }
+  /// Whether a mesh is a body of the scene.
+  bool has(const void* mesh) const {
+    return std::any_of(meshes_.begin(), meshes_.end(),
+                       [&](const auto& body) { return body.second.get() == mesh; });
   }
   /// Runs f(scene), where the caller holds the locks.
   template <typename F>

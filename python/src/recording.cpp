@@ -116,7 +116,7 @@ class LockedRecording : public Bound {
   /// Runs f() alone, without the GIL.
   template <typename F>
   std::invoke_result_t<F> alone(const F& f) {
-    CallbackScope::refuse();
+    CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::lock_guard lock(mutex_);
     return f();
@@ -152,7 +152,7 @@ class LockedRecording : public Bound {
   /// Called by the library, without the GIL and with all locks.
   static std::string nameOf(BodyId id, const py::object& function) {
     const py::gil_scoped_acquire gil;
-    const CallbackScope scope;
+    const CallbackScope scope(nullptr);
     if (function.is_none()) return "body " + std::to_string(id);
     const py::object name = function(id);
     if (!py::isinstance<py::str>(name))

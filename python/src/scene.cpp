@@ -44,7 +44,8 @@ constexpr const char* kSetFilter =
 the smaller first, for each pair whose boxes are near and which nothing else leaves out; the pair
 counts where it returns a true value. What it raises, the query raises. None admits all pairs.
 
-The filter must not call the scene, nor query or update a mesh: RuntimeError.)";
+The filter may run queries, also of the scene. RuntimeError where it changes a scene or a mesh, or
+calls distance() or nearest(body), which keep their results as the start of the next call.)";
 }  // namespace docs
 
 namespace {
@@ -52,11 +53,12 @@ namespace {
 /// A function of Python's that a scene calls. LockedScene owns it.
 class PythonFilter {
  public:
-  explicit PythonFilter(py::handle function) : function_(function) {}
+  PythonFilter(py::handle function, const LockedScene& scene)
+      : function_(function), scene_(scene) {}
 
   bool operator()(BodyId first, BodyId second) const {
     const py::gil_scoped_acquire gil;
-    const CallbackScope scope;
+    const CallbackScope scope(&scene_);
     const int is_true = PyObject_IsTrue(function_(first, second).ptr());
     if (is_true < 0) throw py::error_already_set();
     return is_true != 0;
@@ -64,6 +66,7 @@ class PythonFilter {
 
  private:
   py::handle function_;
+  const LockedScene& scene_;
 };
 
 /// Null of an object whose __init__ was not called.
@@ -104,6 +107,28 @@ BodyOptions optionsOf(std::uint32_t group, std::uint32_t mask, bool self_collisi
 }
 
 }  // namespace
+
+const CallbackScope*& CallbackScope::innermost() {
+  static thread_local const CallbackScope* innermost = nullptr;
+  return innermost;
+}
+
+void CallbackScope::refuseChange() {
+  if (innermost())
+    throw std::logic_error(
+        "a function that a query calls must not change a scene or a mesh, nor call distance() or "
+        "nearest(body) of a scene: the query has locked them");
+}
+
+bool CallbackScope::holds(const void* mesh_or_scene) {
+  bool holds = false;
+  for (const CallbackScope* scope = innermost(); scope; scope = scope->outer_) {
+    if (!scope->scene_)
+      throw std::logic_error("a function that names bodies must not query a scene or a mesh");
+    holds |= mesh_or_scene == scope->scene_ || scope->scene_->has(mesh_or_scene);
+  }
+  return holds;
+}
 
 LockedScene::LockedScene(const py::object& dtype) {
   const py::dtype type = py::dtype::from_args(dtype);
@@ -186,7 +211,7 @@ void LockedScene::setFilter(const py::object& filter) {
   py::object function = filter;
   change([&](auto& scene) {
     using Filter = typename std::decay_t<decltype(scene)>::Filter;
-    scene.setFilter(function.is_none() ? Filter() : Filter(PythonFilter(function)));
+    scene.setFilter(function.is_none() ? Filter() : Filter(PythonFilter(function, *this)));
     const py::gil_scoped_acquire gil;
     std::swap(filter_, function);  // under the lock: no query calls the one before any more
   });
