@@ -167,6 +167,22 @@ class MeshQueries {
                                        [&](double distance) { return distance <= limit; }));
     };
     REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
+    // The same from within, or an end.
+    adaptive_bvh::TrianglePairs<double> outer, inner;
+    const bool ends = in.oneIn(4);
+    adaptive_bvh::ProximityRequest<double> asking = request;
+    asking.ignored.test = [&](unsigned, unsigned) {
+      if (ends) throw std::runtime_error("ended");
+      pairsWithin(mesh_, still, obstacle(), tf, request, inner);
+      REQUIRE(inner.triangles == near.triangles);
+      return false;
+    };
+    try {
+      REQUIRE(pairsWithin(mesh_, still, obstacle(), tf, asking, outer) == near.size());
+      REQUIRE(near.size() == 0 || !ends);
+    } catch (const std::runtime_error&) {
+      REQUIRE(ends);
+    }
     const bool is_nearer = isNearer(mesh_, still, obstacle(), tf, d);
     REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e75) return;  // as far as a mesh may reach
