@@ -84,9 +84,10 @@ struct RegionSums {
     if (!(std::fabs(areas[side]) > 1e-9 * sizes[side])) return points[side];
     return origin + moments[side] / areas[side];
   }
-  /// Zero where normals cancel each other, up to rounding.
-  fcl::Vector3d meanNormal() const {
-    if (!(normal.norm() > 1e-9 * (sizes[0] + sizes[1]))) return fcl::Vector3d::Zero();
+  /// Zero where normals cancel each other. `rounding`: of positions.
+  fcl::Vector3d meanNormal(double rounding) const {
+    const double area = sizes[0] + sizes[1];
+    if (!(normal.norm() > 1e-9 * area + rounding * std::sqrt(area))) return fcl::Vector3d::Zero();
     return normal.stableNormalized();
   }
 };
@@ -158,7 +159,8 @@ struct RegionMemory {
   SurfacePatches patches;
   std::vector<CoincidingFaces> coinciding;
   std::vector<RegionSums> sums;
-  int exponent = 0;  ///< points in `bodies` are enlarged by 2^exponent
+  int exponent = 0;     ///< points in `bodies` are enlarged by 2^exponent
+  double rounding = 0;  ///< how far off they are by the rounding of positions to S
 
   double scale() const { return std::ldexp(1., exponent); }
 };
@@ -219,13 +221,13 @@ void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   placeSurface(first.mesh, RelativePlacement(), m.scale(), m.bodies[0]);
   placeSurface(second.mesh, to_first, m.scale(), m.bodies[1]);
   constexpr double kUnits = 16;
-  const double rounding = kUnits * double(std::numeric_limits<S>::epsilon()) * in_world;
+  m.rounding = kUnits * double(std::numeric_limits<S>::epsilon()) * in_world * m.scale();
   MeshRays<S> first_rays(first.mesh, RelativePlacement(), m.scale(), 0),
       second_rays(second.mesh, to_first, m.scale(), 0x1p-45 * extent);
   m.bodies[0].rays = &first_rays;
   m.bodies[1].rays = &second_rays;
   collectCandidates(first, second, m.pairs);
-  m.crossings.build(m.bodies, m.pairs, rounding * m.scale());
+  m.crossings.build(m.bodies, m.pairs, m.rounding);
   for (const Operand body : {Operand::First, Operand::Second})
     m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
   m.patches.build(m.bodies, m.crossings, m.windings);
@@ -318,7 +320,7 @@ class RegionWriter {
       result_.volumes[r] = reduced(sums.volume, 3);
       result_.depths[r] = reduced(sums.depth, 1);
       result_.deepest_points[r] = placed(sums.deepest);
-      result_.normals[r] = (turn_ * sums.meanNormal()).template cast<S>().normalized();
+      result_.normals[r] = (turn_ * sums.meanNormal(m_.rounding)).template cast<S>().normalized();
     }
   }
 

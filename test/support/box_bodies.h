@@ -28,7 +28,7 @@ class BoxBody {
   template <typename S>
   static BoxBody random(RandomGeometry<S>& random) {
     BoxBody body;
-    const int solids = 1 + random.below(3);
+    const int solids = 1 + random.below(4);
     for (int i = 0; i < solids; ++i) body.addWithin({0, 0, 0}, {kSide, kSide, kSide}, 1, random);
     return body;
   }
@@ -71,7 +71,7 @@ class BoxBody {
       if (high[k] <= low[k]) return;
       box.low[k] = low[k] + random.below(high[k] - low[k]);
       box.high[k] = box.low[k] + 1 + random.below(high[k] - box.low[k]);
-      if (random.oneIn(3)) std::tie(box.low[k], box.high[k]) = std::make_pair(low[k], high[k]);
+      if (random.oneIn(2)) std::tie(box.low[k], box.high[k]) = std::make_pair(low[k], high[k]);
     }
     for (const Box& other : boxes_)
       if (!isInside(box, other) && !areApart(box, other)) return;
@@ -79,7 +79,7 @@ class BoxBody {
     boxes_.push_back(box);
     const Corner first = {box.low[0] + 1, box.low[1] + 1, box.low[2] + 1},
                  last = {box.high[0] - 1, box.high[1] - 1, box.high[2] - 1};
-    for (int tries = random.below(3); tries > 0; --tries) addWithin(first, last, -sign, random);
+    for (int tries = random.below(4); tries > 0; --tries) addWithin(first, last, -sign, random);
   }
   static bool isInside(const Box& a, const Box& b) {
     for (std::size_t k = 0; k < 3; ++k)
