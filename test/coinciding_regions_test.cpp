@@ -188,44 +188,127 @@ TYPED_TEST(CoincidingRegions, TurnedInSpaceKeepVolumesAndNormals) {
   EXPECT_GT(compared, manySteps(200));
 }
 
-/// Powers of two scale every result exactly, down to where the results underflow, as far as meshes
-/// have such coordinates.
+/// Boxes with flush sides: the side walls coincide, and the normal is the axis.
+TYPED_TEST(CoincidingRegions, OfFlushBoxesHaveTheAxis) {
+  using S = TypeParam;
+  using V = Vector3<S>;
+  const DeformableMesh<S> cube(latticeBox<S>(1)), fine(latticeBox<S>(4));
+  for (int axis = 0; axis < 3; ++axis)
+    for (const S by : {S(0.9), S(0.1), S(1), S(-0.9)}) {
+      const V shift = by * V::Unit(axis), expected = by > 0 ? V::Unit(axis) : V(-V::Unit(axis));
+      const std::size_t regions = contactRegions(
+          cube, moved<S>(0, 0, 0), cube, moved<S>(shift[0], shift[1], shift[2]), this->result_);
+      ASSERT_EQ(1u, regions);
+      EXPECT_LT((this->result_.normals[0] - expected).norm(), 1e-6) << axis << ", " << by;
+    }
+  // Walls across y are common, and do not count.
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(0, 0, 0), fine, moved<S>(3, 0, 2), this->result_));
+  const V normal = this->result_.normals[0];
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(3, 0, 2), fine, moved<S>(0, 0, 0), this->result_));
+  EXPECT_LT((normal - V(2, 0, 1).normalized()).norm(), 1e-6);
+  EXPECT_LT((normal + this->result_.normals[0]).norm(), 1e-6);
+  // The same body twice.
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(0, 0, 0), fine, moved<S>(0, 0, 0), this->result_));
+  EXPECT_EQ(V::Zero(), this->result_.normals[0]);
+}
+
+/// A cavity touches the outer surface of its region, and there is another region, whichever
+/// triangle comes first.
+TYPED_TEST(CoincidingRegions, HaveCavitiesThatTouchTheirSurface) {
+  using S = TypeParam;
+  const BoxBody first = bodyOf({{{0, 0, 0}, {3, 3, 3}, 1}, {{10, 0, 0}, {11, 1, 1}, 1}});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    BoxBody::Box cavity = {{1, 1, 1}, {2, 2, 2}, -1};
+    cavity.high[axis] = 3;
+    const BoxBody second =
+        bodyOf({{{-1, -1, -1}, {4, 4, 4}, 1}, cavity, {{9, -1, -1}, {12, 2, 2}, 1}});
+    for (int turns = 0; turns < 12; ++turns) {
+      TriangleMesh<S> surface = second.surface(S(1));
+      std::rotate(surface.triangles.begin(), surface.triangles.begin() + 12 + turns,
+                  surface.triangles.end());
+      const DeformableMesh<S> one(first.surface(S(1))), two(surface);
+      for (const bool swaps : {false, true}) {
+        contactRegions(swaps ? two : one, moved<S>(0, 0, 0), swaps ? one : two, moved<S>(0, 0, 0),
+                       this->result_);
+        const Regions found = foundIn(this->result_);
+        ASSERT_EQ(2u, found.size());
+        EXPECT_EQ(1, found[0].volume);
+        EXPECT_EQ(25, found[1].volume);
+      }
+    }
+  }
+}
+
+/// The same, but for one more rounding where it is too small to have all digits.
+template <typename S>
+void expectScaled(S expected, int exponent, S found) {
+  EXPECT_LE(std::abs(std::ldexp(expected, exponent) - found), std::numeric_limits<S>::denorm_min());
+}
+
+/// Powers of two scale every result exactly, also where volumes underflow.
 TYPED_TEST(CoincidingRegions, ScaleExactly) {
   using S = TypeParam;
-  ContactRegions<S> scaled;
   const int most = std::numeric_limits<S>::max_exponent / 4 - 10,
-            least = std::numeric_limits<S>::min_exponent + 24;
-  int answered = 0;
-  for (int step = 0; step < manySteps(100); ++step) {
+            least = std::numeric_limits<S>::min_exponent / 2 + 20;
+  ContactRegions<S> scaled;
+  const auto compare = [&](int exponent) {
+    const ContactRegions<S>& result = this->result_;
+    const S size = std::ldexp(S(1), exponent);
+    ASSERT_EQ(result.size(), scaled.size());
+    for (std::size_t r = 0; r < scaled.size(); ++r) {
+      expectScaled(result.volumes[r], 3 * exponent, scaled.volumes[r]);
+      expectScaled(result.first.areas[r], 2 * exponent, scaled.first.areas[r]);
+      expectScaled(result.second.areas[r], 2 * exponent, scaled.second.areas[r]);
+      expectScaled(result.depths[r], exponent, scaled.depths[r]);
+      EXPECT_EQ(result.normals[r], scaled.normals[r]);
+      EXPECT_EQ(size * result.deepest_points[r], scaled.deepest_points[r]);
+      EXPECT_EQ(size * result.first.centroids[r], scaled.first.centroids[r]);
+    }
+    ASSERT_EQ(result.curve_points.size(), scaled.curve_points.size());
+    for (std::size_t i = 0; i < scaled.curve_points.size(); ++i)
+      EXPECT_EQ(size * result.curve_points[i], scaled.curve_points[i]);
+  };
+  for (int step = 0; step < manySteps(100) && !this->HasFailure(); ++step) {
     const Case bodies = Case::random(this->random_);
-    const auto compare = [&](int exponent) {
-      const S size = std::ldexp(S(1), exponent);
-      const DeformableMesh<S> first(bodies.first.surface(size)),
-          second(bodies.second.surface(size));
-      contactRegions(first, moved<S>(0, 0, 0), second, bodies.place(size), scaled);
-      ++answered;
-      ASSERT_EQ(this->result_.size(), scaled.size());
-      for (std::size_t r = 0; r < scaled.size(); ++r) {
-        EXPECT_EQ(std::ldexp(this->result_.volumes[r], 3 * exponent), scaled.volumes[r]);
-        EXPECT_EQ(std::ldexp(this->result_.first.areas[r], 2 * exponent), scaled.first.areas[r]);
-        EXPECT_EQ(std::ldexp(this->result_.second.areas[r], 2 * exponent), scaled.second.areas[r]);
-        EXPECT_EQ(this->result_.normals[r], scaled.normals[r]);
-        EXPECT_EQ(size * this->result_.first.centroids[r], scaled.first.centroids[r]);
-      }
-      ASSERT_EQ(this->result_.curve_points.size(), scaled.curve_points.size());
-      for (std::size_t i = 0; i < scaled.curve_points.size(); ++i)
-        EXPECT_EQ(size * this->result_.curve_points[i], scaled.curve_points[i]);
-    };
     const DeformableMesh<S> first(bodies.first.surface(S(1))), second(bodies.second.surface(S(1)));
     contactRegions(first, moved<S>(0, 0, 0), second, bodies.place(S(1)), this->result_);
     for (int i = 0; i < 10; ++i) {
       const int exponent = least + this->random_.below(most - least + 1);
       SCOPED_TRACE(testing::Message() << step << ", times 2^" << exponent);
+      const S size = std::ldexp(S(1), exponent);
+      const DeformableMesh<S> one(bodies.first.surface(size)), two(bodies.second.surface(size));
+      contactRegions(one, moved<S>(0, 0, 0), two, bodies.place(size), scaled);
       compare(exponent);
-      if (this->HasFailure()) return;
     }
   }
-  EXPECT_EQ(manySteps(100) * 10, answered);
+}
+
+/// The tetrahedron (0, 0, 0), (s, 0, 0), (0, s, 0), (0, 0, s) and its copy, and two cubes.
+TEST(TinyRegions, HaveAnswers) {
+  for (const double size : {1., 0x1p-120, 0x1p-340, 0x1p-358, 0x1p-400, 0x1p-480}) {
+    SCOPED_TRACE(size);
+    const DeformableMesh<double> tetrahedron(
+        {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}},
+        std::vector<fcl::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+    ContactRegions<double> result;
+    ASSERT_EQ(1u, contactRegions(tetrahedron, moved<double>(0, 0, 0), tetrahedron,
+                                 moved<double>(.2 * size, .1 * size, .3 * size), result));
+    // What is common is a tetrahedron with legs of 1 - .6.
+    if (size > 0x1p-300) {
+      EXPECT_NEAR(.4 * .4 * .4 / 6, result.volumes[0] / size / size / size, 1e-12);
+    }
+    EXPECT_NEAR(.4 * .4 * std::sqrt(3.) / 2, result.first.areas[0] / size / size, 1e-12);
+    EXPECT_NEAR(3 * .4 * .4 / 2, result.second.areas[0] / size / size, 1e-12);
+    const DeformableMesh<double> cube([&] {
+      auto mesh = latticeBox<double>(1);
+      for (fcl::Vector3d& x : mesh.vertices) x *= size;
+      return mesh;
+    }());
+    ASSERT_EQ(1u, contactRegions(cube, moved<double>(0, 0, 0), cube,
+                                 moved<double>(.7 * size, .4 * size, .2 * size), result));
+    EXPECT_NEAR(.3 * .6 + .3 * .8 + .6 * .8, result.first.areas[0] / size / size, 1e-12);
+    EXPECT_NEAR(.3, result.depths[0] / size, .2);
+  }
 }
 
 }  // namespace coinciding_regions_test
