@@ -3,6 +3,7 @@
 #include "base/leased.h"
 #include "query/candidate_tests.h"
 #include "query/closed_surface.h"
+#include "query/contact_regions_coinciding.h"
 #include "query/contact_regions_patches.h"
 #include "query/point_search.h"
 #include "query/winding_number.h"
@@ -22,7 +23,7 @@ struct PairCollector {
   static bool needsFew() { return false; }
 };
 
-/// What is added up of a region. Points are in the frame of the first mesh.
+/// What is added up of a region. Points are in the coordinates of ClosedSurface.
 struct RegionSums {
   double volume = 0;
   fcl::Vector3d origin = fcl::Vector3d::Zero();  ///< a point of it, for volume and moments
@@ -31,7 +32,11 @@ struct RegionSums {
   std::array<fcl::Vector3d, 2> moments{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<fcl::Vector3d, 2> points{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<std::size_t, 2> num_parts{};
-  fcl::Vector3d normal = fcl::Vector3d::Zero();  ///< of the first, times its area
+  /// Half of the normals of the first, times their areas, less those of the second.
+  fcl::Vector3d normal = fcl::Vector3d::Zero();
+  fcl::Vector3d touching =
+      fcl::Vector3d::Zero();  ///< the share of faces that touch, not in `normal`
+  bool is_turned = false;     ///< the triangles of one of the bodies face inward
   double depth = -1;
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 
@@ -45,7 +50,34 @@ struct RegionSums {
     areas[side] += part.area;
     sizes[side] += part.size;
     moments[side] += from * part.area + part.moment;
-    if (part.body == Operand::First) normal += part.area * part.normal;
+    normal += (part.body == Operand::First ? 0.5 : -0.5) * part.area * part.normal;
+  }
+  /// Takes coinciding faces out of the normal. One of two that are alike is in it, that in front is
+  /// of the second; both that touch are in it, or none.
+  void leaveOut(const CoincidingFaces& faces) {
+    const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
+    const double side = faces.is_first_in_front ? 1 : -1;
+    if (faces.are_alike == (first_sense == second_sense)) {
+      normal += 0.5 * side * (faces.are_alike ? faces.area : -faces.area) * faces.normal;
+    } else if (side == first_sense) {
+      normal -= second_sense * faces.area * faces.normal;
+      touching += second_sense * faces.area * faces.normal;
+    }
+  }
+  /// Makes the region independent of whether the triangles of either body face inward: then its
+  /// volume, or some areas and the normal, have the other sign.
+  void faceOutward() {
+    constexpr double kFlat = 1e-9;
+    const double area = sizes[0] + sizes[1];
+    const bool is_flat = std::fabs(volume) <= kFlat * area * std::sqrt(area);
+    is_turned = is_flat ? (areas[0] < 0) != (areas[1] < 0) : volume < 0;
+    volume = std::fabs(volume);
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (areas[k] < 0) moments[k] = -moments[k];
+      areas[k] = std::fabs(areas[k]);
+    }
+    if (is_flat) normal += touching;
+    if (is_turned) normal = -normal;
   }
   /// The deepest point where a side has no part; where a part has no area, a point of it.
   fcl::Vector3d centroid(std::size_t side) const {
@@ -53,9 +85,10 @@ struct RegionSums {
     if (!(std::fabs(areas[side]) > 1e-9 * sizes[side])) return points[side];
     return origin + moments[side] / areas[side];
   }
-  /// Zero where normals cancel each other, up to rounding.
-  fcl::Vector3d meanNormal() const {
-    if (!(normal.norm() > 1e-9 * sizes[0])) return fcl::Vector3d::Zero();
+  /// Zero where normals cancel each other. `rounding`: of positions.
+  fcl::Vector3d meanNormal(double rounding) const {
+    const double area = sizes[0] + sizes[1];
+    if (!(normal.norm() > 1e-9 * area + rounding * std::sqrt(area))) return fcl::Vector3d::Zero();
     return normal.stableNormalized();
   }
 };
@@ -64,33 +97,58 @@ struct RegionSums {
 template <typename S>
 class RegionDepth {
  public:
-  /// `to_other`: takes points to the other mesh's frame.
-  RegionDepth(const MeshState<S>& other, const RelativePlacement& to_other)
-      : to_other_(to_other), search_(other), winding_(other) {}
+  /// `to_other`: takes points to the other mesh's frame. They are enlarged by `scale`.
+  RegionDepth(const MeshState<S>& other, const RelativePlacement& to_other, double scale)
+      : to_other_(to_other), scale_(scale), search_(other), winding_(other) {}
 
   /// `is_inside`: whether the point is known to be inside.
   void take(const fcl::Vector3d& point, bool is_inside, RegionSums& region) {
-    const fcl::Vector3d x = to_other_(point);
     // A distance changes by no more than the point moves.
-    if (last_.triangle >= 0 && last_.distance + (x - last_point_).norm() <= region.depth) return;
+    if (last_ >= 0 && last_distance_ + (point - last_point_).norm() <= region.depth) return;
+    const fcl::Vector3d x = to_other_(fcl::Vector3d(point * (1 / scale_)));
     typename PointSearch<S>::Nearest nearest;
-    if (last_.triangle >= 0) search_.tryTriangle(x, last_.triangle, nearest);
+    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
     // No point is farther from the surface than from one of its triangles.
-    search_.search(x, nearest, region.depth);
-    last_ = nearest;
-    last_point_ = x;
-    if (!(nearest.distance > region.depth)) return;
+    search_.search(x, nearest, region.depth / scale_);
+    last_ = nearest.triangle;
+    last_distance_ = nearest.distance * scale_;
+    last_point_ = point;
+    if (!(last_distance_ > region.depth)) return;
     if (!is_inside && winding_.of(x) == 0) return;
-    region.depth = nearest.distance;
+    region.depth = last_distance_;
     region.deepest = point;
   }
 
  private:
   const RelativePlacement to_other_;
+  const double scale_;
   PointSearch<S> search_;
   WindingNumber<S> winding_;
-  typename PointSearch<S>::Nearest last_;
+  int last_ = -1;  ///< the nearest triangle of the last point
+  double last_distance_ = 0;
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
+};
+
+/// The triangles of a mesh near a ray.
+template <typename S>
+class MeshRays : public RayCandidates {
+ public:
+  /// `place`: takes points of the mesh to where they are, then enlarged by `scale`. `rounding`: how
+  /// far off they are, before they are enlarged.
+  MeshRays(const MeshState<S>& mesh, const RelativePlacement& place, double scale, double rounding)
+      : place_(place), back_(place.R.inverse()), scale_(scale), rounding_(rounding), rays_(mesh) {}
+
+  void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
+            std::vector<unsigned>& triangles) override {
+    rays_.forEachNear(back_ * (origin * (1 / scale_) - place_.T), back_ * direction, rounding_,
+                      [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
+  }
+
+ private:
+  const RelativePlacement place_;
+  const fcl::Matrix3d back_;
+  const double scale_, rounding_;
+  RayWalk<S> rays_;
 };
 
 /// What a query keeps for the next one on its thread.
@@ -100,7 +158,12 @@ struct RegionMemory {
   SurfaceCrossings crossings;
   std::array<SurfaceWinding, 2> windings;
   SurfacePatches patches;
+  std::vector<CoincidingFaces> coinciding;
   std::vector<RegionSums> sums;
+  int exponent = 0;     ///< points in `bodies` are enlarged by 2^exponent
+  double rounding = 0;  ///< how far off they are by the rounding of positions to S
+
+  double scale() const { return std::ldexp(1., exponent); }
 };
 
 template <typename S>
@@ -121,12 +184,28 @@ void collectCandidates(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
       [&] { testAllCandidates(input, collector); });
 }
 
-template <typename S, typename Place>
-void placeSurface(const MeshState<S>& mesh, const Place& place, ClosedSurface& surface) {
+/// The largest coordinate of a mesh.
+template <typename S>
+double extentOf(const PlacedMesh<S>& body) {
+  const fcl::AABB<S>& box = body.geometry->aabb_local;
+  return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
+}
+
+/// An exact factor by which products of small coordinates do not underflow, as an exponent of 2.
+int enlargementOf(double extent) {
+  constexpr double kSmall = 0x1p-100;
+  constexpr int kMost = 1000;
+  return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
+}
+
+template <typename S>
+void placeSurface(const MeshState<S>& mesh, const RelativePlacement& place, double scale,
+                  ClosedSurface& surface) {
   surface.topology = mesh.topology.get();
   surface.points.resize(mesh.vertices.size());
+  const fcl::Vector3d by = scale * place.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    surface.points[v] = place(mesh.vertices[v]);
+    surface.points[v] = place.R * (scale * mesh.vertices[v].template cast<double>()) + by;
 }
 
 /// Finds crossings, what is inside, and the parts of both surfaces.
@@ -134,17 +213,26 @@ template <typename S>
 void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
                  const RelativePlacement& to_first, RegionMemory& m) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
+  m.coinciding.clear();
   if (has_none || areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
-  placeSurface(
-      first.mesh,
-      [](const fcl::Vector3<S>& x) -> fcl::Vector3d { return x.template cast<double>(); },
-      m.bodies[0]);
-  placeSurface(second.mesh, to_first, m.bodies[1]);
+  const double shift = to_first.T.cwiseAbs().maxCoeff(),
+               extent = std::max(extentOf(first), extentOf(second)) + shift,
+               in_world = extent + double(first.tf.translation().cwiseAbs().maxCoeff());
+  m.exponent = enlargementOf(extent);
+  placeSurface(first.mesh, RelativePlacement(), m.scale(), m.bodies[0]);
+  placeSurface(second.mesh, to_first, m.scale(), m.bodies[1]);
+  constexpr double kUnits = 16;
+  m.rounding = kUnits * double(std::numeric_limits<S>::epsilon()) * in_world * m.scale();
+  MeshRays<S> first_rays(first.mesh, RelativePlacement(), m.scale(), 0),
+      second_rays(second.mesh, to_first, m.scale(), 0x1p-45 * extent);
+  m.bodies[0].rays = &first_rays;
+  m.bodies[1].rays = &second_rays;
   collectCandidates(first, second, m.pairs);
-  m.crossings.build(m.bodies, m.pairs);
+  m.crossings.build(m.bodies, m.pairs, m.rounding);
   for (const Operand body : {Operand::First, Operand::Second})
     m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
   m.patches.build(m.bodies, m.crossings, m.windings);
+  findCoincidingFaces(m.bodies, m.crossings, m.patches, m.coinciding);
 }
 
 /// Whether a point of a triangle's plane is in the triangle. The centroid of a part need not be,
@@ -160,7 +248,7 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
 template <typename S>
 void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
-  RegionDepth<S> search(other, to_other);
+  RegionDepth<S> search(other, to_other, m.scale());
   const ClosedSurface& surface = m.bodies[indexOf(body)];
   // First a few: the deeper the deepest of them, the fewer of the others need a search.
   constexpr unsigned kStride = 13;
@@ -183,6 +271,8 @@ template <typename S>
 void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionMemory& m) {
   m.sums.assign(m.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
+  for (const CoincidingFaces& faces : m.coinciding) m.sums[faces.region].leaveOut(faces);
+  for (RegionSums& sums : m.sums) sums.faceOutward();
   if (m.sums.empty()) return;
   findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
   findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);
@@ -201,6 +291,7 @@ class RegionWriter {
       : m_(memory),
         turn_(tf.linear().template cast<double>()),
         shift_(tf.translation().template cast<double>()),
+        scale_(memory.scale()),
         result_(result) {}
 
   void write() {
@@ -212,7 +303,11 @@ class RegionWriter {
 
  private:
   fcl::Vector3<S> placed(const fcl::Vector3d& x) const {
-    return (turn_ * x + shift_).template cast<S>();
+    return (turn_ * (x * (1 / scale_)) + shift_).template cast<S>();
+  }
+  /// A length, an area or a volume.
+  S reduced(double size, int dimension) const {
+    return static_cast<S>(std::ldexp(size, -dimension * m_.exponent));
   }
 
   void writeRegions() {
@@ -223,10 +318,10 @@ class RegionWriter {
     result_.normals.resize(count);
     for (std::size_t r = 0; r < count; ++r) {
       const RegionSums& sums = m_.sums[r];
-      result_.volumes[r] = static_cast<S>(sums.volume);
-      result_.depths[r] = static_cast<S>(sums.depth);
+      result_.volumes[r] = reduced(sums.volume, 3);
+      result_.depths[r] = reduced(sums.depth, 1);
       result_.deepest_points[r] = placed(sums.deepest);
-      result_.normals[r] = (turn_ * sums.meanNormal()).template cast<S>().normalized();
+      result_.normals[r] = (turn_ * sums.meanNormal(m_.rounding)).template cast<S>().normalized();
     }
   }
 
@@ -236,7 +331,7 @@ class RegionWriter {
     patches.centroids.resize(count);
     patches.begins.assign(count + 1, 0);
     for (std::size_t r = 0; r < count; ++r) {
-      patches.areas[r] = static_cast<S>(m_.sums[r].areas[side]);
+      patches.areas[r] = reduced(m_.sums[r].areas[side], 2);
       patches.centroids[r] = placed(m_.sums[r].centroid(side));
       patches.begins[r + 1] = patches.begins[r] + m_.sums[r].num_parts[side];
     }
@@ -255,9 +350,13 @@ class RegionWriter {
     result_.curve_regions.clear();
     result_.curve_begins.assign(1, 0);
     for (const CrossingCurve& curve : curves) {
+      const bool is_turned = m_.sums[curve.region].is_turned;
       for (std::size_t i = curve.begin; i < curve.end; ++i) {
-        const CrossingSegment& s = m_.crossings.segments()[m_.patches.curveSegments()[i]];
-        result_.curve_points.push_back(placed(m_.crossings.nodes()[s.start].position));
+        // A curve that is turned begins with the same segment.
+        const std::size_t at = is_turned && i > curve.begin ? curve.begin + curve.end - i : i;
+        const CrossingSegment& s = m_.crossings.segments()[m_.patches.curveSegments()[at]];
+        const unsigned node = is_turned ? s.end : s.start;
+        result_.curve_points.push_back(placed(m_.crossings.nodes()[node].position));
         result_.curve_first.push_back(s.first);
         result_.curve_second.push_back(s.second);
       }
@@ -269,6 +368,7 @@ class RegionWriter {
   const RegionMemory& m_;
   const fcl::Matrix3d turn_;
   const fcl::Vector3d shift_;
+  const double scale_;
   ContactRegions<S>& result_;
 };
 

@@ -17,11 +17,12 @@ bool areEqual(const std::array<FaceSide, 3>& sides) {
 }
 
 /// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
-/// itself.
+/// itself. `size` underflows where the orientation may.
 bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
+  constexpr double kLeast = 0x1p-900;
   double size = 1;
   for (const fcl::Vector3d& corner : face) size *= (corner - x).lpNorm<Eigen::Infinity>();
-  return value == 0 || std::fabs(value) > 0x1p-14 * size;
+  return value == 0 || (size > kLeast && std::fabs(value) > 0x1p-14 * size);
 }
 
 /// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
@@ -47,12 +48,15 @@ fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) 
 
 }  // namespace
 
-void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs) {
+void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs,
+                             double rounding) {
   const auto key = [](const TrianglePair& p) { return std::make_pair(p.first, p.second); };
   std::sort(pairs.begin(), pairs.end(),
             [&](const TrianglePair& a, const TrianglePair& b) { return key(a) < key(b); });
+  rounding_ = rounding;
   ends_.clear();
   segments_.clear();
+  coplanar_.clear();
   for (const TrianglePair& pair : pairs) testPair(bodies, pair);
   collectNodes();
   collectEdges();
@@ -63,6 +67,7 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
                                q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
   for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
+  keepIfCoplanar(pair, p, q, sides1);
   if (areEqual(sides1)) {
     // A face without area has no sides, and yet its edges may cross the other.
     if (sides1[0].sign != 0) return;
@@ -73,6 +78,25 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   testEdges(bodies[0], Operand::First, pair, p, q, sides1);
   testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
   keepIfWhole(first_end, pair);
+}
+
+/// Keeps two triangles in one plane: the corners of each are near the plane of the other.
+void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
+                                      const TrianglePoints<double>& q,
+                                      const std::array<FaceSide, 3>& sides) {
+  const auto doubledArea = [](const TrianglePoints<double>& t) {
+    return (t[1] - t[0]).cross(t[2] - t[0]).norm();
+  };
+  // An orientation is a height times the doubled area of the face. Nearly all pairs end here:
+  const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
+  if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
+  const double limit = rounding_ * doubledArea(q);
+  for (const FaceSide& side : sides)
+    if (!(std::fabs(side.value) <= limit)) return;
+  const double other_limit = rounding_ * doubledArea(p);
+  for (const fcl::Vector3d& x : q)
+    if (!(std::fabs(orientation(p[0], p[1], p[2], x)) <= other_limit)) return;
+  if (limit > 0 && other_limit > 0) coplanar_.push_back({pair.first, pair.second, sides});
 }
 
 /// The edges of one triangle with the face of the other.
@@ -251,20 +275,18 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   }
 }
 
-/// How often another body winds around a point: by the crossings of a ray along x.
+/// How often another body winds around a point: by the crossings of a ray along x, which is an edge
+/// of the point's body.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;
   far[0] = box.high[0] + std::max(size, 1.);
+  candidates_.clear();
+  other.rays->find(point, fcl::Vector3d::UnitX(), candidates_);
   int number = 0;
-  for (unsigned t = 0; t < other.numTriangles(); ++t) {
+  for (const unsigned t : candidates_) {
     const TrianglePoints<double> face = other.triangle(t);
-    const fcl::Vector3d low = face[0].cwiseMin(face[1]).cwiseMin(face[2]),
-                        high = face[0].cwiseMax(face[1]).cwiseMax(face[2]);
-    if (high[0] < point[0] || low[1] > point[1] || high[1] < point[1] || low[2] > point[2] ||
-        high[2] < point[2])
-      continue;
     const int from = sideOfFace(face, point, body).sign, to = sideOfFace(face, far, body).sign;
     if (from * to < 0 && passesWithin(point, far, face, body)) number += from;
   }

@@ -79,9 +79,22 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
          side == passingSide(p, q, face[2], face[0], body);
 }
 
-/// A closed mesh, its vertices in the frame of the first of a pair.
+/// Finds the triangles of a mesh that a ray may meet, by its tree.
+class RayCandidates {
+ public:
+  /// Adds them to `triangles`. Origin and direction are in the coordinates of ClosedSurface.
+  virtual void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
+                    std::vector<unsigned>& triangles) = 0;
+
+ protected:
+  ~RayCandidates() = default;
+};
+
+/// A closed mesh, its vertices in the frame of the first of a pair, enlarged by a power of two
+/// where products of coordinates would underflow.
 struct ClosedSurface {
   const MeshTopology* topology = nullptr;
+  RayCandidates* rays = nullptr;
   std::vector<fcl::Vector3d> points;
 
   unsigned numTriangles() const { return static_cast<unsigned>(topology->triangles.size()); }
@@ -120,6 +133,13 @@ struct CrossingSegment {
   unsigned start, end;     ///< nodes
 };
 
+/// Two triangles in one plane, up to rounding.
+struct CoplanarPair {
+  unsigned first, second;
+  /// Where the corners of the first lie seen from the second: sideOfFace.
+  std::array<FaceSide, 3> sides;
+};
+
 /// All crossings of two surfaces. As many segments start at a node as end there.
 class SurfaceCrossings {
  public:
@@ -130,8 +150,9 @@ class SurfaceCrossings {
     bool isEmpty() const { return begin == end; }
   };
 
-  /// `pairs`: of triangles that may cross; sorted here.
-  void build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs);
+  /// `pairs`: of triangles that may cross; sorted here. `rounding`: how far a point may be off a
+  /// plane that it counts as lying in, for coplanar().
+  void build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs, double rounding);
 
   /// By edge, then along it from `low` to `high`.
   const std::vector<CrossingNode>& nodes() const { return nodes_; }
@@ -139,6 +160,8 @@ class SurfaceCrossings {
   const std::vector<CrossingSegment>& segments() const { return segments_; }
   /// The nodes of each edge that has some.
   const std::vector<Range>& edges() const { return edges_; }
+  /// Pairs of triangles in one plane, whether they cross or not.
+  const std::vector<CoplanarPair>& coplanar() const { return coplanar_; }
   /// The nodes of an edge.
   Range along(Operand body, unsigned from, unsigned to) const;
 
@@ -150,6 +173,8 @@ class SurfaceCrossings {
   };
 
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);
+  void keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
+                      const TrianglePoints<double>& q, const std::array<FaceSide, 3>& sides);
   void testEdges(const ClosedSurface& surface, Operand body, const TrianglePair& pair,
                  const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
                  const std::array<FaceSide, 3>& sides);
@@ -157,10 +182,12 @@ class SurfaceCrossings {
   void collectNodes();
   void collectEdges();
 
+  double rounding_ = 0;
   std::vector<SegmentEnd> ends_;
   std::vector<CrossingNode> nodes_;
   std::vector<CrossingSegment> segments_;
   std::vector<Range> edges_;
+  std::vector<CoplanarPair> coplanar_;
 };
 
 /// How often one body winds around each vertex of the other. Vertices that edges without crossings
@@ -187,8 +214,8 @@ class SurfaceWinding {
              const SurfaceCrossings& crossings);
   void connectLabels(Operand body, const SurfaceCrossings& crossings);
   void setNumbers(const ClosedSurfaces& bodies, Operand body);
-  static int countAround(const fcl::Vector3d& point, Operand body, const ClosedSurface& other,
-                         const Box& box);
+  int countAround(const fcl::Vector3d& point, Operand body, const ClosedSurface& other,
+                  const Box& box);
   static Box boxAround(const ClosedSurface& surface);
   unsigned rootOf(unsigned label);
 
@@ -200,6 +227,7 @@ class SurfaceWinding {
   std::vector<int> offsets_;              ///< by label: its number less that of its parent
   std::vector<int> numbers_;              ///< by label
   std::vector<std::uint8_t> is_known_;    ///< by label, of roots
+  std::vector<unsigned> candidates_;      ///< triangles that a ray may meet
 };
 
 }  // namespace adaptive_bvh

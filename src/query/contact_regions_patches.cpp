@@ -25,9 +25,11 @@ void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings&
   cutTriangles(Operand::First);
   cutTriangles(Operand::Second);
   traceCurves();
-  connectHoles();
+  last_part_.assign(parents_.size(), 0);
   collectParts(Operand::First);
   collectParts(Operand::Second);
+  findOrientations();
+  connectHoles();
   connectCavities();
   numberRegions();
 }
@@ -181,37 +183,93 @@ auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// Connects a curve around a hole with the next boundary of the part, seen from the curve's
-/// farthest point in some direction.
+/// The areas of a body's parts count as often as the other body winds around them.
+void SurfacePatches::findOrientations() {
+  std::array<double, 2> areas{};
+  for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
+  for (std::size_t k = 0; k < 2; ++k) orientations_[k] = areas[k] < 0 ? -1 : 1;
+}
+
+/// Connects a curve around a hole with the boundary of the part that has the hole.
 void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-  if (!(signedArea(curve, body, normal) < 0)) return;
-  const fcl::Vector3d along = (p[1] - p[0]).stableNormalized(), across = normal.cross(along);
-  fcl::Vector3d from = fcl::Vector3d::Zero();
-  double farthest = -std::numeric_limits<double>::infinity();
+  if (!(orientations_[indexOf(body)] * signedArea(curve, body, normal) < 0)) return;
+  fcl::Vector3d low = fcl::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (std::size_t i = curve.begin; i < curve.end; ++i) {
     const CrossingSegment& s = crossings_->segments()[curve_segments_[i]];
     const fcl::Vector3d& x = crossings_->nodes()[s.start].position;
-    if ((x - p[0]).dot(along) <= farthest) continue;
-    farthest = (x - p[0]).dot(along);
-    from = x;
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
   }
-  const unsigned own = rootOf(curve.region);
-  double nearest = std::numeric_limits<double>::infinity();
-  unsigned element = curve.region;
-  const CutTriangle& cut = *cutTriangle(body, triangle);
-  for (std::size_t i = cut.begin; i < cut.end; ++i) {
-    const Piece& piece = pieces_[i];
-    const double y0 = (piece.from - from).dot(across), y1 = (piece.to - from).dot(across);
-    if ((y0 > 0) == (y1 > 0) || rootOf(piece.element) == own) continue;
-    const double x0 = (piece.from - from).dot(along), x1 = (piece.to - from).dot(along);
-    const double x = x0 + (x1 - x0) * (y0 / (y0 - y1));
-    if (!(x >= 0) || !(x < nearest)) continue;
-    nearest = x;
-    element = piece.element;
+  findHits(*cutTriangle(body, triangle), normal, low + 0.5 * (high - low));
+  const unsigned around = rootAround(rootOf(curve.region));
+  if (around != kNoRegion) connect(curve.region, around);
+}
+
+/// Where a line through a point of a triangle's plane crosses the boundaries of the triangle's
+/// parts: seen along the axis that is nearest to the normal, it is parallel to another axis.
+void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
+                              const fcl::Vector3d& x) {
+  int axis;
+  normal.cwiseAbs().maxCoeff(&axis);
+  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+  hits_.clear();
+  for (std::size_t k = cut.begin; k < cut.end; ++k) {
+    const fcl::Vector3d &from = pieces_[k].from, &to = pieces_[k].to;
+    // A common end of two pieces is on the same side for both.
+    if ((from[j] > x[j]) == (to[j] > x[j])) continue;
+    const double at = from[i] - x[i] + (to[i] - from[i]) * ((x[j] - from[j]) / (to[j] - from[j]));
+    hits_.push_back(
+        {at, rootOf(pieces_[k].element), to[j] > from[j] ? pieces_[k].count : -pieces_[k].count});
   }
-  connect(curve.region, element);
+}
+
+/// Looks for the longest stretch of the line in a hole or a cavity that the root `own` bounds, and
+/// returns the root around it, in whose part or region it is; `own` where there is none.
+/// kNoRegion if the line passes by the hole.
+unsigned SurfacePatches::rootAround(unsigned own) {
+  std::sort(hits_.begin(), hits_.end(),
+            [](const LineHit& a, const LineHit& b) { return a.at < b.at; });
+  int number = 0, own_number = 0, sense = 0;
+  double longest = 0;
+  std::size_t next = 0;  // the first hit after that stretch
+  for (std::size_t i = 0; i + 1 < hits_.size(); ++i) {
+    number += hits_[i].count;
+    if (hits_[i].root == own) own_number += hits_[i].count;
+    const double length = hits_[i + 1].at - hits_[i].at;
+    if (number != 0 || own_number == 0 || !(length > longest)) continue;
+    longest = length;
+    next = i + 1;
+    sense = own_number;
+  }
+  if (sense == 0) return kNoRegion;
+  const unsigned around = rootFrom(next, -sense);
+  return around == kNoRegion ? own : around;
+}
+
+/// Of the roots that wind around the points of the line before a hit, the one that the line crosses
+/// first from there on. `sense`: its sign where it is not 0.
+unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
+  for (std::size_t i = first; i < hits_.size(); ++i) {
+    int number = 0;  // the line ends outside of all
+    for (std::size_t k = first; k < hits_.size(); ++k)
+      if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
+    if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
+  }
+  return kNoRegion;
+}
+
+unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const CutTriangle* const cut = cutTriangle(body, triangle);
+  if (!cut) return regionOf(body, surface.corners(triangle)[0]);
+  const TrianglePoints<double> p = surface.triangle(triangle);
+  findHits(*cut, (p[1] - p[0]).cross(p[2] - p[0]), x);
+  const auto is_behind = [](const LineHit& hit) { return hit.at <= 0; };
+  hits_.erase(std::remove_if(hits_.begin(), hits_.end(), is_behind), hits_.end());
+  const unsigned root = rootFrom(0, 0);
+  return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 
 void SurfacePatches::collectParts(Operand body) {
@@ -260,26 +318,31 @@ void SurfacePatches::addCut(const CutTriangle& cut) {
 SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
                                     const CutTriangle& cut, const fcl::Vector3d& normal) {
   const unsigned root = rootOf(piece.element);
-  for (std::size_t i = first_part; i < parts_.size(); ++i)
-    if (parts_[i].region == root) return parts_[i];
+  std::size_t& last = last_part_[root];
+  if (last >= first_part && last < parts_.size() && parts_[last].region == root)
+    return parts_[last];
+  last = parts_.size();
   parts_.push_back(
       {cut.body, cut.triangle, root, true, 0, 0, normal, piece.from, fcl::Vector3d::Zero()});
   return parts_.back();
 }
 
-/// A triangle has one part in each region: two were apart while cavities were not connected.
+/// A triangle has one part in each region: two were apart while holes and cavities were not
+/// connected.
 void SurfacePatches::mergeParts() {
   std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  last_part_.assign(num_regions_, 0);
   for (const SurfacePart& part : parts_) {
     if (kept > 0 &&
         (parts_[kept - 1].body != part.body || parts_[kept - 1].triangle != part.triangle))
       first = kept;
-    std::size_t same = first;
-    while (same < kept && parts_[same].region != part.region) ++same;
-    if (same == kept)
+    std::size_t& last = last_part_[part.region];
+    if (last >= first && last < kept && parts_[last].region == part.region) {
+      parts_[last].add(part);
+    } else {
+      last = kept;
       parts_[kept++] = part;
-    else
-      parts_[same].add(part);
+    }
   }
   parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(kept), parts_.end());
 }

@@ -66,6 +66,8 @@ class SurfacePatches {
   std::size_t numRegions() const { return num_regions_; }
   /// The region of a vertex inside the other body; kNoRegion for other vertices.
   unsigned regionOf(Operand body, unsigned vertex) const;
+  /// The region of a point of a triangle inside the other body; kNoRegion for other points.
+  unsigned regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x);
   static constexpr unsigned kNoRegion = ~0u;
 
  private:
@@ -86,6 +88,17 @@ class SurfacePatches {
     unsigned root;
     double volume, area;
     fcl::Vector3d origin;
+    std::size_t largest;  ///< the part with the largest area
+  };
+  /// Where a line crosses a boundary: that of parts in a plane, or that of regions.
+  struct LineHit {
+    double at;
+    unsigned root;
+    int count;  ///< by which the number around the points of the line changes
+  };
+  /// A line, and two directions across it.
+  struct Line {
+    fcl::Vector3d origin, along, u, v;
   };
 
   unsigned nodeElement(unsigned node) const { return num_labels_ + node; }
@@ -101,6 +114,10 @@ class SurfacePatches {
   void traceCurves();
   void connectHoles();
   void connectHole(const CrossingCurve& curve, Operand body, unsigned triangle);
+  void findOrientations();
+  void findHits(const CutTriangle& cut, const fcl::Vector3d& normal, const fcl::Vector3d& x);
+  unsigned rootAround(unsigned own);
+  unsigned rootFrom(std::size_t first, int sense) const;
   double signedArea(const CrossingCurve& curve, Operand body, const fcl::Vector3d& normal) const;
   const CutTriangle* cutTriangle(Operand body, unsigned triangle) const;
   void collectParts(Operand body);
@@ -110,7 +127,9 @@ class SurfacePatches {
                       const fcl::Vector3d& normal);
   void connectCavities();
   void measureRoots();
-  bool isAround(unsigned root, const fcl::Vector3d& point) const;
+  bool connectCavity(unsigned root, const SurfacePart& part);
+  void addHits(const Line& line, Operand body, unsigned triangle);
+  void addHit(const Line& line, const Piece& piece, double at);
   void mergeParts();
   void numberRegions();
 
@@ -128,8 +147,12 @@ class SurfacePatches {
   std::vector<CrossingCurve> curves_;
   std::vector<unsigned> curve_segments_;
   std::vector<SurfacePart> parts_;
+  std::array<double, 2> orientations_{};  ///< by body: whether the other faces inward: -1, else 1
   std::vector<Enclosed> enclosed_;
-  std::vector<unsigned> numbers_;  ///< by root: a number
+  std::vector<LineHit> hits_;
+  std::vector<unsigned> candidates_;    ///< triangles that a line may meet
+  std::vector<unsigned> numbers_;       ///< by root: a number
+  std::vector<std::size_t> last_part_;  ///< by root or region: its last part
   /// Sort key of a region.
   struct RegionKey {
     unsigned first, second, curve, root;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <type_traits>
 
 #include "adaptive_bvh/point_query.h"
 #include "base/float4.h"
@@ -43,10 +44,11 @@ class RayInTree {
     per_t_ = scaled.norm() * tree.scale();
     along_ = tree.toBody() * (scaled * (1 / per_t_));
   }
-  /// After the direction. False when the ray passes by the body.
-  bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin) {
+  /// After the direction. False when the ray passes by the body. `error`: how far off the origin
+  /// may be.
+  bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin, double error = 0) {
     const fcl::Vector3d from = tree.toBody() * (origin - tree.origin());
-    rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble;
+    rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble + error * tree.scale();
     has_boxes_ = rounding_ <= 1;
     if (!has_boxes_) return meetEveryBox();
     constexpr double kReach = 2.5;  // all coordinates of the body are below 2
@@ -151,14 +153,14 @@ class RayWalk {
 
   /// Only hits from t = `begin` to `end` are of interest; others may be found, too. False when the
   /// ray passes by the body. Rays of one direction, one after the other, are prepared once.
-  bool start(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin,
-             double end) {
+  bool start(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
+             double error = 0) {
     if (direction != direction_) {
       direction_ = direction;
       ray_.setDirection(mesh_.tree, direction);
       test_.reset();
     }
-    if (!ray_.setOrigin(mesh_.tree, origin)) return false;
+    if (!ray_.setOrigin(mesh_.tree, origin, error)) return false;
     origin_ = origin;
     if (test_) test_->setOrigin(origin);
     begin_ = begin > 0 ? std::max(ray_.before(begin), 0.f) : 0.f;
@@ -198,6 +200,15 @@ class RayWalk {
     while (step(found)) {
     }
   }
+  /// Calls each(triangle) for all triangles that a ray may meet, by their boxes; the ray's origin
+  /// may be off by `error`.
+  template <typename Each>
+  void forEachNear(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double error,
+                   Each&& each) {
+    if (!start(origin, direction, 0, std::numeric_limits<double>::infinity(), error)) return;
+    while (step(each)) {
+    }
+  }
 
  private:
   /// A node to be visited, and where the ray enters its box.
@@ -208,9 +219,20 @@ class RayWalk {
 
   void setEnd(double t) { end_ = t < 0 ? -1.f : ray_.after(t); }
 
+  /// A function of triangles alone is called for those that are not tested.
   template <typename Found>
   [[gnu::noinline]] void testLeaf(const WideNode& leaf, unsigned lanes, const Float4& enter,
                                   Found&& found) {
+    if constexpr (std::is_invocable<Found&, int>::value) {
+      for (; lanes != 0; lanes &= lanes - 1)
+        found(mesh_.tree.corners(static_cast<unsigned>(leaf.first + __builtin_ctz(lanes)))[3]);
+      return;
+    } else {
+      testTriangles(leaf, lanes, enter, found);
+    }
+  }
+  template <typename Found>
+  void testTriangles(const WideNode& leaf, unsigned lanes, const Float4& enter, Found& found) {
     if (!test_) test_.emplace(origin_, direction_);  // few rays that meet nothing need one
     for (; lanes != 0; lanes &= lanes - 1) {
       const auto place = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
