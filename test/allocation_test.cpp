@@ -2,9 +2,6 @@
 // Building a model allocates what it keeps.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
@@ -13,39 +10,11 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
+#include "support/allocations.h"
 #include "support/closed_bodies.h"
 #include "support/meshes.h"
 #include "support/names.h"
 #include "support/test_volume.h"
-
-namespace {
-long allocations = 0;
-
-void* counted(std::size_t size) {
-  ++allocations;
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (!memory) throw std::bad_alloc();
-  return memory;
-}
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size); }
-void* operator new[](std::size_t size) { return counted(size); }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
-void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const auto align = static_cast<std::size_t>(alignment);
-  void* memory = std::aligned_alloc(align, (size + align - 1) / align * align);
-  if (!memory) throw std::bad_alloc();
-  return memory;
-}
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace adaptive_bvh_test {
 namespace {
@@ -58,9 +27,9 @@ using adaptive_bvh::RefitPolicy;
 class Allocation : public testing::TestWithParam<FitnessCriterion> {};
 
 TEST(AllocationCounter, Counts) {
-  const long before = allocations;
+  const long before = allocationCount();
   delete new int(1);
-  EXPECT_EQ(before + 1, allocations);
+  EXPECT_EQ(before + 1, allocationCount());
 }
 
 TEST_P(Allocation, NoneInASteadyStateFrame) {
@@ -76,7 +45,7 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
   int refitted = 0;
   for (int frame = 0; frame < 30; ++frame) {
     const auto& positions = deformation.next();
-    long before = allocations;
+    long before = allocationCount();
     if (frame % 3 == 0) {
       model.update(positions);
     } else if (frame % 3 == 1) {
@@ -88,13 +57,13 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
       for (const auto& p : positions) model.replaceVertex(p);
       model.endReplaceModel();
     }
-    if (frame > 1) in_updates += allocations - before;  // FCL's calls have met their first frame
+    if (frame > 1) in_updates += allocationCount() - before;  // FCL's calls have met their first frame
     refitted += model.lastUpdate().refitted();
 
     fcl::DistanceResultd distance;
-    before = allocations;
+    before = allocationCount();
     adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), distance);
-    if (frame > 0) in_queries += allocations - before;
+    if (frame > 0) in_queries += allocationCount() - before;
     EXPECT_GT(distance.min_distance, 0);
   }
   EXPECT_EQ(0, in_updates);
@@ -126,22 +95,22 @@ TEST(AllocationOfAModelWithAMesh, NoneInASteadyStateFrame) {
     for (std::size_t i = 0; i < some.size(); ++i) to[i] = positions[some[i]] * 1.01;
     const Eigen::Map<const Eigen::Matrix3Xd> columns(positions[0].data(), 3,
                                                      Eigen::Index(positions.size()));
-    long before = allocations;
+    long before = allocationCount();
     if (frame % 2)
       model.update(positions);
     else
       model.update(columns);
     refitted += model.lastUpdate().refitted();
     model.update(some, to);
-    if (frame >= 80) in_updates += allocations - before;
+    if (frame >= 80) in_updates += allocationCount() - before;
     above.translation()[2] = 0.5 - 0.001 * (frame % 5);
-    before = allocations;
+    before = allocationCount();
     fcl::DistanceResultd recorded, of_meshes, coherent;
     adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
     adaptive_bvh::distance<double>(&model.mesh(), tf, &other.mesh(), above, fcl::DistanceRequestd(),
                                    of_meshes);
     pair.distance(tf, above, fcl::DistanceRequestd(), coherent);
-    if (frame >= 80) in_queries += allocations - before;
+    if (frame >= 80) in_queries += allocationCount() - before;
     EXPECT_NEAR(recorded.min_distance, coherent.min_distance, 1e-12);
     EXPECT_NEAR(recorded.min_distance, of_meshes.min_distance, 1e-12);
   }
@@ -175,7 +144,7 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   std::size_t found = 0;
   for (int frame = 0; frame < 60; ++frame) {
     model.update(frames[std::size_t(frame) % frames.size()]);
-    const long before = allocations;
+    const long before = allocationCount();
     pair.isNearer(tf, above, 0.05 * (frame % 3));
     isNearer(model, tf, other, above, 0.1);
     found += pairsWithin(model, tf, other, above, request, pairs);
@@ -187,7 +156,7 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
     firstHits(model, frames[0].data(), frames[1].data(), frames[0].size(), first);
     anyHits(model, frames[0].data(), frames[1].data(), frames[0].size(), any);
     featurePairDetails(model, tf, other, above, features, details);
-    if (frame >= 40) in_queries += allocations - before;
+    if (frame >= 40) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(found, 0u);
@@ -211,13 +180,13 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
   std::size_t found = 0;
   for (int frame = 0; frame < 60; ++frame) {
     model.update(frames[std::size_t(frame) % frames.size()]);
-    const long before = allocations;
+    const long before = allocationCount();
     found += vertexContacts(model, tf, other, above, 0.1, of_first, of_second);
     found += vertexContacts(model, tf, sphere, above, 0.1, of_sphere);
     signedDistances(other, frames[0], distances);
     windingNumbers(model, frames[1], 0.1, numbers);
     closestFeatures(model, frames[1], 0.1, features);
-    if (frame >= 40) in_queries += allocations - before;
+    if (frame >= 40) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GT(found, 1000u);
@@ -240,10 +209,10 @@ TEST(AllocationOfContactRegions, NoneInASteadyStateFrame) {
   std::size_t found = 0;
   for (int frame = 0; frame < 60; ++frame) {
     model.update(frames[std::size_t(frame) % frames.size()]);
-    const long before = allocations;
+    const long before = allocationCount();
     found += contactRegions(model, tf, other, above, regions);
     tracker.track(regions);
-    if (frame >= 40) in_queries += allocations - before;
+    if (frame >= 40) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_GE(found, 60u);
@@ -265,13 +234,13 @@ TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
     const auto from = std::size_t(frame % 19);
     const Motion motion(model, frames[from], frames[from + 1]);
     const Motion still(other, hose.vertices, hose.vertices);
-    const long before = allocations;
+    const long before = allocationCount();
     candidates(motion, still, 0.1, pairs);
     timesOfImpact(motion, still, pairs, 0.1, times);
     earliestImpact(motion, still, 0.01);
     earliestImpact(motion, 0.001, own);
     safeDisplacements(motion, still, 0.01, of_first, of_second);
-    if (frame >= 38) in_queries += allocations - before;
+    if (frame >= 38) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_FALSE(own.edge_edge.empty());
@@ -293,18 +262,18 @@ TriangleMesh<double> box() {
 
 template <typename Model>
 long allocationsOfBuild(const TriangleMesh<double>& mesh, Model& model) {
-  const long before = allocations;
+  const long before = allocationCount();
   EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
-  return allocations - before;
+  return allocationCount() - before;
 }
 
 template <typename Model>
 long allocationsOfRebuild(const TriangleMesh<double>& mesh, Model& model) {
-  const long before = allocations;
+  const long before = allocationCount();
   model.beginReplaceModel();
   model.replaceSubModel(mesh.vertices);
   EXPECT_EQ(fcl::BVH_OK, model.endReplaceModel(false));
-  return allocations - before;
+  return allocationCount() - before;
 }
 
 class AllocationOfABuild : public testing::TestWithParam<HierarchyStrategy> {};

@@ -1,5 +1,8 @@
+#include <algorithm>
+
 #include <pybind11/pybind11.h>
 
+#include "bound.h"
 #include "contact_regions.h"
 #include "continuous.h"
 #include "docs.h"
@@ -17,6 +20,40 @@
 #include "recording.h"
 #include "scene.h"
 #include "shapes.h"
+
+namespace adaptive_bvh::python {
+namespace {
+
+/// pybind11's objects work in the main interpreter only: it takes the GIL by PyGILState_Ensure,
+/// which waits for ever in another one.
+bool isMainInterpreter() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return true;
+  PyErr_SetString(PyExc_ImportError, "adaptive_bvh does not work in a subinterpreter");
+  return false;
+}
+
+/// The protocols 0 and 1 make a pickled object of any class without its __new__, which pybind11
+/// answers by ending the process. So they get what protocol 2 gets: what a class says about itself,
+/// or a TypeError.
+void definePickling(py::module_& module) {
+  const py::object of_object =
+      py::reinterpret_borrow<py::object>(reinterpret_cast<PyObject*>(&PyBaseObject_Type))
+          .attr("__reduce_ex__");
+  for (const auto& item : py::dict(module.attr("__dict__"))) {
+    if (!PyType_Check(item.second.ptr())) continue;
+    if (!py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(item.second.ptr()))) continue;
+    item.second.attr("__reduce_ex__") = py::cpp_function(
+        [of_object](const py::object& self, int protocol) {
+          return of_object(self, std::max(protocol, 2));
+        },
+        py::name("__reduce_ex__"), py::is_method(item.second), py::arg("protocol"));
+  }
+}
+
+}  // namespace
+}  // namespace adaptive_bvh::python
+
+#define PyInit__core initCore  // the function that PYBIND11_MODULE defines
 
 // The module adaptive_bvh._core. adaptive_bvh/__init__.py names what is public.
 PYBIND11_MODULE(_core, module) {
@@ -42,5 +79,17 @@ PYBIND11_MODULE(_core, module) {
   bindScene(module);
   bindMeshes(module);
   bindRecording(module);
+  definePickling(module);
+  module.def("require_main_interpreter", [] {
+    if (!isMainInterpreter()) throw pybind11::error_already_set();
+  });
   module.attr("__name__") = name;
+}
+
+#undef PyInit__core
+
+/// Called where no interpreter has imported the module before. Others get a copy of the module of
+/// the first one: they call require_main_interpreter.
+extern "C" PYBIND11_EXPORT PyObject* PyInit__core() {
+  return adaptive_bvh::python::isMainInterpreter() ? initCore() : nullptr;
 }

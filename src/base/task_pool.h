@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <memory>
 #include <vector>
 
 namespace adaptive_bvh {
@@ -22,8 +23,10 @@ inline int partBegin(int size, int parts, int i) {
 /// Starts no threads.
 class TaskPool {
  public:
-  /// Has size 1 without oneTBB.
-  explicit TaskPool(int size) : size_(size > 1 && canRunTasks() ? size : 1) {}
+  /// Has size 1 without oneTBB. Allocates, if its size is above 1, all that forEach needs.
+  explicit TaskPool(int size)
+      : size_(size > 1 && canRunTasks() ? size : 1),
+        shares_(size_ > 1 ? new Share[static_cast<std::size_t>(size_)] : nullptr) {}
 
   int size() const { return size_; }
   /// The number of parts for uniform work: more than threads, so that the load is balanced.
@@ -33,7 +36,9 @@ class TaskPool {
   /// two that have the same slot at the same time. Returns when all are done; what they did is then
   /// visible to the caller. Each slot first takes tasks of a part of its own, one after the other:
   /// what neighbouring tasks read is then read by one processor. Once a task throws, no further
-  /// task begins; the caller gets the first exception when those that began are done.
+  /// task begins; the caller gets the first exception when those that began are done. A `run` that
+  /// throws nothing makes a forEach that throws nothing: where oneTBB has no memory, the caller's
+  /// thread does what is left. A task may not call forEach of the same pool.
   template <typename Run>
   void forEach(int count, Run&& run) const {
     if (size_ == 1) {
@@ -43,15 +48,15 @@ class TaskPool {
     std::atomic<int> finished{0};
     std::atomic<bool> has_failed{false};
     std::exception_ptr failure;
-    std::vector<Share> shares(static_cast<std::size_t>(size_));
+    Share* const shares = shares_.get();
     for (int i = 0; i < size_; ++i) {
-      Share& share = shares[static_cast<std::size_t>(i)];
+      Share& share = shares[i];
       share.next.store(partBegin(count, size_, i), std::memory_order_relaxed);
       share.end = partBegin(count, size_, i + 1);
     }
     auto work = [&](int slot) noexcept {
       for (int i = 0; i < size_; ++i) {  // its own, then what others have left
-        Share& share = shares[static_cast<std::size_t>((slot + i) % size_)];
+        Share& share = shares[(slot + i) % size_];
         for (int task; (task = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;) {
           if (has_failed.load(std::memory_order_relaxed)) continue;
           try {
@@ -96,6 +101,31 @@ class TaskPool {
   static inline std::atomic<unsigned> posted{0};
 
   int size_;
+  std::unique_ptr<Share[]> shares_;
+};
+
+/// One value for each slot of a TaskPool, on cache lines of their own. Allocates
+/// only when it is made, if there is more than one.
+template <typename T>
+class PerThread {
+ public:
+  explicit PerThread(int threads) : others_(static_cast<std::size_t>(threads) - 1) {}
+  T& operator[](int thread) {
+    return thread == 0 ? first_ : others_[static_cast<std::size_t>(thread) - 1].value;
+  }
+  template <typename Add>
+  T sum(Add&& add) {
+    T all = first_;
+    for (const Slot& slot : others_) add(all, slot.value);
+    return all;
+  }
+
+ private:
+  struct alignas(64) Slot {
+    T value{};
+  };
+  T first_{};
+  std::vector<Slot> others_;
 };
 
 }  // namespace adaptive_bvh

@@ -98,14 +98,26 @@ void WideTree::adoptLinks(const WideTree& other) {
   depth_ = other.depth_;
 }
 
+void WideTree::reserve(const TaskPool& pool) {
+  positions_.resize(slots().size());
+  residuals_.resize(slots().size());
+  later_.resize(static_cast<std::size_t>(pool.parts()) * (static_cast<std::size_t>(depth_) + 1));
+}
+
+void WideTree::reserve(const WideTree& other) {
+  nodes_.reserve(other.nodes_.size());
+  positions_.reserve(other.positions_.size());
+  residuals_.reserve(other.residuals_.size());
+  later_.reserve(other.later_.size());
+}
+
 template <typename S>
 void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
                      const TaskPool& pool) {
+  reserve(pool);
   coordinates_ = coordinates;
-  positions_.resize(slots().size());
-  residuals_.resize(slots().size());
   const int parts = pool.parts();
-  later_.resize(static_cast<std::size_t>(parts));
+  const auto laterOf = [&](int part) { return later_.data() + (depth_ + 1) * part; };
   // Parts begin at blocks of slots, so no part needs positions of another. Other threads may have
   // read these lines in the last query.
   const bool is_shared = pool.size() > 1;
@@ -113,11 +125,11 @@ void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coo
     const int begin = blockBegin(partBegin(size(), parts, part)),
               end = blockBegin(partBegin(size(), parts, part + 1));
     readPositions(vertices, firstSlot(begin), firstSlot(end), is_shared);
-    refitNodes(begin, end, is_shared, later_[static_cast<std::size_t>(part)]);
+    *laterOf(part) = refitNodes(begin, end, is_shared, laterOf(part) + 1);
   });
-  for (std::size_t part = later_.size(); part-- > 0;)
-    for (const int node : later_[part])
-      refitInner(nodes_[static_cast<std::size_t>(node)], nodes_.data());
+  for (int part = parts; part-- > 0;)
+    for (int i = 1; i <= *laterOf(part); ++i)
+      refitInner(nodes_[static_cast<std::size_t>(laterOf(part)[i])], nodes_.data());
 }
 
 template <typename S>
@@ -175,12 +187,13 @@ void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin,
 }
 
 /// Refits a part of the nodes, from the last to the first. `later` gets nodes with children in
-/// another part. They form a chain of ancestors, so only the last one has to be compared.
-void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& later) {
+/// another part, and the result says how many. They form a chain of ancestors: so there are fewer
+/// than the tree is deep, and only the last one has to be compared.
+int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
   constexpr int kAhead = 12;
-  later.clear();
+  int count = 0;
   const auto isLate = [&](int node) {
-    return node >= end || (!later.empty() && node == later.back());
+    return node >= end || (count > 0 && node == later[count - 1]);
   };
   for (int i = end; i-- > begin;) {
     WideNode& node = nodes_[static_cast<std::size_t>(i)];
@@ -192,10 +205,11 @@ void WideTree::refitNodes(int begin, int end, bool is_shared, std::vector<int>& 
     if (node.isLeaf())
       refitLeaf(node);
     else if (isLate(node.below[node.count - 1]))
-      later.push_back(i);
+      later[count++] = i;
     else
       refitInner(node, nodes_.data());
   }
+  return count;
 }
 
 /// Computes four boxes, the last triangle's more than once, without branches. All slots of a leaf

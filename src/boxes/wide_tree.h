@@ -193,6 +193,11 @@ class WideTree {
   /// Takes over another tree but for its positions and boxes, which come with `refit`.
   void adoptLinks(const WideTree& other);
 
+  /// Allocates all that refits with such a pool need. They then throw nothing.
+  void reserve(const TaskPool& pool);
+  /// Allocates all that is missing for `*this = other` to throw nothing.
+  void reserve(const WideTree& other);
+
   /// Computes all positions and boxes anew, in these coordinates.
   template <typename S>
   void refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
@@ -234,13 +239,14 @@ class WideTree {
   template <typename S>
   void readPositions(const fcl::Vector3<S>* vertices, std::size_t begin, std::size_t end,
                      bool is_shared);
-  void refitNodes(int begin, int end, bool is_shared, std::vector<int>& later);
+  int refitNodes(int begin, int end, bool is_shared, int* later);
   void refitLeaf(WideNode& node) const;
 
   std::shared_ptr<const LeafTriangles> triangles_;
   std::vector<WideNode> nodes_;  ///< those below a node follow it
   std::vector<Float4> positions_, residuals_;
-  std::vector<std::vector<int>> later_;  ///< of refits in parts
+  /// Of a refit in parts: `depth_` places a part for what refitNodes leaves to do.
+  std::vector<int> later_;
   int depth_ = 0;
   BodyCoordinates coordinates_;
 };

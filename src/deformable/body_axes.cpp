@@ -16,10 +16,9 @@ void BestFitTurn::start(const fcl::Vector3<S>* positions, const VertexSlots& slo
   scale_ = scale;
   const std::size_t triangles = slots.leaves();  // in the order of the leaves: near ones together
   const std::size_t count = std::min(kSamples, triangles);
-  vertices_.clear();
-  vertices_.reserve(count);
+  vertices_.resize(static_cast<Eigen::Index>(count));
   for (std::size_t i = 0; i < count; ++i)
-    vertices_.push_back(slots.verticesOf(i * triangles / count)[i % 3]);
+    vertices_[static_cast<Eigen::Index>(i)] = slots.verticesOf(i * triangles / count)[i % 3];
   rest_ = last_ = samplesOf(positions);
 }
 
@@ -31,12 +30,11 @@ bool BestFitTurn::turn(const fcl::Vector3<S>* positions, fcl::Matrix3d& axes) {
 /// The samples relative to their middle.
 template <typename S>
 auto BestFitTurn::samplesOf(const fcl::Vector3<S>* positions) const -> Samples {
-  Samples samples(3, static_cast<Eigen::Index>(vertices_.size()));
-  if (vertices_.empty()) return samples;
+  Samples samples(3, vertices_.size());
+  if (vertices_.size() == 0) return samples;
   const fcl::Vector3d from = positions[vertices_[0]].template cast<double>();
-  for (std::size_t i = 0; i < vertices_.size(); ++i)
-    samples.col(static_cast<Eigen::Index>(i)) =
-        (positions[vertices_[i]].template cast<double>() - from) * scale_;
+  for (Eigen::Index i = 0; i < vertices_.size(); ++i)
+    samples.col(i) = (positions[vertices_[i]].template cast<double>() - from) * scale_;
   samples.colwise() -= fcl::Vector3d(samples.rowwise().mean());
   return samples;
 }

@@ -27,13 +27,12 @@ class BestFitTurn {
   template <typename S>
   bool turn(const fcl::Vector3<S>* positions, fcl::Matrix3d& axes);
 
+  static constexpr std::size_t kSamples = 12;
   /// A few vertices, spread over the body.
-  const std::vector<unsigned>& samples() const { return vertices_; }
-
-  std::size_t bytes() const { return vertices_.capacity() * sizeof(vertices_[0]); }
+  using Vertices = Eigen::Matrix<unsigned, Eigen::Dynamic, 1, 0, int(kSamples), 1>;
+  const Vertices& samples() const { return vertices_; }
 
  private:
-  static constexpr std::size_t kSamples = 12;
   using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
 
   template <typename S>
@@ -42,7 +41,7 @@ class BestFitTurn {
 
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();
   double scale_ = 1;
-  std::vector<unsigned> vertices_;
+  Vertices vertices_;
   Samples rest_, last_;  ///< at the start, and when it looked last
 };
 
@@ -65,8 +64,6 @@ class BodyAxes {
   bool turn(const std::vector<fcl::Vector3<S>>& vertices) {
     return turn_.turn(vertices.data(), axes_);
   }
-
-  std::size_t bytes() const { return turn_.bytes(); }
 
  private:
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();

@@ -118,10 +118,12 @@ DeformableMesh<S>::DeformableMesh(const DeformableMesh& other)
 template <typename S>
 DeformableMesh<S>& DeformableMesh<S>::operator=(const DeformableMesh& other) {
   if (this == &other) return *this;
-  if (state_)
+  if (state_) {
+    state_->reserve(*other.state_);
     *state_ = *other.state_;
-  else
+  } else {
     state_ = std::make_unique<MeshState<S>>(*other.state_);
+  }
   state_->is_copy = true;
   fcl::CollisionGeometry<S>::operator=(other);
   return *this;
@@ -209,8 +211,7 @@ template <typename S>
 std::size_t DeformableMesh<S>::bytes() const {
   const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   return sizeof(*this) + sizeof(*state_) + state_->topology->bytes() + size(state_->vertices) +
-         size(state_->previous) + state_->tree.bytes() + state_->moved.bytes() +
-         state_->axes.bytes();
+         size(state_->previous) + state_->tree.bytes() + state_->moved.bytes();
 }
 
 template <typename S>

@@ -59,6 +59,12 @@ struct MeshState {
     return {vertices.data(), previous.empty() ? nullptr : previous.data(),
             topology->triangles.data()};
   }
+  /// Allocates all that is missing for `*this = other` to throw nothing.
+  void reserve(const MeshState& other) {
+    vertices.reserve(other.vertices.size());
+    previous.reserve(other.previous.size());
+    tree.reserve(other.tree);
+  }
   int numTriangles() const { return static_cast<int>(topology->triangles.size()); }
 };
 

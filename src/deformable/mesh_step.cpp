@@ -48,24 +48,6 @@ void requireUsable(const Positions& positions, std::size_t count, const IndexOf&
   }
 }
 
-/// What the parts of [0, size) find, on all threads, one after the other.
-template <typename Part, typename Find, typename Add>
-Part overParts(const TaskPool& pool, std::size_t size, const Find& find, const Add& add) {
-  std::vector<Part> parts(static_cast<std::size_t>(pool.size()) > 1 ? 8 * std::size_t(pool.size())
-                                                                    : 0);
-  if (parts.empty()) return find(std::size_t(0), size);
-  const auto count = static_cast<int>(parts.size());
-  pool.forEach(count, [&](int i, int) {
-    const auto begin = [&](int part) -> std::size_t {
-      return static_cast<std::size_t>(partBegin(static_cast<int>(size), count, part));
-    };
-    parts[static_cast<std::size_t>(i)] = find(begin(i), begin(i + 1));
-  });
-  Part all = parts[0];
-  for (std::size_t i = 1; i < parts.size(); ++i) add(all, parts[i]);
-  return all;
-}
-
 /// Along the body's axes, from its middle. Those of the body are below a half: there is room for
 /// another body of its size beside it (TreePair::align).
 template <typename S>
@@ -76,24 +58,52 @@ BodyCoordinates coordinatesOf(const MeshState<S>& state,
                                 4 * kSlack * static_cast<double>(geometry.aabb_radius));
 }
 
+/// The memory of a step that moves all vertices: from then on such a step throws nothing.
+template <typename S>
+struct StepMemory {
+  explicit StepMemory(MeshState<S>& state) : pool(poolOf(state)), squares(pool.size()) {
+    state.tree.reserve(pool);
+  }
+
+  const TaskPool pool;
+  PerThread<S> squares;
+};
+
 /// Writes the positions, and sets the radius of the ball around the middle that holds them.
 template <typename S>
 void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, const TaskPool& pool) {
+              const PositionArray<S>& positions, StepMemory<S>& memory) {
   const fcl::Vector3<S> middle = geometry.aabb_center;
   fcl::Vector3<S>* const vertices = state.vertices.data();
-  const S squared = overParts<S>(
-      pool, state.vertices.size(),
-      [&](std::size_t begin, std::size_t end) -> S {
-        S most = 0;
+  const TaskPool& pool = memory.pool;
+  pool.forEachPart(
+      static_cast<int>(state.vertices.size()), pool.parts(), [&](int begin, int end, int slot) {
+        S& most = memory.squares[slot];
         positions.forEachRun(
-            begin, end, [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+            std::size_t(begin), std::size_t(end),
+            [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
               most = std::max(most, copyPoints(points, count, middle, vertices + first));
             });
-        return most;
-      },
-      [](S& all, S part) { all = std::max(all, part); });
-  geometry.aabb_radius = std::sqrt(squared);
+      });
+  geometry.aabb_radius =
+      std::sqrt(memory.squares.sum([](S& all, S part) { all = std::max(all, part); }));
+}
+
+/// What a step knows of its positions, before anything is written.
+template <typename S>
+VertexSummary<S> summaryOf(const MeshState<S>& state, const PositionArray<S>& positions,
+                           const TaskPool& pool) {
+  const fcl::Vector3<S>* const vertices = state.vertices.data();
+  PerThread<VertexSummary<S>> seen(pool.size());
+  pool.forEachPart(static_cast<int>(state.vertices.size()), pool.parts(),
+                   [&](int begin, int end, int slot) {
+                     positions.forEachRun(
+                         std::size_t(begin), std::size_t(end),
+                         [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+                           seen[slot].add(points, vertices + first, count);
+                         });
+                   });
+  return seen.sum([](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
 }
 
 template <typename S>
@@ -160,32 +170,23 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
   const VertexSlots& slots = state.topology->leaves.slots;
   axes ? state.axes.start(state.vertices, slots, *axes) : state.axes.start(state.vertices, slots);
 
-  const TaskPool alone(1);
   const LocalBox<S> box(state.vertices.data(), state.vertices.size());
   setLocalBox(geometry, box.low, box.high);
-  writeAll(state, geometry, PositionArray<S>{state.vertices[0].data()}, alone);
-  refit(state, geometry, alone);
+  StepMemory<S> memory(state);
+  writeAll(state, geometry, PositionArray<S>{state.vertices[0].data()}, memory);
+  refit(state, geometry, memory.pool);
 }
 
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
               const PositionArray<S>& positions, bool two_frames) {
   Stopwatch watch;
-  const TaskPool pool = poolOf(state);
   const std::size_t count = state.vertices.size();
-  const VertexSummary<S> seen = overParts<VertexSummary<S>>(
-      pool, count,
-      [&](std::size_t begin, std::size_t end) {
-        VertexSummary<S> part;
-        const fcl::Vector3<S>* const vertices = state.vertices.data();
-        positions.forEachRun(
-            begin, end, [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
-              part.add(points, vertices + first, count);
-            });
-        return part;
-      },
-      [](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
+  StepMemory<S> memory(state);
+  const VertexSummary<S> seen = summaryOf(state, positions, memory.pool);
   if (!seen.isSurelyUsable()) requireUsable<S>(positions, count, [](std::size_t i) { return i; });
+  if (two_frames) state.previous.reserve(count);
+  // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
   state.report.largest_displacement = static_cast<double>(seen.largestDisplacement());
@@ -195,9 +196,9 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
   }
   if (seen.moved()) {
     setLocalBox(geometry, seen.low, seen.high);
-    writeAll(state, geometry, positions, pool);
+    writeAll(state, geometry, positions, memory);
     state.report.turned = state.axes.turn(state.vertices);
-    refit(state, geometry, pool);
+    refit(state, geometry, memory.pool);
     addTravel(state);
   } else if (two_frames) {
     state.vertices = state.previous;
@@ -213,38 +214,47 @@ bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
   return coordinates(x).cwiseAbs().maxCoeff() < 2 - 1. / 1024;
 }
 
-}  // namespace
-
+/// Throws unless the indices name vertices and the positions can be used.
 template <typename S>
-void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
-              const fcl::Vector3<S>* positions, std::size_t count) {
-  Stopwatch watch;
+void requireUsable(const MeshState<S>& state, const unsigned* indices,
+                   const fcl::Vector3<S>* positions, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     if (indices[i] >= state.vertices.size())
       throw std::invalid_argument("DeformableMesh: index " + std::to_string(indices[i]) +
                                   " given for " + std::to_string(state.vertices.size()) +
                                   " vertices");
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
+}
+
+}  // namespace
+
+template <typename S>
+void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
+              const fcl::Vector3<S>* positions, std::size_t count) {
+  Stopwatch watch;
+  requireUsable(state, indices, positions, count);
   std::vector<fcl::Vector3<S>> aside;
   if (overlap(positions, count, state.vertices.data(), state.vertices.size())) {
     aside.assign(positions, positions + count);
     positions = aside.data();
   }
+  if (state.moved.isEmpty()) state.moved = MovedLeaves(state.tree, state.vertices.size());
+  const StepMemory<S> memory(state);  // for the case that all is refitted
+  // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
-  if (state.moved.isEmpty()) state.moved.adopt(state.tree, state.vertices.size());
   BoxAfterSome<S> box(geometry);
   bool has_moved = false, has_room = true;
-  for (std::size_t i = 0; i < count; ++i) {
+  state.moved.forEachLast(indices, count, [&](std::size_t i) {
     fcl::Vector3<S>& vertex = state.vertices[indices[i]];
     const fcl::Vector3<S> to = positions[i];
-    if (vertex == to) continue;
+    if (vertex == to) return;
     box.move(vertex, to);
     vertex = to;
     state.moved.add(indices[i]);
     has_moved = true;
     has_room = has_room && fits(state.tree.coordinates(), to.template cast<double>());
-  }
+  });
   state.previous.clear();
   if (!has_moved) {
     state.report.seconds = watch.lap();
@@ -254,7 +264,7 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const un
   state.report.turned = state.axes.turn(state.vertices);
   if (!has_room || state.report.turned) {
     state.moved.refitAll([](int) {});
-    refit(state, geometry, poolOf(state));
+    refit(state, geometry, memory.pool);
   } else {
     state.moved.refitAll([&](int node) { state.tree.refitNode(state.vertices.data(), node); });
     state.positions = newNumber();

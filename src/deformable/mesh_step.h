@@ -55,12 +55,13 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
               fcl::CollisionGeometry<S>& geometry);
 
 /// A step of all vertices; `two_frames`: the present positions become those before. Throws where
-/// positions are not usable; nothing has changed then. `geometry`: whose local box follows.
+/// positions are not usable or there is no memory; nothing that can be seen has changed then.
+/// `geometry`: whose local box follows.
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
               const PositionArray<S>& positions, bool two_frames);
 
-/// A step of some vertices.
+/// A step of some vertices, likewise.
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
               const fcl::Vector3<S>* positions, std::size_t count);

@@ -25,21 +25,22 @@ void forEachVertexOfLeaves(const WideTree& tree, const Visit& visit) {
 
 }  // namespace
 
-void MovedLeaves::adopt(const WideTree& tree, std::size_t num_vertices) {
-  begins_.assign(num_vertices + 2, 0);  // shifted by one while they are filled
+MovedLeaves::MovedLeaves(const WideTree& tree, std::size_t num_vertices)
+    : begins_(num_vertices + 2, 0),  // shifted by one while they are filled
+      parents_(static_cast<std::size_t>(tree.size()), 0),
+      marked_((static_cast<std::size_t>(tree.size()) + 63) / 64, 0) {
+  named_.reserve(num_vertices);
   forEachVertexOfLeaves(tree, [&](unsigned vertex, unsigned) { ++begins_[vertex + 2]; });
   for (std::size_t i = 2; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
   nodes_.resize(begins_.back());
   forEachVertexOfLeaves(
       tree, [&](unsigned vertex, unsigned node) { nodes_[begins_[vertex + 1]++] = node; });
   begins_.pop_back();
-  parents_.resize(static_cast<std::size_t>(tree.size()));
   for (int n = 0; n < tree.size(); ++n) {
     const WideNode& node = tree.nodes()[n];
     for (int i = 0; i < node.count && !node.isLeaf(); ++i)
       parents_[static_cast<std::size_t>(node.below[i])] = static_cast<unsigned>(n);
   }
-  marked_.assign((static_cast<std::size_t>(tree.size()) + 63) / 64, 0);
 }
 
 }  // namespace adaptive_bvh

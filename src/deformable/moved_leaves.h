@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "boxes/wide_tree.h"
+#include "mesh/named_vertices.h"
 
 namespace adaptive_bvh {
 
@@ -12,6 +13,7 @@ namespace adaptive_bvh {
 class MovedLeaves {
  public:
   MovedLeaves() = default;
+  MovedLeaves(const WideTree& tree, std::size_t num_vertices);
   MovedLeaves(const MovedLeaves&) {}
   MovedLeaves& operator=(const MovedLeaves& other) {
     if (this != &other) *this = MovedLeaves();
@@ -21,8 +23,11 @@ class MovedLeaves {
   MovedLeaves& operator=(MovedLeaves&&) = default;
 
   bool isEmpty() const { return begins_.empty(); }
-  void adopt(const WideTree& tree, std::size_t num_vertices);
-
+  /// Calls visit(i) once for each vertex named (NamedVertices::forEachLast).
+  template <typename Visit>
+  void forEachLast(const unsigned* indices, std::size_t count, const Visit& visit) {
+    named_.forEachLast(indices, count, visit);
+  }
   /// The leaves with a vertex are to be refitted.
   void add(unsigned vertex) {
     for (unsigned i = begins_[vertex]; i < begins_[vertex + 1]; ++i) mark(nodes_[i]);
@@ -46,7 +51,8 @@ class MovedLeaves {
 
   std::size_t bytes() const {
     return (begins_.capacity() + nodes_.capacity()) * sizeof(unsigned) +
-           parents_.capacity() * sizeof(unsigned) + marked_.capacity() * sizeof(marked_[0]);
+           parents_.capacity() * sizeof(unsigned) + marked_.capacity() * sizeof(marked_[0]) +
+           named_.bytes();
   }
 
  private:
@@ -55,6 +61,7 @@ class MovedLeaves {
   std::vector<unsigned> begins_, nodes_;  ///< by vertex: where its leaves begin; leaves
   std::vector<unsigned> parents_;         ///< by node
   std::vector<std::uint64_t> marked_;     ///< a bit a node
+  NamedVertices named_;
 };
 
 }  // namespace adaptive_bvh

@@ -19,10 +19,11 @@ class PlacesOfTriangles {
   template <typename S>
   void adopt(const MeshState<S>& mesh) {
     if (topology_ == mesh.topology) return;
-    topology_ = mesh.topology;
-    places_.resize(topology_->triangles.size());
+    topology_.reset();  // until the places are those of the new one
+    places_.resize(mesh.topology->triangles.size());
     for (unsigned place = 0; place < places_.size(); ++place)
       places_[static_cast<std::size_t>(mesh.tree.triangle(place))] = place;
+    topology_ = mesh.topology;
   }
   unsigned operator[](unsigned triangle) const { return places_[triangle]; }
 
@@ -114,7 +115,9 @@ struct CoherentProximity<S>::State {
   /// Leaves that were near when a search last said that there are such.
   std::optional<LeafPair> near;
   PlacesOfTriangles places[2];
+  /// Of each mesh at the last call.
   std::uint64_t lineages[2] = {0, 0};
+  double travels[2] = {0, 0};
 
   /// `pair`: are near.
   bool setNear(const Meshes& meshes, const TrianglePair& pair) {
@@ -131,22 +134,26 @@ struct CoherentProximity<S>::State {
     return false;
   }
 
-  /// Whether the meshes still are in the sequences of updates of the last call.
-  bool areSameLineages(const Meshes& meshes) {
-    const std::uint64_t now[2] = {meshes.first.mesh.lineage, meshes.second.mesh.lineage};
-    const bool are_same = std::equal(now, now + 2, lineages);
-    std::copy(now, now + 2, lineages);
-    if (!are_same) near.reset();
-    return are_same;
+  /// Whether both meshes have gone on in the sequences of updates of the last call: neither has
+  /// become another one, or an older snapshot of itself.
+  bool haveGoneOn(const Meshes& meshes) {
+    bool have_gone_on = true;
+    for (int i = 0; i < 2; ++i) {
+      const MeshState<S>& mesh = (i == 0 ? meshes.first : meshes.second).mesh;
+      have_gone_on = have_gone_on && mesh.lineage == lineages[i] && mesh.travel >= travels[i];
+      lineages[i] = mesh.lineage;
+      travels[i] = mesh.travel;
+    }
+    if (!have_gone_on) near.reset();
+    return have_gone_on;
   }
   /// Takes note of how far the meshes have moved since the last call.
   void move(const Meshes& meshes) {
-    const bool are_same = areSameLineages(meshes);
+    const bool have_gone_on = haveGoneOn(meshes);
     const bool moves_on = rigid.moveTo(meshes.first.tf, first, meshes.second.tf, second);
     const double before = moved;
-    moved = rounding::sum(rounding::sum(rigid.sum(), meshes.first.mesh.travel),
-                          meshes.second.mesh.travel);
-    const bool goes_on = are_same && moves_on && moved >= before;  // not to an older snapshot
+    moved = rounding::sum(rounding::sum(rigid.sum(), travels[0]), travels[1]);
+    const bool goes_on = have_gone_on && moves_on;
     if (!goes_on) bound = -1;
     last_step = step;
     step = goes_on && calls > 0 ? moved - before : 0;

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <vector>
 
 #include "base/task_pool.h"
 #include "mesh/vertex_summary.h"
@@ -10,29 +9,6 @@
 #include "volumes/vertex_leaf_map.h"
 
 namespace adaptive_bvh {
-
-/// One value for each slot of a TaskPool, on cache lines of their own.
-template <typename T>
-class PerThread {
- public:
-  explicit PerThread(int threads) : others_(static_cast<std::size_t>(threads) - 1) {}
-  T& operator[](int thread) {
-    return thread == 0 ? first_ : others_[static_cast<std::size_t>(thread) - 1].value;
-  }
-  template <typename Add>
-  T sum(Add&& add) {
-    T all = first_;
-    for (const Slot& slot : others_) add(all, slot.value);
-    return all;
-  }
-
- private:
-  struct alignas(64) Slot {
-    T value{};
-  };
-  T first_{};
-  std::vector<Slot> others_;
-};
 
 /// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
 /// a pool. `Method`: TranslationPropagation or DisplacementPropagation.

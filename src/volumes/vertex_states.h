@@ -11,6 +11,7 @@
 
 #include "base/box.h"
 #include "base/float4.h"
+#include "mesh/named_vertices.h"
 #include "mesh/vertex_summary.h"
 #include "volumes/fit_kernels.h"
 #include "volumes/vertex_leaf_map.h"
@@ -131,7 +132,7 @@ class VertexStates {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(states_) + size(previous_) + size(moving_) + size(named_) + size(samples_);
+    return size(states_) + size(previous_) + size(moving_) + size(samples_) + named_.bytes();
   }
 
  private:
@@ -144,7 +145,7 @@ class VertexStates {
   /// Which slots may have a motion other than 0: all, or those listed.
   bool all_moving_ = true;
   std::vector<unsigned> moving_;
-  std::vector<std::uint64_t> named_;  ///< a bit a vertex; none between steps
+  NamedVertices named_;
   /// The states are not those of the model's present positions.
   bool stale_ = false;
 
@@ -166,11 +167,9 @@ StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const S
   all_moving_ = false;
   StepSummary<S> summary;
   summary.body = body_;
-  named_.resize((static_cast<std::size_t>(target.model.num_vertices) + 63) / 64);
-  for (std::size_t i = input.count; i-- > 0;) {
+  named_.reserve(static_cast<std::size_t>(target.model.num_vertices));
+  named_.forEachLast(input.indices, input.count, [&](std::size_t i) {
     const unsigned v = input.indices[i];
-    if (named_[v / 64] >> (v % 64) & 1) continue;  // was named again, later
-    named_[v / 64] |= std::uint64_t(1) << (v % 64);
     const Point& to = input.positions[i];
     const Point displacement = to - target.model.vertices[v];
     summary.add(to, displacement);
@@ -182,8 +181,7 @@ StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const S
       float4::store3(motion, states_[slot].motion);
       moving_.push_back(slot);
     });
-  }
-  for (std::size_t i = 0; i < input.count; ++i) named_[input.indices[i] / 64] = 0;
+  });
   return summary;
 }
 

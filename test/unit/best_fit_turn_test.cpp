@@ -135,17 +135,17 @@ TYPED_TEST(BestFit, NeverReflects) {
 TYPED_TEST(BestFit, SamplesAFewVerticesAllOver) {
   using S = TypeParam;
   this->start(plate<S>(1, 1));
-  EXPECT_EQ(2u, this->fit_.samples().size());
+  EXPECT_EQ(2, this->fit_.samples().size());
   this->start(tube<S>(8, 20));
-  EXPECT_EQ(12u, this->fit_.samples().size());
+  EXPECT_EQ(12, this->fit_.samples().size());
   S low = 2, high = 0;
-  for (const unsigned v : this->fit_.samples()) {
+  for (Eigen::Index i = 0; i < this->fit_.samples().size(); ++i) {
+    const unsigned v = this->fit_.samples()[i];
     ASSERT_LT(v, this->mesh_.vertices.size());
     low = std::min(low, this->mesh_.vertices[v][0]);
     high = std::max(high, this->mesh_.vertices[v][0]);
   }
   EXPECT_GT(high - low, 1) << "of a hose of length 2";
-  EXPECT_GE(this->fit_.bytes(), 12 * sizeof(unsigned));
 }
 
 }  // namespace best_fit_turn_test

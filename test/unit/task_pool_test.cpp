@@ -6,8 +6,6 @@
 #include <thread>
 #include <vector>
 
-#include "volumes/step_scope.h"
-
 namespace adaptive_bvh_test {
 namespace task_pool_test {
 

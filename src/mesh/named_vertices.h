@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace adaptive_bvh {
+
+/// Which vertices a step of some vertices has named. Of a vertex that is named more than once the
+/// last position counts, and its motion is that from the position before the step.
+class NamedVertices {
+ public:
+  /// Room for so many vertices.
+  void reserve(std::size_t vertices) { words_.resize((vertices + 63) / 64); }
+
+  /// Calls visit(i) once for each vertex named, where indices[i] names it for the last time.
+  /// `visit` may throw.
+  template <typename Visit>
+  void forEachLast(const unsigned* indices, std::size_t count, const Visit& visit) {
+    const Clear clear{*this, indices, count};
+    for (std::size_t i = count; i-- > 0;)
+      if (isNew(indices[i])) visit(i);
+  }
+
+  std::size_t bytes() const { return words_.capacity() * sizeof(words_[0]); }
+
+ private:
+  /// Leaves no vertex named, also when `visit` throws.
+  struct Clear {
+    NamedVertices& named;
+    const unsigned* const indices;
+    const std::size_t count;
+    ~Clear() {
+      for (std::size_t i = 0; i < count; ++i) named.words_[indices[i] / 64] = 0;
+    }
+  };
+  bool isNew(unsigned vertex) {
+    std::uint64_t& word = words_[vertex / 64];
+    const std::uint64_t bit = std::uint64_t(1) << vertex % 64;
+    const bool is_new = (word & bit) == 0;
+    word |= bit;
+    return is_new;
+  }
+
+  std::vector<std::uint64_t> words_;  ///< a bit a vertex; none between steps
+};
+
+}  // namespace adaptive_bvh
