@@ -4,46 +4,16 @@
 #include "adaptive_bvh/mesh_io.h"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <functional>
-#include <new>
 #include <random>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "support/bytes.h"
+#include "support/heap_peak.h"
 #include "support/long_mode.h"
 #include "support/temporary_file.h"
-
-namespace {
-
-/// What is allocated by new, here and in the libraries, at its highest.
-std::atomic<long> live{0}, highest{0};
-
-void* allocate(std::size_t size) {
-  void* const block = std::malloc(size == 0 ? 1 : size);
-  if (!block) throw std::bad_alloc();
-  const long now = live += long(malloc_usable_size(block));
-  for (long seen = highest; seen < now && !highest.compare_exchange_weak(seen, now);) {
-  }
-  return block;
-}
-
-void release(void* block) {
-  if (block) live -= long(malloc_usable_size(block));
-  std::free(block);
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return allocate(size); }
-void* operator new[](std::size_t size) { return allocate(size); }
-void operator delete(void* p) noexcept { release(p); }
-void operator delete[](void* p) noexcept { release(p); }
-void operator delete(void* p, std::size_t) noexcept { release(p); }
-void operator delete[](void* p, std::size_t) noexcept { release(p); }
 
 /// assimp forgets what it has read so far when it gives a file up.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp.so"; }
@@ -60,8 +30,7 @@ constexpr long kFewMegabytes = 64 << 20;
 bool load(const std::string& extension, const std::string& text) {
   const TemporaryFile file("corrupt." + extension, text);
   const std::string& path = file.path();
-  highest = live.load();
-  const long before = live;
+  const HeapPeak peak;
   bool loaded = false;
   try {
     const Mesh mesh = adaptive_bvh::loadMesh<double>(path);
@@ -74,7 +43,7 @@ bool load(const std::string& extension, const std::string& text) {
     EXPECT_NE(std::string::npos, std::string(error.what()).find(path));
     EXPECT_GT(std::string(error.what()).size(), path.size() + 24) << "no reason: " << error.what();
   }
-  EXPECT_LT(highest - before, kFewMegabytes) << extension;
+  EXPECT_LT(peak.bytes(), kFewMegabytes) << extension;
   return loaded;
 }
 
@@ -221,19 +190,6 @@ std::string gltfJson(const Counts& counts, const std::string& uri) {
          std::to_string(3 * counts.triangles) +
          R"(,"type":"SCALAR"},{"bufferView":1,"componentType":5126,"count":)" +
          std::to_string(counts.vertices) + R"(,"type":"VEC3","min":[0,0,0],"max":[20,1,0.5]}]})";
-}
-
-std::string base64(const std::string& bytes) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? std::uint8_t(bytes[i + k]) : 0u);
-    for (int k = 0; k < 4; ++k)
-      text += i + std::size_t(k) > bytes.size() ? '=' : digits[group >> (18 - 6 * k) & 63];
-  }
-  return text;
 }
 
 std::string gltf(const Counts& counts) {

@@ -214,14 +214,14 @@ struct Gltf {
   std::string node = R"("mesh":0)";  ///< of the only node
   std::string more = R"("extras":0)";
 
-  std::string glb() const {
+  std::string glb() const { return glbOf(json(), buffer); }
+  std::string json() const {
     const std::string bytes = std::to_string(buffer.size());
-    return glbOf(R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{)" + node +
-                     R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
-                     R"("buffers":[{"byteLength":)" +
-                     bytes + R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + bytes +
-                     R"(}],"accessors":[{"count":3,"type":"VEC3",)" + accessor + "}]," + more + "}",
-                 buffer);
+    return R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{)" + node +
+           R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+           R"("buffers":[{"byteLength":)" +
+           bytes + R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + bytes +
+           R"(}],"accessors":[{"count":3,"type":"VEC3",)" + accessor + "}]," + more + "}";
   }
 };
 
@@ -357,6 +357,61 @@ TEST(GltfOfVersion1, IsReadAsTextAndBinary) {
   expectRead("one.glb", binary + json + buffer);
 }
 
+/// Without scenes: nodes that are no children, and meshes that no node names.
+TEST(GltfScenes, AreNotNeeded) {
+  std::string buffer;
+  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) put(buffer, x);
+  const auto firstVertices = [&](const std::string& members) {
+    const std::string primitives = R"({"primitives":[{"attributes":{"POSITION":0}}]})";
+    const Mesh mesh = load(
+        "scenes.glb",
+        glbOf(R"({"asset":{"version":"2.0"},)" + members + R"("meshes":[)" + primitives + "," +
+                  primitives + R"(],"buffers":[{}],"bufferViews":[{"buffer":0,"byteLength":36}],)" +
+                  R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]})",
+              buffer));
+    std::vector<double> x;
+    for (const fcl::Triangle& t : mesh.triangles) x.push_back(mesh.vertices[t[0]][0]);
+    std::sort(x.begin(), x.end());
+    return x;
+  };
+  const std::string nodes =
+      R"("nodes":[{"mesh":1,"translation":[5,0,0]},{"children":[0],"translation":[20,0,0]}],)";
+  EXPECT_EQ((std::vector<double>{0, 0}), firstVertices(""));
+  EXPECT_EQ((std::vector<double>{0, 0}), firstVertices(R"("scenes":[],"scene":0,"nodes":[],)"));
+  EXPECT_EQ((std::vector<double>{0, 25}), firstVertices(nodes));
+  EXPECT_EQ((std::vector<double>{0, 25}), firstVertices(R"("scenes":[],)" + nodes));
+  EXPECT_EQ((std::vector<double>{5}), firstVertices(R"("scenes":[{"nodes":[0]}],)" + nodes));
+  EXPECT_EQ((std::vector<double>{25}), firstVertices(R"("scenes":[{"nodes":[1]}],)" + nodes));
+  EXPECT_THROW(firstVertices(R"("nodes":[{"mesh":1,"children":[0]}],)"),
+               adaptive_bvh::MeshLoadError);
+}
+
+/// Primitives that share positions, as many writers have it, share vertices.
+TEST(GltfPrimitives, ShareTheVerticesOfAnAccessor) {
+  Gltf gltf;
+  gltf.buffer = positions<float>(0);
+  gltf.accessor = R"("bufferView":0,"componentType":5126)";
+  const std::string one = R"({"attributes":{"POSITION":0}})";
+  std::string json = replaced(gltf.json(), one, one + "," + one);
+  adaptive_bvh::MeshLoadOptions options;
+  options.weld = false;
+  const TemporaryFile file("shared.glb", glbOf(json, gltf.buffer));
+  const Mesh mesh = adaptive_bvh::loadMesh<double>(file.path(), options);
+  EXPECT_EQ(3u, mesh.vertices.size());
+  EXPECT_EQ(2u, mesh.triangles.size());
+}
+
+TEST(GltfPrimitives, NameTheirVerticesAsIntegers) {
+  Gltf gltf;
+  gltf.buffer = positions<float>(0) + std::string("\0\0\1\0\xFF\xFF", 6);
+  gltf.accessor = R"("bufferView":0,"componentType":5126},{"bufferView":0,"byteOffset":36,)"
+                  R"("count":3,"type":"SCALAR","componentType":5123)";
+  const std::string with_indices =
+      replaced(gltf.json(), R"("POSITION":0})", R"("POSITION":0},"indices":1)");
+  expectRefused("index.glb", glbOf(with_indices, gltf.buffer), "vertex 65535 of 3");
+  expectRefused("real.glb", glbOf(replaced(with_indices, "5123", "5126"), gltf.buffer), "integers");
+}
+
 // ---- Collada ------------------------------------------------------------------------------------
 
 /// One geometry; the scene as given.
@@ -402,6 +457,22 @@ TEST(Collada, IsReadInItsVariants) {
                                     "<matrix>0 1 0 0  -1 0 0 1  0 0 1 0  0 0 0 1</matrix>"
                                     "<lookat>0 0 0 0 0 -1 0 1 0</lookat>" +
                                     geometry + "</node>" + end));
+}
+
+TEST(Gltf, AndColladaMayBeginWithAByteOrderMark) {
+  Gltf gltf;
+  gltf.buffer = positions<float>(0);
+  gltf.accessor = R"("bufferView":0,"componentType":5126)";
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(1u, load("mark.glb", glbOf(mark + gltf.json(), gltf.buffer)).triangles.size());
+  const TemporaryFile buffer("mark.bin", gltf.buffer);
+  const std::string uri =
+      R"("uri":")" + buffer.path().substr(buffer.path().find_last_of('/') + 1) + "\",";
+  const std::string json = replaced(gltf.json(), R"("buffers":[{)", R"("buffers":[{)" + uri);
+  EXPECT_EQ(1u, load("mark.gltf", mark + json).triangles.size());
+  EXPECT_EQ(1u, load("mark.gltf", mark + json + std::string(3, '\0')).triangles.size());
+  expectRead("mark.dae",
+             mark + collada("<triangles>" + kInput + "<p>9 0 9 1 9 2</p></triangles>", kScene));
 }
 
 TEST(Collada, IsRefusedByName) {

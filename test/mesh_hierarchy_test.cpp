@@ -144,7 +144,8 @@ TEST(Gltf, MeshesThatReadTheSameDataTooOftenAreRefused) {
   const TemporaryFile hundred("hundred.glb", gltf.glb());
   EXPECT_EQ(100000u, loadMesh<double>(hundred.path()).triangles.size());
   gltf.primitives += repeated("," + primitive, 10000);
-  expectRefused(gltf, "the same data so often");
+  const TemporaryFile many("many.glb", gltf.glb());
+  EXPECT_TRUE(isRefused(many.path(), "the same data so often"));
 }
 
 TEST(Gltf, JsonThatIsNestedTooDeepIsRefused) {

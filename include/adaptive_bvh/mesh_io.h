@@ -33,6 +33,12 @@ struct MeshLoadOptions {
 
   /// Multiplies all positions, after the unit. Positive.
   double scale = 1;
+
+  /// Whether glTF buffers may be any files that this process can read. Otherwise only files in the
+  /// folder of the document or below it are read: the name must be relative, must not climb out of
+  /// the folder by "..", also in percent-encoded form, and the file must be there after links are
+  /// followed. Where the document is a link itself, the folder that it leads to counts as well.
+  bool buffers_outside_folder = false;
 };
 
 /// Error of a file that cannot be used. `what()` names the path and the reason.
@@ -59,15 +65,18 @@ class MeshLoadError : public std::runtime_error {
 /// the scene exceeds these limits:
 /// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
 /// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
-/// (a
-///   node that is its own descendant is always refused);
-/// - 10 million vertices and triangles from meshes that several nodes use, or four times as many as
-///   the meshes have; for glTF, 10 million elements read by its meshes, or four for each byte of
-///   the buffer.
+///   (a node of the scene that is its own descendant is always refused);
+/// - a million vertices and triangles, or as many as the file has bytes, placed by all nodes
+///   together; for formats of assimp four times as many as the meshes have;
+/// - for glTF and Collada, a million vertices and corners, or as many as the file has bytes, read
+///   for all meshes together. Meshes and nodes that share lists or meshes need more than a file
+///   that has everything once, which never exceeds these limits.
 ///
-/// Files may be broken or malicious. Formats of assimp are read in this process; only the limits of
-/// nodes and placed meshes apply to them. Files that the mesh refers to (buffers) must be regular
-/// files, too.
+/// Files may be broken or malicious. With these limits, a file of one of the formats that are read
+/// here takes at most 1 s and 100 MB for each megabyte of it that is begun, or is refused. The
+/// bytes of a glTF file include those of the buffers that its scene uses; no others are read.
+/// Formats of assimp are read in this process; only the limits of nodes and placed meshes apply to
+/// them. Files that the mesh refers to (buffers) must be regular files, too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 

@@ -58,6 +58,7 @@ def load_mesh(
     up: Optional[Literal["x", "y", "z"]] = None,
     metres: bool = True,
     scale: float = 1.0,
+    buffers_outside_folder: bool = False,
 ) -> Mesh: ...
 def weld_vertices(
     vertices: _Array, faces: _Array, tolerance: float = 0.0

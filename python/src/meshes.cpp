@@ -24,6 +24,8 @@ up: 'x', 'y' or 'z' turns the mesh until the axis that its file declares as up (
 this one; None keeps the axes of the file.
 metres: multiplies by the unit that the file declares (Collada).
 scale: multiplies all positions, after the unit.
+buffers_outside_folder: glTF buffers may be any files; False reads only those in the folder of the
+document or below it.
 Returns a Mesh. Raises MeshLoadError, a ValueError, when the file cannot be used; ValueError when an
 option is out of range.)";
 
@@ -70,7 +72,8 @@ UpAxis upAxisFrom(const std::optional<std::string>& name) {
 }
 
 MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
-                  const std::optional<std::string>& up, bool metres, double scale) {
+                  const std::optional<std::string>& up, bool metres, double scale,
+                  bool buffers_outside_folder) {
   const std::string name = pathFrom(path);
   MeshLoadOptions options;
   options.weld = weld;
@@ -78,6 +81,7 @@ MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.up = upAxisFrom(up);
   options.metres = metres;
   options.scale = scale;
+  options.buffers_outside_folder = buffers_outside_folder;
   TriangleMesh<double> mesh;
   {
     const py::gil_scoped_release nogil;
@@ -91,7 +95,7 @@ void bindLoadError(py::module_& module) {
 }
 #else
 MeshArrays loadOf(const py::object& path, bool, double, const std::optional<std::string>&, bool,
-                  double) {
+                  double, bool) {
   throw std::runtime_error("cannot read " + pathFrom(path) +
                            ": adaptive_bvh was built without assimp");
 }
@@ -131,7 +135,7 @@ void bindMeshes(py::module_& module) {
       .def("__repr__", TextOf({"vertices", "faces"}));
   module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
              py::arg("weld_tolerance") = 0., py::arg("up") = py::none(), py::arg("metres") = true,
-             py::arg("scale") = 1., kLoadMesh);
+             py::arg("scale") = 1., py::arg("buffers_outside_folder") = false, kLoadMesh);
   module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"),
              py::arg("tolerance") = 0., kWeldVertices);
 }

@@ -310,6 +310,26 @@ def test_load_mesh_and_weld(tmp_path):
             ab.load_mesh(path)
 
 
+def test_buffers_of_gltf_are_in_the_folder_of_the_document(tmp_path):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4").tobytes()
+    for path in (tmp_path / "a.bin", folder / "a.bin"):
+        path.write_bytes(corners)
+    document = (
+        """{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"%s"}]}"""
+    )
+    mesh = folder / "mesh.gltf"
+    for name in ("a.bin", "../a.bin", "%2e%2e/a.bin", str(tmp_path / "a.bin")):
+        mesh.write_text(document % name)
+        if name != "a.bin":
+            with pytest.raises(ab.MeshLoadError, match="not in its folder or below it"):
+                ab.load_mesh(mesh)
+        assert len(ab.load_mesh(mesh, buffers_outside_folder=name != "a.bin").faces) == 1
+
+
 def test_load_mesh_options(tmp_path):
     scene = tmp_path / "scene.dae"
     scene.write_text(

@@ -73,7 +73,11 @@ Eigen::Matrix4d transformOf(const XmlElement& element) {
 
 class ColladaReader {
  public:
-  explicit ColladaReader(const std::string& text) : document_(parseXml(text)) { index(document_); }
+  explicit ColladaReader(const std::string& text)
+      : document_(parseXml(text)), limit_(kReadsTooOften, text.size()) {
+    scene_.bytes = text.size();
+    scene_.nodes.reserve(index(document_));
+  }
 
   FileScene read() {
     if (document_.name != "COLLADA") throw std::runtime_error("it is no Collada file");
@@ -91,11 +95,14 @@ class ColladaReader {
     return element.name == "node" || element.name == "visual_scene";
   }
 
-  /// Some writers give a node the id of its geometry.
-  void index(const XmlElement& element) {
-    if (element.attributes.count("id"))
-      by_id_.emplace(element.name + '#' + element.attribute("id"), &element);
-    for (const XmlElement& child : element.children) index(child);
+  /// Elements by name and id: some writers give a node the id of its geometry. Returns the number
+  /// of nodes.
+  std::size_t index(const XmlElement& element) {
+    const std::string id = element.attribute("id");
+    if (!id.empty()) by_id_.emplace(element.name + '#' + id, &element);
+    std::size_t nodes = isNode(element) ? 1 : 0;
+    for (const XmlElement& child : element.children) nodes += index(child);
+    return nodes;
   }
 
   /// The element of that name which "#id" refers to; null where there is none.
@@ -140,15 +147,25 @@ class ColladaReader {
   }
 
   /// Geometry of a skin or a morph, whose source is a geometry or another controller.
-  const XmlElement& geometryOf(const std::string& url) const {
+  const XmlElement& geometryOf(const std::string& url) {
     std::string next = url;
-    for (std::size_t level = 0; level < kMostLevels; ++level) {
-      const XmlElement* const controller = find("controller", next);
-      if (!controller) break;
+    std::vector<const XmlElement**> unknown;  // where the geometry of each controller is to be kept
+    while (const XmlElement* const controller = find("controller", next)) {
+      const auto [geometry, is_new] = geometries_.emplace(controller, nullptr);
+      if (!is_new && !geometry->second)
+        throw std::runtime_error("a controller is among its own sources");
+      if (!is_new) return keep(*geometry->second, unknown);
+      unknown.push_back(&geometry->second);
       const XmlElement& skin = controller->child("skin");
       next = (skin.name.empty() ? controller->child("morph") : skin).attribute("source");
     }
-    return referred(next, "geometry");
+    return keep(referred(next, "geometry"), unknown);
+  }
+
+  static const XmlElement& keep(const XmlElement& found,
+                                const std::vector<const XmlElement**>& places) {
+    for (const XmlElement** place : places) *place = &found;
+    return found;
   }
 
   /// By id; by name where no node has that id, as some writers have it.
@@ -190,6 +207,7 @@ class ColladaReader {
     const auto [found, is_new] = mesh_numbers_.emplace(&geometry, scene_.meshes.size());
     if (is_new) {
       scene_.meshes.emplace_back();
+      first_vertices_.clear();
       for (const XmlElement& primitive : geometry.child("mesh").children) addPrimitive(primitive);
     }
     return found->second;
@@ -204,17 +222,18 @@ class ColladaReader {
       throw std::runtime_error("polygons with holes (<ph>) are not read");
     std::size_t stride = 0, offset = 0;
     const std::size_t first = addVertices(primitive, stride, offset);
-    const std::vector<std::size_t> sizes = indicesOf(primitive.child("vcount"));
     std::size_t faces = 0;
+    std::vector<std::size_t> corners;
     for (const XmlElement& list : primitive.children) {
       if (list.name != "p") continue;
       const std::vector<std::size_t> indices = indicesOf(list);
-      std::vector<std::size_t> corners;
+      if (kind != "polylist") corners.clear();  // whose sizes are those of all lists
       for (std::size_t i = offset; i < indices.size(); i += stride)
         corners.push_back(first + indices[i]);
       if (indices.size() % stride != 0) throw std::runtime_error("a list of indices ends early");
-      faces += addFaces(kind, sizes, corners);
+      if (kind != "polylist") faces += addFaces(kind, {corners.size()}, corners);
     }
+    if (kind == "polylist") faces = addFaces(kind, indicesOf(primitive.child("vcount")), corners);
     const std::string count = primitive.attribute("count", std::to_string(faces));
     if (kind[0] != 't' || kind == "triangles")
       if (integerOf(count) != static_cast<std::int64_t>(faces))
@@ -222,32 +241,52 @@ class ColladaReader {
                                  std::to_string(faces));
   }
 
-  /// Returns the number of the first one.
+  /// Returns the number of the first one. Primitives of a mesh share the vertices of a source.
   std::size_t addVertices(const XmlElement& primitive, std::size_t& stride, std::size_t& offset) {
-    std::string source;
+    const XmlElement* source = nullptr;
     for (const XmlElement& input : primitive.children) {
       if (input.name != "input") continue;
       const std::size_t its_offset = countOf("offsets", input.attribute("offset", "0"), 1000);
       stride = std::max(stride, its_offset + 1);
       if (input.attribute("semantic") != "VERTEX") continue;
       offset = its_offset;
-      for (const XmlElement& data : referred(input.attribute("source"), "vertices").children)
-        if (data.attribute("semantic") == "POSITION") source = data.attribute("source");
+      source = &sourceOf(referred(input.attribute("source"), "vertices"));
     }
-    PolygonMesh& mesh = scene_.meshes.back();
-    if (source != last_source_ || mesh.vertices.empty()) {
-      first_vertex_ = mesh.vertices.size();
-      addPositions(referred(source, "source"), mesh);
-      last_source_ = source;
+    if (!source) throw std::runtime_error("a <" + primitive.name + "> has no vertices");
+    std::vector<fcl::Vector3d>& vertices = scene_.meshes.back().vertices;
+    const auto [first, is_new] = first_vertices_.emplace(source, vertices.size());
+    if (is_new) {
+      const std::vector<fcl::Vector3d>& positions = positionsOf(*source);
+      limit_.take(positions.size());
+      vertices.insert(vertices.end(), positions.begin(), positions.end());
     }
-    return first_vertex_;
+    return first->second;
   }
 
-  void addPositions(const XmlElement& source, PolygonMesh& mesh) const {
+  /// The positions of a <vertices>.
+  const XmlElement& sourceOf(const XmlElement& vertices) {
+    const auto [found, is_new] = sources_.emplace(&vertices, nullptr);
+    if (is_new) {
+      std::string source;
+      for (const XmlElement& data : vertices.children)
+        if (data.attribute("semantic") == "POSITION") source = data.attribute("source");
+      found->second = &referred(source, "source");
+    }
+    return *found->second;
+  }
+
+  const std::vector<fcl::Vector3d>& positionsOf(const XmlElement& source) {
+    const auto [found, is_new] = positions_.try_emplace(&source);
+    if (is_new) found->second = readPositions(source);
+    return found->second;
+  }
+
+  std::vector<fcl::Vector3d> readPositions(const XmlElement& source) {
     const XmlElement& accessor = source.child("technique_common").child("accessor");
     const XmlElement& array = referred(accessor.attribute("source"), "float_array");
     const std::vector<double> numbers = numbersOf(array);
     const std::size_t size = numbers.size();
+    limit_.take(size);
     const std::size_t count = countOf("positions", accessor.attribute("count"), size),
                       stride = countOf("numbers apart", accessor.attribute("stride", "1"), size),
                       offset = countOf("numbers before", accessor.attribute("offset", "0"), size);
@@ -260,21 +299,23 @@ class ColladaReader {
     const std::size_t last = std::max({places[0], places[1], places[2]});
     if (count > 0 && (last >= stride || offset + count * stride > size))
       throw std::runtime_error("an accessor reaches past its array");
+    std::vector<fcl::Vector3d> positions;
+    positions.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
       const double* const p = numbers.data() + offset + stride * i;
-      mesh.vertices.emplace_back(p[places[0]], p[places[1]], p[places[2]]);
+      positions.emplace_back(p[places[0]], p[places[1]], p[places[2]]);
     }
+    return positions;
   }
 
-  /// Adds the faces of one list. Returns their number.
+  /// Adds faces; `sizes` are the corners of each polygon. Returns their number.
   std::size_t addFaces(const std::string& kind, const std::vector<std::size_t>& sizes,
                        const std::vector<std::size_t>& corners) {
     PolygonMesh& mesh = scene_.meshes.back();
     const std::size_t before = mesh.sizes.size();
     if (kind == "polygons" || kind == "polylist") {
       std::size_t begin = 0;
-      for (const std::size_t size :
-           kind == "polygons" ? std::vector<std::size_t>{corners.size()} : sizes) {
+      for (const std::size_t size : sizes) {
         if (size > corners.size() - begin) throw std::runtime_error("a list of indices ends early");
         const auto first = corners.begin() + static_cast<std::ptrdiff_t>(begin);
         mesh.corners.insert(mesh.corners.end(), first, first + static_cast<std::ptrdiff_t>(size));
@@ -291,14 +332,18 @@ class ColladaReader {
   }
 
   const XmlElement document_;
+  ElementLimit limit_;
   FileScene scene_;
   std::map<std::string, const XmlElement*> by_id_;  ///< "name#id"
   std::map<std::string, std::size_t> nodes_by_name_;
   std::map<const XmlElement*, std::size_t> node_numbers_, mesh_numbers_;
   std::vector<std::pair<std::size_t, std::string>> instances_;  ///< in which node, and the url
   bool has_references_ = false;
-  std::string last_source_;       ///< of positions
-  std::size_t first_vertex_ = 0;  ///< of that source
+
+  std::map<const XmlElement*, const XmlElement*> geometries_;  ///< of controllers; null while open
+  std::map<const XmlElement*, const XmlElement*> sources_;     ///< positions of <vertices>
+  std::map<const XmlElement*, std::vector<fcl::Vector3d>> positions_;  ///< of sources
+  std::map<const XmlElement*, std::size_t> first_vertices_;  ///< of sources, in the last mesh
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "named_files.h"
 #include "scene.h"
 
 namespace adaptive_bvh {
@@ -27,10 +28,11 @@ PolygonMesh readPly(const std::string& bytes);
 /// As text, with normals, colours or texture coordinates, which are left out.
 PolygonMesh readOff(const std::string& bytes);
 
-/// glTF 2 and 1, as text or binary; the path is where relative names of buffers begin. It must be
-/// JSON by `parseStrictly`. Accessors of integers are read as the file says
-/// (KHR_mesh_quantization); other required extensions that change positions are refused by name.
-FileScene readGltf(const std::string& bytes, const std::string& path);
+/// glTF 2 and 1, as text or binary, with the files of its buffers. It must be JSON by
+/// `parseStrictly`. Accessors of integers are read as the file says (KHR_mesh_quantization); other
+/// required extensions that change positions are refused by name. Without scenes, all nodes are
+/// placed, and all meshes that no node names.
+FileScene readGltf(const std::string& bytes, NamedFiles buffers);
 
 /// Collada. Declares the axis that is up, and the unit.
 FileScene readCollada(const std::string& text);
@@ -41,7 +43,7 @@ FileScene readByAssimp(const std::string& path);
 /// \}
 
 /// One of the readers above, by the beginning of the file and then by the name's extension.
-FileScene readScene(const std::string& path);
+FileScene readScene(const std::string& path, const MeshLoadOptions& options);
 
 /// The bytes of a regular file. Throws std::runtime_error when it is none or cannot be read.
 std::string readFile(const std::string& path);

@@ -85,13 +85,13 @@ std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-FileScene readScene(const std::string& path) {
+FileScene readScene(const std::string& path, const MeshLoadOptions& options) {
   const std::string bytes = readFile(path), format = formatOf(path, bytes);
   if (format == "obj") return sceneOf(readObj(bytes));
   if (format == "stl") return sceneOf(readStl(bytes));
   if (format == "ply") return sceneOf(readPly(bytes));
   if (format == "off") return sceneOf(readOff(bytes));
-  if (format == "gltf") return readGltf(bytes, path);
+  if (format == "gltf") return readGltf(bytes, NamedFiles(path, options.buffers_outside_folder));
   if (format == "dae") return readCollada(bytes);
   if (Words(bytes).next().substr(0, 1) == "<") parseXml(bytes);  // assimp does not limit the levels
   return readByAssimp(path);
@@ -129,7 +129,7 @@ void checkOptions(const MeshLoadOptions& options) {
 
 TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& options) {
   try {
-    FileScene scene = readScene(path);
+    FileScene scene = readScene(path, options);
     const Eigen::Matrix4d transform = transformFor(scene, options);
     return flatten(std::move(scene), transform);
   } catch (const std::bad_alloc&) {

@@ -28,28 +28,18 @@ void place(const Mesh& source, const Matrix4d& transform, Mesh& mesh) {
   }
 }
 
-/// What the nodes make of the meshes, in vertices and triangles.
-class PlacedElements {
- public:
-  explicit PlacedElements(const std::vector<Mesh>& meshes) {
-    std::size_t own = 0;
-    for (const Mesh& mesh : meshes) own += elementsOf(mesh);
-    most_ = std::max(kMostElements, kMostElementsPerElement * own);
-  }
+/// An empty mesh counts as well: to place it takes time.
+std::size_t elementsOf(const Mesh& mesh) {
+  return mesh.vertices.size() + mesh.triangles.size() + 1;
+}
 
-  void add(const Mesh& mesh) {
-    if ((sum_ += elementsOf(mesh)) > most_)
-      throw std::runtime_error("its nodes place meshes so often that more than " +
-                               std::to_string(most_) + " vertices and triangles come of them");
-  }
-
- private:
-  static std::size_t elementsOf(const Mesh& mesh) {
-    return mesh.vertices.size() + mesh.triangles.size();
-  }
-
-  std::size_t sum_ = 0, most_;
-};
+/// Limit of the vertices and triangles that nodes place.
+ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
+  std::size_t own = 0;
+  for (const Mesh& mesh : meshes) own += elementsOf(mesh);
+  return {"its nodes place meshes so often",
+          scene.bytes > 0 ? scene.bytes : kMostElementsPerElement * own};
+}
 
 /// "mesh 2: " before what is wrong with one of several.
 Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
@@ -61,7 +51,21 @@ Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
   }
 }
 
+/// A node on the path from the root, whose first children are placed already.
+struct OpenNode {
+  std::size_t number, children_done;
+  Matrix4d transform;  ///< to the caller's frame
+};
+
 }  // namespace
+
+void ElementLimit::take(std::size_t elements) {
+  const std::size_t most = std::max(kMostElements, allowed_);
+  if (elements > most - taken_)
+    throw std::runtime_error(std::string(cause_) + " that more than " + std::to_string(most) +
+                             " vertices and triangles come of it");
+  taken_ += elements;
+}
 
 /// Depth first with an explicit stack: children are done before their parents.
 void checkHierarchy(const std::vector<SceneNode>& nodes) {
@@ -108,19 +112,23 @@ Mesh flatten(FileScene scene, const Matrix4d& root) {
     meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh)));
 
   Mesh result;
-  PlacedElements placed(meshes);
-  std::vector<std::pair<std::size_t, Matrix4d>> stack = {{scene.root, root}};
-  while (!stack.empty()) {
-    const auto [number, parent] = stack.back();
+  ElementLimit limit = placementLimit(scene, meshes);
+  std::vector<OpenNode> path;
+  const auto open = [&](std::size_t number, const Matrix4d& parent) {
     const SceneNode& node = scene.nodes[number];
-    const Matrix4d transform = parent * node.transform;
-    stack.pop_back();
+    path.push_back({number, 0, parent * node.transform});
     for (const std::size_t mesh : node.meshes) {
-      placed.add(meshes[mesh]);
-      place(meshes[mesh], node.is_skinned ? root : transform, result);
+      limit.take(elementsOf(meshes[mesh]));
+      place(meshes[mesh], node.is_skinned ? root : path.back().transform, result);
     }
-    for (std::size_t i = node.children.size(); i-- > 0;)  // the first child is next
-      stack.emplace_back(node.children[i], transform);
+  };
+  for (open(scene.root, root); !path.empty();) {
+    OpenNode& last = path.back();
+    const std::vector<std::size_t>& children = scene.nodes[last.number].children;
+    if (last.children_done == children.size())
+      path.pop_back();
+    else
+      open(children[last.children_done++], Matrix4d(last.transform));
   }
   return result;
 }

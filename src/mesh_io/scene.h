@@ -64,8 +64,31 @@ constexpr std::size_t kMostLevels = 500;
 /// `kMostPlacementsPerNode` times as many as are written in it, whichever is more.
 constexpr std::size_t kMostPlacements = 20000, kMostPlacementsPerNode = 4;
 
-/// Placed meshes, with so many vertices and triangles in all; or so many times what the file holds.
-constexpr std::size_t kMostElements = 10000000, kMostElementsPerElement = 4;
+/// A file may make so many vertices and triangles, or as many as it has bytes, whichever is more.
+/// Where compression hides the bytes: so many times what its meshes hold.
+constexpr std::size_t kMostElements = 1000000, kMostElementsPerElement = 4;
+
+/// Counts what a file makes of its bytes, before memory is taken for it. Data that is read once and
+/// placed once never exceeds the limit: a vertex takes three bytes at least, a corner one.
+class ElementLimit {
+ public:
+  /// `cause` begins the sentence that a refusal throws.
+  ElementLimit(const char* cause, std::size_t most) : cause_(cause) { allow(most); }
+
+  /// For the bytes of another file that is read.
+  void allow(std::size_t more) { allowed_ += more; }
+
+  /// Throws std::runtime_error when all that was taken exceeds the limit.
+  void take(std::size_t elements);
+
+ private:
+  const char* cause_;
+  std::size_t allowed_ = 0, taken_ = 0;
+};
+
+/// Cause of a refusal: several meshes read one list, or a list is announced that is not there.
+constexpr const char* kReadsTooOften =
+    "its meshes read the same data so often, or so much that the file does not have,";
 
 struct SceneNode {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to its parent
@@ -81,6 +104,7 @@ struct FileScene {
   std::size_t root = 0;          ///< the node that is placed, with those below it
   UpAxis up = UpAxis::AsInFile;  ///< which axis the file says is up; `AsInFile` where it does not
   double unit = 1;               ///< metres
+  std::size_t bytes = 0;         ///< of all files that were read; 0 where compression hides them
 };
 
 /// Throws std::runtime_error when the nodes are no hierarchy: a node below itself, too many levels,

@@ -2,6 +2,7 @@
 
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "scene.h"
@@ -11,9 +12,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Valid UTF-8 from any bytes, different for different bytes: names in another encoding are no
-/// error of a mesh.
-std::string toUtf8(const std::string& bytes) {
+/// Valid UTF-8 from any bytes, different for different bytes.
+std::string toUtf8(std::string_view bytes) {
   std::string text;
   text.reserve(bytes.size());
   for (const char c : bytes) {
@@ -25,7 +25,6 @@ std::string toUtf8(const std::string& bytes) {
       text += static_cast<char>(0x80 | (byte & 0x3F));
     }
   }
-  text.erase(text.find_last_not_of('\0') + 1);  // some writers pad with it
   return text;
 }
 
@@ -54,8 +53,10 @@ class JsonCheck : public nlohmann::json_sax<Json> {
   bool end_object() override { return leave(); }
   bool end_array() override { return leave(); }
   bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
-    throw std::runtime_error(std::string("it is no JSON text: ") + error.what());
+    error_ = error.what();
+    return false;
   }
+  const std::string& error() const { return error_; }
 
  private:
   bool enter() {
@@ -71,15 +72,19 @@ class JsonCheck : public nlohmann::json_sax<Json> {
   }
 
   std::vector<std::set<std::string>> open_;  ///< arrays and objects, with their keys so far
+  std::string error_;
 };
 
 }  // namespace
 
 nlohmann::json parseStrictly(const std::string& bytes) {
-  const std::string text = toUtf8(bytes);
+  const std::string_view text(bytes.data(), bytes.find_last_not_of('\0') + 1);  // may be padded
   JsonCheck check;
-  Json::sax_parse(text, &check);
-  return Json::parse(text);
+  if (Json::sax_parse(text, &check)) return Json::parse(text);
+  const std::string other = toUtf8(text);
+  JsonCheck other_check;
+  if (Json::sax_parse(other, &other_check)) return Json::parse(other);
+  throw std::runtime_error("it is no JSON text: " + check.error());
 }
 
 }  // namespace adaptive_bvh

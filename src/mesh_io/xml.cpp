@@ -9,11 +9,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// As XML has it: a line break or a tab in a value is a space.
-std::string withPlainSpaces(std::string value) {
-  for (std::size_t at = 0; (at = value.find("\r\n", at)) != value.npos;) value.erase(at, 1);
-  std::replace_if(value.begin(), value.end(), isSpace, ' ');
-  return value;
+/// The value as XML reads it: a line break or a tab is one space.
+std::string withPlainSpaces(std::string_view value) {
+  std::string plain;
+  plain.reserve(value.size());
+  for (std::size_t at = 0; at < value.size(); ++at)
+    if (value.compare(at, 2, "\r\n") != 0) plain += isSpace(value[at]) ? ' ' : value[at];
+  return plain;
 }
 
 class XmlParser {
@@ -54,26 +56,27 @@ class XmlParser {
   }
 
   /// What is between the brackets; quoted brackets do not count.
-  std::string readToEndOfTag() {
+  std::string_view readToEndOfTag() {
     const std::size_t begin = ++at_;
     char quote = '\0';
     for (; at_ < text_.size() && (quote || text_[at_] != '>'); ++at_)
       if (quote ? text_[at_] == quote : text_[at_] == '"' || text_[at_] == '\'')
         quote = quote ? '\0' : text_[at_];
     if (at_ >= text_.size()) throw std::runtime_error("its XML text ends within a tag");
-    return text_.substr(begin, at_++ - begin);
+    return std::string_view(text_).substr(begin, at_++ - begin);
   }
 
   void readTag() {
-    std::string tag = readToEndOfTag();
-    if (tag[0] == '/') {
+    std::string_view tag = readToEndOfTag();
+    if (tag.substr(0, 1) == "/") {
       if (open_.size() == 1 || Words(tag).next().substr(1) != open_.back()->name)
-        throw std::runtime_error("an element ends that is not open: '" + tag.substr(1, 40) + "'");
+        throw std::runtime_error("an element ends that is not open: '" +
+                                 std::string(tag.substr(1, 40)) + "'");
       open_.pop_back();
       return;
     }
     const bool is_empty = !tag.empty() && tag.back() == '/';
-    if (is_empty) tag.pop_back();
+    if (is_empty) tag.remove_suffix(1);
     open_.back()->children.emplace_back();
     XmlElement& element = open_.back()->children.back();
     readAttributes(tag, element);
@@ -84,7 +87,7 @@ class XmlParser {
     if (is_empty) open_.pop_back();
   }
 
-  static void readAttributes(const std::string& tag, XmlElement& element) {
+  static void readAttributes(std::string_view tag, XmlElement& element) {
     const auto skip = [&](std::size_t at) {
       while (at < tag.size() && isSpace(tag[at])) ++at;
       return at;
@@ -101,8 +104,8 @@ class XmlParser {
       at = skip(at + 1);
       const std::size_t end = at < tag.size() ? tag.find(tag[at], at + 1) : tag.npos;
       if (end == tag.npos) break;
-      element.attributes.emplace(tag.substr(name, name_end - name),
-                                 withPlainSpaces(tag.substr(at + 1, end - at - 1)));
+      element.attributes.emplace_back(tag.substr(name, name_end - name),
+                                      withPlainSpaces(tag.substr(at + 1, end - at - 1)));
       at = end + 1;
     }
   }
@@ -122,8 +125,9 @@ const XmlElement& XmlElement::child(const std::string& wanted) const {
 }
 
 std::string XmlElement::attribute(const std::string& wanted, const std::string& otherwise) const {
-  const auto found = attributes.find(wanted);
-  return found == attributes.end() ? otherwise : found->second;
+  for (const auto& [name, value] : attributes)
+    if (name == wanted) return value;
+  return otherwise;
 }
 
 XmlElement parseXml(const std::string& text) {

@@ -1,20 +1,20 @@
 #pragma once
 
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace adaptive_bvh {
 
 struct XmlElement {
   std::string name;
-  std::map<std::string, std::string> attributes;  ///< of two with one name the first
+  std::vector<std::pair<std::string, std::string>> attributes;  ///< names and values
   std::string text;  ///< all of its own, without that of its elements; references stay as written
   std::vector<XmlElement> children;
 
   /// The first element of that name; an empty one where there is none.
   const XmlElement& child(const std::string& wanted) const;
-  /// An attribute; `otherwise` where there is none.
+  /// The value of the first attribute of that name; `otherwise` where there is none.
   std::string attribute(const std::string& wanted, const std::string& otherwise = "") const;
 };
 

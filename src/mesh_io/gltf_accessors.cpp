@@ -1,0 +1,131 @@
+#include "gltf_accessors.h"
+
+#include <numeric>
+#include <stdexcept>
+
+namespace adaptive_bvh {
+namespace {
+
+BinaryType typeOf(std::size_t component_type) {
+  switch (component_type) {
+    case 5120: return {'i', 1};
+    case 5121: return {'u', 1};
+    case 5122: return {'i', 2};
+    case 5123: return {'u', 2};
+    case 5125: return {'u', 4};
+    case 5126: return {'f', 4};
+    default:
+      throw std::runtime_error("an accessor has the unknown component type " +
+                               std::to_string(component_type));
+  }
+}
+
+/// From -1 to 1, or 0 to 1, of the integers of a type.
+double normalized(double number, BinaryType type) {
+  const int digits = 8 * static_cast<int>(type.bytes) - (type.kind == 'i' ? 1 : 0);
+  return type.kind == 'f' ? number : std::max(number / (std::ldexp(1., digits) - 1), -1.);
+}
+
+std::size_t indexOf(double index, std::size_t count) {
+  if (index >= 0 && index < static_cast<double>(count)) return static_cast<std::size_t>(index);
+  throw std::runtime_error("a triangle names vertex " +
+                           std::to_string(static_cast<std::int64_t>(index)) + " of " +
+                           std::to_string(count));
+}
+
+BinaryType indexTypeOf(const Json& source) {
+  const BinaryType type = typeOf(countAt(source, "componentType"));
+  if (type.kind == 'f') throw std::runtime_error("a list of indices is not of integers");
+  return type;
+}
+
+}  // namespace
+
+std::vector<fcl::Vector3d> GltfAccessors::positions(const Json& accessor) {
+  const BinaryType type = typeOf(countAt(accessor, "componentType"));
+  std::vector<double> numbers = read(accessor, type, 3);
+  if (at(accessor, "normalized") == Json(true))
+    for (double& number : numbers) number = normalized(number, type);
+  std::vector<fcl::Vector3d> positions;
+  positions.reserve(numbers.size() / 3);
+  for (std::size_t i = 0; i < numbers.size(); i += 3)
+    positions.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  return positions;
+}
+
+std::vector<std::size_t> GltfAccessors::indices(const Json* accessor, std::size_t vertices) {
+  std::vector<std::size_t> indices;
+  if (!accessor) {
+    limit_.take(vertices);
+    indices.resize(vertices);
+    std::iota(indices.begin(), indices.end(), 0);
+    return indices;
+  }
+  const std::vector<double> numbers = read(*accessor, indexTypeOf(*accessor), 1);
+  indices.reserve(numbers.size());
+  for (const double number : numbers) indices.push_back(indexOf(number, vertices));
+  return indices;
+}
+
+/// The numbers of an accessor, `width` for each element. Without a view they are 0.
+std::vector<double> GltfAccessors::read(const Json& accessor, BinaryType type, std::size_t width) {
+  const std::string form = width == 3 ? "VEC3" : "SCALAR";
+  if (textAt(accessor, "type") != form)
+    throw std::runtime_error("an accessor is not of type " + form);
+  const std::size_t count = countAt(accessor, "count");
+  const bool has_view = !at(accessor, "bufferView").is_null();
+  const GltfView* const view = has_view ? &viewOf(accessor, type, count, width) : nullptr;
+  limit_.take(count);
+  std::vector<double> numbers(count * width);
+  for (std::size_t i = 0; view && i < numbers.size(); ++i)
+    numbers[i] = view->number(i / width, i % width);
+  change(at(accessor, "sparse"), type, width, numbers);
+  return numbers;
+}
+
+/// Replaces the elements that a sparse accessor lists.
+void GltfAccessors::change(const Json& sparse, BinaryType type, std::size_t width,
+                           std::vector<double>& numbers) {
+  const std::size_t changes = countAt(sparse, "count"), count = numbers.size() / width;
+  if (sparse.is_null()) return;
+  if (changes > count)
+    throw std::runtime_error("a sparse accessor changes " + std::to_string(changes) +
+                             " elements of " + std::to_string(count));
+  const Json& list = at(sparse, "indices");
+  const GltfView& indices = viewOf(list, indexTypeOf(list), changes, 1);
+  const GltfView& values = viewOf(at(sparse, "values"), type, changes, width);
+  limit_.take(changes);
+  for (std::size_t i = 0; i < changes; ++i) {
+    const std::size_t changed = indexOf(indices.number(i, 0), count);
+    for (std::size_t k = 0; k < width; ++k) numbers[width * changed + k] = values.number(i, k);
+  }
+}
+
+/// Each is found once: names of glTF 1 may be long.
+const GltfView& GltfAccessors::viewOf(const Json& source, BinaryType type, std::size_t count,
+                                      std::size_t width) {
+  const auto known = views_.find(&source);
+  if (known != views_.end()) return known->second;
+  return views_.emplace(&source, findView(source, type, count, width)).first->second;
+}
+
+GltfView GltfAccessors::findView(const Json& source, BinaryType type, std::size_t count,
+                                 std::size_t width) {
+  const Json& view = at(at(gltf_, "bufferViews"), at(source, "bufferView"));
+  const std::size_t bytes_before = buffers_.fileBytes();
+  const std::string_view buffer = buffers_.bytesOf(at(at(gltf_, "buffers"), at(view, "buffer")));
+  limit_.allow(buffers_.fileBytes() - bytes_before);
+  const std::size_t begin = countAt(view, "byteOffset"), length = countAt(view, "byteLength"),
+                    offset = countAt(source, "byteOffset"), size = type.bytes * width;
+  std::size_t stride = countAt(view, "byteStride", countAt(source, "byteStride"));
+  if (stride == 0) stride = size;
+  // In this order, nothing overflows.
+  if (begin > buffer.size() || length > buffer.size() - begin)
+    throw std::runtime_error("a part of a buffer reaches past its end");
+  if (count > 0 &&
+      (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride))
+    throw std::runtime_error("an accessor reaches past its part of a buffer");
+  return {buffer.substr(count > 0 ? begin + offset : 0), type, count, width, stride};
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "gltf_buffers.h"
+#include "scene.h"
+#include "tokens.h"
+
+namespace adaptive_bvh {
+
+/// Numbers in a buffer, some for each element.
+struct GltfView {
+  std::string_view bytes;  ///< from the first number to the last
+  BinaryType type;
+  std::size_t count, width, stride;
+
+  double number(std::size_t element, std::size_t k) const {
+    return numberAt(bytes, stride * element + type.bytes * k, type);
+  }
+};
+
+/// Reads the accessors of a glTF document. All functions throw std::runtime_error where there are
+/// no such elements, or too many for the bytes that are there.
+class GltfAccessors {
+ public:
+  /// `bytes`: of the document itself.
+  GltfAccessors(const Json& gltf, GltfBuffers buffers, std::size_t bytes)
+      : gltf_(gltf), buffers_(std::move(buffers)), bytes_(bytes), limit_(kReadsTooOften, bytes) {}
+
+  /// The positions of an accessor.
+  std::vector<fcl::Vector3d> positions(const Json& accessor);
+
+  /// The indices of an accessor, each less than `vertices`; without one all vertices.
+  std::vector<std::size_t> indices(const Json* accessor, std::size_t vertices);
+
+  /// Bytes of the document and of the buffers that were read.
+  std::size_t bytes() const { return bytes_ + buffers_.fileBytes(); }
+
+ private:
+  std::vector<double> read(const Json& accessor, BinaryType type, std::size_t width);
+  void change(const Json& sparse, BinaryType type, std::size_t width, std::vector<double>& numbers);
+  const GltfView& viewOf(const Json& source, BinaryType type, std::size_t count, std::size_t width);
+  GltfView findView(const Json& source, BinaryType type, std::size_t count, std::size_t width);
+
+  const Json& gltf_;
+  GltfBuffers buffers_;
+  std::size_t bytes_;
+  ElementLimit limit_;
+  std::map<const Json*, GltfView> views_;  ///< of accessors, and of the lists of sparse ones
+};
+
+}  // namespace adaptive_bvh

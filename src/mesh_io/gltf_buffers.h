@@ -1,0 +1,37 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "gltf_json.h"
+#include "named_files.h"
+
+namespace adaptive_bvh {
+
+/// The buffers of a glTF document, each read or decoded when its bytes are first needed.
+class GltfBuffers {
+ public:
+  /// `chunk` holds the buffer of a binary file.
+  GltfBuffers(std::string chunk, NamedFiles files)
+      : chunk_(std::move(chunk)), files_(std::move(files)) {}
+
+  /// The bytes of a buffer; they stay where they are. Throws std::runtime_error where they cannot
+  /// be read.
+  std::string_view bytesOf(const Json& buffer);
+
+  /// Bytes of all files that were read.
+  std::size_t fileBytes() const { return files_.bytes(); }
+
+ private:
+  std::string_view read(const std::string& uri);
+
+  std::string chunk_;
+  NamedFiles files_;
+  std::deque<std::string> decoded_;
+  std::map<const Json*, std::string_view> known_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,170 @@
+// Random glTF and Collada files with their numbers, elements and bytes changed: refused, or read
+// as a sound mesh, within the limits of time and memory.
+#include <gtest/gtest.h>
+
+#include "support/load_limits.h"
+#include "support/long_mode.h"
+#include "support/random_scenes.h"
+
+namespace adaptive_bvh_test {
+namespace damaged_scenes_test {
+
+/// Changes a text at random places.
+class Damage {
+ public:
+  Damage(unsigned seed, const char* opening, const char* closing)
+      : random_(seed), opening_(opening), closing_(closing) {}
+
+  std::string of(std::string text) {
+    for (std::size_t k = 1 + below(4); k > 0; --k) {
+      const std::size_t kind = below(8), where = below(std::max<std::size_t>(1, text.size()));
+      if (kind < 3)
+        changeNumber(text, where);
+      else if (kind < 5)
+        repeatElement(text, where);
+      else if (kind == 5)
+        swapNumbers(text, where);
+      else if (kind == 6)
+        text.erase(where, below(40));
+      else if (!text.empty())
+        text[where] = below(2) == 0 ? char(random_()) : "0123456789 -.e\"{}[],:<>/#"[below(25)];
+    }
+    return text;
+  }
+
+  std::size_t below(std::size_t count) { return std::size_t(random_() % count); }
+
+ private:
+  /// Place and length of the next number.
+  static std::pair<std::size_t, std::size_t> numberFrom(const std::string& text, std::size_t at) {
+    const std::size_t begin = std::min(text.find_first_of("-0123456789", at), text.size());
+    const std::size_t end = text.find_first_not_of("-+.e0123456789", begin);
+    return {begin, std::min(end, text.size()) - begin};
+  }
+
+  void changeNumber(std::string& text, std::size_t where) {
+    static const char* const kNumbers[] = {"0",
+                                           "1",
+                                           "2",
+                                           "3",
+                                           "7",
+                                           "-1",
+                                           "5120",
+                                           "5121",
+                                           "5125",
+                                           "5126",
+                                           "255",
+                                           "256",
+                                           "1000",
+                                           "65535",
+                                           "100000",
+                                           "499999",
+                                           "1000000",
+                                           "1000001",
+                                           "10000000",
+                                           "2147483648",
+                                           "4294967295",
+                                           "4294967296",
+                                           "9223372036854775807",
+                                           "9223372036854775808",
+                                           "18446744073709551615",
+                                           "18446744073709551616",
+                                           "1e308",
+                                           "1e-320",
+                                           "1e400",
+                                           "0.5",
+                                           "nan",
+                                           "-0"};
+    const auto [begin, length] = numberFrom(text, where);
+    text.replace(begin, length, kNumbers[below(std::size(kNumbers))]);
+  }
+
+  void swapNumbers(std::string& text, std::size_t where) {
+    const auto [begin, length] = numberFrom(text, where);
+    const auto [other, other_length] = numberFrom(text, below(text.size() + 1));
+    const std::string number = text.substr(other, other_length);
+    text.replace(begin, length, number);
+  }
+
+  /// From an opening bracket to a closing one, not necessarily its own, once or often, or not.
+  void repeatElement(std::string& text, std::size_t where) {
+    const std::size_t begin = text.find_first_of(opening_, where);
+    if (begin == text.npos) return;
+    std::size_t end = begin;
+    for (std::size_t k = 1 + below(5); k > 0 && end != text.npos; --k)
+      end = text.find_first_of(closing_, end + 1);
+    if (end == text.npos) return;
+    const std::string element = text.substr(begin, end + 1 - begin);
+    const std::string between = opening_[0] == '{' && below(8) > 0 ? "," : "";
+    std::string all;
+    const std::size_t times = below(10) == 0 ? below(3000) : below(4);
+    for (std::size_t k = 0; k < times && all.size() < 200000; ++k)
+      all += (k > 0 ? between : "") + element;
+    text.replace(begin, element.size(), all);
+  }
+
+  std::mt19937 random_;
+  const std::string opening_, closing_;
+};
+
+/// Files in all: of each format 10^5 in the long mode.
+int files() { return isLongMode() ? 100000 : 1500; }
+
+void expectMostAreDamaged(int refused) {
+  EXPECT_GT(refused, files() / 5);
+  EXPECT_LT(refused, files());
+}
+
+TEST(DamagedScenes, OfGltfAsText) {
+  const TemporaryFile external("damaged.bin"), file("damaged.gltf");
+  const std::string name = external.path().substr(external.path().find_last_of('/') + 1);
+  int refused = 0;
+  for (int step = 0; step < files() && !HasFailure(); ++step) {
+    const unsigned seed = testSeed(unsigned(step));
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    RandomGltf gltf(seed, name);
+    std::string text = gltf.write().text;
+    std::ofstream(external.path(), std::ios::binary) << gltf.external();
+    text = Damage(seed, "{[", "}]").of(text);
+    std::ofstream(file.path(), std::ios::binary) << text;
+    refused += !loadWithinLimits(file.path(), text.size() + gltf.external().size()).empty();
+  }
+  expectMostAreDamaged(refused);
+}
+
+TEST(DamagedScenes, OfGltfAsBinary) {
+  const TemporaryFile external("damaged.bin"), file("damaged.glb");
+  const std::string name = external.path().substr(external.path().find_last_of('/') + 1);
+  int refused = 0;
+  for (int step = 0; step < files() && !HasFailure(); ++step) {
+    const unsigned seed = testSeed(unsigned(step));
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    RandomGltf gltf(seed, name);
+    const SceneFile scene = gltf.write();
+    std::ofstream(external.path(), std::ios::binary) << gltf.external();
+    Damage damage(seed, "{[", "}]");
+    std::string bytes = glbOf(damage.of(scene.text), scene.chunk);
+    for (std::size_t k = damage.below(4); k > 1; --k)
+      bytes[damage.below(bytes.size())] = char(damage.below(256));
+    if (damage.below(10) == 0) bytes.resize(damage.below(bytes.size()));
+    std::ofstream(file.path(), std::ios::binary) << bytes;
+    refused += !loadWithinLimits(file.path(), bytes.size() + gltf.external().size()).empty();
+  }
+  expectMostAreDamaged(refused);
+}
+
+TEST(DamagedScenes, OfCollada) {
+  const TemporaryFile file("damaged.dae");
+  int refused = 0;
+  for (int step = 0; step < files() && !HasFailure(); ++step) {
+    const unsigned seed = testSeed(unsigned(step));
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const std::string text = Damage(seed, "<", ">").of(RandomCollada(seed).write().text);
+    std::ofstream(file.path(), std::ios::binary) << text;
+    refused += !loadWithinLimits(file.path(), text.size()).empty();
+  }
+  expectMostAreDamaged(refused);
+}
+
+}  // namespace damaged_scenes_test
+}  // namespace adaptive_bvh_test
