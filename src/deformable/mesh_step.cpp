@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -93,7 +94,11 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
         return most;
       },
       [](S& all, S part) { all = std::max(all, part); });
-  geometry.aabb_radius = std::sqrt(squared);
+  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
+  const fcl::AABB<S>& box = geometry.aabb_local;
+  geometry.aabb_radius = squared > kLeast  // smaller squares lose digits
+                             ? std::sqrt(squared)
+                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
 }
 
 template <typename S>
