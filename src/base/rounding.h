@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -42,6 +43,23 @@ template <typename S>
 constexpr S largestCoordinate() {
   constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::max_exponent / 4 - 4);
   return value;
+}
+
+/// Products of four lengths from here on keep their digits, those of needles too: 2^-204 for
+/// double, 2^-25 for float. What is smaller altogether is enlarged before lengths are multiplied.
+template <typename S>
+constexpr S shortLength() {
+  constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::min_exponent / 5);
+  return value;
+}
+
+/// The power of two that brings an extent below shortLength() to about 1; 1 for all others, and
+/// for 0.
+template <typename S>
+S enlargement(S extent) {
+  if (!(extent > 0 && extent < shortLength<S>())) return 1;
+  constexpr int kMost = std::numeric_limits<S>::max_exponent - 1;
+  return std::ldexp(S(1), std::min(-std::ilogb(extent), kMost));
 }
 
 /// At least |v|, for a vector v whose components carry a relative error of at most u each (the

@@ -158,7 +158,7 @@ bool FlatPatches::contains(int node) const {
   if (patch.length == 0) return false;
   const View view = viewOf(patch);
   const Shape shape = shapeOf(patch, view);
-  const float least = kShare * shape.edge + kLeast;
+  const float least = kShare * shape.edge + kLeast + wanted_;
   return shape.height >= least && contourKeepsApart(patch, view, least);
 }
 
@@ -204,8 +204,9 @@ auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
         float4::squareRoot(float4::upper(float4::upper(dot(a, a), dot(b, b)), dot(c, c)));
     longest = float4::upper(longest, edge);
     const Float4 area = dot(cross(a, b), view.ahead);  // twice
-    if (float4::bits(area > float4::all(0)) != 15) return {0, -1};
-    lowest = float4::lower<Float4>(lowest, area / edge);
+    const Float4 height = area / edge;
+    if (float4::bits(height > float4::all(wanted_)) != 15) return {0, -1};
+    lowest = float4::lower<Float4>(lowest, height);
   }
   return {packs::largest(longest), packs::smallest(lowest)};
 }

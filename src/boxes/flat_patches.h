@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -60,6 +61,10 @@ class PlaneContour {
 class FlatPatches {
  public:
   FlatPatches(const WideTree& tree, const Contours& contours) : tree_(tree), contours_(contours) {}
+  /// So flat that no two features without a common vertex, or (3 in place of 2) triangles without
+  /// one, are at most `distance` apart.
+  FlatPatches(const WideTree& tree, const Contours& contours, double distance, int times)
+      : tree_(tree), contours_(contours), wanted_(wantedFor(times * distance * tree.scale())) {}
 
   /// Whether an inner node is flat.
   bool contains(int node) const;
@@ -69,6 +74,11 @@ class FlatPatches {
   /// this share of the longest edge, and more than positions may be off by. The contour keeps as
   /// far from itself.
   static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree::kPositionError;
+  /// A star may keep a quarter less apart than was computed.
+  static float wantedFor(double distance) {
+    constexpr double kOfStar = 4. / 3 * (1 + 1. / (1 << 16)), kMost = 16;
+    return static_cast<float>(std::min(kOfStar * distance, kMost));
+  }
 
   /// Two directions that span the plane of view, and that at right angles to both; each four times.
   struct View {
@@ -86,6 +96,7 @@ class FlatPatches {
 
   const WideTree& tree_;
   const Contours& contours_;
+  const float wanted_ = 0;  ///< heights and distances to keep in addition
 };
 
 }  // namespace adaptive_bvh

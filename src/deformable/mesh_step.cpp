@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -85,8 +86,12 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
               most = std::max(most, copyPoints(points, count, middle, vertices + first));
             });
       });
-  geometry.aabb_radius =
-      std::sqrt(memory.squares.sum([](S& all, S part) { all = std::max(all, part); }));
+  const S squared = memory.squares.sum([](S& all, S part) { all = std::max(all, part); });
+  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
+  const fcl::AABB<S>& box = geometry.aabb_local;
+  geometry.aabb_radius = squared > kLeast  // smaller squares lose digits
+                             ? std::sqrt(squared)
+                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
 }
 
 /// What a step knows of its positions, before anything is written.

@@ -143,7 +143,7 @@ std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>&
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
                         NeighbourFilter filter, const IgnoredPairs& ignored) {
   requireRigid(tf);
-  requireSorted(ignored);
+  requireSortedOfSelf(ignored);
   const CollisionQuery<S> query{request, result};
   if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
   const PlacedMesh<S> placed(mesh, tf);

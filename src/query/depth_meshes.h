@@ -27,7 +27,7 @@ class MeshTarget {
     explicit Reach(const TrianglePoints<double>& triangle) : face_(triangle) {}
     double operator()(const fcl::Vector3d& x) const {
       fcl::Vector3d on_face;
-      return std::sqrt(face_.nearest(x, on_face));
+      return face_.distance(x, on_face);
     }
 
    private:

@@ -80,7 +80,7 @@ Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh<S>& mesh, unsigne
   Detail found;
   feature_distance::FacePlace<double> at;
   found.first = x;
-  found.distance = std::sqrt(feature_distance::Face<double>(corners).nearest(x, found.second, at));
+  found.distance = feature_distance::Face<double>(corners).distance(x, found.second, at);
   const SurfacePlace place = SurfaceNormals<S>::placeOf(at, triangle);
   found.coordinates = place.barycentric;
   const double size = std::max(x.lpNorm<Eigen::Infinity>(), sizeOf(corners));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <string>
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/self_collision.h"
@@ -16,6 +17,18 @@ inline void requireSorted(const IgnoredPairs& pairs) {
   if (pairs.list && !std::is_sorted(pairs.list->begin(), pairs.list->end()))
     throw std::invalid_argument(
         "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
+}
+
+/// Of one mesh with itself; also throws when a pair has the larger number first, for it would leave
+/// nothing out.
+inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
+  requireSorted(pairs);
+  if (!pairs.list) return;
+  for (const FeaturePair& pair : *pairs.list)
+    if (pair.first > pair.second)
+      throw std::invalid_argument("adaptive_bvh: the list of pairs to ignore has the pair (" +
+                                  std::to_string(pair.first) + ", " + std::to_string(pair.second) +
+                                  "); within one mesh the smaller number comes first");
 }
 
 /// Whether a pair is one of these.

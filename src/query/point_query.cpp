@@ -39,7 +39,7 @@ ClosestPoint<S> pointOf(const typename PointSearch<S>::Nearest& nearest) {
 }
 
 template <typename S>
-ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals, const fcl::Vector3d& x,
+ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals,
                             const typename PointSearch<S>::Nearest& nearest) {
   if (nearest.triangle < 0)
     return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
@@ -49,7 +49,8 @@ ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals, const fcl::Vector3
             SurfaceFeature::Face,
             0,
             fcl::Vector3<S>::Zero()};
-  const SurfacePlace place = normals.nearestPlace(x, static_cast<unsigned>(nearest.triangle));
+  const SurfacePlace place =
+      SurfaceNormals<S>::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
   return {nearest.point.template cast<S>(),
           static_cast<S>(nearest.distance),
           nearest.triangle,
@@ -105,7 +106,7 @@ void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
   const SurfaceNormals<S> normals(state);
   forEachPoint(state, points, count, [&] {
     return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-      result[i] = featureOf(normals, x, search(x, static_cast<double>(limit)));
+      result[i] = featureOf<S>(normals, search(x, static_cast<double>(limit)));
     };
   });
 }

@@ -10,6 +10,7 @@
 #include "query/pair_corners.h"
 #include "query/placed_mesh.h"
 #include "triangles/feature_distance.h"
+#include "triangles/nearness_order.h"
 #include "triangles/point_gaps4.h"
 
 namespace adaptive_bvh {
@@ -38,6 +39,8 @@ class PointSearch {
     fcl::Vector3d point = fcl::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
     int triangle = -1;  ///< its index; -1 where none is as near as the distance at first
+    feature_distance::FacePlace<double> place = {};          ///< of the point
+    double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
   };
 
   explicit PointSearch(const MeshState<S>& mesh)
@@ -56,22 +59,55 @@ class PointSearch {
   }
   /// Tries one triangle, as a first bound.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
-    const VertexIndices t = mesh_.view().verticesOf(static_cast<unsigned>(triangle));
-    tryFace(x, {point(t[0]), point(t[1]), point(t[2])}, triangle, nearest);
+    tryFace(x, cornersOf(verticesOf(triangle)), triangle, nearest);
   }
 
  private:
+  using Corners = std::array<fcl::Vector3d, 3>;
+  using Place = feature_distance::FacePlace<double>;
+
   template <typename Index>
   fcl::Vector3d point(Index vertex) const {
     return mesh_.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
   }
-  static void tryFace(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                      int triangle, Nearest& nearest) {
-    const auto found = vertexFaceDistance<double>(x, face);
-    const bool is_smaller =
-        static_cast<unsigned>(triangle) < static_cast<unsigned>(nearest.triangle);
-    if (found.distance < nearest.distance || (found.distance == nearest.distance && is_smaller))
-      nearest = {found.second, found.distance, triangle};
+  VertexIndices verticesOf(int triangle) const {
+    return mesh_.view().verticesOf(static_cast<unsigned>(triangle));
+  }
+  Corners cornersOf(const VertexIndices& v) const {
+    return {point(v[0]), point(v[1]), point(v[2])};
+  }
+
+  void tryFace(const fcl::Vector3d& x, const Corners& face, int triangle, Nearest& nearest) const {
+    if (triangle == nearest.triangle) return;
+    fcl::Vector3d on_face;
+    Place place;
+    const double distance = feature_distance::Face<double>(face).distance(x, on_face, place);
+    const double farther = distance - nearest.distance;
+    if (farther > rounding_ || distance > nearest.limit) return;
+    const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
+    if (!is_tie ? farther <= 0 : isBefore(x, triangle, place, nearest))
+      nearest = {on_face, distance, triangle, place, nearest.limit};
+  }
+  /// Of two triangles that are as near up to rounding, whether the first is nearer or, if both are
+  /// exactly as near, has the smaller index: an order that does not depend on what was tried
+  /// before.
+  bool isBefore(const fcl::Vector3d& x, int triangle, const Place& place,
+                const Nearest& other) const {
+    const VertexIndices a = verticesOf(triangle), b = verticesOf(other.triangle);
+    const bool is_smaller = triangle < other.triangle;
+    if (areSame(a, place, b, other.place)) return is_smaller;
+    const PreciseSquare square(x, cornersOf(a), place, tree_.scale()),
+        of_other(x, cornersOf(b), other.place, tree_.scale());
+    return square.isLess(of_other) || (is_smaller && !of_other.isLess(square));
+  }
+  /// Whether two places are the same vertex, or on the same edge.
+  static bool areSame(const VertexIndices& a, const Place& at_a, const VertexIndices& b,
+                      const Place& at_b) {
+    if (at_a.is_inside || at_b.is_inside || (at_a.along == 0) != (at_b.along == 0)) return false;
+    const unsigned from_a = a[at_a.edge], from_b = b[at_b.edge];
+    if (at_a.along == 0) return from_a == from_b;
+    const unsigned to_a = a[(at_a.edge + 1) % 3], to_b = b[(at_b.edge + 1) % 3];
+    return (from_a == to_b && to_a == from_b) || (from_a == from_b && to_a == to_b);
   }
 
   /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision
@@ -79,6 +115,7 @@ class PointSearch {
   void setPoint(const fcl::Vector3d& x, double distance) {
     const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
     const double size = y.template lpNorm<Eigen::Infinity>();
+    rounding_ = kRounding * (size + 2) / tree_.scale();
     error_ = float4::all(size > 2 ? static_cast<float>(std::min(size, kFar) * kError) : 0.f);
     for (int k = 0; k < 3; ++k)
       point_[k] = float4::all(static_cast<float>(std::max(-kFar, std::min(y[k], kFar))));
@@ -126,18 +163,21 @@ class PointSearch {
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
     const Int4& v = tree_.corners(place);
     const double before = nearest.distance;
-    tryFace(x, {point(v[0]), point(v[1]), point(v[2])}, tree_.triangle(place), nearest);
+    tryFace(x, {point(v[0]), point(v[1]), point(v[2])}, v[3], nearest);
     if (nearest.distance < before) setLimit(nearest.distance);
   }
 
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
+  /// Distances of two triangles are off by less, together, in units of the tree.
+  static constexpr double kRounding = 0x1p-46;
 
   const MeshState<S>& mesh_;
   const WideTree& tree_;
   OpenNodes open_;
   Float4 point_[3], error_;
   float limit_ = 0;
+  double rounding_ = 0;  ///< of the difference of two distances
 };
 
 /// Nearest points of points that follow each other.
@@ -152,7 +192,7 @@ class NearestInTurn {
   Nearest operator()(const fcl::Vector3d& x,
                      double limit = std::numeric_limits<double>::infinity()) {
     Nearest nearest;
-    nearest.distance = limit;
+    nearest.distance = nearest.limit = limit;
     if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
     search_.search(x, nearest);
     if (nearest.triangle >= 0) last_ = nearest.triangle;

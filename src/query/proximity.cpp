@@ -3,6 +3,7 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
+#include "boxes/flat_patches.h"
 #include "mesh/feature_owners.h"
 #include "query/closed_surface.h"
 #include "query/depth_meshes.h"
@@ -12,6 +13,7 @@
 #include "query/triangle_search.h"
 #include "query/within_tests.h"
 #include "triangles/feature_distance.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -33,6 +35,7 @@ class FeatureSink {
         owners1_(input.first.mesh.topology->owners),
         owners2_(input.second.mesh.topology->owners),
         is_self_(is_self),
+        rounding_(kRounding * (sizeOf(input.first) + sizeOf(input.second))),
         result_(result) {}
 
   static bool needsGap() { return false; }
@@ -80,7 +83,16 @@ class FeatureSink {
                      std::vector<FeaturePair>& pairs) {
     if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
   }
-  bool isNear(double distance) const { return distance <= in_.distance; }
+  static double sizeOf(const PlacedMesh<S>& mesh) {
+    return static_cast<double>(mesh.geometry->aabb_radius);
+  }
+  /// `p`, `q`: both features, as triangles that repeat corners. Whether they have a common point is
+  /// decided without error where rounding could hide it.
+  bool isNear(double distance, const TrianglePoints<double>& p,
+              const TrianglePoints<double>& q) const {
+    if (distance > rounding_) return distance <= in_.distance;
+    return (in_.distance > 0 && distance <= in_.distance) || touch(p, q);
+  }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
   template <typename Add>
@@ -90,7 +102,8 @@ class FeatureSink {
       if (!of.owner.ownsVertex(k) || areSame(v, face.vertices[0]) || areSame(v, face.vertices[1]) ||
           areSame(v, face.vertices[2]))
         continue;
-      if (isNear(vertexFaceDistance<double>(of.points[k], face.points).distance))
+      const fcl::Vector3d& x = of.points[k];
+      if (isNear(vertexFaceDistance<double>(x, face.points).distance, {x, x, x}, face.points))
         add(static_cast<unsigned>(v), face.owner.triangle);
     }
   }
@@ -104,8 +117,8 @@ class FeatureSink {
     for (const unsigned end : {i, i1})
       if (areSame(a.vertices[end], b.vertices[j]) || areSame(a.vertices[end], b.vertices[j1]))
         return;
-    if (!isNear(edgeEdgeDistance<double>({a.points[i], a.points[i1]}, {b.points[j], b.points[j1]})
-                    .distance))
+    const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
+    if (!isNear(edgeEdgeDistance<double>({p, p1}, {q, q1}).distance, {p, p1, p1}, {q, q1, q1}))
       return;
     const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
     const bool swaps = is_self_ && first > second;
@@ -116,6 +129,9 @@ class FeatureSink {
   const FeatureProximityRequest<S>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
+  /// More than distances of touching features are computed to be, in parts of the bodies' sizes.
+  static constexpr double kRounding = 0x1p-44;
+  const double rounding_;
   Result& result_;
 };
 
@@ -138,22 +154,25 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
       [&] { testAllPairs(input, sink); });
 }
 
-/// Collects pairs of one mesh with itself.
+/// Collects pairs of one mesh with itself. `flat_times`: of FlatPatches, to leave out what is flat;
+/// 0 where pairs with a common vertex count.
 template <typename S, typename MakeSink>
 void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
-                     const MakeSink& makeSink) {
+                     int flat_times, const MakeSink& makeSink) {
   const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
-  const PairInput<S> input(placed, filter, distance);
+  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance, flat_times);
+  PairInput<S> input(placed, filter, distance);
+  if (flat_times > 0) input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }
 
 template <typename S>
-void requireFeatures(const FeatureProximityRequest<S>& request) {
+void requireFeatures(const FeatureProximityRequest<S>& request, bool is_self) {
   requireDistance(request.distance);
   requireSorted(request.vertex_face);
   requireSorted(request.face_vertex);
-  requireSorted(request.edge_edge);
+  is_self ? requireSortedOfSelf(request.edge_edge) : requireSorted(request.edge_edge);
 }
 
 }  // namespace
@@ -179,10 +198,11 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
     throw std::invalid_argument(
         "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
   requireDistance(request.distance);
-  requireSorted(request.ignored);
-  collectOwnPairs(mesh, double(request.distance), filter, [&](const PairInput<S>& input) {
-    return PairSink<S>(input, request, true, result);
-  });
+  requireSortedOfSelf(request.ignored);
+  const int flat_times = filter == NeighbourFilter::SharedVertex ? 3 : 0;
+  collectOwnPairs(
+      mesh, double(request.distance), filter, flat_times,
+      [&](const PairInput<S>& input) { return PairSink<S>(input, request, true, result); });
   return result.size();
 }
 
@@ -190,7 +210,7 @@ template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  requireFeatures(request);
+  requireFeatures(request, false);
   requireRigid(tf1);
   requireRigid(tf2);
   collectPairs(
@@ -211,9 +231,9 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  requireFeatures(request);
+  requireFeatures(request, true);
   collectOwnPairs(
-      mesh, double(request.distance), NeighbourFilter::None,
+      mesh, double(request.distance), NeighbourFilter::None, 2,
       [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
   return result.size();
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "adaptive_bvh/point_query.h"
@@ -26,7 +27,7 @@ class SurfaceNormals {
   SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
     fcl::Vector3d on_face;
     feature_distance::FacePlace<double> at;
-    feature_distance::Face<double>(cornersOf(triangle)).nearest(x, on_face, at);
+    feature_distance::Face<double>(cornersOf(triangle)).distance(x, on_face, at);
     return placeOf(at, triangle);
   }
   static SurfacePlace placeOf(const feature_distance::FacePlace<double>& at, unsigned triangle) {
@@ -39,16 +40,16 @@ class SurfaceNormals {
     weight(next) = at.along;
     weight((at.edge + 2) % 3) = at.share;
     if (at.is_inside) return place;
-    const bool is_vertex = at.along == 0 || at.along == 1;
-    place.feature = is_vertex ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
-    place.corner = at.along == 1 ? next : at.edge;
+    place.feature = at.along == 0 ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
+    place.corner = at.edge;
     return place;
   }
 
   /// Normal of a triangle, of length 1; zero if it has no area.
   fcl::Vector3d ofFace(unsigned triangle) const {
     const auto p = cornersOf(triangle);
-    const fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    enlarge(edges);
     std::size_t longest = 0;  // the other two have the smallest error
     for (std::size_t k = 1; k < 3; ++k)
       if (edges[k].squaredNorm() > edges[longest].squaredNorm()) longest = k;
@@ -85,6 +86,16 @@ class SurfaceNormals {
     const VertexIndices v = verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
+  /// Where vectors are short, brings them to a size at which their products do not underflow.
+  template <std::size_t kCount>
+  static void enlarge(fcl::Vector3d (&vectors)[kCount]) {
+    double extent = 0;
+    for (const fcl::Vector3d& v : vectors)
+      extent = std::max(extent, v.template lpNorm<Eigen::Infinity>());
+    const double unit = rounding::enlargement(extent);
+    if (unit != 1)
+      for (fcl::Vector3d& v : vectors) v *= unit;
+  }
   bool isEdge(unsigned triangle, std::size_t k, unsigned a, unsigned b) const {
     const VertexIndices v = verticesOf(triangle);
     const unsigned from = v[k], to = v[(k + 1) % 3];
@@ -95,9 +106,10 @@ class SurfaceNormals {
     return mean(vertex, [&](unsigned t) {
       const VertexIndices v = verticesOf(t);
       const std::size_t k = v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2;
-      const fcl::Vector3d u = point(v[(k + 1) % 3]) - point(vertex),
-                          w = point(v[(k + 2) % 3]) - point(vertex);
-      return std::atan2(u.cross(w).norm(), u.dot(w));
+      fcl::Vector3d sides[2] = {point(v[(k + 1) % 3]) - point(vertex),
+                                point(v[(k + 2) % 3]) - point(vertex)};
+      enlarge(sides);
+      return std::atan2(sides[0].cross(sides[1]).norm(), sides[0].dot(sides[1]));
     });
   }
   fcl::Vector3d ofEdge(unsigned a, unsigned b) const {

@@ -51,7 +51,7 @@ class RelativeFrame {
   RelativeFrame(const BodyCoordinates& first, const BodyCoordinates& second,
                 const RelativePlacement& to_first) {
     const double ratio = first.scale / second.scale;
-    m_ = first.to_body * to_first.R * second.to_body.transpose() / (second.scale * second.scale);
+    m_ = first.to_body * to_first.R * (second.axes() / second.scale);
     t_ = first.to_body * (to_first.R * second.origin + to_first.T - first.origin);
     // Coordinates in either tree are below 2.
     in_double_ = 4 * first.scale *
@@ -275,7 +275,7 @@ bool areBallsFarther(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   constexpr double kSlack = 1 + 1e-6;
   const auto &a = *first.geometry, &b = *second.geometry;
   const fcl::Vector3d middle = a.aabb_center.template cast<double>();
-  const double apart = (to_first(b.aabb_center) - middle).norm();
+  const double apart = (to_first(b.aabb_center) - middle).stableNorm();
   const double radii = double(a.aabb_radius) + double(b.aabb_radius);
   return apart > (distance + radii) * kSlack + 1e-12 * to_first.T.norm();
 }

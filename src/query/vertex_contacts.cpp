@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/rigid.h"
+#include "base/rounding.h"
 #include "query/closed_surface.h"
 #include "query/surface_normals.h"
 #include "query/tree_pair.h"
@@ -26,7 +27,7 @@ class KnownSides {
   bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
     for (const Ball& ball : balls_) {
       const double reach = ball.radius + radius - error_;
-      if (!(reach > 0 && (x - ball.center).squaredNorm() < reach * reach)) continue;
+      if (!(reach > kLeast && (x - ball.center).squaredNorm() < reach * reach)) continue;
       is_inside = ball.is_inside;
       return true;
     }
@@ -39,6 +40,7 @@ class KnownSides {
 
  private:
   static constexpr std::size_t kBalls = 8;
+  static constexpr double kLeast = rounding::shortLength<double>();  // its square has all digits
   struct Ball {
     fcl::Vector3d center = fcl::Vector3d::Zero();
     double radius = -std::numeric_limits<double>::infinity();  ///< there is none
@@ -93,7 +95,8 @@ class MeshContactTest {
 
   void set(const fcl::Vector3d& x, const typename PointSearch<S>::Nearest& nearest, bool is_inside,
            VertexContact& contact) const {
-    const SurfacePlace place = normals_.nearestPlace(x, static_cast<unsigned>(nearest.triangle));
+    const SurfacePlace place =
+        SurfaceNormals<S>::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
     contact.distance = is_inside ? -nearest.distance : nearest.distance;
     contact.nearest = nearest.point;
     contact.triangle = nearest.triangle;
@@ -106,10 +109,10 @@ class MeshContactTest {
                        const fcl::Vector3d& x) const {
     constexpr double kShort = 1e-8;
     const double size = std::max(x.template lpNorm<Eigen::Infinity>(), far_);
-    if (into.norm() > kShort * size) {
-      if (place.feature != SurfaceFeature::Face) return into.normalized();
+    if (into.stableNorm() > kShort * size) {
+      if (place.feature != SurfaceFeature::Face) return into.stableNormalized();
       const fcl::Vector3d across = normals_.ofFace(place.triangle);
-      if (across.isZero(0)) return into.normalized();
+      if (across.isZero(0)) return into.stableNormalized();
       return across.dot(into) < 0 ? fcl::Vector3d(-across) : across;
     }
     const fcl::Vector3d outward = normals_.at(place);

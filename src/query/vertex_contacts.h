@@ -106,7 +106,7 @@ class ContactWriter {
     double sum = 0;
     for (const unsigned t : mesh_.mesh.topology->vertex_triangles[vertex]) {
       const TrianglePoints<double> p = mesh_.pointsOf(t);
-      sum += (p[1] - p[0]).cross(p[2] - p[0]).norm();
+      sum += (p[1] - p[0]).cross(p[2] - p[0]).stableNorm();
     }
     return static_cast<S>(sum / 6);
   }

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "base/rounding.h"
+
 namespace adaptive_bvh {
 
 /// The nearest points of two features, a vertex and a face or two edges, and their distance. A face
@@ -15,7 +17,8 @@ namespace adaptive_bvh {
 /// With R the largest distance of two corners and u the unit roundoff of S: `distance` is the exact
 /// one up to 32 u R, whatever the shape of the face and whatever the angle of the edges. It is that
 /// of the points up to 8 u R, and they lie on the features up to 8 u of the largest coordinate.
-/// Lengths below 2^-500 of double, 2^-60 of float, count as none. docs/bounds.md, 16.
+/// R may be as small as numbers are: what is short altogether is enlarged first.
+/// docs/bounds.md, 16.
 ///
 /// No normal is computed, which a needle hardly has: everything is seen across the longest edge
 /// (of a face, or of the two), as what is left of a vector without its component along that edge.
@@ -74,8 +77,8 @@ bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& 
   return s >= 0 && s <= 1;
 }
 
-/// Where a point of a face lies: on the edge from corner `edge` to the next, at `along` from 0 to
-/// 1; or inside, `share` of the way from there up to the opposite corner.
+/// Where a point of a face lies: on the edge from corner `edge` to the next, at `along`, from 0 on
+/// and below 1; or inside, `share` of the way from there up to the opposite corner.
 template <typename S>
 struct FacePlace {
   std::size_t edge = 0;
@@ -103,13 +106,22 @@ class Face {
   const Corners& corners() const { return corners_; }
   const Edge<S>& edge(std::size_t k) const { return edges_[k]; }
 
-  /// Its point nearest to x, on one of the sides or inside. Returns the square of the distance.
-  S nearest(const Point<S>& x, Point<S>& on_face) const {
+  /// Finds its point nearest to x, on one of the sides or inside. Returns the distance.
+  S distance(const Point<S>& x, Point<S>& on_face) const {
     FacePlace<S> place;
-    return nearest(x, on_face, place);
+    return distance(x, on_face, place);
   }
-  /// Also returns where on the face that point lies.
-  S nearest(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
+  /// Also finds where on the face that point lies.
+  S distance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
+    const S found = std::sqrt(squaredDistance(x, on_face, place));
+    return found < rounding::shortLength<S>() ? shortDistance(x, on_face, place, found) : found;
+  }
+  /// The square of `distance`, where squares of lengths are not too small.
+  S squaredDistance(const Point<S>& x, Point<S>& on_face) const {
+    FacePlace<S> place;
+    return squaredDistance(x, on_face, place);
+  }
+  S squaredDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
     on_face = corners_[0];
     const auto take = [&](const FacePlace<S>& at, const Point<S>& from_corner) {
@@ -119,9 +131,10 @@ class Face {
       on_face = corners_[at.edge] + from_corner;
       place = at;
     };
+    // A corner counts as the begin of its side: as it is, without rounding.
     for (std::size_t k = 0; k < 3; ++k) {
       const S along = edges_[k].nearestTo(x - corners_[k]);
-      take({k, along, 0, false}, along * edges_[k].along);
+      if (along < 1) take({k, along, 0, false}, along * edges_[k].along);
     }
     const Edge<S>& base = edges_[base_];
     const Point<S> seen = x - corners_[base_];
@@ -133,6 +146,22 @@ class Face {
   }
 
  private:
+  /// `found`: what was found so far, which is right unless all corners are near x.
+  S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
+    Corners seen = corners_;
+    S extent = 0;
+    for (Point<S>& corner : seen) {
+      corner -= x;
+      extent = std::max(extent, corner.template lpNorm<Eigen::Infinity>());
+    }
+    const S unit = rounding::enlargement(extent);
+    if (unit == 1) return found;
+    for (Point<S>& corner : seen) corner *= unit;
+    const S square = Face(seen).squaredDistance(Point<S>::Zero(), on_face, place);
+    on_face = x + on_face / unit;
+    return std::sqrt(square) / unit;
+  }
+
   Corners corners_;
   Edge<S> edges_[3];
   std::size_t base_ = 0;  ///< the longest edge
@@ -149,7 +178,7 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
                                       const std::array<Eigen::Matrix<S, 3, 1>, 3>& face) {
   FeatureDistance<S> found;
   found.first = vertex;
-  found.distance = std::sqrt(feature_distance::Face<S>(face).nearest(vertex, found.second));
+  found.distance = feature_distance::Face<S>(face).distance(vertex, found.second);
   return found;
 }
 
@@ -178,7 +207,14 @@ FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>&
   S s, t;
   if (feature_distance::nearestInside<S>(u, v, between, s, t)) take(s, t);
   nearest.distance = std::sqrt(best);
-  return nearest;
+  if (!(nearest.distance < rounding::shortLength<S>())) return nearest;
+  const S unit = rounding::enlargement(std::max({u.along.template lpNorm<Eigen::Infinity>(),
+                                                 v.along.template lpNorm<Eigen::Infinity>(),
+                                                 between.template lpNorm<Eigen::Infinity>()}));
+  if (unit == 1) return nearest;
+  nearest = edgeEdgeDistance<S>({Point::Zero(), unit * u.along},
+                                {unit * between, unit * (b[1] - a[0])}, along);
+  return {a[0] + nearest.first / unit, a[0] + nearest.second / unit, nearest.distance / unit};
 }
 
 template <typename S>

@@ -100,7 +100,7 @@ bool isComplete(const TriangleContact<S>& contact) {
 template <typename S>
 Point<S> nearestPoint(const TrianglePoints<S>& t, const Point<S>& x) {
   Point<S> nearest;
-  feature_distance::Face<S>(t).nearest(x, nearest);
+  feature_distance::Face<S>(t).distance(x, nearest);
   return nearest;
 }
 

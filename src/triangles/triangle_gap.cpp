@@ -22,13 +22,13 @@ class NearestOfFeatures {
   }
 
   const PointPair<double>& pair() const { return pair_; }
-  double squaredDistance() const { return least_; }
+  double distance() const { return std::sqrt(least_); }
 
  private:
   void considerVertex(const fcl::Vector3d& vertex, const Face& face, fcl::Vector3d& at_vertex,
                       fcl::Vector3d& at_face) {
     fcl::Vector3d on_face;
-    const double square = face.nearest(vertex, on_face);
+    const double square = face.squaredDistance(vertex, on_face);
     if (!(square < least_)) return;
     least_ = square;
     at_vertex = vertex;
@@ -161,17 +161,34 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
   return (high - low).maxCoeff();
 }
 
+/// `unit`: the enlargement of their extent.
+TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+                          double unit) {
+  const auto gap = [](const TrianglePoints<double>& p, const TrianglePoints<double>& q) {
+    const NearestOfFeatures nearest(p, q);
+    return TriangleGap{nearest.pair(), nearest.distance()};
+  };
+  if (unit == 1) return gap(a, b);
+  const auto enlarged = [&](const TrianglePoints<double>& t) -> TrianglePoints<double> {
+    return {unit * (t[0] - a[0]), unit * (t[1] - a[0]), unit * (t[2] - a[0])};
+  };
+  const TriangleGap found = gap(enlarged(a), enlarged(b));
+  return {{a[0] + found.points.first / unit, a[0] + found.points.second / unit},
+          found.distance / unit};
+}
+
 }  // namespace
 
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  SeparatedPoints separated(a, b, extentOf(a, b));
-  if (separated.find()) return {separated.points(), separated.distance()};
+  const double extent = extentOf(a, b), unit = rounding::enlargement(extent);
+  SeparatedPoints separated(a, b, extent);
+  if (unit == 1 && separated.find()) return {separated.points(), separated.distance()};
   const TriangleIntersection common(a, b);
   if (common.isCrossing()) return {common.crossing(), 0};
-  const NearestOfFeatures nearest(a, b);
-  if (common.exists()) return {nearest.pair(), 0};
+  const TriangleGap nearest = gapOfFeatures(a, b, unit);
+  if (common.exists()) return {nearest.points, 0};
   constexpr double kLeast = std::numeric_limits<double>::denorm_min();
-  return {nearest.pair(), std::max(std::sqrt(nearest.squaredDistance()), kLeast)};
+  return {nearest.points, std::max(nearest.distance, kLeast)};
 }
 
 }  // namespace adaptive_bvh

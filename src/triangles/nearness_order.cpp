@@ -1,0 +1,78 @@
+#include "triangles/nearness_order.h"
+
+#include <cmath>
+
+#include "base/rounding.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The sum of two doubles, the second at most half a unit of the first's last digit: 106 bits
+/// (Dekker 1971, "A floating-point technique for extending the available precision").
+struct Precise {
+  double high = 0, low = 0;
+
+  Precise operator-() const { return {-high, -low}; }
+};
+
+/// Without error (Knuth's TwoSum).
+Precise sumOf(double a, double b) {
+  const double sum = a + b, of_b = sum - a;
+  return {sum, (a - (sum - of_b)) + (b - of_b)};
+}
+Precise operator+(const Precise& a, const Precise& b) {
+  const Precise high = sumOf(a.high, b.high), low = sumOf(a.low, b.low);
+  const Precise sum = sumOf(high.high, high.low + low.high);
+  return sumOf(sum.high, sum.low + low.low);
+}
+Precise operator-(const Precise& a, const Precise& b) { return a + -b; }
+Precise operator*(const Precise& a, const Precise& b) {
+  const double product = a.high * b.high, rest = std::fma(a.high, b.high, -product);
+  return sumOf(product, rest + (a.high * b.low + a.low * b.high));
+}
+Precise operator/(const Precise& a, const Precise& b) {
+  const double first = a.high / b.high;
+  const Precise rest = a - Precise{first, 0} * b;
+  return sumOf(first, rest.high / b.high);
+}
+
+struct Vector {
+  Precise x, y, z;
+};
+Precise dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vector cross(const Vector& a, const Vector& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
+                        const feature_distance::FacePlace<double>& at, double scale) {
+  const auto difference = [&](const fcl::Vector3d& a, const fcl::Vector3d& b) -> Vector {
+    const fcl::Vector3d p = scale * a, q = scale * b;
+    return {sumOf(p[0], -q[0]), sumOf(p[1], -q[1]), sumOf(p[2], -q[2])};
+  };
+  const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
+  const Vector way = difference(x, from);
+  if (at.is_inside) {
+    const Vector normal = cross(difference(to, from), difference(face[(at.edge + 2) % 3], from));
+    const Precise height = dot(normal, way);
+    return height * height / dot(normal, normal);
+  }
+  if (at.along == 0) return dot(way, way);
+  const Vector edge = difference(to, from), across = cross(way, edge);
+  return dot(across, across) / dot(edge, edge);
+}
+
+}  // namespace
+
+PreciseSquare::PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
+                             const feature_distance::FacePlace<double>& at, double scale) {
+  const Precise square = squaredDistance(x, face, at, scale);
+  high_ = square.high;
+  low_ = square.low;
+}
+
+bool PreciseSquare::isLess(const PreciseSquare& other) const {
+  return (other.high_ - high_) + (other.low_ - low_) > 0x1p-80 * other.high_;
+}
+
+}  // namespace adaptive_bvh

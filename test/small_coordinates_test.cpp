@@ -1,0 +1,218 @@
+// Meshes of any size down to the smallest numbers, and large ones with tiny parts: lengths, normals
+// and decisions, judged in quadruple precision, whose exponents have room for all squares.
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/penetration.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/query.h"
+#include "support/lattice_features.h"
+#include "support/random_geometry.h"
+#include "support/test_mesh.h"
+
+namespace adaptive_bvh_test {
+namespace small_coordinates_test {
+
+using adaptive_bvh::DeformableMesh;
+using Mesh = DeformableMesh<double>;
+using Points = std::vector<fcl::Vector3d>;
+
+const fcl::Transform3d kStill = fcl::Transform3d::Identity();
+
+/// A mesh on a lattice, and the length of its step, a power of two.
+struct Lattice {
+  TriangleMesh<double> mesh;
+  int exponent;
+
+  Lattice times(int power) const {
+    Lattice scaled{mesh, power};
+    for (fcl::Vector3d& p : scaled.mesh.vertices)
+      for (double& x : p) x = std::ldexp(x, power);
+    return scaled;
+  }
+};
+
+class SmallCoordinates : public testing::Test {
+ protected:
+  /// A tetrahedron or a few triangles with corners from -16 to 16, moved along x.
+  TriangleMesh<double> body(bool is_closed, int away) {
+    TriangleMesh<double> mesh;
+    const int corners = is_closed ? 4 : 6;
+    do {
+      mesh.vertices.clear();
+      for (int v = 0; v < corners; ++v)
+        mesh.vertices.emplace_back(random_.below(17) - 8 + away, random_.below(17) - 8,
+                                   random_.below(17) - 8);
+      mesh.triangles = is_closed
+                           ? std::vector<fcl::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}
+                           : std::vector<fcl::Triangle>{{0, 1, 2}, {3, 4, 5}, {1, 3, 5}};
+    } while (is_closed && volume(mesh) <= 0);
+    return mesh;
+  }
+  static double volume(const TriangleMesh<double>& m) {
+    const Points& p = m.vertices;
+    return (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]);
+  }
+  static quad::Triangle triangle(const TriangleMesh<double>& mesh, std::size_t t) {
+    const auto& v = mesh.triangles[t];
+    return {quad::of(mesh.vertices[v[0]]), quad::of(mesh.vertices[v[1]]),
+            quad::of(mesh.vertices[v[2]])};
+  }
+  static double distance(const fcl::Vector3d& x, const TriangleMesh<double>& mesh) {
+    quad::Real least = std::numeric_limits<double>::max();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      least = std::min(least, quad::distance(quad::of(x), triangle(mesh, t)));
+    return double(least);
+  }
+  static double distance(const TriangleMesh<double>& a, const TriangleMesh<double>& b) {
+    quad::Real least = std::numeric_limits<double>::max();
+    for (std::size_t s = 0; s < a.triangles.size(); ++s)
+      for (std::size_t t = 0; t < b.triangles.size(); ++t) {
+        const quad::Real d = quad::distance(triangle(a, s), triangle(b, t));
+        least = std::min(least, d < quad::Real(1e-25) ? quad::Real(0) : d);
+      }
+    return double(least);
+  }
+
+  /// A length in steps of the lattice, exactly as `length`, or off by the smallest number.
+  static double inSteps(double length, int exponent) {
+    return std::ldexp(std::ldexp(length, -exponent / 2), -(exponent - exponent / 2));
+  }
+  static void expectLength(double expected, double found, int exponent) {
+    const double smallest = inSteps(4 * std::numeric_limits<double>::denorm_min(), exponent);
+    EXPECT_NEAR(expected, inSteps(found, exponent), 1e-12 + smallest) << "2^" << exponent;
+  }
+  static void expectLength(double expected, const fcl::Vector3d& from, const fcl::Vector3d& to,
+                           int exponent) {
+    expectLength(expected, (to - from).stableNorm(), exponent);
+  }
+
+  /// All sizes, or of many some.
+  template <typename Try>
+  void forEachSize(const Try& tryAt) {
+    const int step = isLongMode() ? 1 : 7;
+    for (int exponent = 0; exponent >= -1074 && !HasFailure(); exponent -= step) tryAt(exponent);
+    tryAt(-1074);
+  }
+
+  RandomGeometry<double> random_{91};
+};
+
+TEST_F(SmallCoordinates, DistancesOfMeshesAreRight) {
+  forEachSize([&](int exponent) {
+    const TriangleMesh<double> first = body(false, 0), second = body(false, random_.below(30));
+    const double expected = distance(first, second);
+    const Mesh a(Lattice{first, 0}.times(exponent).mesh),
+        b(Lattice{second, 0}.times(exponent).mesh);
+    fcl::DistanceRequest<double> request(true);
+    fcl::DistanceResult<double> result;
+    adaptive_bvh::distance<double>(&a, kStill, &b, kStill, request, result);
+    expectLength(expected, result.min_distance, exponent);
+    expectLength(expected, result.nearest_points[0], result.nearest_points[1], exponent);
+    EXPECT_EQ(expected == 0, result.min_distance == 0);
+    const auto isNearer = [&](double steps) {
+      return adaptive_bvh::isNearer<double>(a, kStill, b, kStill, std::ldexp(steps, exponent));
+    };
+    EXPECT_EQ(expected == 0, isNearer(0));
+    EXPECT_TRUE(isNearer(std::ceil(expected + 1)));
+    if (expected > 2) {
+      EXPECT_FALSE(isNearer(std::floor(expected - 1)));
+    }
+    std::vector<double> clearances;
+    adaptive_bvh::clearance<double>(a, kStill, b, kStill, 1e300, clearances);
+    for (std::size_t v = 0; v < clearances.size(); ++v)
+      expectLength(distance(first.vertices[v], second), clearances[v], exponent);
+  });
+}
+
+TEST_F(SmallCoordinates, PointsHaveTheirDistancesAndNormals) {
+  forEachSize([&](int exponent) {
+    const TriangleMesh<double> mesh = body(true, 0);
+    const Mesh small(Lattice{mesh, 0}.times(exponent).mesh);
+    Points points, small_points;
+    for (int i = 0; i < 20; ++i) {
+      points.emplace_back(random_.below(41) - 20, random_.below(41) - 20, random_.below(41) - 20);
+      small_points.push_back(points.back());
+      for (double& x : small_points.back()) x = std::ldexp(x, exponent);
+    }
+    std::vector<adaptive_bvh::ClosestFeature<double>> features;
+    adaptive_bvh::closestFeatures(small, small_points, 1e300, features);
+    std::vector<double> distances;
+    adaptive_bvh::signedDistances(small, small_points, distances);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double expected = distance(points[i], mesh);
+      expectLength(expected, features[i].distance, exponent);
+      expectLength(expected, features[i].point, small_points[i], exponent);
+      expectLength(expected, std::abs(distances[i]), exponent);
+      EXPECT_NEAR(1, features[i].normal.norm(), 1e-12) << "2^" << exponent;
+      EXPECT_NEAR(1, features[i].barycentric.sum(), 1e-12);
+      const fcl::Vector3d away = points[i] - fcl::Vector3d(features[i].point.unaryExpr(
+                                                 [&](double x) { return inSteps(x, exponent); }));
+      if (expected > 0.01 && features[i].feature == adaptive_bvh::SurfaceFeature::Face &&
+          exponent > -1000) {
+        EXPECT_NEAR(expected, std::abs(away.dot(features[i].normal)), 1e-6);
+      }
+    }
+  });
+}
+
+TEST_F(SmallCoordinates, ContactsAndSignedDistancesAreThoseOfTheLargeBodies) {
+  forEachSize([&](int exponent) {
+    const TriangleMesh<double> first = body(true, 0), second = body(true, random_.below(20));
+    const Mesh large1(first), large2(second);
+    const Mesh small1(Lattice{first, 0}.times(exponent).mesh),
+        small2(Lattice{second, 0}.times(exponent).mesh);
+    adaptive_bvh::VertexContacts<double> large, small;
+    vertexContacts(large1, kStill, large2, kStill, 4., large);
+    vertexContacts(small1, kStill, small2, kStill, std::ldexp(4., exponent), small);
+    ASSERT_EQ(large.vertices, small.vertices) << "2^" << exponent;
+    EXPECT_EQ(large.triangles, small.triangles);
+    for (std::size_t i = 0; i < small.size(); ++i) {
+      expectLength(large.distances[i], small.distances[i], exponent);
+      EXPECT_NEAR(0, (large.normals[i] - small.normals[i]).norm(), 1e-9) << "2^" << exponent;
+    }
+    const auto of_large = signedDistance(large1, kStill, large2, kStill, 1e-3),
+               of_small =
+                   signedDistance(small1, kStill, small2, kStill, std::ldexp(1e-3, exponent));
+    EXPECT_GE(of_large.upper + 1e-12, inSteps(of_small.lower, exponent)) << "2^" << exponent;
+    EXPECT_LE(of_large.lower - 1e-12, inSteps(of_small.upper, exponent)) << "2^" << exponent;
+  });
+}
+
+TEST_F(SmallCoordinates, PairsOfFeaturesAreThoseOfTheLargeBodies) {
+  forEachSize([&](int exponent) {
+    const TriangleMesh<double> first = body(false, 0), second = body(false, random_.below(12));
+    const Mesh a(Lattice{first, 0}.times(exponent).mesh),
+        b(Lattice{second, 0}.times(exponent).mesh);
+    const int limit = random_.below(3);
+    adaptive_bvh::FeaturePairs found;
+    featurePairsWithin(a, kStill, b, kStill, std::ldexp(double(limit), exponent), found);
+    EXPECT_EQ(featurePairs(first, second, limit), featurePairs(found, first, second))
+        << "2^" << exponent;
+  });
+}
+
+/// The example of a needle's tip beside a large triangle: two vertices 1e-200 apart.
+TEST_F(SmallCoordinates, LargeBodiesMayHaveTinyParts) {
+  for (const double tiny : {1e-60, 1e-100, 1e-160, 1e-200, 1e-300, 5e-324}) {
+    TriangleMesh<double> mesh;
+    mesh.vertices = {{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {0, 4, 5}};
+    const Mesh body(mesh);
+    TriangleMesh<double> above = mesh;
+    for (fcl::Vector3d& p : above.vertices) p = fcl::Vector3d(p[0], p[1], 4 * tiny - p[2]);
+    const Mesh other(above);
+    fcl::DistanceResult<double> result;
+    adaptive_bvh::distance<double>(&body, kStill, &other, kStill,
+                                   fcl::DistanceRequest<double>(true), result);
+    EXPECT_NEAR(4, result.min_distance / tiny, 1e-9) << tiny;
+    EXPECT_TRUE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 8 * tiny));
+    EXPECT_FALSE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 0));
+    const auto closest = adaptive_bvh::closestPoint<double>(body, fcl::Vector3d(0, 0, 4 * tiny));
+    EXPECT_NEAR(4, closest.distance / tiny, 1e-9) << tiny;
+    EXPECT_EQ(0, closest.triangle);
+  }
+}
+
+}  // namespace small_coordinates_test
+}  // namespace adaptive_bvh_test
