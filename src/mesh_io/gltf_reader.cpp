@@ -231,7 +231,7 @@ class GltfReader {
 
   static std::size_t indexOf(double index, std::size_t vertices) {
     if (index >= 0 && index < static_cast<double>(vertices)) return static_cast<std::size_t>(index);
-    throw std::runtime_error("a triangle names vertex " + std::to_string(index) + " of " +
+    throw std::runtime_error("a triangle names vertex " + textOf(index) + " of " +
                              std::to_string(vertices));
   }
 
