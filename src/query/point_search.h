@@ -170,7 +170,7 @@ class PointSearch {
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
   /// Distances of two triangles are off by less, together, in units of the tree.
-  static constexpr double kRounding = 0x1p-46;
+  static constexpr double kRounding = 0x1p-45;
 
   const MeshState<S>& mesh_;
   const WideTree& tree_;

@@ -148,6 +148,7 @@ class Face {
  private:
   /// `found`: what was found so far, which is right unless all corners are near x.
   S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
+    if (on_face == x) return found;
     Corners seen = corners_;
     S extent = 0;
     for (Point<S>& corner : seen) {
