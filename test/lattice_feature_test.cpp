@@ -113,7 +113,7 @@ TYPED_TEST(LatticeFeature, NearestTriangleOfAnOctahedronHasTheSmallestIndex) {
 
 TYPED_TEST(LatticeFeature, NearestTriangleHasTheSmallestIndex) {
   using S = TypeParam;
-  for (int body = 0; body < manySteps(12); ++body) {
+  for (int body = 0; body < manySteps(4); ++body) {
     TriangleMesh<S> mesh = this->octahedron();
     for (int level = this->random_.below(3); level > 0; --level) mesh = this->refined(mesh);
     for (Vector3<S>& p : mesh.vertices) p *= 8;
@@ -133,7 +133,7 @@ TYPED_TEST(LatticeFeature, NearestTriangleHasTheSmallestIndex) {
 /// exactly as near.
 TYPED_TEST(LatticeFeature, NearestTriangleAroundAVertexHasTheSmallestIndex) {
   using S = TypeParam;
-  for (int body = 0; body < manySteps(6); ++body) {
+  for (int body = 0; body < manySteps(1); ++body) {
     TriangleMesh<S> mesh = this->refined(this->refined(this->octahedron()));
     for (Vector3<S>& p : mesh.vertices) p = (p + S(0.1) * this->random_.point()).normalized();
     std::vector<Vector3<S>> points;
@@ -195,13 +195,13 @@ TEST_F(LatticeTouch, FeaturePairsWithinZeroAreExact) {
     featurePairsWithin(Mesh(first), double(limit), found);
     ASSERT_EQ(featurePairs(first, first, limit, true), featurePairs(found, first, first, true));
   }
-  EXPECT_GT(touching, 500u);
+  EXPECT_GT(touching, 300u);
 }
 
 /// A flat cloth is left out as a whole: that changes no result.
 TEST_F(LatticeTouch, PairsOfAFlatClothAreThoseOfAllFeatures) {
   std::size_t near = 0;
-  for (int round = 0; round < manySteps(40); ++round) {
+  for (int round = 0; round < manySteps(20); ++round) {
     const int columns = 2 + random_.below(5), rows = 2 + random_.below(5), step = 6;
     auto cloth = plate<double>(columns, rows, columns * step, rows * step);
     for (fcl::Vector3d& p : cloth.vertices) {
@@ -209,7 +209,7 @@ TEST_F(LatticeTouch, PairsOfAFlatClothAreThoseOfAllFeatures) {
       if (!random_.oneIn(3)) continue;
       p += fcl::Vector3d(random_.below(5) - 2, random_.below(5) - 2, random_.below(3) - 1);
     }
-    const int limit = random_.below(4);
+    const int limit = random_.below(5);
     FeaturePairs found;
     featurePairsWithin(Mesh(cloth), double(limit), found);
     const FeatureSet expected = featurePairs(cloth, cloth, limit, true);

@@ -2,6 +2,9 @@
 // and decisions, judged in quadruple precision, whose exponents have room for all squares.
 #include <gtest/gtest.h>
 
+#include <fcl/geometry/shape/sphere.h>
+
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -165,17 +168,23 @@ TEST_F(SmallCoordinates, ContactsAndSignedDistancesAreThoseOfTheLargeBodies) {
     adaptive_bvh::VertexContacts<double> large, small;
     vertexContacts(large1, kStill, large2, kStill, 4., large);
     vertexContacts(small1, kStill, small2, kStill, std::ldexp(4., exponent), small);
+    if (exponent < -1050) return;  // a distance of 4.2 is rounded to 4
     ASSERT_EQ(large.vertices, small.vertices) << "2^" << exponent;
     EXPECT_EQ(large.triangles, small.triangles);
     for (std::size_t i = 0; i < small.size(); ++i) {
       expectLength(large.distances[i], small.distances[i], exponent);
-      EXPECT_NEAR(0, (large.normals[i] - small.normals[i]).norm(), 1e-9) << "2^" << exponent;
+      if (exponent > -1000) {
+        EXPECT_NEAR(0, (large.normals[i] - small.normals[i]).norm(), 1e-9) << "2^" << exponent;
+      }
     }
     const auto of_large = signedDistance(large1, kStill, large2, kStill, 1e-3),
                of_small =
                    signedDistance(small1, kStill, small2, kStill, std::ldexp(1e-3, exponent));
-    EXPECT_GE(of_large.upper + 1e-12, inSteps(of_small.lower, exponent)) << "2^" << exponent;
-    EXPECT_LE(of_large.lower - 1e-12, inSteps(of_small.upper, exponent)) << "2^" << exponent;
+    const double smallest = inSteps(4 * std::numeric_limits<double>::denorm_min(), exponent);
+    EXPECT_NEAR(of_large.lower, inSteps(of_small.lower, exponent), 2e-3 + smallest)
+        << "2^" << exponent;
+    EXPECT_NEAR(of_large.upper, inSteps(of_small.upper, exponent), 2e-3 + smallest)
+        << "2^" << exponent;
   });
 }
 
@@ -192,26 +201,67 @@ TEST_F(SmallCoordinates, PairsOfFeaturesAreThoseOfTheLargeBodies) {
   });
 }
 
-/// The example of a needle's tip beside a large triangle: two vertices 1e-200 apart.
+/// Two vertices of a body of the size 1 are 1e-200 apart, and the body is as near to another one.
 TEST_F(SmallCoordinates, LargeBodiesMayHaveTinyParts) {
-  for (const double tiny : {1e-60, 1e-100, 1e-160, 1e-200, 1e-300, 5e-324}) {
-    TriangleMesh<double> mesh;
-    mesh.vertices = {{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
-    mesh.triangles = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {0, 4, 5}};
-    const Mesh body(mesh);
-    TriangleMesh<double> above = mesh;
-    for (fcl::Vector3d& p : above.vertices) p = fcl::Vector3d(p[0], p[1], 4 * tiny - p[2]);
-    const Mesh other(above);
-    fcl::DistanceResult<double> result;
-    adaptive_bvh::distance<double>(&body, kStill, &other, kStill,
-                                   fcl::DistanceRequest<double>(true), result);
-    EXPECT_NEAR(4, result.min_distance / tiny, 1e-9) << tiny;
-    EXPECT_TRUE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 8 * tiny));
-    EXPECT_FALSE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 0));
-    const auto closest = adaptive_bvh::closestPoint<double>(body, fcl::Vector3d(0, 0, 4 * tiny));
-    EXPECT_NEAR(4, closest.distance / tiny, 1e-9) << tiny;
-    EXPECT_EQ(0, closest.triangle);
-  }
+  for (const double tiny : {1e-20, 1e-60, 1e-100, 1e-160, 1e-200, 1e-300, 5e-324})
+    for (const bool is_joined : {true, false}) {
+      TriangleMesh<double> mesh;
+      mesh.vertices = {{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, {1, 0, -1}, {0, 1, -1}, {0, 0, -2}};
+      mesh.triangles = is_joined ? std::vector<fcl::Triangle>{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}
+                                 : std::vector<fcl::Triangle>{{0, 1, 2}, {3, 4, 5}};
+      const Mesh body(mesh);
+      TriangleMesh<double> above = mesh;
+      for (fcl::Vector3d& p : above.vertices) p = fcl::Vector3d(p[0], p[1], 4 * tiny - p[2]);
+      const Mesh other(above);
+      fcl::DistanceResult<double> result;
+      adaptive_bvh::distance<double>(&body, kStill, &other, kStill,
+                                     fcl::DistanceRequest<double>(true), result);
+      const auto closest = adaptive_bvh::closestPoint<double>(body, fcl::Vector3d(0, 0, 4 * tiny));
+      EXPECT_GT(result.min_distance, 0);
+      EXPECT_EQ(0, closest.triangle);
+      EXPECT_FALSE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 0));
+      // Off by the rounding of the features: those that are large or those that are tiny.
+      const double error = (is_joined ? 1e-14 : 1e-12 * tiny);
+      EXPECT_NEAR(4 * tiny, result.min_distance, error) << tiny;
+      EXPECT_NEAR(4 * tiny, closest.distance, 1e-12 * tiny) << tiny;
+      std::vector<adaptive_bvh::ClosestFeature<double>> features;
+      closestFeatures(body, {fcl::Vector3d(tiny / 4, tiny / 4, 1)}, 10., features);
+      EXPECT_NEAR(1, features[0].normal.norm(), 1e-12) << tiny;
+      adaptive_bvh::FeaturePairs pairs;
+      featurePairsWithin(body, kStill, other, kStill, 5 * tiny + error, pairs);
+      EXPECT_GE(pairs.size(), 3u) << tiny;
+    }
+}
+
+TEST_F(SmallCoordinates, TinyShapesAreRefused) {
+  const Mesh mesh(body(true, 0));
+  fcl::DistanceResult<double> result;
+  const auto distanceTo = [&](double radius) {
+    const fcl::Sphere<double> sphere(radius);
+    adaptive_bvh::distance<double>(&mesh, kStill, &sphere, kStill, fcl::DistanceRequest<double>(),
+                                   result);
+  };
+  EXPECT_THROW(distanceTo(1e-70), std::invalid_argument);
+  EXPECT_NO_THROW(distanceTo(1e-60));
+}
+
+/// Times are never late, though early where lengths count as none.
+TEST_F(SmallCoordinates, TimesOfImpactAreNeverLate) {
+  forEachSize([&](int exponent) {
+    const TriangleMesh<double> first = body(true, 0), second = body(true, 40);
+    Points end = second.vertices;
+    for (fcl::Vector3d& p : end) p[0] -= 40;
+    const auto timeAt = [&](int power) {
+      const Mesh a(Lattice{first, 0}.times(power).mesh), b(Lattice{second, 0}.times(power).mesh);
+      Lattice moved{second, 0};
+      moved.mesh.vertices = end;
+      const Points to = moved.times(power).mesh.vertices;
+      const adaptive_bvh::Motion<double> still(a, a.vertices(), a.vertices()),
+          moves(b, b.vertices(), to);
+      return adaptive_bvh::earliestImpact(still, moves).time;
+    };
+    EXPECT_LE(timeAt(exponent), timeAt(0) + 1e-9) << "2^" << exponent;
+  });
 }
 
 }  // namespace small_coordinates_test

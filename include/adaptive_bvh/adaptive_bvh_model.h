@@ -52,7 +52,8 @@ struct Supported {
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
-/// beyond that the products of four lengths in FCL's tests of triangles overflow.
+/// beyond that the products of four lengths in FCL's tests of triangles overflow. Small coordinates
+/// are as for DeformableMesh.
 ///
 /// **Errors.** FCL's calls return FCL's codes and print nothing. `update`, which FCL does not have,
 /// throws. A refused call or step leaves the model unchanged.

@@ -26,7 +26,7 @@
 /// exact one, despite rounding (docs/bounds.md, 15). Times may be early, and a pair that passes at
 /// a tiny distance may be reported: early by the time in which the features approach by about 1e-14
 /// of the size of the pair, or up to 1e-9 of it if edges are nearly parallel or a face is nearly a
-/// segment.
+/// segment. Lengths below 1e-150 count as none: so smaller bodies come together early.
 ///
 /// All functions are thread-safe on shared meshes, and run on several threads if
 /// DeformableMesh::setQueryThreads allows it; the results and their order do not depend on that.

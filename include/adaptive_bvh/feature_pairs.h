@@ -63,7 +63,8 @@ struct FeaturePairs {
 /// number, and a vertex before a face.
 struct IgnoredPairs {
   /// Sorted by FeaturePair's operator<; null for none. It must live as long as the query. A query
-  /// throws std::invalid_argument if it is not sorted.
+  /// throws std::invalid_argument if it is not sorted, and a query of one mesh also if a pair of
+  /// two triangles or two edges has the larger number first.
   const std::vector<FeaturePair>* list = nullptr;
   /// Returns whether to leave a pair out; empty for none. It is called for pairs that may be in the
   /// result, from several threads at once if the query uses several. It must return the same value

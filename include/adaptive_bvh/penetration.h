@@ -53,7 +53,7 @@ struct VertexContacts {
   /// decides.
   std::vector<fcl::Vector3<S>> normals;
   /// Triangle of the other mesh with the nearest point: the one with the smallest index if several
-  /// have it. -1 if the other body is a shape.
+  /// are exactly as near (ClosestPoint::triangle). -1 if the other body is a shape.
   std::vector<int> triangles;
   /// Weights of the three corners of that triangle at the nearest point; zero if there is none.
   std::vector<fcl::Vector3<S>> barycentric;

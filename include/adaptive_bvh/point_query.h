@@ -27,11 +27,15 @@ template <typename S>
 struct ClosestPoint {
   fcl::Vector3<S> point;  ///< on the surface
   S distance;             ///< from the query point
-  int triangle;           ///< with that point; the smallest index, if there are several
+  /// With that point. Of several triangles that are exactly as near, the one with the smallest
+  /// index, whatever was asked before; so on an edge or a vertex the first of its triangles.
+  int triangle;
 };
 
 /// Returns the nearest point of the mesh's triangles. The distance is exact up to rounding: 2^-48
-/// (4e-15) of the largest distance of `point` to a corner of the triangle.
+/// (4e-15) of the largest distance of `point` to a corner of the triangle. Distances of two
+/// triangles are compared with twice the digits where they are that near each other: they count as
+/// equal up to 2^-80 of themselves (docs/bounds.md, 16).
 template <typename S>
 ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point);
 
@@ -59,7 +63,7 @@ template <typename S>
 struct ClosestFeature {
   fcl::Vector3<S> point;        ///< on the surface; NaN if none is within the limit
   S distance;                   ///< from the query point; infinite if none is within the limit
-  int triangle;                 ///< with that point, with the smallest index; -1 if there is none
+  int triangle;                 ///< as ClosestPoint::triangle; -1 if there is none
   fcl::Vector3<S> barycentric;  ///< weights of the triangle's corners
   SurfaceFeature feature;  ///< whether the point is inside the triangle, on an edge or a corner
   /// Index of the triangle, number of the edge (feature_pairs.h) or index of the vertex.

@@ -18,15 +18,16 @@ namespace adaptive_bvh {
 ///
 /// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
 /// meshes, in the frame of the first. A pair whose distance differs from d by less than that may be
-/// included or not. The distance is 0 if and only if the triangles have a common point. That is
-/// decided without any error, for the second's corners as rounded in the frame of the first.
+/// included or not. The distance is 0 if and only if the triangles have a common point; pairs of
+/// features within the distance 0 are those that have one. That is decided without any error, for
+/// the second's corners as rounded in the frame of the first.
 ///
 /// **Frames and units.** `tf1` and `tf2` place the meshes in the world; lengths are in the meshes'
 /// unit. Queries read the present state of a deforming mesh; nothing is rebuilt.
 ///
 /// **Errors.** std::invalid_argument if a distance is negative or NaN (infinity is allowed), if a
-/// transform is not a rigid motion, or if a list of pairs to leave out is not sorted. The result is
-/// then unchanged.
+/// transform is not a rigid motion, or if a list of pairs to leave out is not as IgnoredPairs says.
+/// The result is then unchanged.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h. A query of pairs runs on several threads
 /// if DeformableMesh::setQueryThreads allows it; its result does not depend on their number.

@@ -38,8 +38,8 @@ enum class NeighbourFilter {
 /// the number of contacts in the result, which is not cleared first. Thread-safe on shared meshes;
 /// runs on several threads if DeformableMesh::setQueryThreads allows it.
 ///
-/// Throws std::invalid_argument if `tf` is not a rigid motion, or the list of `ignored` is not
-/// sorted.
+/// Throws std::invalid_argument if `tf` is not a rigid motion, or the list of `ignored` is not as
+/// IgnoredPairs says.
 template <typename S>
 std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,

@@ -47,9 +47,11 @@ FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& fir
   return result;
 }
 
-std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name) {
+std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name, bool is_self) {
   if (pairs.is_none()) return {};
   auto list = pairsFrom<FeaturePair>(pairs, kAny, kAny, name);
+  for (FeaturePair& pair : list)
+    if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
   std::sort(list.begin(), list.end());
   return list;
 }

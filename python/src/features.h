@@ -27,8 +27,10 @@ struct FeatureArrays : Bound {
 FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& first,
                               const LockedMesh& second);
 
-/// Pairs to leave out, sorted: K x 2 integers; none of None. Throws as pairsFrom.
-std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name);
+/// Pairs to leave out, sorted: K x 2 integers; none of None. `is_self`: of two triangles or edges
+/// of one mesh, the smaller number comes first. Throws as pairsFrom.
+std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name,
+                                     bool is_self = false);
 
 /// Labels of a mesh's triangles, and which pairs they leave out (ignoredByLabels).
 class Labels {

@@ -120,11 +120,11 @@ struct PairsRequest {
 
 /// As above, of features.
 struct FeaturesRequest {
-  FeaturesRequest(double d, const FeatureArrays* ignored) : distance(d) {
+  FeaturesRequest(double d, const FeatureArrays* ignored, bool is_self) : distance(d) {
     if (!ignored) return;
     vertex_face = ignoredFrom(ignored->vertex_face, "vertex_face");
     face_vertex = ignoredFrom(ignored->face_vertex, "face_vertex");
-    edge_edge = ignoredFrom(ignored->edge_edge, "edge_edge");
+    edge_edge = ignoredFrom(ignored->edge_edge, "edge_edge", is_self);
   }
 
   double distance;
@@ -154,7 +154,7 @@ NearPairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distance
                           const std::string& filter, const py::object& ignored,
                           const py::object& labels, const std::string& label_rule) {
   const NeighbourFilter neighbours = neighbourFilter(filter);
-  const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored");
+  const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored", true);
   const Labels of_faces(labels, label_rule, mesh);
   const PairsRequest request{distance, distances, points, of_faces.triangles(list)};
   Either<TrianglePairs> result;
@@ -169,7 +169,7 @@ FeatureArrays featurePairsOf(const LockedMesh& first, const LockedMesh& second, 
                              const py::object& tf1, const py::object& tf2,
                              const FeatureArrays* ignored) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  const FeaturesRequest request(distance, ignored);
+  const FeaturesRequest request(distance, ignored, false);
   FeaturePairs pairs;
   LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
     using S = ScalarOf<decltype(a)>;
@@ -181,7 +181,7 @@ FeatureArrays featurePairsOf(const LockedMesh& first, const LockedMesh& second, 
 FeatureArrays featurePairsSelf(const LockedMesh& mesh, double distance,
                                const FeatureArrays* ignored, const py::object& labels,
                                const std::string& label_rule) {
-  const FeaturesRequest request(distance, ignored);
+  const FeaturesRequest request(distance, ignored, true);
   const Labels of_faces(labels, label_rule, mesh);
   FeaturePairs pairs;
   mesh.query([&](const auto& m) {

@@ -118,7 +118,7 @@ Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
   requireCount(max_contacts);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const NeighbourFilter neighbours = neighbourFilter(filter);
-  const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored");
+  const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored", true);
   const Labels of_faces(labels, label_rule, mesh);
   ContactLists lists;
   mesh.query([&](const auto& m) {

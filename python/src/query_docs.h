@@ -39,7 +39,7 @@ filter: which neighbours are left out: those with a 'shared vertex', those with 
     vertices in common), or 'none'. With 'beyond shared', neighbours count where they have points in
     common beside the shared vertex or edge: where they are folded over each other or cross, which is
     decided exactly. Vertices are compared by index: see weld_vertices.
-ignored: pairs of triangles to leave out, (K, 2) integers in any order, or None.
+ignored: pairs of triangles to leave out, (K, 2) integers in any order, either triangle first, or None.
 labels: (num_faces,) integers, a label for each triangle, or None. Then only pairs count whose labels
     differ (label_rule 'between') or are equal ('within'): of components in one mesh.)";
 

@@ -158,8 +158,9 @@ bool FlatPatches::contains(int node) const {
   if (patch.length == 0) return false;
   const View view = viewOf(patch);
   const Shape shape = shapeOf(patch, view);
-  const float least = kShare * shape.edge + kLeast + wanted_;
-  return shape.height >= least && contourKeepsApart(patch, view, least);
+  const float least = kShare * shape.edge + kLeast;
+  return shape.height >= least + wanted_ &&
+         contourKeepsApart(patch, view, least + kOfContour * wanted_);
 }
 
 /// Along the sum of the normals, which the contour knows. Any directions will do, while neither is

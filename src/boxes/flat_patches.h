@@ -22,9 +22,9 @@ class PlaneContour {
     float4::store(x, &x_[i]);
     float4::store(y, &y_[i]);
   }
-  /// True: every corner is at least `distance` from each edge that does not end in it, and edges
-  /// cross nowhere, up to the rounding of differences and products. Where corners lie askew it may
-  /// ask for more, so false says nothing. No edge may be shorter than `distance`.
+  /// True: every corner is at least `distance`, or at least as far as an edge is long, from each
+  /// edge that does not end in it, and edges cross nowhere, up to the rounding of differences and
+  /// products. Where corners lie askew it may ask for more, so false says nothing.
   bool keepsApart(float distance);
 
  private:
@@ -61,10 +61,10 @@ class PlaneContour {
 class FlatPatches {
  public:
   FlatPatches(const WideTree& tree, const Contours& contours) : tree_(tree), contours_(contours) {}
-  /// So flat that no two features without a common vertex, or (3 in place of 2) triangles without
-  /// one, are at most `distance` apart.
-  FlatPatches(const WideTree& tree, const Contours& contours, double distance, int times)
-      : tree_(tree), contours_(contours), wanted_(wantedFor(times * distance * tree.scale())) {}
+  /// So flat that no two triangles, or edges, or a vertex and a triangle, are at most `distance`
+  /// apart, of those without a common vertex.
+  FlatPatches(const WideTree& tree, const Contours& contours, double distance)
+      : tree_(tree), contours_(contours), wanted_(roundedUp(distance * tree.scale())) {}
 
   /// Whether an inner node is flat.
   bool contains(int node) const;
@@ -74,10 +74,12 @@ class FlatPatches {
   /// this share of the longest edge, and more than positions may be off by. The contour keeps as
   /// far from itself.
   static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree::kPositionError;
-  /// A star may keep a quarter less apart than was computed.
-  static float wantedFor(double distance) {
-    constexpr double kOfStar = 4. / 3 * (1 + 1. / (1 << 16)), kMost = 16;
-    return static_cast<float>(std::min(kOfStar * distance, kMost));
+  /// A contour keeps at least 3/4 as far apart as was computed.
+  static constexpr float kOfContour = 4.f / 3 * (1 + 1.f / (1 << 16));
+
+  static float roundedUp(double distance) {
+    constexpr double kUp = 1 + 1. / (1 << 16), kMost = 16;  // more than the coordinates
+    return static_cast<float>(std::min(kUp * distance, kMost));
   }
 
   /// Two directions that span the plane of view, and that at right angles to both; each four times.
@@ -96,7 +98,7 @@ class FlatPatches {
 
   const WideTree& tree_;
   const Contours& contours_;
-  const float wanted_ = 0;  ///< heights and distances to keep in addition
+  const float wanted_ = 0;  ///< to keep apart in addition
 };
 
 }  // namespace adaptive_bvh

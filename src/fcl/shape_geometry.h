@@ -16,6 +16,7 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "base/rigid.h"
+#include "base/rounding.h"
 #include "query/contacts.h"
 #include "triangles/convex_distance.h"
 #include "triangles/triangle_shape.h"
@@ -163,13 +164,26 @@ inline ShapeCore coreAround(const Point& half, double radius) {
   return core;
 }
 
+/// Throws std::invalid_argument where products of a shape's lengths would underflow.
+inline void requireSize(const ShapeCore& core) {
+  const double size = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs()).maxCoeff() + core.radius;
+  if (size > 0 && size < rounding::shortLength<double>())
+    throw std::invalid_argument(
+        "adaptive_bvh: a shape is smaller than 2^-204 (3.9e-62) in all directions; choose a larger "
+        "unit of length");
+}
+
 }  // namespace shape_sets
 
-/// Calls visit(TriangleShape, ShapeCore) with the geometry of a shape of FCL's. Throws
-/// std::invalid_argument on others.
-template <typename S, typename Visit>
-void visitShape(const fcl::CollisionGeometry<S>& shape, const Visit& visit) {
+/// Calls take(TriangleShape, ShapeCore) with the geometry of a shape of FCL's. Throws
+/// std::invalid_argument on others, and on shapes that are too small.
+template <typename S, typename Take>
+void visitShape(const fcl::CollisionGeometry<S>& shape, const Take& take) {
   using namespace shape_sets;
+  const auto visit = [&](const TriangleShape& triangle_shape, const ShapeCore& core) {
+    requireSize(core);
+    take(triangle_shape, core);
+  };
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto visitRound = [&](const RoundSet& set) { visit(RoundShape(set), coreOf(set)); };
   const auto visitSegment = [&](S radius, S length) {

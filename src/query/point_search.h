@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -85,20 +86,27 @@ class PointSearch {
     const double farther = distance - nearest.distance;
     if (farther > rounding_ || distance > nearest.limit) return;
     const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
-    if (!is_tie ? farther <= 0 : isBefore(x, triangle, place, nearest))
+    if (!is_tie ? farther <= 0 : isBefore(x, triangle, place, distance, nearest))
       nearest = {on_face, distance, triangle, place, nearest.limit};
   }
   /// Of two triangles that are as near up to rounding, whether the first is nearer or, if both are
   /// exactly as near, has the smaller index: an order that does not depend on what was tried
   /// before.
-  bool isBefore(const fcl::Vector3d& x, int triangle, const Place& place,
+  bool isBefore(const fcl::Vector3d& x, int triangle, const Place& place, double distance,
                 const Nearest& other) const {
     const VertexIndices a = verticesOf(triangle), b = verticesOf(other.triangle);
     const bool is_smaller = triangle < other.triangle;
     if (areSame(a, place, b, other.place)) return is_smaller;
-    const PreciseSquare square(x, cornersOf(a), place, tree_.scale()),
-        of_other(x, cornersOf(b), other.place, tree_.scale());
+    const double scale = scaleOf(std::max(distance, other.distance));
+    const PreciseSquare square(x, cornersOf(a), place, scale),
+        of_other(x, cornersOf(b), other.place, scale);
     return square.isLess(of_other) || (is_smaller && !of_other.isLess(square));
+  }
+  /// A power of two that brings a distance to about 1, and the body to no more than 2^300.
+  double scaleOf(double distance) const {
+    const int least = std::ilogb(tree_.scale()), most = std::min(least + 300, 1000);
+    const bool is_known = distance > 0 && distance < std::numeric_limits<double>::infinity();
+    return std::ldexp(1., is_known ? std::min(-std::ilogb(distance), most) : most);
   }
   /// Whether two places are the same vertex, or on the same edge.
   static bool areSame(const VertexIndices& a, const Place& at_a, const VertexIndices& b,
@@ -170,7 +178,7 @@ class PointSearch {
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
   /// Distances of two triangles are off by less, together, in units of the tree.
-  static constexpr double kRounding = 0x1p-46;
+  static constexpr double kRounding = 0x1p-45;
 
   const MeshState<S>& mesh_;
   const WideTree& tree_;

@@ -86,12 +86,12 @@ class FeatureSink {
   static double sizeOf(const PlacedMesh<S>& mesh) {
     return static_cast<double>(mesh.geometry->aabb_radius);
   }
-  /// `p`, `q`: both features, as triangles that repeat corners. Whether they have a common point is
-  /// decided without error where rounding could hide it.
-  bool isNear(double distance, const TrianglePoints<double>& p,
-              const TrianglePoints<double>& q) const {
+  /// `touches()`: whether the features have a common point, without error. It decides where
+  /// rounding could hide that.
+  template <typename Touches>
+  bool isNear(double distance, const Touches& touches) const {
     if (distance > rounding_) return distance <= in_.distance;
-    return (in_.distance > 0 && distance <= in_.distance) || touch(p, q);
+    return (in_.distance > 0 && distance <= in_.distance) || touches();
   }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
@@ -103,7 +103,8 @@ class FeatureSink {
           areSame(v, face.vertices[2]))
         continue;
       const fcl::Vector3d& x = of.points[k];
-      if (isNear(vertexFaceDistance<double>(x, face.points).distance, {x, x, x}, face.points))
+      const auto touches = [&] { return touch({x, x, x}, face.points); };
+      if (isNear(vertexFaceDistance<double>(x, face.points).distance, touches))
         add(static_cast<unsigned>(v), face.owner.triangle);
     }
   }
@@ -118,8 +119,8 @@ class FeatureSink {
       if (areSame(a.vertices[end], b.vertices[j]) || areSame(a.vertices[end], b.vertices[j1]))
         return;
     const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
-    if (!isNear(edgeEdgeDistance<double>({p, p1}, {q, q1}).distance, {p, p1, p1}, {q, q1, q1}))
-      return;
+    const auto touches = [&] { return touch({p, p1, p1}, {q, q1, q1}); };
+    if (!isNear(edgeEdgeDistance<double>({p, p1}, {q, q1}).distance, touches)) return;
     const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
     const bool swaps = is_self_ && first > second;
     append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
@@ -154,15 +155,15 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
       [&] { testAllPairs(input, sink); });
 }
 
-/// Collects pairs of one mesh with itself. `flat_times`: of FlatPatches, to leave out what is flat;
-/// 0 where pairs with a common vertex count.
+/// Collects pairs of one mesh with itself. `skips_flat`: whether pairs with a common vertex do not
+/// count, so that flat patches have none.
 template <typename S, typename MakeSink>
 void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
-                     int flat_times, const MakeSink& makeSink) {
+                     bool skips_flat, const MakeSink& makeSink) {
   const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
-  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance, flat_times);
+  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput<S> input(placed, filter, distance);
-  if (flat_times > 0) input.flat = &flat;
+  if (skips_flat) input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }
@@ -199,9 +200,8 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
         "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
   requireDistance(request.distance);
   requireSortedOfSelf(request.ignored);
-  const int flat_times = filter == NeighbourFilter::SharedVertex ? 3 : 0;
   collectOwnPairs(
-      mesh, double(request.distance), filter, flat_times,
+      mesh, double(request.distance), filter, filter == NeighbourFilter::SharedVertex,
       [&](const PairInput<S>& input) { return PairSink<S>(input, request, true, result); });
   return result.size();
 }
@@ -233,7 +233,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
   requireFeatures(request, true);
   collectOwnPairs(
-      mesh, double(request.distance), NeighbourFilter::None, 2,
+      mesh, double(request.distance), NeighbourFilter::None, true,
       [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
   return result.size();
 }

@@ -1,5 +1,6 @@
 #include "query/signed_distance.h"
 
+#include "base/rounding.h"
 #include "query/closed_surface.h"
 #include "query/depth_meshes.h"
 #include "query/nearest_search.h"
@@ -29,7 +30,7 @@ DepthBounds depthOf(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, doubl
 
 template <typename S>
 double sizeOf(const PlacedMesh<S>& mesh) {
-  return double(mesh.geometry->aabb_center.norm()) + double(mesh.geometry->aabb_radius);
+  return double(mesh.geometry->aabb_center.stableNorm()) + double(mesh.geometry->aabb_radius);
 }
 
 /// The nearest triangles, and the outward direction of the second there.
@@ -48,6 +49,41 @@ TriangleGap nearestOf(const PairOfMeshes<S>& meshes, fcl::Vector3d& outward) {
   return gap;
 }
 
+/// A copy `unit` times as large.
+template <typename S>
+DeformableMesh<S> enlarged(const DeformableMesh<S>& mesh, S unit) {
+  std::vector<fcl::Vector3<S>> positions = mesh.vertices();
+  for (fcl::Vector3<S>& x : positions) x *= unit;
+  DeformableMesh<S> large(mesh);
+  large.update(positions);
+  return large;
+}
+
+/// That of bodies so small that squares of their lengths underflow: by larger ones, in the frame of
+/// the first.
+template <typename S>
+SignedDistance<S> signedDistanceOfSmall(const DeformableMesh<S>& first,
+                                        const fcl::Transform3<S>& tf,
+                                        const DeformableMesh<S>& second,
+                                        const RelativePlacement& to_first, S tolerance, S unit) {
+  constexpr S kInfinity = std::numeric_limits<S>::infinity();
+  fcl::Transform3<S> placed = fcl::Transform3<S>::Identity();
+  placed.linear() = to_first.R.template cast<S>();
+  placed.translation() = to_first.T.template cast<S>() * unit;
+  SignedDistance<S> found =
+      signedDistance(enlarged(first, unit), fcl::Transform3<S>(fcl::Transform3<S>::Identity()),
+                     enlarged(second, unit), placed, tolerance * unit);
+  for (fcl::Vector3<S>& x : found.points) x = tf * fcl::Vector3<S>(x / unit);
+  found.normal = tf.linear() * found.normal;
+  const auto reduced = [&](S length, S outward) -> S {
+    const S rounded = length / unit;
+    return rounded * unit == length ? rounded : std::nextafter(rounded, outward);
+  };
+  found.lower = reduced(found.lower, -kInfinity);
+  found.upper = found.upper == 0 ? S(0) : reduced(found.upper, kInfinity);
+  return found;
+}
+
 }  // namespace
 
 template <typename S>
@@ -61,8 +97,11 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireClosed(stateOf(second), "signedDistance");
   const PairOfMeshes<S> meshes(first, tf1, second, tf2);
   const PlacedMesh<S>&one = meshes.first, &two = meshes.second;
-  const DepthPrecision precision(tf1, tf2, sizeOf(one) + sizeOf(two) + meshes.to_first.T.norm(),
-                                 tolerance);
+  const double size = sizeOf(one) + sizeOf(two) + meshes.to_first.T.stableNorm();
+  if (const double unit = rounding::enlargement(size); unit != 1)
+    return signedDistanceOfSmall(first, tf1, second, meshes.to_first, tolerance,
+                                 static_cast<S>(unit));
+  const DepthPrecision precision(tf1, tf2, size, tolerance);
   const SignedDistanceResult<S> result(tf1, tf2, precision);
   fcl::Vector3d outward;
   const TriangleGap gap = nearestOf(meshes, outward);

@@ -136,6 +136,8 @@ class Face {
       const S along = edges_[k].nearestTo(x - corners_[k]);
       if (along < 1) take({k, along, 0, false}, along * edges_[k].along);
     }
+    // From so far away that a side is less than rounding.
+    if (!(best < std::numeric_limits<S>::infinity())) take({0, 0, 0, false}, Point<S>::Zero());
     const Edge<S>& base = edges_[base_];
     const Point<S> seen = x - corners_[base_];
     const S along = base.coordinate(seen), share = base.across(seen).dot(height_) * inverse_height_,
@@ -148,6 +150,7 @@ class Face {
  private:
   /// `found`: what was found so far, which is right unless all corners are near x.
   S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
+    if (on_face == x) return found;
     Corners seen = corners_;
     S extent = 0;
     for (Point<S>& corner : seen) {

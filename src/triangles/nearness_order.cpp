@@ -1,8 +1,8 @@
 #include "triangles/nearness_order.h"
 
+#include <algorithm>
 #include <cmath>
-
-#include "base/rounding.h"
+#include <limits>
 
 namespace adaptive_bvh {
 namespace {
@@ -39,26 +39,38 @@ Precise operator/(const Precise& a, const Precise& b) {
 struct Vector {
   Precise x, y, z;
 };
+Vector difference(const fcl::Vector3d& a, const fcl::Vector3d& b) {
+  return {sumOf(a[0], -b[0]), sumOf(a[1], -b[1]), sumOf(a[2], -b[2])};
+}
+/// `by`: a power of two.
+Vector scaled(const Vector& v, double by) {
+  const auto times = [&](const Precise& x) -> Precise { return {by * x.high, by * x.low}; };
+  return {times(v.x), times(v.y), times(v.z)};
+}
+/// The edge from a to b, of a length of about 1.
+Vector direction(const fcl::Vector3d& a, const fcl::Vector3d& b) {
+  constexpr int kMost = std::numeric_limits<double>::max_exponent - 1;
+  const double size = (b - a).lpNorm<Eigen::Infinity>();
+  const int exponent = size > 0 ? std::min(-std::ilogb(size), kMost) : 0;
+  return scaled(difference(b, a), std::ldexp(1., exponent));
+}
 Precise dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Vector cross(const Vector& a, const Vector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// Only directions of edges count, so products keep their digits however small the face is.
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                         const feature_distance::FacePlace<double>& at, double scale) {
-  const auto difference = [&](const fcl::Vector3d& a, const fcl::Vector3d& b) -> Vector {
-    const fcl::Vector3d p = scale * a, q = scale * b;
-    return {sumOf(p[0], -q[0]), sumOf(p[1], -q[1]), sumOf(p[2], -q[2])};
-  };
   const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
-  const Vector way = difference(x, from);
+  const Vector way = scaled(difference(x, from), scale);
   if (at.is_inside) {
-    const Vector normal = cross(difference(to, from), difference(face[(at.edge + 2) % 3], from));
+    const Vector normal = cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
     const Precise height = dot(normal, way);
     return height * height / dot(normal, normal);
   }
   if (at.along == 0) return dot(way, way);
-  const Vector edge = difference(to, from), across = cross(way, edge);
+  const Vector edge = direction(from, to), across = cross(way, edge);
   return dot(across, across) / dot(edge, edge);
 }
 

@@ -13,7 +13,8 @@ namespace adaptive_bvh {
 /// as near from others. docs/bounds.md, 16.
 class PreciseSquare {
  public:
-  /// `at`: where the nearest point lies. `scale`: a power of two that brings lengths to about 1.
+  /// `at`: where the nearest point lies. `scale`: a power of two, the unit of the distance; it
+  /// should bring the distance to about 1.
   PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                 const feature_distance::FacePlace<double>& at, double scale);
 

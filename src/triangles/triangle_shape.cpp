@@ -196,7 +196,7 @@ bool RoundShape::considerEdge(const Vector& from, const Vector& to, TriangleGap&
 
 bool RoundShape::considerFace(const Triangle& triangle, TriangleGap& best) const {
   const Vector normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-  if (!(normal.norm() > 0)) return true;
+  if (normal.isZero(0)) return true;
   const Vector ends[2] = {round_set_.support(-normal), round_set_.support(normal)};
   const double heights[2] = {normal.dot(ends[0] - triangle[0]), normal.dot(ends[1] - triangle[0])};
   if (heights[0] > 0 || heights[1] < 0) {

@@ -188,9 +188,27 @@ class MeshQueries {
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e75) return;  // as far as a mesh may reach
     const auto closest = adaptive_bvh::closestPoint<double>(mesh_, x);
     REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
+    nearestTriangle(x, closest, -60 * int(8 * d));
     if (!(closest.distance > 1e-6)) return;
     const auto hit = adaptive_bvh::firstHit<double>(mesh_, x, Point(closest.point - x));
     REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
+  }
+
+  /// The nearest triangle does not depend on what was asked before, nor on the unit of length.
+  void nearestTriangle(const Point& x, const adaptive_bvh::ClosestPoint<double>& closest,
+                       int exponent) const {
+    if (!isPlain(x[0]) || !isPlain(x[1]) || !isPlain(x[2])) return;
+    std::vector<adaptive_bvh::ClosestPoint<double>> batch;
+    closestPoints(mesh_, {-x, Point(3 * x), x}, batch);
+    REQUIRE(batch[2].triangle == closest.triangle);
+    const double unit = std::ldexp(1., exponent);
+    Points positions = mesh_.vertices();
+    for (Point& p : positions) p *= unit;
+    DeformableMeshd small = mesh_;
+    small.update(positions);
+    const auto of_small = adaptive_bvh::closestPoint<double>(small, Point(x * unit));
+    REQUIRE(of_small.triangle == closest.triangle);
+    REQUIRE(std::abs(of_small.distance / unit - closest.distance) <= 1e-9);
   }
 
   /// A ray, most often with components that are 0 or -0: every triangle by the signs of volumes, in
