@@ -249,7 +249,7 @@ void expectScaled(S expected, int exponent, S found) {
 TYPED_TEST(CoincidingRegions, ScaleExactly) {
   using S = TypeParam;
   const int most = std::numeric_limits<S>::max_exponent / 4 - 10,
-            least = std::numeric_limits<S>::min_exponent / 2 + 20;
+            least = std::numeric_limits<S>::min_exponent / 2 + std::numeric_limits<S>::digits + 10;
   ContactRegions<S> scaled;
   const auto compare = [&](int exponent) {
     const ContactRegions<S>& result = this->result_;

@@ -71,7 +71,7 @@ bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double
                 const fcl::Vector3d& normal, double rounding) {
   for (std::size_t k = 0; k < 3; ++k) {
     const fcl::Vector3d inward = inwardOf(second, normal, k);
-    const double least = rounding * inward.norm();
+    const double least = rounding * inward.lpNorm<1>();  // its square may overflow
     if (std::all_of(first.begin(), first.end(),
                     [&](const fcl::Vector3d& x) { return !(inward.dot(x - second[k]) > least); }))
       return true;

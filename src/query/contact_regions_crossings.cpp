@@ -46,12 +46,10 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
-  const double least = limit * limit * normal.squaredNorm();
-  for (const fcl::Vector3d& x : points) {
-    const double height = normal.dot(x - face[0]);
-    if (!(height * height < least)) return false;
-  }
-  return true;
+  const double least = limit * normal.norm();
+  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
+    return std::fabs(normal.dot(x - face[0])) < least;
+  });
 }
 
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
