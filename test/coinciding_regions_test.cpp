@@ -212,6 +212,42 @@ TYPED_TEST(CoincidingRegions, OfFlushBoxesHaveTheAxis) {
   EXPECT_EQ(V::Zero(), this->result_.normals[0]);
 }
 
+/// A body whose triangles all face inward has the regions of the same body that faces outward.
+TYPED_TEST(CoincidingRegions, DoNotDependOnOrientation) {
+  using S = TypeParam;
+  ContactRegions<S> turned;
+  const S tolerance = S(1e4) * std::numeric_limits<S>::epsilon();
+  const auto insideOut = [](const TriangleMesh<S>& mesh) {
+    TriangleMesh<S> other;
+    addSurface(mesh, Vector3<S>(0, 0, 0), true, other);
+    return DeformableMesh<S>(other);
+  };
+  for (int step = 0; step < manySteps(50); ++step) {
+    const TriangleMesh<S> one = gridBall<S>(7, 6), two = latticeBox<S>(2);
+    const auto tf1 = this->random_.pose(S(1.5)), tf2 = this->random_.pose(S(1.5));
+    contactRegions(DeformableMesh<S>(one), tf1, DeformableMesh<S>(two), tf2, this->result_);
+    for (int turns = 1; turns < 4; ++turns) {
+      const DeformableMesh<S> first = turns % 2 ? insideOut(one) : DeformableMesh<S>(one),
+                              second = turns > 1 ? insideOut(two) : DeformableMesh<S>(two);
+      contactRegions(first, tf1, second, tf2, turned);
+      ASSERT_EQ(this->result_.size(), turned.size());
+      for (std::size_t r = 0; r < turned.size(); ++r) {
+        EXPECT_GE(turned.volumes[r], 0);
+        EXPECT_NEAR(this->result_.volumes[r], turned.volumes[r], tolerance);
+        EXPECT_NEAR(this->result_.first.areas[r], turned.first.areas[r], tolerance);
+        EXPECT_NEAR(this->result_.second.areas[r], turned.second.areas[r], tolerance);
+        EXPECT_NEAR(this->result_.depths[r], turned.depths[r], tolerance);
+        const S area = turned.first.areas[r];
+        EXPECT_LE((this->result_.normals[r] - turned.normals[r]).norm() * area, tolerance);
+      }
+      ASSERT_EQ(this->result_.curve_first, turned.curve_first);
+      ASSERT_EQ(this->result_.curve_second, turned.curve_second);
+      for (std::size_t i = 0; i < turned.curve_points.size(); ++i)
+        EXPECT_LE((this->result_.curve_points[i] - turned.curve_points[i]).norm(), tolerance);
+    }
+  }
+}
+
 /// A cavity touches the outer surface of its region, and there is another region, whichever
 /// triangle comes first.
 TYPED_TEST(CoincidingRegions, HaveCavitiesThatTouchTheirSurface) {
@@ -249,7 +285,7 @@ void expectScaled(S expected, int exponent, S found) {
 TYPED_TEST(CoincidingRegions, ScaleExactly) {
   using S = TypeParam;
   const int most = std::numeric_limits<S>::max_exponent / 4 - 10,
-            least = std::numeric_limits<S>::min_exponent / 2 + 20;
+            least = std::numeric_limits<S>::min_exponent / 2 + std::numeric_limits<S>::digits + 10;
   ContactRegions<S> scaled;
   const auto compare = [&](int exponent) {
     const ContactRegions<S>& result = this->result_;

@@ -17,12 +17,16 @@ namespace adaptive_bvh {
 /// an infinitely small step along its x axis, and by yet smaller steps along y and z, so no vertex
 /// lies on a face and no edge on an edge. Coplanar faces count for one of the meshes only, and
 /// bodies that only touch may have a region without volume. Positions, areas and volumes are
-/// computed in double precision.
+/// computed in double precision. Bodies of any size are answered, as far as meshes have such
+/// coordinates; a power of two scales every result exactly, but for what underflows.
 ///
-/// **Inside.** Triangles face outward: their corners are counter-clockwise seen from outside. Parts
-/// of a mesh that overlaps itself count with their winding number. A region is a connected part of
+/// **Inside.** Triangles face outward: their corners are counter-clockwise seen from outside. A
+/// mesh whose triangles all face inward has the same result: one that encloses a negative volume
+/// counts as turned inside out. Parts of a mesh that overlaps itself count with their winding
+/// number, which is negative where only a part of it faces inward. A region is a connected part of
 /// the common volume. Its surface consists of patches of either mesh that lie inside the other and
-/// are joined by curves. A cavity belongs to the region around it.
+/// are joined by curves. A cavity belongs to the region around it, also where it touches the
+/// region's outer surface.
 ///
 /// **Errors.** std::invalid_argument if a mesh is not closed (the message names an edge) or a
 /// transform is not a rigid motion. The result is then unchanged.
@@ -56,9 +60,12 @@ struct ContactRegions {
   std::vector<S> depths;
   std::vector<fcl::Vector3<S>> deepest_points;  ///< points with these depths
   /// Mean normals, of length 1, from `first` to `second`: the mean of the outward normals of the
-  /// first's patches, weighted by area. It is opposite to that of the second's patches, because
-  /// both together are closed. Zero if they cancel each other, for example for a body that lies
-  /// wholly inside the other.
+  /// first's patches and of the inward normals of the second's, weighted by area. Both parts are
+  /// equal, because the patches together are closed. Faces of the two meshes that coincide, up to
+  /// the rounding of positions, do not count; so flush side walls do not tilt the normal, and with
+  /// `first` and `second` exchanged it is the opposite. In a region without volume, where bodies
+  /// only touch, the faces that touch count. Zero if all cancel each other, for example for a body
+  /// that lies wholly inside the other.
   std::vector<fcl::Vector3<S>> normals;
   ContactPatches<S> first;   ///< the parts of the first surface inside the second body
   ContactPatches<S> second;  ///< the parts of the second surface inside the first body

@@ -141,9 +141,10 @@ void bindRegions(py::module_& module) {
                     "(R,) float64: the largest distance, of a vertex or of a triangle's centroid "
                     "inside the other mesh, to the other's surface.")
       .def_readonly("deepest_points", &R::deepest_points, "(R, 3) float64, in the world.")
-      .def_readonly("normals", &R::normals,
-                    "(R, 3) float64: mean normals, from the first mesh to the second; zero where "
-                    "they cancel each other.")
+      .def_readonly(
+          "normals", &R::normals,
+          "(R, 3) float64: mean normals, from the first mesh to the second, without faces "
+          "that coincide; zero where they cancel each other.")
       .def_property_readonly(
           "first", [](const R& self) { return self.first; }, "Patches of the first mesh.")
       .def_property_readonly(

@@ -1,5 +1,9 @@
 #include "adaptive_bvh/contact_regions.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "base/leased.h"
 #include "query/candidate_tests.h"
 #include "query/closed_surface.h"
@@ -64,20 +68,28 @@ struct RegionSums {
       touching += second_sense * faces.area * faces.normal;
     }
   }
-  /// Makes the region independent of whether the triangles of either body face inward: then its
-  /// volume, or some areas and the normal, have the other sign.
-  void faceOutward() {
+  /// Whether something is negative, as of a body that faces inward.
+  bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
+  /// Changes signs as if each body faced outward. `senses`: by body, -1 if it faces inward, else 1.
+  void faceOutward(const std::array<double, 2>& senses) {
+    is_turned = senses[0] * senses[1] < 0;
+    if (is_turned) {
+      volume = -volume;
+      normal = -normal;
+      touching = -touching;
+    }
+    for (std::size_t k = 0; k < 2; ++k) {
+      areas[k] *= senses[1 - k];
+      moments[k] *= senses[1 - k];
+    }
+  }
+  /// After all parts: what is left of a volume that is 0 is rounding, and faces that touch count.
+  void finish() {
     constexpr double kFlat = 1e-9;
     const double area = sizes[0] + sizes[1];
-    const bool is_flat = std::fabs(volume) <= kFlat * area * std::sqrt(area);
-    is_turned = is_flat ? (areas[0] < 0) != (areas[1] < 0) : volume < 0;
+    if (!(std::fabs(volume) <= kFlat * area * std::sqrt(area))) return;
     volume = std::fabs(volume);
-    for (std::size_t k = 0; k < 2; ++k) {
-      if (areas[k] < 0) moments[k] = -moments[k];
-      areas[k] = std::fabs(areas[k]);
-    }
-    if (is_flat) normal += touching;
-    if (is_turned) normal = -normal;
+    normal += touching;
   }
   /// The deepest point where a side has no part; where a part has no area, a point of it.
   fcl::Vector3d centroid(std::size_t side) const {
@@ -267,12 +279,32 @@ void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement
   }
 }
 
+/// -1 of a surface that encloses a negative volume, else 1.
+double senseOf(const ClosedSurface& surface) {
+  const fcl::Vector3d& origin = surface.points[0];
+  double volume = 0;
+  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
+    const TrianglePoints<double> p = surface.triangle(t);
+    volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
+  }
+  return volume < 0 ? -1 : 1;
+}
+
+void faceOutward(RegionMemory& m) {
+  if (std::none_of(m.sums.begin(), m.sums.end(),
+                   [](const RegionSums& sums) { return sums.isNegative(); }))
+    return;
+  const std::array<double, 2> senses = {senseOf(m.bodies[0]), senseOf(m.bodies[1])};
+  for (RegionSums& sums : m.sums) sums.faceOutward(senses);
+}
+
 template <typename S>
 void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionMemory& m) {
   m.sums.assign(m.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
   for (const CoincidingFaces& faces : m.coinciding) m.sums[faces.region].leaveOut(faces);
-  for (RegionSums& sums : m.sums) sums.faceOutward();
+  faceOutward(m);
+  for (RegionSums& sums : m.sums) sums.finish();
   if (m.sums.empty()) return;
   findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
   findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);

@@ -60,11 +60,30 @@ Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pai
   return polygon;
 }
 
+/// Towards the inside of a triangle from its side k.
+fcl::Vector3d inwardOf(const TrianglePoints<double>& triangle, const fcl::Vector3d& normal,
+                       std::size_t k) {
+  return normal.cross(triangle[(k + 1) % 3] - triangle[k]);
+}
+
+/// Whether a side of the second triangle has the first outside, but for what is rounded.
+bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double>& second,
+                const fcl::Vector3d& normal, double rounding) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const fcl::Vector3d inward = inwardOf(second, normal, k);
+    const double least = rounding * inward.lpNorm<1>();  // its square may overflow
+    if (std::all_of(first.begin(), first.end(),
+                    [&](const fcl::Vector3d& x) { return !(inward.dot(x - second[k]) > least); }))
+      return true;
+  }
+  return false;
+}
+
 /// The part of a polygon that is in a triangle.
 Polygon clipped(Polygon polygon, const TrianglePoints<double>& triangle,
                 const fcl::Vector3d& normal) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    const fcl::Vector3d inward = normal.cross(triangle[(k + 1) % 3] - triangle[k]);
+  for (std::size_t k = 0; k < 3 && polygon.count > 2; ++k) {
+    const fcl::Vector3d inward = inwardOf(triangle, normal, k);
     polygon = polygon.clipped(
         [&](const Eigen::Vector4d& x) -> double { return inward.dot(x.head<3>() - triangle[k]); });
   }
@@ -79,10 +98,15 @@ void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& c
   for (const CoplanarPair& pair : crossings.coplanar()) {
     const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                  q = bodies[1].triangle(pair.second);
-    const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized(),
-                        other = (q[1] - q[0]).cross(q[2] - q[0]).stableNormalized();
+    const fcl::Vector3d across = (p[1] - p[0]).cross(p[2] - p[0]),
+                        other = (q[1] - q[0]).cross(q[2] - q[0]);
+    if (hasOutside(p, q, other, crossings.rounding()) ||
+        hasOutside(q, p, across, crossings.rounding()))
+      continue;
+    const fcl::Vector3d normal = across.stableNormalized();
     const bool are_alike = normal.dot(other) > 0;
     const Polygon common = clipped(withHeights(p, pair), q, other);
+    if (common.count < 3) continue;
     for (const double side : {1., -1.}) {
       const Polygon part =
           common.clipped([&](const Eigen::Vector4d& x) -> double { return side * x[3]; });

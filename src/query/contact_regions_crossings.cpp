@@ -41,6 +41,17 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
+/// Whether points are no farther from the plane of a face than `limit`, up to their rounding; false
+/// for a face without area.
+bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+            double limit) {
+  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+  const double least = limit * normal.norm();
+  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
+    return std::fabs(normal.dot(x - face[0])) < least;
+  });
+}
+
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
   if (t > 0.5) return b + (1 - t) * (a - b);
   return a + t * (b - a);
@@ -84,19 +95,11 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
 void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                                       const TrianglePoints<double>& q,
                                       const std::array<FaceSide, 3>& sides) {
-  const auto doubledArea = [](const TrianglePoints<double>& t) {
-    return (t[1] - t[0]).cross(t[2] - t[0]).norm();
-  };
   // An orientation is a height times the doubled area of the face. Nearly all pairs end here:
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
-  const double limit = rounding_ * doubledArea(q);
-  for (const FaceSide& side : sides)
-    if (!(std::fabs(side.value) <= limit)) return;
-  const double other_limit = rounding_ * doubledArea(p);
-  for (const fcl::Vector3d& x : q)
-    if (!(std::fabs(orientation(p[0], p[1], p[2], x)) <= other_limit)) return;
-  if (limit > 0 && other_limit > 0) coplanar_.push_back({pair.first, pair.second, sides});
+  if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
+    coplanar_.push_back({pair.first, pair.second, sides});
 }
 
 /// The edges of one triangle with the face of the other.

@@ -20,7 +20,9 @@ namespace orientations {
 inline int crossSign(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                      const fcl::Vector3d& d, int k) {
   const int i = (k + 1) % 3, j = (k + 2) % 3;
-  const double left = (b[i] - a[i]) * (d[j] - c[j]), right = (b[j] - a[j]) * (d[i] - c[i]);
+  const double bi = b[i] - a[i], bj = b[j] - a[j], di = d[i] - c[i], dj = d[j] - c[j];
+  if ((bi == 0 || dj == 0) && (bj == 0 || di == 0)) return 0;  // as along the axes
+  const double left = bi * dj, right = bj * di;
   const double value = left - right, size = std::fabs(left) + std::fabs(right);
   if (size > 0x1p-900 && size < 0x1p1000 && std::fabs(value) > 0x1p-50 * size)
     return value > 0 ? 1 : -1;
@@ -162,6 +164,7 @@ class SurfaceCrossings {
   const std::vector<Range>& edges() const { return edges_; }
   /// Pairs of triangles in one plane, whether they cross or not.
   const std::vector<CoplanarPair>& coplanar() const { return coplanar_; }
+  double rounding() const { return rounding_; }
   /// The nodes of an edge.
   Range along(Operand body, unsigned from, unsigned to) const;
 
