@@ -33,12 +33,13 @@ std::size_t elementsOf(const Mesh& mesh) {
   return mesh.vertices.size() + mesh.triangles.size() + 1;
 }
 
-/// Limit of the vertices and triangles that nodes place.
+/// Limit of the vertices and triangles that nodes place. Meshes that are placed once never exceed
+/// it.
 ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
   std::size_t own = 0;
   for (const Mesh& mesh : meshes) own += elementsOf(mesh);
-  return {"its nodes place meshes so often",
-          scene.bytes > 0 ? scene.bytes : kMostElementsPerElement * own};
+  const std::size_t most = scene.bytes > 0 ? std::max(own, scene.bytes / 2) : 4 * own;
+  return {"its nodes place meshes so often", most};
 }
 
 /// "mesh 2: " before what is wrong with one of several.

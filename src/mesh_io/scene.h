@@ -64,18 +64,18 @@ constexpr std::size_t kMostLevels = 500;
 /// `kMostPlacementsPerNode` times as many as are written in it, whichever is more.
 constexpr std::size_t kMostPlacements = 20000, kMostPlacementsPerNode = 4;
 
-/// A file may make so many vertices and triangles, or as many as it has bytes, whichever is more.
-/// Where compression hides the bytes: so many times what its meshes hold.
-constexpr std::size_t kMostElements = 1000000, kMostElementsPerElement = 4;
+/// A file of a megabyte or less may make so many vertices and triangles: to place and weld them
+/// takes half of 100 MB and of a second.
+constexpr std::size_t kMostElements = 500000;
 
-/// Counts what a file makes of its bytes, before memory is taken for it. Data that is read once and
-/// placed once never exceeds the limit: a vertex takes three bytes at least, a corner one.
+/// Counts what a file makes of its bytes, before memory is taken for it.
 class ElementLimit {
  public:
-  /// `cause` begins the sentence that a refusal throws.
-  ElementLimit(const char* cause, std::size_t most) : cause_(cause) { allow(most); }
+  /// `most` elements, or `kMostElements`, whichever is more. `cause` begins the sentence that a
+  /// refusal throws.
+  ElementLimit(const char* cause, std::size_t most) : cause_(cause), allowed_(most) {}
 
-  /// For the bytes of another file that is read.
+  /// Adds to `most`, as the bytes of another file are read.
   void allow(std::size_t more) { allowed_ += more; }
 
   /// Throws std::runtime_error when all that was taken exceeds the limit.
@@ -83,7 +83,7 @@ class ElementLimit {
 
  private:
   const char* cause_;
-  std::size_t allowed_ = 0, taken_ = 0;
+  std::size_t allowed_, taken_ = 0;
 };
 
 /// Cause of a refusal: several meshes read one list, or a list is announced that is not there.

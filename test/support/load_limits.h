@@ -32,7 +32,7 @@ inline double threadSeconds() {
 /// mesh_io.h, where `bytes` are there to be read. Returns why the file was refused, or "". With
 /// ADAPTIVE_BVH_PRINT_COSTS, prints the cost.
 inline std::string loadWithinLimits(const std::string& path, std::size_t bytes) {
-  const double megabytes = double((bytes + 999999) / 1000000);
+  const double megabytes = double(1 + bytes / 1000000);
   std::string reason;
   const HeapPeak peak;
   const double before = threadSeconds();
