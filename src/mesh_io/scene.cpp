@@ -38,7 +38,7 @@ class PlacedElements {
   }
 
   void add(const Mesh& mesh) {
-    if ((sum_ += elementsOf(mesh)) > most_)
+    if ((sum_ += 1 + elementsOf(mesh)) > most_)
       throw std::runtime_error("its nodes place meshes so often that more than " +
                                std::to_string(most_) + " vertices and triangles come of them");
   }
@@ -52,9 +52,9 @@ class PlacedElements {
 };
 
 /// "mesh 2: " before what is wrong with one of several.
-Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
+Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, WorkLimit& work) {
   try {
-    return triangulate(std::move(mesh));
+    return triangulate(std::move(mesh), work);
   } catch (const std::runtime_error& error) {
     if (count == 1) throw;
     throw std::runtime_error("mesh " + std::to_string(number) + ": " + error.what());
@@ -103,9 +103,12 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
 
 Mesh flatten(FileScene scene, const Matrix4d& root) {
   checkHierarchy(scene.nodes);
+  std::size_t corners = 0;
+  for (const PolygonMesh& mesh : scene.meshes) corners += mesh.corners.size();
+  WorkLimit work(kPolygonSteps + kPolygonStepsPerCorner * corners);
   std::vector<Mesh> meshes;
   for (PolygonMesh& mesh : scene.meshes)
-    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh)));
+    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh), work));
 
   Mesh result;
   PlacedElements placed(meshes);
