@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <functional>
 
@@ -27,10 +28,16 @@ std::string repeated(const std::string& text, std::size_t times) {
 }
 
 /// What a function writes of the numbers from 0, joined, until the text has so many bytes.
-std::string listed(std::size_t bytes, const std::function<std::string(std::size_t)>& write,
-                   const std::string& between = ",") {
+std::string listed(std::size_t bytes, const std::function<std::string(std::size_t)>& write) {
   std::string all = write(0);
-  for (std::size_t i = 1; all.size() < bytes; ++i) all += between + write(i);
+  for (std::size_t i = 1; all.size() < bytes; ++i) all += "," + write(i);
+  return all;
+}
+
+/// What a function writes of so many numbers from 0, with spaces between.
+std::string listedNumbers(std::size_t count, const std::function<std::string(std::size_t)>& write) {
+  std::string all;
+  for (std::size_t i = 0; i < count; ++i) all += write(i) + " ";
   return all;
 }
 
@@ -177,10 +184,8 @@ TEST(HostileGltf, AccessorsThatAreReadOften) {
     for (const bool in_one_mesh : {false, true}) {
       const std::string one = primitive("0", have_indices ? R"(,"indices":1,"mode":5)" : "");
       const std::string end = R"(]},{"primitives":[)";
-      gltf.meshes = R"([{"primitives":[)" +
-                    listed(
-                        400000, [&](auto) { return one; }, in_one_mesh ? "," : end) +
-                    "]}]";
+      gltf.meshes = R"([{"primitives":[)" + one +
+                    repeated((in_one_mesh ? "," : end) + one, 400000 / (one + end).size()) + "]}]";
       gltf.nodes = R"([{"meshes":[)" + listed(100000, text) + "]}]";
       EXPECT_NE("", loadGltf(gltf));
     }
@@ -393,6 +398,36 @@ TEST(HostileCollada, CountsOfPolygonsWithManyLists) {
   collada.primitives =
       std::string("<tristrips>") + kInput + "<p>" + repeated("0 1 ", 250000) + "</p></tristrips>";
   EXPECT_EQ("", loadCollada(collada));
+}
+
+/// Outlines of 9,000 corners: round ones, on a line, zigzags, spirals.
+TEST(HostileCollada, PolygonsOfManyCorners) {
+  const std::size_t corners = 9000;
+  const auto outline = [&](auto write) {
+    Collada collada;
+    collada.array = "<float_array id=\"a\">" + listedNumbers(corners, write) + "</float_array>";
+    collada.accessor = "<accessor source=\"#a\" count=\"" + text(corners) + "\" stride=\"3\"/>";
+    const std::string polygon = "<p>" + listedNumbers(corners, text) + "</p>";
+    collada.primitives = std::string("<polygons>") + kInput +
+                         repeated(polygon, (kMegabyte - collada.text().size()) / polygon.size()) +
+                         "</polygons>";
+    loadCollada(collada);
+  };
+  const auto point = [](double x, double y) {
+    return std::to_string(x) + " " + std::to_string(y) + " 0";
+  };
+  outline([&](std::size_t i) {
+    const double angle = 2 * M_PI * double(i) / double(corners);
+    return point(1000 * std::cos(angle), 1000 * std::sin(angle));
+  });
+  outline([&](std::size_t i) { return point(double(i), 0); });
+  outline([&](std::size_t i) { return point(double(i), double(i % 2)); });
+  outline([&](std::size_t i) { return point(double(i * i % 7919), double(i * 31 % 8111)); });
+  outline([&](std::size_t i) {
+    const bool is_back = 2 * i > corners;
+    const double at = double(is_back ? corners - i : i), radius = at + (is_back ? 3 : 0);
+    return point(radius * std::cos(0.05 * at), radius * std::sin(0.05 * at));
+  });
 }
 
 TEST(HostileCollada, SourcesInTurn) {

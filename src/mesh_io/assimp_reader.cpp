@@ -1,8 +1,10 @@
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
 
+#include <cmath>
 #include <stdexcept>
 
 #include "formats.h"
@@ -34,7 +36,14 @@ void checkPrecision(const std::vector<fcl::Vector3d>& vertices) {
         "single precision");
 }
 
+void check(bool is_valid, const char* what) {
+  if (!is_valid) throw std::runtime_error(std::string("it was read with ") + what);
+}
+
+/// Of `source` nothing is used that was not checked: an index of a corner is by `triangulate`.
 PolygonMesh polygonsOf(const aiMesh& source) {
+  check(source.mVertices || source.mNumVertices == 0, "a mesh that lacks its vertices");
+  check(source.mFaces || source.mNumFaces == 0, "a mesh that lacks its faces");
   PolygonMesh mesh;
   for (unsigned v = 0; v < source.mNumVertices; ++v) {
     const aiVector3D& p = source.mVertices[v];
@@ -42,6 +51,7 @@ PolygonMesh polygonsOf(const aiMesh& source) {
   }
   for (unsigned f = 0; f < source.mNumFaces; ++f) {
     const aiFace& face = source.mFaces[f];
+    check(face.mIndices || face.mNumIndices == 0, "a face that lacks its corners");
     mesh.corners.insert(mesh.corners.end(), face.mIndices, face.mIndices + face.mNumIndices);
     mesh.endFace();
   }
@@ -49,7 +59,10 @@ PolygonMesh polygonsOf(const aiMesh& source) {
   return mesh;
 }
 
-SceneNode nodeOf(const aiNode& source) {
+SceneNode nodeOf(const aiNode& source, unsigned meshes) {
+  check(source.mMeshes || source.mNumMeshes == 0, "a node that lacks its meshes");
+  for (unsigned i = 0; i < source.mNumMeshes; ++i)
+    check(source.mMeshes[i] < meshes, "a node that names no mesh");
   SceneNode node;
   for (unsigned row = 0; row < 4; ++row)
     for (unsigned column = 0; column < 4; ++column)
@@ -58,24 +71,38 @@ SceneNode nodeOf(const aiNode& source) {
   return node;
 }
 
+/// FBX says how many centimetres its unit has. Other formats say nothing that assimp passes on.
+double unitOf(const aiScene& source) {
+  double centimetres = 100;
+  if (source.mMetaData) source.mMetaData->Get("UnitScaleFactor", centimetres);
+  check(centimetres > 0 && std::isfinite(centimetres), "a unit that is not positive");
+  return centimetres / 100;
+}
+
 }  // namespace
 
 FileScene readByAssimp(const std::string& path) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // the importer's from now on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* const source = importer.ReadFile(path, 0);
+  const aiScene* const source = importer.ReadFile(path, aiProcess_ValidateDataStructure);
   if (!source) throw std::runtime_error(importer.GetErrorString());
   if (!source->mRootNode) throw std::runtime_error("the scene is empty");
 
   FileScene scene;
-  for (unsigned i = 0; i < source->mNumMeshes; ++i)
+  scene.unit = unitOf(*source);
+  check(source->mMeshes || source->mNumMeshes == 0, "a list of meshes that is missing");
+  for (unsigned i = 0; i < source->mNumMeshes; ++i) {
+    check(source->mMeshes[i] != nullptr, "a mesh that is missing");
     scene.meshes.push_back(polygonsOf(*source->mMeshes[i]));
+  }
   // With an explicit list: nodes may be nested as deep as assimp can read.
   std::vector<const aiNode*> nodes = {source->mRootNode};
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    scene.nodes.push_back(nodeOf(*nodes[n]));
+    scene.nodes.push_back(nodeOf(*nodes[n], source->mNumMeshes));
+    check(nodes[n]->mChildren || nodes[n]->mNumChildren == 0, "a node that lacks its children");
     for (unsigned i = 0; i < nodes[n]->mNumChildren; ++i) {
+      check(nodes[n]->mChildren[i] != nullptr, "a node that is missing");
       scene.nodes.back().children.push_back(nodes.size());
       nodes.push_back(nodes[n]->mChildren[i]);
     }

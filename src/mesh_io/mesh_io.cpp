@@ -7,11 +7,14 @@
 #include <initializer_list>
 #include <iterator>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "formats.h"
+#include "printable.h"
 #include "tokens.h"
 #include "xml.h"
+#include "zip.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -20,10 +23,14 @@ bool isOneOf(std::initializer_list<const char*> words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-bool contains(const std::string& text, const char* part) { return text.find(part) != text.npos; }
+bool contains(std::string_view text, const char* part) { return text.find(part) != text.npos; }
+
+std::string extensionOf(const std::string& path) {
+  return inLowerCase(path.substr(path.find_last_of('.') + 1));
+}
 
 /// The first word that is not in a comment.
-std::string_view firstWord(const std::string& text) {
+std::string_view firstWord(std::string_view text) {
   Words words(text);
   std::string_view word = words.next();
   for (; !word.empty() && word[0] == '#'; word = words.next()) words.restOfLine();
@@ -31,27 +38,29 @@ std::string_view firstWord(const std::string& text) {
 }
 
 /// Whether the first word is OFF, after letters for what its vertices have.
-bool beginsAsOff(const std::string& text) {
+bool beginsAsOff(std::string_view text) {
   const std::string_view word = firstWord(text);
   return word.substr(std::min(word.find_first_not_of("STCN4n"), word.size())) == "OFF";
 }
 
 bool beginsAsStl(const std::string& bytes) {
-  return inLowerCase(Words(bytes).next()) == "solid" || hasLengthOfBinaryStl(bytes);
+  return inLowerCase(Words(withoutByteOrderMark(bytes)).next()) == "solid" ||
+         hasLengthOfBinaryStl(bytes);
 }
 
-bool beginsAsObj(const std::string& text) {
+bool beginsAsObj(std::string_view text) {
   return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, firstWord(text));
 }
 
 /// An extension of the formats that are read here: by what the file begins with, or else by its
 /// name; empty for other formats.
 std::string formatOf(const std::string& path, const std::string& bytes) {
-  const std::string beginning = bytes.substr(0, 4096), magic = inLowerCase(beginning.substr(0, 3));
-  if (beginning.compare(0, 4, "glTF") == 0) return "gltf";
+  const std::string_view beginning = withoutByteOrderMark(std::string_view(bytes).substr(0, 4096));
+  const std::string magic = inLowerCase(beginning.substr(0, 3));
+  if (beginning.substr(0, 4) == "glTF") return "gltf";
   if (magic == "ply") return "ply";
   if (contains(beginning, "<COLLADA")) return "dae";
-  const std::string extension = inLowerCase(path.substr(path.find_last_of('.') + 1));
+  const std::string extension = extensionOf(path);
   if (isOneOf({"obj", "stl", "off", "gltf", "dae"}, extension)) return extension;
   if (extension == "glb" || extension == "ply")
     throw std::runtime_error("it does not begin as " + extension + " files do");
@@ -59,6 +68,23 @@ std::string formatOf(const std::string& path, const std::string& bytes) {
   if (beginsAsStl(bytes)) return "stl";
   if (Words(beginning).next().substr(0, 1) == "{" && contains(bytes, "\"asset\"")) return "gltf";
   return beginsAsObj(beginning) ? "obj" : "";
+}
+
+/// Whether assimp reads a file as XML: by its first letter in any encoding, or by its name.
+bool isXml(const std::string& path, const std::string& bytes) {
+  const std::size_t first =
+      bytes.find_first_not_of(std::string_view("\xEF\xBB\xBF\xFE\xFF\0 \t\r\n", 10));
+  return (first != bytes.npos && bytes[first] == '<') ||
+         isOneOf({"amf", "irr", "irrmesh", "x3d", "xgl", "xml"}, extensionOf(path));
+}
+
+FileScene readOther(const std::string& path, const std::string& bytes) {
+  std::optional<double> unit;
+  if (isXml(path, bytes)) unit = unitOfAmf(parseXml(bytes));  // assimp does not limit the levels
+  if (isZip(bytes) && !isOneOf({"pk3", "zae"}, extensionOf(path))) unit = unitOf3mf(bytes);
+  FileScene scene = readByAssimp(path);
+  if (unit) scene.unit = *unit;
+  return scene;
 }
 
 FileScene sceneOf(PolygonMesh mesh) {
@@ -93,14 +119,13 @@ FileScene readScene(const std::string& path, const MeshLoadOptions& options) {
   if (format == "off") return sceneOf(readOff(bytes));
   if (format == "gltf") return readGltf(bytes, NamedFiles(path, options.buffers_outside_folder));
   if (format == "dae") return readCollada(bytes);
-  if (Words(bytes).next().substr(0, 1) == "<") parseXml(bytes);  // assimp does not limit the levels
-  return readByAssimp(path);
+  return readOther(path, bytes);
 }
 
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {
-  throw MeshLoadError("cannot load mesh '" + path + "': " + reason);
+  throw MeshLoadError(printable("cannot load mesh '" + path + "': " + reason));
 }
 
 /// The directions right, up and towards the viewer, as Collada has them.

@@ -44,8 +44,7 @@ std::string prefixOf(std::string_view keyword) {
   const std::size_t off = keyword.find("OFF");
   if (off == keyword.npos || off + 3 != keyword.size() ||
       keyword.find_first_not_of("STCN4") != off + (keyword[off] == 'O' ? 0 : 1))
-    throw std::runtime_error("'" + std::string(keyword.substr(0, 40)) +
-                             "' is no first word of OFF that is read");
+    throw std::runtime_error(quoted(keyword) + " is no first word of OFF that is read");
   return std::string(keyword.substr(0, off));
 }
 
@@ -74,8 +73,8 @@ void readFace(std::string_view line, const Words& text, PolygonMesh& mesh) {
 
 }  // namespace
 
-PolygonMesh readOff(const std::string& bytes) {
-  Words text(bytes);
+PolygonMesh readOff(std::string_view bytes) {
+  Words text(withoutByteOrderMark(bytes));
   Header header(text);
   const bool is_homogeneous = prefixOf(header.next()).find('4') != std::string::npos;
   const std::size_t vertices = countOf("vertices", header.next(), bytes.size()),

@@ -54,7 +54,7 @@ Property readProperty(Words& words) {
   return property;
 }
 
-PlyHeader readHeader(const std::string& bytes) {
+PlyHeader readHeader(std::string_view bytes) {
   PlyHeader header;
   Words lines(bytes);
   for (;;) {
@@ -66,7 +66,7 @@ PlyHeader readHeader(const std::string& bytes) {
     } else if (keyword == "element") {
       const std::string name(words.next());
       header.elements.push_back(
-          {name, countOf("elements '" + name + "'", words.next(), bytes.size()), {}});
+          {name, countOf("elements " + quoted(name), words.next(), bytes.size()), {}});
     } else if (keyword == "property") {
       if (header.elements.empty()) lines.fail("a property has no element");
       header.elements.back().properties.push_back(readProperty(words));
@@ -88,19 +88,53 @@ void checkVertices(const Element& element) {
       throw std::runtime_error(std::string("its vertices have no property ") + name);
 }
 
-/// The numbers of the body, one after another.
+/// The numbers of the body, one after another. In a text every element has a line of its own.
 class Body {
  public:
-  Body(std::string_view bytes, const std::string& format)
-      : bytes_(bytes), words_(bytes), is_ascii_(format == "ascii") {
-    is_big_endian_ = format == "binary_big_endian";
-    if (!is_ascii_ && !is_big_endian_ && format != "binary_little_endian")
+  Body(std::string_view bytes, const PlyHeader& header)
+      : bytes_(bytes), at_(header.end), lines_(bytes, header.end) {
+    is_ascii_ = header.format == "ascii";
+    is_big_endian_ = header.format == "binary_big_endian";
+    if (!is_ascii_ && !is_big_endian_ && header.format != "binary_little_endian")
       throw std::runtime_error("its header names no known format");
   }
 
-  double next(BinaryType type) { return is_ascii_ ? words_.number() : nextBinary(type); }
+  void beginElement() {
+    if (is_ascii_ && !nextLine()) throw std::runtime_error("it ends early");
+  }
+
+  double next(BinaryType type) { return is_ascii_ ? nextOfLine(type) : nextBinary(type); }
+
+  void endElement() {
+    const std::string_view word = is_ascii_ ? line_.next() : "";
+    if (!word.empty()) lines_.fail(quoted(word) + " is more than its header announces");
+  }
+
+  /// Throws where a text goes on after the last element.
+  void end() {
+    if (is_ascii_ && nextLine()) endElement();
+  }
 
  private:
+  /// The next line that is not empty; false at the end.
+  bool nextLine() {
+    while (!lines_.isAtEnd()) {
+      line_ = Words(lines_.restOfLine());
+      if (!Words(line_).next().empty()) return true;
+    }
+    return false;
+  }
+
+  double nextOfLine(BinaryType type) {
+    const std::string_view word = line_.next();
+    if (word.empty()) lines_.fail("its line ends early");
+    const std::optional<double> number = numberOf(word);
+    if (!number) lines_.fail(quoted(word) + " is no number");
+    if (type.kind != 'f' && std::floor(*number) != *number)
+      lines_.fail(quoted(word) + " is no integer");
+    return *number;
+  }
+
   double nextBinary(BinaryType type) {
     if (type.bytes > bytes_.size() - at_) throw std::runtime_error("it ends early");
     at_ += type.bytes;
@@ -108,35 +142,36 @@ class Body {
   }
 
   const std::string_view bytes_;
-  std::size_t at_ = 0;
-  Words words_;
-  const bool is_ascii_;
-  bool is_big_endian_;
+  std::size_t at_;  ///< of a binary body
+  Words lines_;
+  Words line_{""};
+  bool is_ascii_, is_big_endian_;
 };
 
 class PlyReader {
  public:
-  explicit PlyReader(const std::string& bytes)
-      : header_(readHeader(bytes)),
-        body_(std::string_view(bytes).substr(header_.end), header_.format),
-        bytes_(bytes.size()) {}
+  explicit PlyReader(std::string_view bytes)
+      : header_(readHeader(bytes)), body_(bytes, header_), bytes_(bytes.size()) {}
 
   PolygonMesh read() {
     for (const Element& element : header_.elements) {
       if (element.name == "vertex") checkVertices(element);
+      if (element.properties.empty()) continue;  // its elements have no bytes
       for (std::size_t i = 0; i < element.count; ++i) try {
           readElement(element);
         } catch (const std::runtime_error& error) {
           throw std::runtime_error("element " + std::to_string(i) + " of " +
-                                   std::to_string(element.count) + " '" + element.name +
-                                   "': " + error.what());
+                                   std::to_string(element.count) + " " + quoted(element.name) +
+                                   ": " + error.what());
         }
     }
+    body_.end();
     return std::move(mesh_);
   }
 
  private:
   void readElement(const Element& element) {
+    body_.beginElement();
     const bool is_vertex = element.name == "vertex";
     fcl::Vector3d p = fcl::Vector3d::Zero();
     for (const Property& property : element.properties) {
@@ -150,6 +185,7 @@ class PlyReader {
       for (int k = 0; k < 3 && is_vertex; ++k)
         if (property.name.size() == 1 && property.name[0] == "xyz"[k]) p[k] = value;
     }
+    body_.endElement();
     if (is_vertex) mesh_.vertices.push_back(p);
   }
 
@@ -198,6 +234,8 @@ class PlyReader {
 
 }  // namespace
 
-PolygonMesh readPly(const std::string& bytes) { return PlyReader(bytes).read(); }
+PolygonMesh readPly(std::string_view bytes) {
+  return PlyReader(withoutByteOrderMark(bytes)).read();
+}
 
 }  // namespace adaptive_bvh

@@ -43,9 +43,9 @@ ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& mes
 }
 
 /// "mesh 2: " before what is wrong with one of several.
-Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
+Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, WorkLimit& work) {
   try {
-    return triangulate(std::move(mesh));
+    return triangulate(std::move(mesh), work);
   } catch (const std::runtime_error& error) {
     if (count == 1) throw;
     throw std::runtime_error("mesh " + std::to_string(number) + ": " + error.what());
@@ -108,9 +108,12 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
 
 Mesh flatten(FileScene scene, const Matrix4d& root) {
   checkHierarchy(scene.nodes);
+  std::size_t corners = 0;
+  for (const PolygonMesh& mesh : scene.meshes) corners += mesh.corners.size();
+  WorkLimit work(kPolygonSteps + kPolygonStepsPerCorner * corners);
   std::vector<Mesh> meshes;
   for (PolygonMesh& mesh : scene.meshes)
-    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh)));
+    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh), work));
 
   Mesh result;
   ElementLimit limit = placementLimit(scene, meshes);

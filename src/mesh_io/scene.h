@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adaptive_bvh/mesh_io.h"
+#include "planar.h"
 
 namespace adaptive_bvh {
 
@@ -51,11 +52,16 @@ struct PolygonMesh {
 ///
 /// Throws std::runtime_error, naming the face (counted from 1), where the triangles cannot be: the
 /// outline crosses itself, or touches itself where a triangle's edge would have to be split; a
-/// corner names no vertex; or there are more than `kMostCorners`.
-TriangleMesh<double> triangulate(PolygonMesh mesh);
+/// corner names no vertex; there are more than `kMostCorners`; or the work is spent.
+TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work);
 
-/// The work grows with the square of the corners.
+/// In most outlines few edges are near an ear, and the work grows little faster than the corners.
+/// At worst it grows with their square.
 constexpr std::size_t kMostCorners = 10000;
+
+/// The work for the polygons of a file, in steps: so many, and so many for each corner. A corner
+/// takes a byte at least.
+constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 300;
 
 /// Levels of nodes, or of the text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;

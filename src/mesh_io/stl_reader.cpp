@@ -1,3 +1,6 @@
+#include <string>
+#include <string_view>
+
 #include "formats.h"
 #include "tokens.h"
 
@@ -7,26 +10,63 @@ namespace {
 constexpr std::size_t kHeader = 84, kFacet = 50;
 constexpr BinaryType kFloat = {'f', 4};
 
-/// By its length, whatever its first word; or because there is a zero in it, which no text has.
-bool isBinary(const std::string& bytes) {
-  if (bytes.size() < kHeader) return false;
-  return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||
-         inLowerCase(Words(bytes).next()) != "solid";
+bool hasLengthWithoutPayloads(std::string_view bytes) {
+  return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
 }
 
-PolygonMesh readBinary(const std::string& bytes) {
+/// Bytes of a facet's payload, as its attribute count says. Most programs write 0 or a colour
+/// there.
+std::size_t payloadOf(std::string_view bytes, std::size_t facet) {
+  return static_cast<std::size_t>(numberAt(bytes, facet + kFacet - 2, {'u', 2}));
+}
+
+/// Where the last payload ends; more than the size of the file where there are no such payloads.
+std::size_t endOfPayloads(std::string_view bytes) {
+  const std::size_t facets = wordAt(bytes, kHeader - 4);
+  std::size_t at = kHeader;
+  for (std::size_t f = 0; f < facets; ++f) {
+    if (at + kFacet > bytes.size()) return bytes.size() + 1;
+    at += kFacet + payloadOf(bytes, at);
+  }
+  return at;
+}
+
+/// Whether facets have payloads. Throws where attribute counts may be payloads or colours.
+bool hasPayloads(std::string_view bytes, std::size_t facets) {
+  const std::size_t end = endOfPayloads(bytes);
+  if (hasLengthWithoutPayloads(bytes) || end == kHeader + kFacet * facets || end > bytes.size())
+    return false;
+  if (end == bytes.size()) return true;
+  throw std::runtime_error("its attribute counts announce a length of " + std::to_string(end) +
+                           " bytes, its triangles one of " +
+                           std::to_string(kHeader + kFacet * facets) + ", and it has " +
+                           std::to_string(bytes.size()));
+}
+
+/// By its length, whatever its first word; or because there is a zero in it, which no text has.
+bool isBinary(std::string_view bytes) {
+  if (bytes.size() < kHeader) return false;
+  return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||
+         inLowerCase(Words(withoutByteOrderMark(bytes)).next()) != "solid";
+}
+
+PolygonMesh readBinary(std::string_view bytes) {
   const std::size_t facets = wordAt(bytes, kHeader - 4), room = (bytes.size() - kHeader) / kFacet;
   if (facets > room)
     throw std::runtime_error("it announces " + std::to_string(facets) +
                              " triangles, and has bytes for " + std::to_string(room));
+  const bool has_payloads = hasPayloads(bytes, facets);
   PolygonMesh mesh;
+  std::size_t at = kHeader;
   for (std::size_t f = 0; f < facets; ++f) {
     for (std::size_t k = 1; k <= 3; ++k) {  // after the normal
-      const std::size_t at = kHeader + kFacet * f + 12 * k;
-      mesh.vertices.emplace_back(numberAt(bytes, at, kFloat), numberAt(bytes, at + 4, kFloat),
-                                 numberAt(bytes, at + 8, kFloat));
+      const std::size_t corner = at + 12 * k;
+      mesh.vertices.emplace_back(numberAt(bytes, corner, kFloat),
+                                 numberAt(bytes, corner + 4, kFloat),
+                                 numberAt(bytes, corner + 8, kFloat));
     }
     mesh.addTriangle(3 * f, 3 * f + 1, 3 * f + 2);
+    at += kFacet + (has_payloads ? payloadOf(bytes, at) : 0);
   }
   return mesh;
 }
@@ -38,9 +78,9 @@ fcl::Vector3d readPoint(Words& words) {
 }
 
 /// Facets of three vertices each, from the first word to the last.
-PolygonMesh readText(const std::string& text) {
+PolygonMesh readText(std::string_view text) {
   PolygonMesh mesh;
-  Words words(text);
+  Words words(withoutByteOrderMark(text));
   bool is_facet_open = false;
   for (std::string word; !(word = inLowerCase(words.next())).empty();) {
     if (word == "solid" || word == "endsolid") {
@@ -61,7 +101,7 @@ PolygonMesh readText(const std::string& text) {
         words.fail("a facet does not have three vertices");
       is_facet_open = false;
     } else if (word != "outer" && word != "loop" && word != "endloop") {
-      words.fail("'" + word.substr(0, 40) + "' is no word of STL");
+      words.fail(quoted(word) + " is no word of STL");
     }
   }
   if (is_facet_open) words.fail("it ends within a facet");
@@ -70,11 +110,12 @@ PolygonMesh readText(const std::string& text) {
 
 }  // namespace
 
-bool hasLengthOfBinaryStl(const std::string& bytes) {
-  return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
+bool hasLengthOfBinaryStl(std::string_view bytes) {
+  return hasLengthWithoutPayloads(bytes) ||
+         (bytes.size() > kHeader && endOfPayloads(bytes) == bytes.size());
 }
 
-PolygonMesh readStl(const std::string& bytes) {
+PolygonMesh readStl(std::string_view bytes) {
   return isBinary(bytes) ? readBinary(bytes) : readText(bytes);
 }
 

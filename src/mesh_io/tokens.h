@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "printable.h"
+
 namespace adaptive_bvh {
 
 inline bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -22,6 +24,11 @@ inline std::string inLowerCase(std::string_view text) {
   for (char& c : lower)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return lower;
+}
+
+/// A text without the byte order mark that some programs write at its beginning.
+inline std::string_view withoutByteOrderMark(std::string_view text) {
+  return text.substr(text.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0);
 }
 
 /// The number that the whole word is, whatever the locale; nothing when it is none, or out of
@@ -48,10 +55,16 @@ inline std::optional<std::int64_t> integerOf(std::string_view word) {
   return parse<std::int64_t>(word);
 }
 
+/// The shortest text of a number that reads as the same number: "65535" and not "65535.000000".
+inline std::string textOf(double number) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof(text), number).ptr};
+}
+
 /// A text read word by word, or line by line. Keeps a view of the text.
 class Words {
  public:
-  explicit Words(std::string_view text) : text_(text) {}
+  explicit Words(std::string_view text, std::size_t at = 0) : text_(text), at_(at) {}
 
   /// The next word; empty at the end.
   std::string_view next() {
@@ -73,7 +86,7 @@ class Words {
   double number() {
     const std::string_view word = next();
     if (const std::optional<double> number = numberOf(word)) return *number;
-    fail("'" + std::string(word.substr(0, 40)) + "' is no number");
+    fail(quoted(word) + " is no number");
   }
 
   bool isAtEnd() const { return at_ >= text_.size(); }
@@ -99,8 +112,8 @@ inline std::size_t countOf(const std::string& things, std::string_view count, st
   const std::optional<std::int64_t> number = integerOf(count);
   if (number && *number >= 0 && static_cast<std::uint64_t>(*number) <= bytes)
     return static_cast<std::size_t>(*number);
-  throw std::runtime_error("it announces '" + std::string(count.substr(0, 40)) + "' " + things +
-                           ", and has " + std::to_string(bytes) + " bytes");
+  throw std::runtime_error("it announces " + quoted(count) + " " + things + ", and has " +
+                           std::to_string(bytes) + " bytes");
 }
 
 struct BinaryType {
