@@ -62,8 +62,8 @@ class MeshLoadError : public std::runtime_error {
 /// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
 /// (a
 ///   node that is its own descendant is always refused);
-/// - 10 million vertices and triangles from meshes that several nodes use, or four times as many as
-///   the meshes have; for glTF, 10 million elements read by its meshes, or four for each byte of
+/// - 4 million vertices and triangles from meshes that several nodes use, or four times as many as
+///   the meshes have; for glTF, 4 million elements read by its meshes, or four for each byte of
 ///   the buffer.
 ///
 /// Files may be broken or malicious. Formats of assimp are read in this process; only the limits of

@@ -61,7 +61,7 @@ constexpr std::size_t kMostCorners = 10000;
 
 /// The work for the polygons of a file, in steps: so many, and so many for each corner. A corner
 /// takes a byte at least.
-constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 300;
+constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 250;
 
 /// Levels of nodes, or of the text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;
@@ -71,7 +71,7 @@ constexpr std::size_t kMostLevels = 500;
 constexpr std::size_t kMostPlacements = 20000, kMostPlacementsPerNode = 4;
 
 /// Placed meshes, with so many vertices and triangles in all; or so many times what the file holds.
-constexpr std::size_t kMostElements = 10000000, kMostElementsPerElement = 4;
+constexpr std::size_t kMostElements = 4000000, kMostElementsPerElement = 4;
 
 struct SceneNode {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to its parent
