@@ -61,7 +61,7 @@ constexpr std::size_t kMostCorners = 10000;
 
 /// The work for the polygons of a file, in steps: so many, and so many for each corner. A corner
 /// takes a byte at least.
-constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 300;
+constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 250;
 
 /// Levels of nodes, or of the text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;
