@@ -41,8 +41,8 @@ struct MeshLoadOptions {
   bool buffers_outside_folder = false;
 };
 
-/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other bytes
-/// of a name or of the file, and control characters, are written as "\xE9".
+/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other
+/// bytes of a name or of the file, and control characters, are written as "\xE9".
 class MeshLoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
