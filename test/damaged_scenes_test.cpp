@@ -17,14 +17,14 @@ class Damage {
 
   std::string of(std::string text) {
     for (std::size_t k = 1 + below(4); k > 0; --k) {
-      const std::size_t kind = below(8), where = below(std::max<std::size_t>(1, text.size()));
-      if (kind < 3)
+      const std::size_t kind = below(16), where = below(std::max<std::size_t>(1, text.size()));
+      if (kind < 6)
         changeNumber(text, where);
-      else if (kind < 5)
-        repeatElement(text, where);
-      else if (kind == 5)
+      else if (kind < 9)
         swapNumbers(text, where);
-      else if (kind == 6)
+      else if (kind < 14)
+        repeatElement(text, where);
+      else if (kind == 14)
         text.erase(where, below(40));
       else if (!text.empty())
         text[where] = below(2) == 0 ? char(random_()) : "0123456789 -.e\"{}[],:<>/#"[below(25)];
@@ -58,7 +58,7 @@ class Damage {
                                            "1000",
                                            "65535",
                                            "100000",
-                                           "499999",
+                                           "249999",
                                            "1000000",
                                            "1000001",
                                            "10000000",
@@ -86,21 +86,37 @@ class Damage {
     text.replace(begin, length, number);
   }
 
-  /// From an opening bracket to a closing one, not necessarily its own, once or often, or not.
+  /// Writes an element once, often, or not at all; sometimes only to the next closing bracket.
   void repeatElement(std::string& text, std::size_t where) {
     const std::size_t begin = text.find_first_of(opening_, where);
-    if (begin == text.npos) return;
-    std::size_t end = begin;
-    for (std::size_t k = 1 + below(5); k > 0 && end != text.npos; --k)
-      end = text.find_first_of(closing_, end + 1);
+    const std::size_t end =
+        below(8) == 0 ? text.find_first_of(closing_, begin) : endOf(text, begin);
     if (end == text.npos) return;
     const std::string element = text.substr(begin, end + 1 - begin);
-    const std::string between = opening_[0] == '{' && below(8) > 0 ? "," : "";
+    const std::string between = opening_[0] == '{' ? "," : "";
     std::string all;
     const std::size_t times = below(10) == 0 ? below(3000) : below(4);
     for (std::size_t k = 0; k < times && all.size() < 200000; ++k)
       all += (k > 0 ? between : "") + element;
     text.replace(begin, element.size(), all);
+  }
+
+  /// Where an object, a list or an XML element ends.
+  std::size_t endOf(const std::string& text, std::size_t begin) const {
+    if (begin == text.npos) return begin;
+    if (opening_ == "<") {
+      const std::size_t end_of_tag = text.find('>', begin);
+      if (end_of_tag == text.npos || text[end_of_tag - 1] == '/') return end_of_tag;
+      const std::size_t end_of_name = text.find_first_of(" />", begin + 1);
+      const std::string name = text.substr(begin + 1, end_of_name - begin - 1);
+      return text.find('>', text.find("</" + name, begin));
+    }
+    int levels = 0;
+    for (std::size_t at = begin; at < text.size(); ++at) {
+      if (opening_.find(text[at]) != opening_.npos) ++levels;
+      if (closing_.find(text[at]) != closing_.npos && --levels == 0) return at;
+    }
+    return text.npos;
   }
 
   std::mt19937 random_;
@@ -115,52 +131,60 @@ void expectMostAreDamaged(int refused) {
   EXPECT_LT(refused, files());
 }
 
+/// A random glTF file and the file of its buffer, as long as they are needed.
+struct GltfFiles {
+  GltfFiles(unsigned seed, bool is_binary)
+      : gltf(seed, nameOf(external.path()), is_binary), scene(gltf.write()) {
+    std::ofstream(external.path(), std::ios::binary) << gltf.external();
+  }
+  static std::string nameOf(const std::string& path) {
+    return path.substr(path.find_last_of('/') + 1);
+  }
+
+  const TemporaryFile external{"damaged.bin"};
+  RandomGltf gltf;
+  const SceneFile scene;
+};
+
 TEST(DamagedScenes, OfGltfAsText) {
-  const TemporaryFile external("damaged.bin"), file("damaged.gltf");
-  const std::string name = external.path().substr(external.path().find_last_of('/') + 1);
   int refused = 0;
   for (int step = 0; step < files() && !HasFailure(); ++step) {
     const unsigned seed = testSeed(unsigned(step));
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RandomGltf gltf(seed, name);
-    std::string text = gltf.write().text;
-    std::ofstream(external.path(), std::ios::binary) << gltf.external();
-    text = Damage(seed, "{[", "}]").of(text);
-    std::ofstream(file.path(), std::ios::binary) << text;
-    refused += !loadWithinLimits(file.path(), text.size() + gltf.external().size()).empty();
+    const GltfFiles files(seed, false);
+    const std::string text = Damage(seed, "{[", "}]").of(files.scene.text);
+    const TemporaryFile file("damaged.gltf", text);
+    const std::size_t bytes = text.size() + files.gltf.external().size();
+    refused += !loadWithinLimits(file.path(), bytes).empty();
   }
   expectMostAreDamaged(refused);
 }
 
 TEST(DamagedScenes, OfGltfAsBinary) {
-  const TemporaryFile external("damaged.bin"), file("damaged.glb");
-  const std::string name = external.path().substr(external.path().find_last_of('/') + 1);
   int refused = 0;
   for (int step = 0; step < files() && !HasFailure(); ++step) {
     const unsigned seed = testSeed(unsigned(step));
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RandomGltf gltf(seed, name);
-    const SceneFile scene = gltf.write();
-    std::ofstream(external.path(), std::ios::binary) << gltf.external();
+    const GltfFiles files(seed, true);
     Damage damage(seed, "{[", "}]");
-    std::string bytes = glbOf(damage.of(scene.text), scene.chunk);
+    std::string all = glbOf(damage.of(files.scene.text), files.scene.chunk);
     for (std::size_t k = damage.below(4); k > 1; --k)
-      bytes[damage.below(bytes.size())] = char(damage.below(256));
-    if (damage.below(10) == 0) bytes.resize(damage.below(bytes.size()));
-    std::ofstream(file.path(), std::ios::binary) << bytes;
-    refused += !loadWithinLimits(file.path(), bytes.size() + gltf.external().size()).empty();
+      all[damage.below(all.size())] = char(damage.below(256));
+    if (damage.below(10) == 0) all.resize(damage.below(all.size()));
+    const TemporaryFile file("damaged.glb", all);
+    const std::size_t bytes = all.size() + files.gltf.external().size();
+    refused += !loadWithinLimits(file.path(), bytes).empty();
   }
   expectMostAreDamaged(refused);
 }
 
 TEST(DamagedScenes, OfCollada) {
-  const TemporaryFile file("damaged.dae");
   int refused = 0;
   for (int step = 0; step < files() && !HasFailure(); ++step) {
     const unsigned seed = testSeed(unsigned(step));
     SCOPED_TRACE("seed " + std::to_string(seed));
     const std::string text = Damage(seed, "<", ">").of(RandomCollada(seed).write().text);
-    std::ofstream(file.path(), std::ios::binary) << text;
+    const TemporaryFile file("damaged.dae", text);
     refused += !loadWithinLimits(file.path(), text.size()).empty();
   }
   expectMostAreDamaged(refused);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <functional>
 
@@ -27,10 +28,16 @@ std::string repeated(const std::string& text, std::size_t times) {
 }
 
 /// What a function writes of the numbers from 0, joined, until the text has so many bytes.
-std::string listed(std::size_t bytes, const std::function<std::string(std::size_t)>& write,
-                   const std::string& between = ",") {
+std::string listed(std::size_t bytes, const std::function<std::string(std::size_t)>& write) {
   std::string all = write(0);
-  for (std::size_t i = 1; all.size() < bytes; ++i) all += between + write(i);
+  for (std::size_t i = 1; all.size() < bytes; ++i) all += "," + write(i);
+  return all;
+}
+
+/// What a function writes of so many numbers from 0, with spaces between.
+std::string listedNumbers(std::size_t count, const std::function<std::string(std::size_t)>& write) {
+  std::string all;
+  for (std::size_t i = 0; i < count; ++i) all += write(i) + " ";
   return all;
 }
 
@@ -68,7 +75,7 @@ std::string primitive(const std::string& position, const std::string& more = "")
 std::string loadGltf(const Gltf& gltf) { return loadText("hostile.glb", gltf.glb()); }
 
 TEST(HostileGltf, AnnouncesElementsThatAreNotThere) {
-  for (const char* count : {"499999", "500001", "10000000", "18446744073709551615"})
+  for (const char* count : {"249999", "250001", "10000000", "18446744073709551615"})
     for (const bool is_sparse : {false, true}) {
       Gltf gltf;
       gltf.accessors = std::string(R"([{"componentType":5126,"type":"VEC3","count":)") + count;
@@ -77,7 +84,7 @@ TEST(HostileGltf, AnnouncesElementsThatAreNotThere) {
                           R"(,"indices":{"bufferView":0,"componentType":5121},)"
                           R"("values":{"bufferView":0}})";
       gltf.accessors += "}]";
-      EXPECT_EQ(std::string("499999") == count && !is_sparse, loadGltf(gltf).empty()) << count;
+      EXPECT_EQ(std::string("249999") == count && !is_sparse, loadGltf(gltf).empty()) << count;
     }
 }
 
@@ -177,10 +184,8 @@ TEST(HostileGltf, AccessorsThatAreReadOften) {
     for (const bool in_one_mesh : {false, true}) {
       const std::string one = primitive("0", have_indices ? R"(,"indices":1,"mode":5)" : "");
       const std::string end = R"(]},{"primitives":[)";
-      gltf.meshes = R"([{"primitives":[)" +
-                    listed(
-                        400000, [&](auto) { return one; }, in_one_mesh ? "," : end) +
-                    "]}]";
+      gltf.meshes = R"([{"primitives":[)" + one +
+                    repeated((in_one_mesh ? "," : end) + one, 400000 / (one + end).size()) + "]}]";
       gltf.nodes = R"([{"meshes":[)" + listed(100000, text) + "]}]";
       EXPECT_NE("", loadGltf(gltf));
     }
@@ -249,16 +254,67 @@ TEST(HostileGltf, MeshesWithoutEnd) {
   EXPECT_NE("", loadGltf(gltf));
 }
 
-/// A mesh that is placed often, from few bytes.
-TEST(HostileGltf, PlacedOften) {
+/// Corners that differ, a list of `triangles`.
+Gltf withCorners(std::size_t triangles) {
   Gltf gltf;
-  gltf.buffer = repeated(gltf.buffer, 5000);
-  gltf.views = R"([{"buffer":0,"byteLength":180000}])";
-  gltf.accessors = R"([{"bufferView":0,"componentType":5126,"count":15000,"type":"VEC3"}])";
-  for (const int times : {40, 1000, 20000}) {
-    gltf.nodes = R"([{"children":[)" + repeated("1,", std::size_t(times)) + R"(1]},{"mesh":0}])";
-    EXPECT_EQ(times == 40, loadGltf(gltf).empty());
+  gltf.buffer.clear();
+  for (std::size_t t = 0; t < triangles; ++t)
+    for (std::size_t k = 0; k < 9; ++k) put(gltf.buffer, float(t + (k % 4 == 0 ? 1 : 0)));
+  const std::string bytes = text(gltf.buffer.size());
+  gltf.views = R"([{"buffer":0,"byteLength":)" + bytes + "}]";
+  gltf.accessors = R"([{"bufferView":0,"componentType":5126,"count":)" + text(3 * triangles) +
+                   R"(,"type":"VEC3"}])";
+  return gltf;
+}
+
+/// A mesh that is placed often, from few bytes: as often as it may be, and more often.
+TEST(HostileGltf, PlacedOften) {
+  for (const std::size_t triangles : {std::size_t(5000), std::size_t(20000)}) {
+    Gltf gltf = withCorners(triangles);
+    for (const std::size_t times : {490000 / (4 * triangles + 1), std::size_t(1000)}) {
+      std::string children;
+      gltf.nodes.clear();
+      for (std::size_t n = 1; n <= times; ++n) {
+        children += (n > 1 ? "," : "") + text(n);
+        gltf.nodes += R"(,{"mesh":0,"translation":[0,)" + text(n) + ",0.3]}";
+      }
+      gltf.nodes = R"([{"children":[)" + children + "]}" + gltf.nodes + "]";
+      EXPECT_EQ(times != 1000, loadGltf(gltf).empty());
+    }
   }
+  // Vertices that no triangle has.
+  Gltf gltf = withCorners(20000);
+  gltf.accessors.back() = ',';
+  gltf.accessors += R"({"bufferView":0,"componentType":5121,"count":3,"type":"SCALAR"}])";
+  gltf.meshes = R"([{"primitives":[)" + primitive("0", R"(,"indices":1)") + "]}]";
+  gltf.nodes = R"([{"mesh":0,"children":[)" + listed(14, [](auto n) { return text(n + 1); }) + "]}";
+  for (std::size_t n = 1; n <= 7; ++n)
+    gltf.nodes += R"(,{"mesh":0,"translation":[0,)" + text(n) + ",0.3]}";
+  gltf.nodes += "]";
+  EXPECT_EQ("", loadGltf(gltf));
+  // Each level names the next twice.
+  gltf = withCorners(60);
+  for (const std::size_t levels : {10, 13, 40}) {
+    gltf.nodes = R"({"mesh":0})";
+    for (std::size_t n = levels; n > 0; --n)
+      gltf.nodes = R"({"translation":[0.1,0.2,)" + text(n) + R"(],"children":[)" + text(n) + "," +
+                   text(n) + "]}," + gltf.nodes;
+    gltf.nodes = "[" + gltf.nodes + "]";
+    EXPECT_EQ(levels == 10, loadGltf(gltf).empty());
+  }
+}
+
+TEST(HostileGltf, VerticesThatAreThere) {
+  Gltf gltf = withCorners(27500);
+  EXPECT_EQ("", loadGltf(gltf));
+  gltf.buffer.clear();  // of bytes, all different
+  for (std::size_t v = 0; v < 330000; ++v)
+    for (std::size_t k = 0; k < 3; ++k) gltf.buffer += char(v >> (8 * k));
+  gltf.views = R"([{"buffer":0,"byteLength":990000}])";
+  gltf.accessors = R"([{"bufferView":0,"componentType":5121,"count":330000,"type":"VEC3"}])";
+  EXPECT_EQ("", loadGltf(gltf));
+  gltf.meshes = R"([{"primitives":[)" + primitive("0", R"(,"mode":5)") + "]}]";
+  EXPECT_EQ("", loadGltf(gltf));
 }
 
 TEST(HostileGltf, LongNamesOfVersion1) {
@@ -342,6 +398,36 @@ TEST(HostileCollada, CountsOfPolygonsWithManyLists) {
   collada.primitives =
       std::string("<tristrips>") + kInput + "<p>" + repeated("0 1 ", 250000) + "</p></tristrips>";
   EXPECT_EQ("", loadCollada(collada));
+}
+
+/// Outlines of 9,000 corners: round ones, on a line, zigzags, spirals.
+TEST(HostileCollada, PolygonsOfManyCorners) {
+  const std::size_t corners = 9000;
+  const auto outline = [&](auto write) {
+    Collada collada;
+    collada.array = "<float_array id=\"a\">" + listedNumbers(corners, write) + "</float_array>";
+    collada.accessor = "<accessor source=\"#a\" count=\"" + text(corners) + "\" stride=\"3\"/>";
+    const std::string polygon = "<p>" + listedNumbers(corners, text) + "</p>";
+    collada.primitives = std::string("<polygons>") + kInput +
+                         repeated(polygon, (kMegabyte - collada.text().size()) / polygon.size()) +
+                         "</polygons>";
+    loadCollada(collada);
+  };
+  const auto point = [](double x, double y) {
+    return std::to_string(x) + " " + std::to_string(y) + " 0";
+  };
+  outline([&](std::size_t i) {
+    const double angle = 2 * M_PI * double(i) / double(corners);
+    return point(1000 * std::cos(angle), 1000 * std::sin(angle));
+  });
+  outline([&](std::size_t i) { return point(double(i), 0); });
+  outline([&](std::size_t i) { return point(double(i), double(i % 2)); });
+  outline([&](std::size_t i) { return point(double(i * i % 7919), double(i * 31 % 8111)); });
+  outline([&](std::size_t i) {
+    const bool is_back = 2 * i > corners;
+    const double at = double(is_back ? corners - i : i), radius = at + (is_back ? 3 : 0);
+    return point(radius * std::cos(0.05 * at), radius * std::sin(0.05 * at));
+  });
 }
 
 TEST(HostileCollada, SourcesInTurn) {

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,7 +31,10 @@
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
 #include "recording/body.h"
+#include "support/full_disk.h"
+#include "support/meshes.h"
 #include "support/recorded_page.h"
+#include "support/temporary_file.h"
 
 namespace adaptive_bvh_test {
 namespace page_recording_test {
@@ -639,6 +644,21 @@ TEST(PageRecording, SaysWhatIsWrong) {
       "Recording::write: cannot write '/no/such/folder/page.html': No such file or directory");
   EXPECT_NE(messageOf([&] { recording.write("/dev/full"); }).find("No space left"),
             std::string::npos);
+}
+
+TEST(PageRecording, LeavesThePageThatWasThereWhenTheDiskIsFull) {
+  const TemporaryFile file("page.html", "the page before");
+  Recording recording;
+  const adaptive_bvh::DeformableMeshd mesh(plate<double>(4, 4));
+  recording.add(mesh, fcl::Transform3d::Identity(), "sheet");
+  recording.frame();
+  {
+    const FullDisk full(100000);
+    EXPECT_THROW(recording.write(file.path()), std::runtime_error);
+  }
+  std::ostringstream text;
+  text << std::ifstream(file.path()).rdbuf();
+  EXPECT_EQ("the page before", text.str());
 }
 
 TEST(PageRecording, RefusesOptionsWithoutMeaning) {

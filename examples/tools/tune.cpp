@@ -8,7 +8,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <map>
 
@@ -18,6 +17,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
+#include "adaptive_bvh/write_file.h"
 #include "mesh_options.h"
 #include "scenarios.h"
 
@@ -175,8 +175,8 @@ int main(int argc, char** argv) {
     const RefitPolicy thesis = RefitPolicy::thesis(FitnessCriterion::ABOrBC);
     print("thesis", thesis, cost(thesis));
     if (!result.finished) std::printf("Stopped early.\n");
-    if (!out.empty() && !(std::ofstream(out) << toJson(result) << '\n'))
-      throw std::runtime_error("cannot write '" + out + "'");
+    if (!out.empty())
+      adaptive_bvh::writeFile(out, [&](std::ostream& file) { file << toJson(result) << '\n'; });
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const std::exception& error) {

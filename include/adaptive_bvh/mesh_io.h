@@ -41,8 +41,8 @@ struct MeshLoadOptions {
   bool buffers_outside_folder = false;
 };
 
-/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other bytes
-/// of a name or of the file, and control characters, are written as "\xE9".
+/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other
+/// bytes of a name or of the file, and control characters, are written as "\xE9".
 class MeshLoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -67,11 +67,12 @@ class MeshLoadError : public std::runtime_error {
 /// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
 /// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
 ///   (a node of the scene that is its own descendant is always refused);
-/// - a million vertices and triangles, or as many as the file has bytes, placed by all nodes
-///   together; for formats of assimp four times as many as the meshes have;
-/// - for glTF and Collada, a million vertices and corners, or as many as the file has bytes, read
-///   for all meshes together. Meshes and nodes that share lists or meshes need more than a file
-///   that has everything once, which never exceeds these limits.
+/// - 500,000 vertices and triangles, or one for two bytes of the file, placed by all nodes
+///   together (for formats of assimp four times as many as the meshes have), unless each mesh is
+///   placed once;
+/// - for glTF and Collada, 500,000 vertices and corners, or one for each byte of the file, read for
+///   all meshes together. A file exceeds this only where meshes read the same lists, or lists that
+///   are not there.
 ///
 /// Files may be broken or malicious. With these limits, a file of one of the formats that are read
 /// here takes at most 1 s and 100 MB for each megabyte of it that is begun, or is refused. The

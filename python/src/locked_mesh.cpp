@@ -1,13 +1,16 @@
 #include "locked_mesh.h"
 
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include "adaptive_bvh/write_file.h"
 #include "arrays.h"
 #include "docs.h"
 #include "meshes.h"
@@ -206,16 +209,12 @@ void bindUpdates(Class& mesh) {
 }
 
 void saveToFile(const LockedMesh& mesh, const py::object& path) {
-  const std::string name = pathFrom(path);
-  std::ofstream out(name, std::ios::binary);
-  if (!out) raiseForFile(path);
   try {
-    mesh.save(out);
-    out.close();
-  } catch (const std::runtime_error&) {
+    writeFile(pathFrom(path), [&](std::ostream& out) { mesh.save(out); });
+  } catch (const std::system_error& error) {
+    errno = error.code().value();
     raiseForFile(path);
   }
-  if (!out) raiseForFile(path);
 }
 
 std::shared_ptr<LockedMesh> loadFromFile(const py::object& path) {

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -83,7 +84,13 @@ class LockedRecording : public Bound {
   }
   void write(const py::object& path) {
     const std::string name = pathFrom(path);
-    alone([&] { recording_.write(name); });
+    try {
+      alone([&] { recording_.write(name); });
+    } catch (const std::runtime_error& error) {  // it quotes the name, which may not be UTF-8
+      const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(error.what()));
+      PyErr_SetObject(PyExc_RuntimeError, text.ptr());
+      throw py::error_already_set();
+    }
   }
   std::string html() {
     return alone([&] {

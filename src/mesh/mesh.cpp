@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <random>
 #include <stdexcept>
-#include <unordered_map>
 
 namespace adaptive_bvh {
 namespace {
@@ -13,56 +15,98 @@ namespace {
 template <typename S>
 using Key = std::array<S, 3>;
 
+/// A polynomial of a key's halves at a random place, modulo the prime 2^61 - 1: whatever the keys
+/// are, two of them have the same hash with a probability below 2^-58.
 template <typename S>
-struct KeyHash {
-  std::size_t operator()(const Key<S>& key) const {
-    std::size_t hash = 0;
-    for (S x : key) hash = hash * 1000003u ^ std::hash<S>()(x);
-    return hash;
+class KeyHash {
+ public:
+  KeyHash() {
+    std::random_device random;
+    place_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
   }
+
+  std::size_t operator()(const Key<S>& key) const {
+    std::uint64_t hash = 1;
+    for (const S x : key) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &x, sizeof(x));
+      hash = timesPlace(timesPlace(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
+    }
+    return static_cast<std::size_t>(timesPlace(hash));
+  }
+
+ private:
+  std::uint64_t timesPlace(std::uint64_t number) const {
+    __extension__ typedef unsigned __int128 Wide;
+    const Wide product = Wide(number) * place_;
+    const std::uint64_t sum =
+        static_cast<std::uint64_t>(product & kPrime) + static_cast<std::uint64_t>(product >> 61);
+    return sum >= kPrime ? sum - kPrime : sum;
+  }
+
+  static constexpr std::uint64_t kPrime = (std::uint64_t{1} << 61) - 1;
+  std::uint64_t place_ = 0;
 };
 
-/// Positions by cells of a grid; by themselves where the tolerance is 0.
+/// A hash table of vertices, by the cells of a grid; by their positions where the tolerance is 0.
 template <typename S>
 class KeptVertices {
  public:
-  explicit KeptVertices(S tolerance) : tolerance_(tolerance) {}
+  KeptVertices(S tolerance, std::size_t most) : tolerance_(tolerance) {
+    std::size_t slots = 1;
+    while (slots <= 2 * most) slots *= 2;
+    slots_.assign(slots, kEmpty);
+  }
 
   /// The first vertex that was added and is not farther than the tolerance; `otherwise` where there
   /// is none.
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
     const Key<S> centre = keyOf(p);
-    if (tolerance_ == 0) {
-      const auto found = cells_.find(centre);
-      return found == cells_.end() ? otherwise : found->second;
-    }
+    const int reach = tolerance_ == 0 ? 0 : 1;  // in cells
     std::size_t first = otherwise;
-    for (int cell = 0; cell < 27; ++cell) {
-      const int x = cell % 3 - 1, y = cell / 3 % 3 - 1, z = cell / 9 - 1;
-      const Key<S> key = {centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)};
-      const auto [begin, end] = cells_.equal_range(key);
-      for (auto kept = begin; kept != end; ++kept)
-        if ((vertices[kept->second] - p).norm() <= tolerance_)
-          first = std::min(first, kept->second);
-    }
+    for (int x = -reach; x <= reach; ++x)
+      for (int y = -reach; y <= reach; ++y)
+        for (int z = -reach; z <= reach; ++z) {
+          std::size_t slot = slotOf({centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)});
+          for (; slots_[slot] != kEmpty; slot = slotAfter(slot))
+            if (isNear(vertices[slots_[slot]], p)) first = std::min(first, slots_[slot]);
+        }
     return first;
   }
 
-  void add(const fcl::Vector3<S>& p, std::size_t vertex) { cells_.emplace(keyOf(p), vertex); }
+  void add(const fcl::Vector3<S>& p, std::size_t vertex) {
+    if (p.hasNaN()) return;  // it is never found
+    std::size_t slot = slotOf(keyOf(p));
+    while (slots_[slot] != kEmpty) slot = slotAfter(slot);
+    slots_[slot] = vertex;
+  }
 
  private:
   /// Equal as numbers: -0 becomes 0. Cells as wide as twice the tolerance, so that rounding does
-  /// not put two vertices within the tolerance more than one cell apart.
+  /// not put two vertices within the tolerance more than one cell apart. Where numbers are farther
+  /// apart than the tolerance, each is a cell.
   Key<S> keyOf(const fcl::Vector3<S>& p) const {
+    constexpr S kWide = S(4) / std::numeric_limits<S>::epsilon();
     Key<S> key;
-    for (int k = 0; k < 3; ++k)
-      key[std::size_t(k)] = (tolerance_ == 0 ? p[k] : std::floor(p[k] / (2 * tolerance_))) + S(0);
+    for (int k = 0; k < 3; ++k) {
+      const S cell = tolerance_ == 0 ? kWide : p[k] / (2 * tolerance_);
+      key[std::size_t(k)] = (std::fabs(cell) < kWide ? std::floor(cell) : p[k]) + S(0);
+    }
     return key;
   }
 
+  bool isNear(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b) const {
+    return tolerance_ == 0 ? a == b : (a - b).norm() <= tolerance_;
+  }
+
+  std::size_t slotOf(const Key<S>& key) const { return hash_(key) & (slots_.size() - 1); }
+  std::size_t slotAfter(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
+
+  static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
   S tolerance_;
-  std::unordered_multimap<Key<S>, std::size_t, KeyHash<S>> cells_;
+  KeyHash<S> hash_;
+  std::vector<std::size_t> slots_;  ///< a power of two, half of them empty; vertices, or kEmpty
 };
 
 }  // namespace
@@ -71,7 +115,7 @@ template <typename S>
 void weldVertices(TriangleMesh<S>& mesh, S tolerance) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw std::invalid_argument("weldVertices: the tolerance must be finite, and not negative");
-  KeptVertices<S> seen(tolerance);
+  KeptVertices<S> seen(tolerance, mesh.vertices.size());
   std::vector<std::size_t> new_index(mesh.vertices.size());
   std::size_t kept = 0;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {

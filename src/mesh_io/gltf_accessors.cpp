@@ -28,8 +28,7 @@ double normalized(double number, BinaryType type) {
 
 std::size_t indexOf(double index, std::size_t count) {
   if (index >= 0 && index < static_cast<double>(count)) return static_cast<std::size_t>(index);
-  throw std::runtime_error("a triangle names vertex " +
-                           std::to_string(static_cast<std::int64_t>(index)) + " of " +
+  throw std::runtime_error("a triangle names vertex " + textOf(index) + " of " +
                            std::to_string(count));
 }
 

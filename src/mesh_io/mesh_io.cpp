@@ -81,7 +81,9 @@ bool isXml(const std::string& path, const std::string& bytes) {
 FileScene readOther(const std::string& path, const std::string& bytes) {
   std::optional<double> unit;
   if (isXml(path, bytes)) unit = unitOfAmf(parseXml(bytes));  // assimp does not limit the levels
-  if (isZip(bytes) && !isOneOf({"pk3", "zae"}, extensionOf(path))) unit = unitOf3mf(bytes);
+  const std::string extension = extensionOf(path);
+  if (extension == "3mf" || (isZip(bytes) && !isOneOf({"pk3", "zae"}, extension)))
+    unit = unitOf3mf(bytes);
   FileScene scene = readByAssimp(path);
   if (unit) scene.unit = *unit;
   return scene;

@@ -33,18 +33,19 @@ std::size_t elementsOf(const Mesh& mesh) {
   return mesh.vertices.size() + mesh.triangles.size() + 1;
 }
 
-/// Limit of the vertices and triangles that nodes place.
+/// Limit of the vertices and triangles that nodes place. Meshes that are placed once never exceed
+/// it.
 ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
   std::size_t own = 0;
   for (const Mesh& mesh : meshes) own += elementsOf(mesh);
-  return {"its nodes place meshes so often",
-          scene.bytes > 0 ? scene.bytes : kMostElementsPerElement * own};
+  const std::size_t most = scene.bytes > 0 ? std::max(own, scene.bytes / 2) : 4 * own;
+  return {"its nodes place meshes so often", most};
 }
 
 /// "mesh 2: " before what is wrong with one of several.
-Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh) {
+Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, WorkLimit& work) {
   try {
-    return triangulate(std::move(mesh));
+    return triangulate(std::move(mesh), work);
   } catch (const std::runtime_error& error) {
     if (count == 1) throw;
     throw std::runtime_error("mesh " + std::to_string(number) + ": " + error.what());
@@ -107,9 +108,12 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
 
 Mesh flatten(FileScene scene, const Matrix4d& root) {
   checkHierarchy(scene.nodes);
+  std::size_t corners = 0;
+  for (const PolygonMesh& mesh : scene.meshes) corners += mesh.corners.size();
+  WorkLimit work(kPolygonSteps + kPolygonStepsPerCorner * corners);
   std::vector<Mesh> meshes;
   for (PolygonMesh& mesh : scene.meshes)
-    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh)));
+    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh), work));
 
   Mesh result;
   ElementLimit limit = placementLimit(scene, meshes);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adaptive_bvh/mesh_io.h"
+#include "planar.h"
 
 namespace adaptive_bvh {
 
@@ -51,11 +52,16 @@ struct PolygonMesh {
 ///
 /// Throws std::runtime_error, naming the face (counted from 1), where the triangles cannot be: the
 /// outline crosses itself, or touches itself where a triangle's edge would have to be split; a
-/// corner names no vertex; or there are more than `kMostCorners`.
-TriangleMesh<double> triangulate(PolygonMesh mesh);
+/// corner names no vertex; there are more than `kMostCorners`; or the work is spent.
+TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work);
 
-/// The work grows with the square of the corners.
+/// In most outlines few edges are near an ear, and the work grows little faster than the corners.
+/// At worst it grows with their square.
 constexpr std::size_t kMostCorners = 10000;
+
+/// The work for the polygons of a file, in steps: so many, and so many for each corner. A corner
+/// takes a byte at least.
+constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 250;
 
 /// Levels of nodes, or of the text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;
@@ -64,18 +70,18 @@ constexpr std::size_t kMostLevels = 500;
 /// `kMostPlacementsPerNode` times as many as are written in it, whichever is more.
 constexpr std::size_t kMostPlacements = 20000, kMostPlacementsPerNode = 4;
 
-/// A file may make so many vertices and triangles, or as many as it has bytes, whichever is more.
-/// Where compression hides the bytes: so many times what its meshes hold.
-constexpr std::size_t kMostElements = 1000000, kMostElementsPerElement = 4;
+/// A file of a megabyte or less may make so many vertices and triangles: to place and weld them
+/// takes half of 100 MB and of a second.
+constexpr std::size_t kMostElements = 500000;
 
-/// Counts what a file makes of its bytes, before memory is taken for it. Data that is read once and
-/// placed once never exceeds the limit: a vertex takes three bytes at least, a corner one.
+/// Counts what a file makes of its bytes, before memory is taken for it.
 class ElementLimit {
  public:
-  /// `cause` begins the sentence that a refusal throws.
-  ElementLimit(const char* cause, std::size_t most) : cause_(cause) { allow(most); }
+  /// `most` elements, or `kMostElements`, whichever is more. `cause` begins the sentence that a
+  /// refusal throws.
+  ElementLimit(const char* cause, std::size_t most) : cause_(cause), allowed_(most) {}
 
-  /// For the bytes of another file that is read.
+  /// Adds to `most`, as the bytes of another file are read.
   void allow(std::size_t more) { allowed_ += more; }
 
   /// Throws std::runtime_error when all that was taken exceeds the limit.
@@ -83,7 +89,7 @@ class ElementLimit {
 
  private:
   const char* cause_;
-  std::size_t allowed_ = 0, taken_ = 0;
+  std::size_t allowed_, taken_ = 0;
 };
 
 /// Cause of a refusal: several meshes read one list, or a list is announced that is not there.

@@ -174,7 +174,9 @@ std::size_t checksumOf(std::string_view bytes) {
 
 }  // namespace
 
-bool isZip(std::string_view bytes) { return bytes.substr(0, 4) == "PK\3\4"; }
+bool isZip(std::string_view bytes) {
+  return bytes.substr(0, 4) == "PK\3\4" || bytes.rfind("PK\5\6") != bytes.npos;
+}
 
 ZipArchive::ZipArchive(std::string_view bytes) : bytes_(bytes) {
   const std::size_t end = bytes.rfind("PK\5\6");

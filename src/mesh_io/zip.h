@@ -8,7 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// Whether a file begins as a ZIP archive.
+/// Whether a file begins as a ZIP archive, or has the record that ends one.
 bool isZip(std::string_view bytes);
 
 /// The files of a ZIP archive. Keeps a view of its bytes.

@@ -1,18 +1,18 @@
 #include "adaptive_bvh/recording.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
+#include <ostream>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "adaptive_bvh/write_file.h"
 #include "body.h"
 
 namespace adaptive_bvh {
@@ -431,13 +431,11 @@ void Recording::write(std::ostream& out) const {
 
 void Recording::write(const std::string& path) const {
   if (frames() == 0) throw std::logic_error("Recording::write: no frame was recorded");
-  errno = 0;
-  std::ofstream file(path, std::ios::binary);
-  if (file) write(file);
-  file.close();
-  if (!file)
-    throw std::runtime_error("Recording::write: cannot write '" + path +
-                             "': " + (errno ? std::strerror(errno) : "output failed"));
+  try {
+    writeFile(path, [this](std::ostream& out) { write(out); });
+  } catch (const std::system_error& error) {
+    throw std::runtime_error(std::string("Recording::write: ") + error.what());
+  }
 }
 
 template void Recording::follow(const Scene<float>&, const std::function<std::string(BodyId)>&);

@@ -1,10 +1,12 @@
 #include "checkpoint.h"
 
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 #include <nlohmann/json.hpp>
+
+#include "adaptive_bvh/write_file.h"
 
 namespace adaptive_bvh {
 
@@ -39,12 +41,12 @@ static json identityOf(const TuningOptions& options) {
 
 void saveSearch(const SearchState& state, const TuningOptions& options) {
   if (options.checkpoint.empty()) return;
-  const std::string draft = options.checkpoint + ".new";  // a stop in between loses nothing
-  std::ofstream out(draft);
-  out << json{{"options", identityOf(options)}, {"state", state}} << '\n';
-  out.close();
-  if (!out || std::rename(draft.c_str(), options.checkpoint.c_str()) != 0)
-    throw std::runtime_error("tune: cannot write '" + options.checkpoint + "'");
+  const json checkpoint = {{"options", identityOf(options)}, {"state", state}};
+  try {
+    writeFile(options.checkpoint, [&](std::ostream& out) { out << checkpoint << '\n'; });
+  } catch (const std::system_error& error) {
+    throw std::runtime_error(std::string("tune: ") + error.what());
+  }
 }
 
 SearchState loadSearch(const TuningOptions& options) {

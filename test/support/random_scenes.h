@@ -109,11 +109,11 @@ struct SceneFile {
 };
 
 /// A glTF document: accessors of all types, sparse ones and shared ones, buffers in the chunk, in
-/// data URIs, or in the file `external`, whose bytes are appended; with scenes or without.
+/// data URIs, or in another file; with scenes or without.
 class RandomGltf {
  public:
-  RandomGltf(unsigned seed, const std::string& external_name)
-      : scene_(seed), external_name_(external_name) {}
+  RandomGltf(unsigned seed, const std::string& external_name, bool is_binary)
+      : scene_(seed), external_name_(external_name), is_binary_(is_binary) {}
 
   SceneFile write() {
     scene_.addNodes(1 + scene_.below(6), 1 + scene_.below(3));
@@ -262,12 +262,15 @@ class RandomGltf {
   }
 
   std::string buffers() const {
-    return "{\"byteLength\":" + number(bytes_[0].size()) + "},{\"uri\":\"data:x;base64," +
-           base64(bytes_[1]) + "\"},{\"uri\":\"" + external_name_ + "\"}";
+    const auto withUri = [](const std::string& uri) { return "{\"uri\":\"" + uri + "\"}"; };
+    const auto data = [&](std::size_t b) { return withUri("data:x;base64," + base64(bytes_[b])); };
+    return (is_binary_ ? "{\"byteLength\":" + number(bytes_[0].size()) + "}" : data(0)) + "," +
+           data(1) + "," + withUri(external_name_);
   }
 
   RandomScene scene_;
   std::string external_name_;
+  bool is_binary_;
   std::vector<std::string> accessors_, views_;
   std::vector<std::pair<std::size_t, std::vector<IntegerPoint>>> positions_;
   std::array<std::string, 3> bytes_;  ///< of the chunk, the data URI, the external file

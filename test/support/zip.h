@@ -85,7 +85,11 @@ inline std::string deflateOwn(const std::string& text) {
     symbol < 226 ? out.addWord(symbol, 8) : out.addWord(226 + symbol, 9);
   };
   for (std::size_t i = 0; i < text.size();) {
-    if (i >= 1 && text.compare(i, 3, std::string(3, text[i - 1])) == 0) {
+    if (i >= 1 && text.compare(i, 258, std::string(258, text[i - 1])) == 0) {
+      addSymbol(285);     // a length of 258
+      out.addWord(0, 1);  // a distance of 1
+      i += 258;
+    } else if (i >= 1 && text.compare(i, 3, std::string(3, text[i - 1])) == 0) {
       addSymbol(257);     // a length of 3
       out.addWord(0, 1);  // a distance of 1
       i += 3;

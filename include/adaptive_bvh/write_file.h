@@ -1,0 +1,20 @@
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <string>
+
+namespace adaptive_bvh {
+
+/// Writes a file as a whole: `write` fills a new file in the same folder, which then takes the
+/// place and the permissions of the file at `path`. If anything fails, a full disk for example, the
+/// file that was there before stays as it was, and the new one is removed. A link to a file stays a
+/// link. What is no regular file, a pipe or a device, is written directly.
+///
+///     writeFile("hose.mesh", [&](std::ostream& out) { mesh.save(out); });
+///
+/// Throws std::system_error, whose `what()` names the path and the reason, when the file cannot be
+/// written; and what `write` throws, unless its stream has failed.
+void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write);
+
+}  // namespace adaptive_bvh
