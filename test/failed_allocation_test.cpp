@@ -18,30 +18,6 @@ namespace failed_allocation_test {
 using adaptive_bvh::DeformableMesh;
 using fcl::Transform3d;
 
-/// Numbers, with all their digits.
-class Text {
- public:
-  Text() { out_.precision(17); }
-  template <typename T>
-  Text& operator<<(const T& value) {
-    out_ << value << ' ';
-    return *this;
-  }
-  /// Of many points a sum of their bits.
-  template <typename S>
-  Text& operator<<(const std::vector<Vector3<S>>& points) {
-    *this << points.size();
-    std::size_t sum = 0;
-    for (const auto& p : points)
-      for (int k = 0; k < 3; ++k) sum = sum * 31 + std::hash<S>()(p[k]);
-    return *this << sum;
-  }
-  std::string text() const { return out_.str(); }
-
- private:
-  std::ostringstream out_;
-};
-
 template <typename S>
 class FailedMeshCall : public testing::Test {
  protected:

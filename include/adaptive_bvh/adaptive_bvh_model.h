@@ -305,17 +305,19 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
 
   using Columns = Eigen::Ref<const Eigen::Matrix<S, 3, Eigen::Dynamic>, 0, Eigen::OuterStride<3>>;
 
+  void clear();
   void repair() const;
-  void takeOverBuild();
+  void takeOverBuild(Base& built);
   int addPositions(bool two_frames, const Point* positions, std::size_t count);
   int endPositions(bool two_frames, bool refit);
+  int rebuild(bool two_frames);
+  bool step(StepKind kind, const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& take(const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& updateColumns(const Columns& positions);
   [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
   bool meshIsCurrent() const;
   void renewMesh();
-  void stepMesh(StepKind kind, const unsigned* indices, std::size_t count);
 
   std::unique_ptr<State> state_;
 };

@@ -122,7 +122,7 @@ struct ContactEvent {
 /// gets a new identity. A reused tracker allocates nothing once it has grown.
 class ContactTracker {
  public:
-  /// Matches the regions of the next step.
+  /// Matches the regions of the next step. If it throws std::bad_alloc, the tracker is as before.
   template <typename S>
   void track(const ContactRegions<S>& regions) {
     begin(regions.size());
@@ -164,11 +164,12 @@ class ContactTracker {
   void reportEnded();
 
   std::uint64_t last_id_ = 0;
-  std::vector<std::uint64_t> ids_, old_ids_;
-  std::vector<ContactEvent> events_;
-  std::vector<Use> uses_, old_uses_;
+  // Of the last step, and of the one that is being matched with it.
+  std::vector<std::uint64_t> ids_, next_ids_;
+  std::vector<ContactEvent> events_, next_events_;
+  std::vector<Use> uses_, next_uses_;
   std::vector<Share> shares_;
-  std::vector<char> is_continued_;  ///< by region of the step before
+  std::vector<char> is_continued_;  ///< by region of the last step
 };
 
 }  // namespace adaptive_bvh

@@ -78,7 +78,7 @@ from ._core import (
     winding_numbers,
 )
 
-_core.require_main_interpreter()
+_core._require_main_interpreter()
 __doc__ = _core.__doc__
 __all__ = [
     "BodyOptions",

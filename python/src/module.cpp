@@ -24,13 +24,10 @@
 namespace adaptive_bvh::python {
 namespace {
 
-/// pybind11's objects work in the main interpreter only: it takes the GIL by PyGILState_Ensure,
-/// which waits for ever in another one.
-bool isMainInterpreter() {
-  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return true;
-  PyErr_SetString(PyExc_ImportError, "adaptive_bvh does not work in a subinterpreter");
-  return false;
-}
+/// pybind11 works in the main interpreter only: it takes the GIL by PyGILState_Ensure, which waits
+/// for ever in another one.
+bool isMainInterpreter() { return PyInterpreterState_Get() == PyInterpreterState_Main(); }
+constexpr const char* kOtherInterpreter = "adaptive_bvh does not work in a subinterpreter";
 
 /// The protocols 0 and 1 make a pickled object of any class without its __new__, which pybind11
 /// answers by ending the process. So they get what protocol 2 gets: what a class says about itself,
@@ -80,8 +77,8 @@ PYBIND11_MODULE(_core, module) {
   bindMeshes(module);
   bindRecording(module);
   definePickling(module);
-  module.def("require_main_interpreter", [] {
-    if (!isMainInterpreter()) throw pybind11::error_already_set();
+  module.def("_require_main_interpreter", [] {
+    if (!isMainInterpreter()) throw pybind11::import_error(kOtherInterpreter);
   });
   module.attr("__name__") = name;
 }
@@ -89,7 +86,9 @@ PYBIND11_MODULE(_core, module) {
 #undef PyInit__core
 
 /// Called where no interpreter has imported the module before. Others get a copy of the module of
-/// the first one: they call require_main_interpreter.
+/// the first one: they call _require_main_interpreter.
 extern "C" PYBIND11_EXPORT PyObject* PyInit__core() {
-  return adaptive_bvh::python::isMainInterpreter() ? initCore() : nullptr;
+  if (adaptive_bvh::python::isMainInterpreter()) return initCore();
+  PyErr_SetString(PyExc_ImportError, adaptive_bvh::python::kOtherInterpreter);
+  return nullptr;
 }

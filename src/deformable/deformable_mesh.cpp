@@ -162,21 +162,23 @@ template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index count,
                                                    Eigen::Index stride, Eigen::Index component) {
   requireCount(static_cast<std::size_t>(count), state_->vertices.size());
-  takeStep<S>(*state_, *this, {data, stride, component}, false);
+  StepMemory<S> memory(*state_, StepOf::All);
+  takeStep<S>(*state_, *this, {data, stride, component}, false, memory);
   return state_->report;
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point* positions,
                                             std::size_t count) {
-  takeStep<S>(*state_, *this, indices, positions, count);
+  takeStep<S>(*state_, *this, indices, positions, count, {*state_, StepOf::Some});
   return state_->report;
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
   requireCount(count, state_->vertices.size());
-  takeStep<S>(*state_, *this, {reinterpret_cast<const S*>(positions)}, true);
+  StepMemory<S> memory(*state_, StepOf::TwoFrames);
+  takeStep<S>(*state_, *this, {reinterpret_cast<const S*>(positions)}, true, memory);
   return state_->report;
 }
 

@@ -16,18 +16,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// With fewer triangles, handing tasks to threads costs more than they gain.
-constexpr std::size_t kParallelTriangles = 50000;
-
 std::uint64_t newNumber() {
   static std::atomic<std::uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
-}
-
-template <typename S>
-TaskPool poolOf(const MeshState<S>& state) {
-  const bool is_large = state.topology->triangles.size() >= kParallelTriangles;
-  return TaskPool(is_large ? state.update_threads : 1);
 }
 
 template <typename S>
@@ -59,17 +50,6 @@ BodyCoordinates coordinatesOf(const MeshState<S>& state,
                                 4 * kSlack * static_cast<double>(geometry.aabb_radius));
 }
 
-/// The memory of a step that moves all vertices: from then on such a step throws nothing.
-template <typename S>
-struct StepMemory {
-  explicit StepMemory(MeshState<S>& state) : pool(poolOf(state)), squares(pool.size()) {
-    state.tree.reserve(pool);
-  }
-
-  const TaskPool pool;
-  PerThread<S> squares;
-};
-
 /// Writes the positions, and sets the radius of the ball around the middle that holds them.
 template <typename S>
 void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
@@ -97,18 +77,19 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
 /// What a step knows of its positions, before anything is written.
 template <typename S>
 VertexSummary<S> summaryOf(const MeshState<S>& state, const PositionArray<S>& positions,
-                           const TaskPool& pool) {
+                           StepMemory<S>& memory) {
   const fcl::Vector3<S>* const vertices = state.vertices.data();
-  PerThread<VertexSummary<S>> seen(pool.size());
+  const TaskPool& pool = memory.pool;
   pool.forEachPart(static_cast<int>(state.vertices.size()), pool.parts(),
                    [&](int begin, int end, int slot) {
                      positions.forEachRun(
                          std::size_t(begin), std::size_t(end),
                          [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
-                           seen[slot].add(points, vertices + first, count);
+                           memory.seen[slot].add(points, vertices + first, count);
                          });
                    });
-  return seen.sum([](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
+  return memory.seen.sum(
+      [](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
 }
 
 template <typename S>
@@ -125,7 +106,23 @@ void addTravel(MeshState<S>& state) {
   state.travel = rounding::sum(state.travel, state.report.largest_displacement);
 }
 
+/// With fewer triangles, handing tasks to threads costs more than they gain.
+template <typename S>
+int threadsOf(const MeshState<S>& state) {
+  constexpr std::size_t kParallelTriangles = 50000;
+  return state.topology->triangles.size() >= kParallelTriangles ? state.update_threads : 1;
+}
+
 }  // namespace
+
+template <typename S>
+StepMemory<S>::StepMemory(MeshState<S>& state, StepOf of)
+    : pool(threadsOf(state)), seen(pool.size()), squares(pool.size()) {
+  state.tree.reserve(pool);
+  if (of == StepOf::TwoFrames) state.previous.reserve(state.vertices.size());
+  if (of == StepOf::Some && state.moved.isEmpty())
+    state.moved = MovedLeaves(state.tree, state.vertices.size());
+}
 
 template <typename S>
 void requireUsable(const std::vector<fcl::Vector3<S>>& positions) {
@@ -177,20 +174,18 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
 
   const LocalBox<S> box(state.vertices.data(), state.vertices.size());
   setLocalBox(geometry, box.low, box.high);
-  StepMemory<S> memory(state);
+  StepMemory<S> memory(state, StepOf::All);
   writeAll(state, geometry, PositionArray<S>{state.vertices[0].data()}, memory);
   refit(state, geometry, memory.pool);
 }
 
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, bool two_frames) {
+              const PositionArray<S>& positions, bool two_frames, StepMemory<S>& memory) {
   Stopwatch watch;
   const std::size_t count = state.vertices.size();
-  StepMemory<S> memory(state);
-  const VertexSummary<S> seen = summaryOf(state, positions, memory.pool);
+  const VertexSummary<S> seen = summaryOf(state, positions, memory);
   if (!seen.isSurelyUsable()) requireUsable<S>(positions, count, [](std::size_t i) { return i; });
-  if (two_frames) state.previous.reserve(count);
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
@@ -235,7 +230,7 @@ void requireUsable(const MeshState<S>& state, const unsigned* indices,
 
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
-              const fcl::Vector3<S>* positions, std::size_t count) {
+              const fcl::Vector3<S>* positions, std::size_t count, const StepMemory<S>& memory) {
   Stopwatch watch;
   requireUsable(state, indices, positions, count);
   std::vector<fcl::Vector3<S>> aside;
@@ -243,8 +238,6 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const un
     aside.assign(positions, positions + count);
     positions = aside.data();
   }
-  if (state.moved.isEmpty()) state.moved = MovedLeaves(state.tree, state.vertices.size());
-  const StepMemory<S> memory(state);  // for the case that all is refitted
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
@@ -281,19 +274,20 @@ void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const un
   state.report.seconds = watch.lap();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, MeshState<S>&, \
-                      fcl::CollisionGeometry<S>&);                                             \
-  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                          \
-                                 const std::vector<fcl::Triangle>&);                           \
-  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                            \
-  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,             \
-                         const OrderedTree&, const fcl::Matrix3d*, MeshState<S>&,              \
-                         fcl::CollisionGeometry<S>&);                                          \
-  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&,   \
-                         bool);                                                                \
-  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const unsigned*,           \
-                         const fcl::Vector3<S>*, std::size_t);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                                \
+  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, MeshState<S>&,     \
+                      fcl::CollisionGeometry<S>&);                                                 \
+  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                              \
+                                 const std::vector<fcl::Triangle>&);                               \
+  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                                \
+  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,                 \
+                         const OrderedTree&, const fcl::Matrix3d*, MeshState<S>&,                  \
+                         fcl::CollisionGeometry<S>&);                                              \
+  template StepMemory<S>::StepMemory(MeshState<S>&, StepOf);                                       \
+  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&, bool, \
+                         StepMemory<S>&);                                                          \
+  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const unsigned*,               \
+                         const fcl::Vector3<S>*, std::size_t, const StepMemory<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -4,7 +4,9 @@
 
 #include <fcl/geometry/collision_geometry.h>
 
+#include "base/task_pool.h"
 #include "deformable/mesh_state.h"
+#include "mesh/vertex_summary.h"
 
 namespace adaptive_bvh {
 
@@ -54,16 +56,30 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
               const OrderedTree& order, const fcl::Matrix3d* axes, MeshState<S>& state,
               fcl::CollisionGeometry<S>& geometry);
 
+/// What a step gives positions of: all vertices, all with those before kept, or some.
+enum class StepOf { All, TwoFrames, Some };
+
+/// The memory of a step. All that a step allocates is allocated here; and all that it will ever
+/// write to in the state.
+template <typename S>
+struct StepMemory {
+  StepMemory(MeshState<S>& state, StepOf of);
+
+  const TaskPool pool;
+  PerThread<VertexSummary<S>> seen;
+  PerThread<S> squares;
+};
+
 /// A step of all vertices; `two_frames`: the present positions become those before. Throws where
-/// positions are not usable or there is no memory; nothing that can be seen has changed then.
-/// `geometry`: whose local box follows.
+/// positions are not usable; nothing that can be seen has changed then. Allocates nothing.
+/// `geometry`: whose local box follows. `memory` serves one step.
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, bool two_frames);
+              const PositionArray<S>& positions, bool two_frames, StepMemory<S>& memory);
 
-/// A step of some vertices, likewise.
+/// A step of some vertices, likewise; but positions that lie in the state are copied first.
 template <typename S>
 void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
-              const fcl::Vector3<S>* positions, std::size_t count);
+              const fcl::Vector3<S>* positions, std::size_t count, const StepMemory<S>& memory);
 
 }  // namespace adaptive_bvh

@@ -1,9 +1,13 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 
+#include <algorithm>
 #include <mutex>
+#include <new>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "deformable/mesh_step.h"
 #include "fcl/model_state.h"
 #include "fcl/position_errors.h"
 #include "volumes/fcl_build.h"
@@ -32,6 +36,46 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
     for (int k = 0; k < 3; ++k)
       if (model.tri_indices[t][k] >= count) return false;
   return usablePositions<typename BV::S>(model.vertices, count);
+}
+
+/// Calls call(), which returns one of FCL's codes; that for no memory if there is none.
+template <typename Call>
+int codeOf(const Call& call) {
+  try {
+    return call();
+  } catch (const std::bad_alloc&) {
+    return fcl::BVH_ERR_MODEL_OUT_OF_MEMORY;
+  }
+}
+
+/// Calls add(), one of FCL's, on a model that is being built. All is added or nothing.
+template <typename BV, typename Add>
+int addTo(fcl::BVHModel<BV>& model, const Add& add) {
+  if (!isBegun(model)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  const int vertices = model.num_vertices, triangles = model.num_tris;
+  const int code = codeOf(add);
+  if (code == fcl::BVH_OK) return code;
+  model.num_vertices = vertices;
+  model.num_tris = triangles;
+  return code;
+}
+
+/// A copy of it allocates nothing.
+template <typename BV>
+const fcl::BVHModel<BV>& emptyBase() {
+  static const fcl::BVHModel<BV> empty;
+  return empty;
+}
+
+/// Exchanges all that FCL's part of two models holds. Allocates nothing. FCL's model has no move,
+/// but a shallow assignment.
+template <typename BV>
+void swapBases(fcl::BVHModel<BV>& a, fcl::BVHModel<BV>& b) {
+  fcl::BVHModel<BV> between(emptyBase<BV>());
+  between = a;
+  a = b;
+  b = between;
+  between = emptyBase<BV>();
 }
 
 }  // namespace
@@ -64,7 +108,6 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& pol
   if (isBuilt(*this)) computeLocalAABB();
 }
 
-// FCL's model has no move, but a shallow assignment, which is what a move begins with.
 template <typename BV>
 AdaptiveBVHModel<BV>::AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept : AdaptiveBVHModel() {
   *this = std::move(other);
@@ -73,15 +116,22 @@ AdaptiveBVHModel<BV>::AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept : Adap
 template <typename BV>
 AdaptiveBVHModel<BV>& AdaptiveBVHModel<BV>::operator=(AdaptiveBVHModel&& other) noexcept {
   if (this == &other) return *this;
-  AdaptiveBVHModel old, empty;
-  Base &base = *this, &source = other, &old_base = old;
-  old_base = base;  // which frees it
-  base = source;
-  source = static_cast<const Base&>(empty);
-  old.state_.swap(state_);
+  swapBases<BV>(*this, other);
   state_.swap(other.state_);
-  other.state_.swap(empty.state_);
+  other.clear();
   return *this;
+}
+
+/// To the state of the default constructor. Allocates nothing.
+template <typename BV>
+void AdaptiveBVHModel<BV>::clear() {
+  Base empty(emptyBase<BV>());
+  empty.bv_fitter = sharedFitter<BV>();
+  empty.bv_splitter = sharedSplitter<BV>(HierarchyStrategy::BottomUp);
+  swapBases<BV>(*this, empty);
+  State& state = *state_;
+  state.~State();
+  new (&state) State();
 }
 
 template <typename BV>
@@ -97,29 +147,39 @@ int AdaptiveBVHModel<BV>::beginModel(int num_tris, int num_vertices) {
     delete[] this->tri_indices;
     this->vertices = nullptr;
     this->tri_indices = nullptr;
+    return codeOf([&] { return Base::beginModel(num_tris, num_vertices); });
   }
-  return Base::beginModel(num_tris, num_vertices);
+  // FCL frees the model before it allocates. What FCL leaves is an empty model, and this code.
+  return codeOf([&] {
+    Base empty(emptyBase<BV>());
+    empty.bv_splitter = this->bv_splitter;
+    empty.bv_fitter = this->bv_fitter;
+    fcl::CollisionGeometry<S>& geometry = empty;
+    geometry = *this;
+    swapBases<BV>(*this, empty);
+    return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  });
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addVertex(const Point& p) {
-  return isBegun(*this) ? Base::addVertex(p) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  return addTo(*this, [&] { return Base::addVertex(p); });
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addTriangle(const Point& p1, const Point& p2, const Point& p3) {
-  return isBegun(*this) ? Base::addTriangle(p1, p2, p3) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  return addTo(*this, [&] { return Base::addTriangle(p1, p2, p3); });
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addSubModel(const std::vector<Point>& ps,
                                       const std::vector<fcl::Triangle>& ts) {
-  return isBegun(*this) ? Base::addSubModel(ps, ts) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  return addTo(*this, [&] { return Base::addSubModel(ps, ts); });
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::addSubModel(const std::vector<Point>& ps) {
-  return isBegun(*this) ? Base::addSubModel(ps) : fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  return addTo(*this, [&] { return Base::addSubModel(ps); });
 }
 
 template <typename BV>
@@ -127,25 +187,36 @@ int AdaptiveBVHModel<BV>::endModel() {
   if (!isBegun(*this)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
   if (this->num_tris == 0 && this->num_vertices == 0) return fcl::BVH_ERR_BUILD_EMPTY_MODEL;
   if (!isUsable(*this)) return fcl::BVH_ERR_INCORRECT_DATA;
-  const int code = Base::endModel();
-  if (code == fcl::BVH_OK) takeOverBuild();
-  return code;
+  return codeOf([&] {
+    Base built(*this);  // with room for no more than there is
+    const int code = built.endModel();
+    if (code == fcl::BVH_OK) takeOverBuild(built);
+    return code;
+  });
 }
 
-/// Begins at the tree FCL just built. Its volumes are sound when our fitter made them.
+/// Takes over a model of FCL's that it has just built, and begins at its tree. Its volumes are
+/// sound when our fitter made them. Throws std::bad_alloc; this model then is what it was.
 template <typename BV>
-void AdaptiveBVHModel<BV>::takeOverBuild() {
+void AdaptiveBVHModel<BV>::takeOverBuild(Base& built) {
   State& state = *state_;
   state.tree.detector.invalidate();
+  swapBases<BV>(*this, built);
   const UpdateTarget<BV> target{*this, state.tree};
-  if (this->bv_fitter == sharedFitter<BV>())
-    adoptBuild(target, state.update);
-  else
-    repairIfChanged(target, state.update);
+  try {
+    if (this->bv_fitter == sharedFitter<BV>())
+      adoptBuild(target, state.update);
+    else
+      repairIfChanged(target, state.update);
+    if (state.mesh) renewMesh();
+  } catch (const std::bad_alloc&) {
+    state.tree.detector.invalidate();
+    swapBases<BV>(*this, built);
+    throw;
+  }
   state.report = UpdateReport();
   state.report.nodes = this->getNumBVs();
   state.report.resynchronised = true;
-  if (state.mesh) renewMesh();
 }
 
 // ---- new positions by FCL's calls ---------------------------------------------------------------
@@ -156,36 +227,51 @@ int AdaptiveBVHModel<BV>::addPositions(bool two_frames, const Point* positions, 
                             count);
 }
 
-/// Ends a step of FCL's calls. Without `refit` FCL builds a new tree.
+/// Builds a new tree, as FCL does, for the positions of a step of its calls.
+template <typename BV>
+int AdaptiveBVHModel<BV>::rebuild(bool two_frames) {
+  const std::vector<Point>& positions = state_->buffer.positions();
+  Base built(*this);
+  if (two_frames) {
+    // FCL would allocate it when it has two pointers to the present ones already.
+    if (!built.prev_vertices) built.prev_vertices = new Point[positions.size()];
+    built.beginUpdateModel();
+    built.updateSubModel(positions);
+    built.endUpdateModel(false, false);  // builds on the new positions, then fits both
+  } else {
+    built.beginReplaceModel();
+    built.replaceSubModel(positions);
+    built.endReplaceModel(false, false);
+  }
+  takeOverBuild(built);
+  if (two_frames) return fcl::BVH_OK;
+  std::copy(positions.begin(), positions.end(), built.vertices);  // their address stays
+  std::swap(this->vertices, built.vertices);
+  return fcl::BVH_OK;
+}
+
+/// Ends a step of FCL's calls.
 template <typename BV>
 int AdaptiveBVHModel<BV>::endPositions(bool two_frames, bool refit) {
   State& state = *state_;
   const StepKind kind = kindOf(two_frames);
-  const int code = state.buffer.end(kind, this->build_state, this->num_vertices);
+  int code = state.buffer.end(kind, this->build_state, this->num_vertices);
   if (code != fcl::BVH_OK) return code;
   const std::vector<Point>& positions = state.buffer.positions();
-  if (refit) {
-    takeStep<BV>({*this, state.tree}, state.update, state.policy,
-                 {kind, positions.data(), positions.size()}, state.report);
-    stepMesh(kind, nullptr, 0);
-    return code;
-  }
-  if (two_frames) {
-    Base::beginUpdateModel();
-    Base::updateSubModel(positions);
-    Base::endUpdateModel(false, false);  // builds on the new positions, then fits both
-  } else {
-    Base::beginReplaceModel();
-    Base::replaceSubModel(positions);
-    Base::endReplaceModel(false, false);
-  }
-  takeOverBuild();
+  code = codeOf([&]() -> int {
+    if (!refit) return rebuild(two_frames);
+    step(kind, positions.data(), positions.size(), nullptr);
+    return fcl::BVH_OK;
+  });
+  if (code != fcl::BVH_OK) state.buffer.reopen(this->build_state);
   return code;
 }
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginReplaceModel() {
-  return state_->buffer.begin(StepKind::Replace, this->build_state, this->num_vertices);
+  return codeOf([&] {
+    return state_->buffer.begin(StepKind::Replace, this->build_state, this->num_vertices);
+  });
 }
 
 template <typename BV>
@@ -211,7 +297,9 @@ int AdaptiveBVHModel<BV>::endReplaceModel(bool refit, bool) {
 
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginUpdateModel() {
-  return state_->buffer.begin(StepKind::TwoFrames, this->build_state, this->num_vertices);
+  return codeOf([&] {
+    return state_->buffer.begin(StepKind::TwoFrames, this->build_state, this->num_vertices);
+  });
 }
 
 template <typename BV>
@@ -237,17 +325,64 @@ int AdaptiveBVHModel<BV>::endUpdateModel(bool refit, bool) {
 
 // ---- new positions in one call ------------------------------------------------------------------
 
+namespace {
+
+/// Lets the mesh follow a step that the model has taken. `moved`: room for the positions of some.
+template <typename S>
+void stepMesh(DeformableMesh<S>& mesh, StepMemory<S>& memory, const StepInput<S>& input,
+              const fcl::Vector3<S>* vertices, std::vector<fcl::Vector3<S>>& moved) {
+  auto& state = const_cast<MeshState<S>&>(stateOf(mesh));
+  if (!input.indices)
+    return takeStep<S>(state, mesh, PositionArray<S>{vertices[0].data()},
+                       input.kind == StepKind::TwoFrames, memory);
+  // The positions that were given may have lain in the model's own arrays.
+  for (std::size_t i = 0; i < input.count; ++i) moved[i] = vertices[input.indices[i]];
+  takeStep<S>(state, mesh, input.indices, moved.data(), input.count, memory);
+}
+
+StepOf stepOf(StepKind kind, bool is_of_some) {
+  if (is_of_some) return StepOf::Some;
+  return kind == StepKind::TwoFrames ? StepOf::TwoFrames : StepOf::All;
+}
+
+}  // namespace
+
+/// A step of all vertices, or of some, and of the mesh if there is one. Returns false where a
+/// position cannot be used. Then, and when it throws std::bad_alloc, nothing has changed: all that
+/// the mesh needs is allocated before the model takes the step.
+template <typename BV>
+bool AdaptiveBVHModel<BV>::step(StepKind kind, const Point* positions, std::size_t count,
+                                const unsigned* indices) {
+  State& state = *state_;
+  const UpdateTarget<BV> target{*this, state.tree};
+  UpdateReport report;
+  report.resynchronised = repairIfChanged(target, state.update);
+  std::vector<Point> aside;  // of positions that may lie in the mesh
+  std::optional<StepMemory<S>> memory;
+  if (state.mesh) {
+    if (!meshIsCurrent()) {
+      aside.assign(positions, positions + count);
+      positions = aside.data();
+      renewMesh();
+    }
+    if (indices) state.moved.resize(count);
+    memory.emplace(const_cast<MeshState<S>&>(stateOf(*state.mesh)),
+                   stepOf(kind, indices != nullptr));
+  }
+  const StepInput<S> input{kind, positions, count, indices};
+  if (!takeStep<BV>(target, state.update, state.policy, input, report)) return false;
+  state.report = report;
+  if (!memory) return true;
+  stepMesh<S>(*state.mesh, *memory, input, this->vertices, state.moved);
+  state.mesh_adoption = state.tree.adoptions;
+  return true;
+}
+
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size_t count,
                                                const unsigned* indices) {
-  State& state = *state_;
-  UpdateReport report;
-  if (!takeStep<BV>({*this, state.tree}, state.update, state.policy,
-                    {StepKind::Replace, positions, count, indices}, report))
-    refuseCoordinate<S>(positions, indices);
-  state.report = report;
-  stepMesh(StepKind::Replace, indices, count);
-  return state.report;
+  if (!step(StepKind::Replace, positions, count, indices)) refuseCoordinate<S>(positions, indices);
+  return state_->report;
 }
 
 template <typename BV>
@@ -356,26 +491,6 @@ void AdaptiveBVHModel<BV>::renewMesh() {
   state.mesh_adoption = state.tree.adoptions;
 }
 
-/// Lets the mesh, if there is one, follow a step that the model has taken; `indices` as in `take`.
-template <typename BV>
-void AdaptiveBVHModel<BV>::stepMesh(StepKind kind, const unsigned* indices, std::size_t count) {
-  State& state = *state_;
-  if (!state.mesh) return;
-  const auto all = static_cast<std::size_t>(this->num_vertices);
-  if (!meshIsCurrent()) {
-    renewMesh();
-  } else if (kind == StepKind::TwoFrames) {
-    state.mesh->updateTwoFrames(this->vertices, all);
-  } else if (!indices) {
-    state.mesh->update(this->vertices, all);
-  } else {
-    // The positions that were given may have lain in the model's own arrays.
-    state.moved.resize(count);
-    for (std::size_t i = 0; i < count; ++i) state.moved[i] = this->vertices[indices[i]];
-    state.mesh->update(indices, state.moved.data(), count);
-  }
-}
-
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
 /// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. The
@@ -413,11 +528,18 @@ const RefitPolicy& AdaptiveBVHModel<BV>::refitPolicy() const {
 template <typename BV>
 void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   policy.check();
+  const RefitPolicy before = state_->policy;
   state_->policy = policy;
-  if (state_->update.propagation() == policy.propagation) return;
+  if (before.propagation == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
   state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
-  repair();
+  try {
+    repair();
+  } catch (const std::bad_alloc&) {
+    state_->policy = before;
+    state_->update.setPropagation(before.propagation);
+    throw;
+  }
 }
 
 template <typename BV>
@@ -478,6 +600,7 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
+  if (state_->tree.detector.isInvalidated()) repair();  // an update ran out of memory
   // Another thread's query may repair the tree meanwhile.
   const std::lock_guard<std::mutex> lock(state_->tree.repairing);
   if (!checkTree<BV>(*this, reason)) return false;

@@ -24,12 +24,12 @@ class StepBuffer {
     const bool ready = build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
                        (kind == StepKind::TwoFrames && build_state == fcl::BVH_BUILD_STATE_UPDATED);
     if (!ready) return fcl::BVH_ERR_BUILD_EMPTY_PREVIOUS_FRAME;
+    positions_.reserve(static_cast<std::size_t>(vertices));  // first: it may throw
     open_ = true;
     refused_ = false;
     kind_ = kind;
     resume_state_ = build_state;
     positions_.clear();
-    positions_.reserve(static_cast<std::size_t>(vertices));
     build_state = begun(kind);
     return fcl::BVH_OK;
   }
@@ -53,6 +53,12 @@ class StepBuffer {
     const bool missing = positions_.size() != static_cast<std::size_t>(vertices);
     open_ = missing && !refused_;
     return missing || refused_ ? fcl::BVH_ERR_INCORRECT_DATA : fcl::BVH_OK;
+  }
+
+  /// The step that `end` has just closed is complete, but cannot be taken over now.
+  void reopen(fcl::BVHBuildState& build_state) {
+    open_ = true;
+    build_state = begun(kind_);
   }
 
   /// Drops a step that is open, if any.

@@ -39,10 +39,15 @@ class Blob {
     std::copy(numbers.begin(), numbers.end(), out);
     return out;
   }
-  /// Takes back what the last call has appended, at `begin`.
+  /// Takes back what was appended from `begin` on.
   void takeBack(std::size_t begin) {
-    parts_.back().resize(parts_.back().size() - (size_ - begin));
-    size_ = begin;
+    while (size_ > begin) {
+      std::vector<std::uint8_t>& part = parts_.back();
+      const std::size_t bytes = std::min(part.size(), size_ - begin);
+      part.resize(part.size() - bytes);
+      size_ -= bytes;
+      if (size_ > begin) parts_.pop_back();
+    }
   }
 
   std::size_t size() const { return size_; }

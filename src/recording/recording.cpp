@@ -5,6 +5,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <new>
 #include <ostream>
 #include <stdexcept>
 #include <system_error>
@@ -30,19 +31,39 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
-/// A body of the run, and what the last frame has of it.
+/// What the last frame has of a body.
+struct LastFrame {
+  PointBlock positions;
+  json pose;
+  const VolumeRecord* volumes = nullptr;            ///< in the Blob
+  std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
+  UpdateReport update;
+};
+
+/// A body of the run.
 struct RecordedBody {
   std::unique_ptr<BodySource> source;  ///< none when the body was removed
   std::string name;
   int vertices = 0, triangles = 0;
   fcl::Transform3d pose;
   json description;  ///< what does not change over frames
+  LastFrame last;
+};
 
-  PointBlock positions;
-  json written_pose;
-  const VolumeRecord* volumes = nullptr;            ///< in the Blob
-  std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
-  UpdateReport update;
+/// Takes back what is appended to a Blob while it lives, unless that is to be kept.
+class BlobMark {
+ public:
+  explicit BlobMark(Blob& blob) : blob_(&blob), begin_(blob.size()) {}
+  ~BlobMark() {
+    if (blob_) blob_->takeBack(begin_);
+  }
+  BlobMark(const BlobMark&) = delete;
+  BlobMark& operator=(const BlobMark&) = delete;
+  void keep() { blob_ = nullptr; }
+
+ private:
+  Blob* blob_;
+  const std::size_t begin_;
 };
 
 /// A body that a followed scene has, and the recording not yet.
@@ -233,6 +254,7 @@ struct Recording::State {
   std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
   json record(RecordedBody& body);
   void recordVolumes(RecordedBody& body, bool updated);
+  std::string textOfFrame(const FrameResults& results);
   std::string runAsJson() const;
   void requireBody(const char* call, int body) const;  ///< throws when it is not there
 };
@@ -250,34 +272,34 @@ std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& co
 json Recording::State::record(RecordedBody& body) {
   if (!body.source) return nullptr;
   json now;
-  if (!body.source->isFixed() || body.positions.count == 0) {
+  if (!body.source->isFixed() || body.last.positions.count == 0) {
     const PointBlock positions = body.source->appendPositions(blob);
-    if (positions == body.positions)
+    if (positions == body.last.positions)
       blob.takeBack(positions.begin);
     else
-      now["positions"] = asJson(body.positions = positions);
+      now["positions"] = asJson(body.last.positions = positions);
   }
   json pose = asJson(body.pose);
-  if (pose != body.written_pose) now["pose"] = body.written_pose = std::move(pose);
+  if (pose != body.last.pose) now["pose"] = body.last.pose = std::move(pose);
 
   const UpdateReport update = body.source->lastUpdate();
-  const bool updated = isNew(update, body.update);
-  if (updated) now["update"] = asJson(body.update = update);
+  const bool updated = isNew(update, body.last.update);
+  if (updated) now["update"] = asJson(body.last.update = update);
   if (options.volume_depth >= 0) recordVolumes(body, updated);
-  now["volumes"] = {body.volumes_begin, body.volume_count};
+  now["volumes"] = {body.last.volumes_begin, body.last.volume_count};
   return now;
 }
 
 void Recording::State::recordVolumes(RecordedBody& body, bool updated) {
   const std::vector<VolumeRecord> volumes = body.source->volumes(
-      {options.volume_depth, updated, options.deeper_refits}, body.positions.low);
+      {options.volume_depth, updated, options.deeper_refits}, body.last.positions.low);
   const std::size_t bytes = volumes.size() * sizeof(VolumeRecord);
-  if (volumes.size() == body.volume_count &&
-      (bytes == 0 || std::memcmp(volumes.data(), body.volumes, bytes) == 0))
+  if (volumes.size() == body.last.volume_count &&
+      (bytes == 0 || std::memcmp(volumes.data(), body.last.volumes, bytes) == 0))
     return;
-  body.volume_count = volumes.size();
-  body.volumes_begin = blob.size();
-  body.volumes = blob.append(volumes);
+  body.last.volume_count = volumes.size();
+  body.last.volumes_begin = blob.size();
+  body.last.volumes = blob.append(volumes);
 }
 
 std::string Recording::State::runAsJson() const {
@@ -320,6 +342,7 @@ int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& t
       refuse("add", "a triangle of '" + name + "' names a missing vertex");
 
   const bool small = vertices <= std::numeric_limits<std::uint16_t>::max();
+  BlobMark mark(state_->blob);
   const json description = {{"name", name},
                             {"vertices", vertices},
                             {"triangles", triangles},
@@ -335,6 +358,7 @@ int Recording::add(std::unique_ptr<BodySource> source, const fcl::Transform3d& t
   body.pose = tf;
   body.description = description;
   state_->bodies.push_back(std::move(body));
+  mark.keep();
   return bodies() - 1;
 }
 
@@ -363,8 +387,8 @@ void Recording::remove(int body) {
 template <typename S>
 void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
   if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
-  const auto read_scene = [&scene, name](Recording& recording) {
-    // First what may throw: sources and names of new bodies.
+  std::function<void(Recording&)> read_scene = [&scene, name](Recording& recording) {
+    // First what may throw: new bodies.
     State& run = *recording.state_;
     std::vector<NewBody> added;
     for (const BodyId id : scene.bodies()) {
@@ -373,6 +397,18 @@ void Recording::follow(const Scene<S>& scene, const std::function<std::string(Bo
       if (source->triangleCount() == 0) continue;  // an octree without occupied cells
       added.push_back({id, std::move(source), name ? name(id) : "body " + std::to_string(id)});
     }
+    std::map<BodyId, int> numbers;
+    BlobMark mark(run.blob);
+    const std::size_t count = run.bodies.size();
+    try {
+      for (NewBody& body : added)
+        numbers[body.id] = recording.add(
+            std::move(body.source), scene.transform(body.id).template cast<double>(), body.name);
+    } catch (const std::bad_alloc&) {
+      while (run.bodies.size() > count) run.bodies.pop_back();
+      throw;
+    }
+    mark.keep();
     for (auto known = run.numbers.begin(); known != run.numbers.end();) {
       const auto [id, number] = *known;
       if (scene.contains(id)) {
@@ -383,12 +419,10 @@ void Recording::follow(const Scene<S>& scene, const std::function<std::string(Bo
         known = run.numbers.erase(known);
       }
     }
-    for (NewBody& body : added)
-      run.numbers[body.id] = recording.add(
-          std::move(body.source), scene.transform(body.id).template cast<double>(), body.name);
+    run.numbers.merge(numbers);
   };
   read_scene(*this);
-  state_->read_scene = read_scene;
+  state_->read_scene = std::move(read_scene);
 }
 
 int Recording::bodyOf(BodyId id) {
@@ -407,17 +441,31 @@ void Recording::frame(const FrameResults& results) {
     if (body.source) checkCounts(body);
   checkResults(results, run.bodies);
 
-  json frame = resultsOf(results, run.blob);
-  for (RecordedBody& body : run.bodies) frame["bodies"].push_back(run.record(body));
+  std::vector<LastFrame> before;
+  for (const RecordedBody& body : run.bodies) before.push_back(body.last);
+  BlobMark mark(run.blob);
+  try {
+    run.frames += run.textOfFrame(results);
+  } catch (const std::bad_alloc&) {
+    for (std::size_t i = 0; i < before.size(); ++i) std::swap(run.bodies[i].last, before[i]);
+    throw;
+  }
+  mark.keep();
+  ++run.frame_count;
+}
+
+/// A frame as JSON, behind a comma unless it is the first.
+std::string Recording::State::textOfFrame(const FrameResults& results) {
+  json frame = resultsOf(results, blob);
+  for (RecordedBody& body : bodies) frame["bodies"].push_back(record(body));
   const auto at = [&frame](int body) -> json& {
     return frame["bodies"][static_cast<std::size_t>(body)];
   };
   for (const VertexValues& clearance : results.clearance)
-    at(clearance.body)["clearance"] = appendClearance(clearance.values, run.blob);
+    at(clearance.body)["clearance"] = appendClearance(clearance.values, blob);
   for (const TrianglePatches& patches : results.patches)
-    at(patches.body)["patches"] = appendPatches(patches, run.blob);
-  if (run.frame_count++ > 0) run.frames += ',';
-  run.frames += textOf(frame);
+    at(patches.body)["patches"] = appendPatches(patches, blob);
+  return (frame_count > 0 ? "," : "") + textOf(frame);
 }
 
 int Recording::bodies() const { return static_cast<int>(state_->bodies.size()); }

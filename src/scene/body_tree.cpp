@@ -12,7 +12,7 @@ void BodyTree::clear() { corners_.clear(); }
 
 void BodyTree::update(const std::vector<WorldBox>& boxes) {
   constexpr double kWorse = 1.5;
-  const bool is_new = boxes.size() != size();
+  const bool is_new = boxes.size() != built_count_;
   corners_.clear();
   for (const WorldBox& box : boxes) {
     corners_.push_back(box.low);
@@ -24,6 +24,7 @@ void BodyTree::update(const std::vector<WorldBox>& boxes) {
 
 void BodyTree::build() {
   const auto count = static_cast<unsigned>(size());
+  built_count_ = 0;  // until it is built
   std::vector<fcl::Triangle> triangles;
   for (std::size_t i = 0; i < count; ++i) triangles.emplace_back(2 * i, 2 * i + 1, 2 * i + 1);
   const MeshView<double> mesh{corners_.data(), nullptr, triangles.data()};
@@ -33,6 +34,7 @@ void BodyTree::build() {
   tree_ = WideTree(order, std::move(leaves));
   refit();
   built_cost_ = cost();
+  built_count_ = count;
 }
 
 /// Along the axes of the world, about the middle of all boxes.

@@ -17,7 +17,7 @@ class BodyTree {
  public:
   /// Takes over the boxes, which are bounded, and at least one. Builds the tree anew when it has
   /// another number of bodies, or has become so much worse that its boxes are half as large again
-  /// as when it was built; else only refits it.
+  /// as when it was built; else only refits it. After std::bad_alloc it is to be updated again.
   void update(const std::vector<WorldBox>& boxes);
   void clear();
 
@@ -44,6 +44,7 @@ class BodyTree {
 
   std::vector<fcl::Vector3d> corners_;  ///< of each body the lowest and the highest
   WideTree tree_;
+  std::size_t built_count_ = 0;  ///< of bodies that `tree_` is of
   double built_cost_ = 0;
 };
 

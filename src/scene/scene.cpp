@@ -151,6 +151,7 @@ void Scene<S>::unignore(BodyId first, BodyId second) {
 template <typename S>
 void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
   for (const BodyId body : chain) state_->placeOf(body);
+  state_->ignored.reserve(state_->ignored.size() + chain.size());  // so all of it or nothing
   for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
 }
 template <typename S>
@@ -175,10 +176,11 @@ constexpr std::size_t kParallelBodies = 64;
 template <typename S>
 void Scene<S>::update() {
   State& state = *state_;
+  const TaskPool pool(state.bodies.size() >= kParallelBodies ? state.threads : 1);
+  state.is_current = false;  // until all of it is done: what follows may throw std::bad_alloc
   state.in_tree.clear();
   state.unbounded.clear();
   state.boxes.clear();
-  const TaskPool pool(state.bodies.size() >= kParallelBodies ? state.threads : 1);
   pool.forEachPart(static_cast<int>(state.bodies.size()), pool.parts(), [&](int i, int end, int) {
     for (; i < end; ++i) bound(state.bodies[static_cast<std::size_t>(i)]);
   });

@@ -173,6 +173,7 @@ class ChangeDetector {
 
   /// From now on no root matches, until the next `record`.
   void invalidate() { store(recorded_, false); }
+  bool isInvalidated() const { return !load(recorded_); }
 
  private:
   static const S& number(const BV& bv, int i) { return V::number(const_cast<BV&>(bv), i); }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -13,16 +15,24 @@ namespace {
 /// With fewer primitives, handing tasks to threads costs more than they gain.
 constexpr int kParallelPrimitives = 50000;
 
-/// Makes `vertices` the array to write the new positions to.
+/// What openStep needs for the first of two frames; null for other steps.
 template <typename BV>
-void openStep(fcl::BVHModel<BV>& model, StepKind kind) {
+std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>& model,
+                                                         StepKind kind) {
   using Point = fcl::Vector3<typename BV::S>;
+  if (kind == StepKind::Replace || model.prev_vertices) return nullptr;
+  return std::unique_ptr<Point[]>(new Point[static_cast<std::size_t>(model.num_vertices)]);
+}
+
+/// Makes `vertices` the array to write the new positions to.
+template <typename BV, typename Frame>
+void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
   if (kind == StepKind::Replace) {
     delete[] model.prev_vertices;
     model.prev_vertices = nullptr;
     model.build_state = fcl::BVH_BUILD_STATE_PROCESSED;
   } else {
-    if (!model.prev_vertices) model.prev_vertices = new Point[model.num_vertices];
+    if (!model.prev_vertices) model.prev_vertices = new_frame.release();
     std::swap(model.vertices, model.prev_vertices);
     model.build_state = fcl::BVH_BUILD_STATE_UPDATED;
   }
@@ -51,11 +61,36 @@ bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Sc
   return method.isInRange();
 }
 
+/// Moves volumes and refits what is unfit, after the positions are written. Returns false where the
+/// volumes cannot follow.
+template <typename BV, typename Scope>
+bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
+                     const typename Scope::Summary& seen, UpdateReport& report, Stopwatch& watch) {
+  if (!moveVolumes(target, scope, seen, report)) return false;
+  report.propagation_seconds = watch.lap();
+  const auto refits = scope.refit();
+  report.refitted_leaves = refits.leaves;
+  report.refitted_inner = refits.inner;
+  report.refitted_primitives = refits.primitives;
+  recordRoot(target, scope.method(), refits.root);
+  return true;
+}
+
+/// Lets all that is kept begin anew at the positions as they are. Where there is no memory for
+/// that, whoever reads the tree next does so: no root matches until then.
+template <typename BV>
+void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  target.tree.detector.invalidate();
+  try {
+    repairIfChanged(target, state);
+  } catch (const std::bad_alloc&) {
+  }
+}
+
 /// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
 template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
-  auto& method = scope.method();
   const bool repaired = report.resynchronised;  // and every volume recomputed
   if (scope.isAtRest()) {
     if (!repaired) target.tree.refits.clear();
@@ -63,7 +98,14 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
     report.displacement_seconds = watch.lap();
     return true;
   }
-  const auto seen = scope.read();
+  typename Scope::Summary seen;
+  auto new_frame = newFrame(target.model, input.kind);
+  try {
+    seen = scope.read();
+  } catch (const std::bad_alloc&) {
+    scope.discard();
+    throw;
+  }
   if (!seen.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
     scope.discard();
     return false;
@@ -71,20 +113,17 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   report.largest_displacement = static_cast<double>(seen.largestDisplacement());
 
   if (!repaired) target.tree.refits.clear();
-  openStep(target.model, input.kind);
+  openStep(target.model, input.kind, std::move(new_frame));
   scope.write(seen);
   report.displacement_seconds = watch.lap();
-  const bool followed = moveVolumes(target, scope, seen, report);
-  report.propagation_seconds = watch.lap();
-  if (followed) {
-    const auto refits = scope.refit();
-    report.refitted_leaves = refits.leaves;
-    report.refitted_inner = refits.inner;
-    report.refitted_primitives = refits.primitives;
-    recordRoot(target, method, refits.root);
-  } else {
-    target.tree.detector.invalidate();
-    report.resynchronised = repairIfChanged(target, state);
+  bool followed = false;
+  try {
+    followed = followPositions(target, scope, seen, report, watch);
+  } catch (const std::bad_alloc&) {  // in the middle of a refit; the positions are written
+  }
+  if (!followed) {
+    beginAnew(target, state);
+    report.resynchronised = true;
   }
   target.tree.statistics.clear();
   report.refit_seconds = watch.lap();
@@ -136,10 +175,11 @@ template <typename BV, typename Method>
 bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
             const RefitPolicy& policy, StepInput<typename BV::S> input, UpdateReport& report) {
   Stopwatch watch;
+  const bool repaired = report.resynchronised;
   report = UpdateReport();
   report.nodes = target.nodes();
   // Before the step: displacements count from the positions that the volumes hold.
-  report.resynchronised = repairIfChanged(target, state);
+  report.resynchronised = repairIfChanged(target, state) || repaired;
   std::vector<fcl::Vector3<typename BV::S>> aside;
   input.positions = outsideOwnArrays(target.model, input, aside);
   return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)

@@ -33,6 +33,11 @@ struct UpdateState {
 /// the cost is in proportion to the nodes above those vertices. Returns false, and changes nothing,
 /// if a position is not finite or too large.
 ///
+/// May throw std::bad_alloc before it writes a position: nothing that can be seen has changed then.
+/// Where there is no memory later, for a fit, the step takes place, and all volumes are recomputed:
+/// at once, or at the latest when the tree is read next. `report.resynchronised` says so; the
+/// caller sets it before if it has repaired the tree.
+///
 /// Allocates nothing, but for `prev_vertices` in the first of two frames, on the first call with
 /// indices, and on more than one thread.
 template <typename BV>

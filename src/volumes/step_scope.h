@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "base/task_pool.h"
 #include "mesh/vertex_summary.h"
@@ -20,7 +21,12 @@ class AllVertices {
 
   AllVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
               const StepInput<S>& input, TaskPool& pool)
-      : target_(target), method_(method), policy_(policy), input_(input), pool_(pool) {}
+      : target_(target),
+        method_(method),
+        policy_(policy),
+        input_(input),
+        pool_(pool),
+        squared_(pool.size()) {}
 
   Method& method() const { return method_; }
 
@@ -46,16 +52,15 @@ class AllVertices {
   /// Also the local bounds.
   void write(const VertexSummary<S>& seen) {
     setLocalBox<S>(target_.model, seen.low, seen.high);
-    PerThread<S> squared(pool_.size());
     pool_.forEachPart(
         target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
           const S found =
               copyPoints(input_.positions + first, static_cast<std::size_t>(last - first),
                          target_.model.aabb_center, target_.model.vertices + first);
-          squared[thread] = std::max(squared[thread], found);
+          squared_[thread] = std::max(squared_[thread], found);
         });
     target_.model.aabb_radius =
-        std::sqrt(squared.sum([](S& all, S some) { all = std::max(all, some); }));
+        std::sqrt(squared_.sum([](S& all, S some) { all = std::max(all, some); }));
   }
 
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
@@ -95,6 +100,7 @@ class AllVertices {
   const RefitPolicy& policy_;
   const StepInput<S>& input_;
   TaskPool& pool_;
+  PerThread<S> squared_;  ///< made before the first position is written
 };
 
 /// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
@@ -119,8 +125,10 @@ class SomeVertices {
 
   Summary read() {
     if (leaves_.empty()) {
-      leaves_.adopt(target_.tree.topology, target_.model.num_vertices);
+      VertexLeafMap leaves;
+      leaves.adopt(target_.tree.topology, target_.model.num_vertices);
       resetDirty();
+      leaves_ = std::move(leaves);
     }
     method_.begin(target_, input_);
     return method_.readSome(target_, input_, leaves_, [&](unsigned v, const Point& to) {
@@ -131,7 +139,7 @@ class SomeVertices {
 
   void discard() {
     method_.discard();
-    resetDirty();
+    if (!leaves_.empty()) resetDirty();
   }
   static bool isAtRest() { return false; }
 

@@ -1,6 +1,7 @@
 #include "volumes/translation_propagation.h"
 
 #include <algorithm>
+#include <new>
 
 #include "volumes/motion_rule.h"
 #include "volumes/post_order.h"
@@ -87,14 +88,17 @@ template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV>& target,
                                                            const RefitPolicy& policy,
                                                            TaskPool& pool) {
-  if (pool.size() > 1) return propagateSubtrees<kMarks>(target, policy, pool);
+  if (pool.size() > 1) try {
+      return propagateSubtrees<kMarks>(target, policy, pool);
+    } catch (const std::bad_alloc&) {  // for its lists: nothing was moved yet
+    }
   RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
                              target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
 
-/// First below every subtree's root, on any thread; then the rest.
+/// First below every subtree's root, on any thread; then the rest. Allocates before it moves any.
 template <typename BV>
 template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,

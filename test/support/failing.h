@@ -1,13 +1,41 @@
 #pragma once
 
+#include <functional>
 #include <new>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "support/allocations.h"
+#include "support/meshes.h"
 
 namespace adaptive_bvh_test {
+
+/// Numbers, with all their digits.
+class Text {
+ public:
+  Text() { out_.precision(17); }
+  template <typename T>
+  Text& operator<<(const T& value) {
+    out_ << value << ' ';
+    return *this;
+  }
+  /// Of many points a sum of their bits.
+  template <typename S>
+  Text& operator<<(const std::vector<Vector3<S>>& points) {
+    *this << points.size();
+    std::size_t sum = 0;
+    for (const auto& p : points)
+      for (int k = 0; k < 3; ++k) sum = sum * 31 + std::hash<S>()(p[k]);
+    return *this << sum;
+  }
+  std::string text() const { return out_.str(); }
+
+ private:
+  std::ostringstream out_;
+};
 
 /// Lets the first, the second, ... allocation of call(subject) fail, until there are no more. A
 /// subject of `make` is there for each. `stateOf(subject)` describes all that can be seen of one.
