@@ -30,6 +30,7 @@ NearestPair<S>::NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& sec
       request_(query.request),
       result_(query.result),
       to_first_(first.tf, second.tf),
+      boxes_(first, second, to_first_),
       triangles_(first.mesh.vertices.data(), second.mesh.vertices.data(), to_first_),
       rounding_(roundingOf(to_first_.T, first, second)) {
   setLimit();
@@ -41,6 +42,15 @@ void NearestPair<S>::setLimit() {
   const auto least = static_cast<double>(result_.min_distance);
   limit_ = std::max(least - static_cast<double>(request_.abs_err),
                     least / (1 + static_cast<double>(request_.rel_err)));
+}
+
+/// Measures along the line between two points, the bodies as a whole first.
+template <typename S>
+void NearestPair<S>::lookAlong(const PointPair<double>& points) {
+  triangles_.lookAlong(points.first, points.second);
+  const auto& line = triangles_.line();
+  raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
+             boxes_.reach2(line.to, -line.along2));
 }
 
 template <typename S>
@@ -58,7 +68,7 @@ void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle
   }
   improved_ = true;
   setLimit();
-  triangles_.lookAlong(gap.points.first, gap.points.second);
+  lookAlong(gap.points);
 }
 
 template <typename S>
@@ -72,7 +82,7 @@ void NearestPair<S>::addWitness(int triangle1, int triangle2) {
   if (distanceAs<S>(gap.distance) < result_.min_distance)
     improve(gap, triangle1, triangle2);
   else
-    triangles_.lookAlong(gap.points.first, gap.points.second);
+    lookAlong(gap.points);
 }
 
 template <typename S>
@@ -99,6 +109,7 @@ void NearestPair<S>::test(unsigned open, const TriangleBlock& block, double unit
 template <typename S>
 void NearestPair<S>::testPair(const Int4& first, const Int4& second, double bound, double slack) {
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
+  ++triangle_tests_;
   if (bound + slack >= limit_) {
     const double limit = limitWithinRounding();
     if (triangles_.separation(a, b) >= limit || triangles_.separationNearby(a, b, limit) >= limit)

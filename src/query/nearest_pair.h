@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "query/local_boxes.h"
 #include "query/placed_mesh.h"
 #include "query/triangle_separation.h"
 #include "triangles/triangle_block.h"
@@ -24,8 +25,13 @@ class NearestPair {
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
 
-  /// The distance is 0, so nothing can be nearer; or small enough.
-  bool isDone() const { return result_.min_distance <= enough_; }
+  /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
+  bool isDone() const {
+    return result_.min_distance <= enough_ || least_ >= limitWithinRounding();
+  }
+  /// The distance of the meshes is not less than that, but for rounding.
+  void raiseLeast(double bound) { least_ = std::max(least_, bound); }
+  const LocalBoxes<S>& boxes() const { return boxes_; }
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
@@ -44,9 +50,12 @@ class NearestPair {
 
   /// Whether the result has changed.
   bool isImproved() const { return improved_; }
+  /// How many pairs of triangles were tested in double precision.
+  long triangleTests() const { return triangle_tests_; }
 
  private:
   void setLimit();
+  void lookAlong(const PointPair<double>& points);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   void testPair(const Int4& first, const Int4& second, double bound, double slack);
 
@@ -54,11 +63,14 @@ class NearestPair {
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
   const RelativePlacement to_first_;
+  const LocalBoxes<S> boxes_;
   TriangleSeparation<S> triangles_;
   const double rounding_;  ///< of the distance of two triangles
   double limit_ = 0;
+  double least_ = 0;  ///< a lower bound of the distance
   S enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false;
+  long triangle_tests_ = 0;
 };
 
 extern template class NearestPair<float>;

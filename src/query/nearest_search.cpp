@@ -26,6 +26,8 @@ bool isFar(const TreePair<S>& trees) {
   return trees.frame().t().template lpNorm<1>() > (1 << 10);
 }
 
+constexpr long kView = 256;  ///< so many tests of boxes before it
+
 }  // namespace
 
 /// The thread's, which stays.
@@ -47,7 +49,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
       nodes2_(trees_.second().nodes()),
-      supports_first_(supports_first || isFar(trees_)),
+      supports_first_(supports_first),
       is_same_(trees_.frame().isSame()),
       memory_(Memory::ofThisThread()),
       open_(memory_.open),
@@ -59,6 +61,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
+  next_view_ = isFar(trees_) ? 0 : kView;
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -69,6 +72,10 @@ void NearestSearch<S>::setLimit() {
   limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
   direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
   blocks_.lookAlong(vectors::all(direction_));
+  if (has_view_) {
+    view_.setLimit(nearest_.limitWithinRounding());
+    limit2_ = view_.largestKey();
+  }
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
 
@@ -79,6 +86,7 @@ void NearestSearch<S>::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= next_view_) tryBoxes();
     if (box_tests_ >= next_alignment_) align();
     if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
       trySupports();
@@ -105,15 +113,44 @@ void NearestSearch<S>::align() {
   if (before >= 0) setLimit();
 }
 
+/// From here on looks at boxes along a line.
+template <typename S>
+void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1,
+                                 double reach2) {
+  view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
+  has_view_ = true;
+  next_alignment_ = next_view_ = std::numeric_limits<long>::max();
+  nearest_.raiseLeast(view_.gap());
+  for (Pair& pair : open_) pair.gap = -1;  // in other units
+  limit_ = -1;
+  setLimit();
+}
+
+/// Looks along the line between the local boxes of the meshes, which may separate them.
+template <typename S>
+void NearestSearch<S>::tryBoxes() {
+  next_view_ = std::numeric_limits<long>::max();
+  if (!trees_.frame().isInRange()) return;
+  const LocalBoxes<S>& boxes = nearest_.boxes();
+  typename TriangleSeparation<S>::Line line;
+  line.along1 = boxes.line();
+  if (line.along1 == fcl::Vector3d::Zero()) return;
+  line.along2 = trees_.toFirst().R.transpose() * line.along1;
+  line.from = boxes.middle1();
+  line.to = boxes.middle2();
+  lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
+}
+
 /// Returns the cost of supports of the parts of both meshes that may be nearer than the limit.
 template <typename S>
 long NearestSearch<S>::setSupportParts() {
+  Gaps4x4 gaps;
   const auto near1 = [&](int node) -> unsigned {
-    const unsigned pairs = squaredGaps(nodes1_[node].boxes, secondBoxes(0)).below(limit2_);
+    const unsigned pairs = nearBoxes(node, 0, gaps);
     return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
   };
   const auto near2 = [&](int node) -> unsigned {
-    const unsigned pairs = squaredGaps(nodes1_[0].boxes, secondBoxes(node)).below(limit2_);
+    const unsigned pairs = nearBoxes(0, node, gaps);
     unsigned lanes = 0;
     for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
     return lanes;
@@ -125,13 +162,13 @@ long NearestSearch<S>::setSupportParts() {
 /// separated many pairs of nodes.
 template <typename S>
 void NearestSearch<S>::trySupports() {
-  if (has_supports_ && !supportsPaid()) {
+  if (has_supports_ && !has_view_ && !supportsPaid()) {
     next_supports_ = std::numeric_limits<long>::max();
     return;
   }
   const long cost = setSupportParts();
-  const auto isApart = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
-  open_.erase(std::remove_if(open_.begin(), open_.end(), isApart), open_.end());
+  const auto isLeftOut = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
   if (cost > box_tests_ && !supports_first_) {
     next_supports_ = cost;
     return;
@@ -140,8 +177,22 @@ void NearestSearch<S>::trySupports() {
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
-  limit_ = -1;
-  setLimit();
+  if (has_view_ || isApart()) {
+    const auto& line = nearest_.triangles().line();
+    lookAlong(line, line_.reach1(), line_.reach2());
+  } else {
+    limit_ = -1;
+    setLimit();
+  }
+}
+
+/// Whether the distance is not small beside the smaller body: then what is between nodes across the
+/// line counts as well.
+template <typename S>
+bool NearestSearch<S>::isApart() const {
+  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
+  return trees_.frame().isInRange() &&
+         limit_ > 0.5 * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
 }
 
 template <typename S>
@@ -154,16 +205,29 @@ const Boxes4& NearestSearch<S>::secondBoxes(int node) {
   return turned_;
 }
 
+/// Which boxes of two nodes are near, by themselves.
+template <typename S>
+unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
+  if (has_view_) return view_.near(first, second, nullptr, gaps);
+  gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
+  return gaps.below(limit2_);
+}
+
 template <typename S>
 void NearestSearch<S>::visit(const Pair& pair) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
-  const Gaps4x4 gaps = squaredGaps(a.boxes, secondBoxes(pair.second));
+  Gaps4x4 gaps;
   box_tests_ += a.count * b.count;
-  unsigned open = gaps.below(limit2_);
-  if (has_supports_ && open) {
-    open &= ~line_.apart(pair.first, pair.second);
-    ++near_pairs_;
-    apart_pairs_ += !open;
+  unsigned open;
+  if (has_view_) {
+    open = view_.near(pair.first, pair.second, has_supports_ ? &line_ : nullptr, gaps);
+  } else {
+    open = nearBoxes(pair.first, pair.second, gaps);
+    if (has_supports_ && open) {
+      open &= ~line_.apart(pair.first, pair.second);
+      ++near_pairs_;
+      apart_pairs_ += !open;
+    }
   }
   if (!open) return;
   if (a.isLeaf() && b.isLeaf())
