@@ -44,10 +44,13 @@ void NearestPair<S>::setLimit() {
                     least / (1 + static_cast<double>(request_.rel_err)));
 }
 
-/// Measures along the line between two points, the bodies as a whole first.
+/// Measures along the line between the nearest points of two triangles, the bodies as a whole first.
+/// Rounding turns that line where the points are near each other, or very far apart; so where a
+/// normal separates the triangles as well, that is taken: it is exact for all of a flat face.
 template <typename S>
-void NearestPair<S>::lookAlong(const PointPair<double>& points) {
-  triangles_.lookAlong(points.first, points.second);
+void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
+                               const VertexIndices& b) {
+  triangles_.lookAlong(gap.points, a, b, gap.distance - rounding_);
   const auto& line = triangles_.line();
   raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
              boxes_.reach2(line.to, -line.along2));
@@ -68,7 +71,6 @@ void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle
   }
   improved_ = true;
   setLimit();
-  lookAlong(gap.points);
 }
 
 template <typename S>
@@ -76,13 +78,11 @@ void NearestPair<S>::addWitness(int triangle1, int triangle2) {
   if (triangle1 < 0 || triangle1 >= first_.mesh.numTriangles() || triangle2 < 0 ||
       triangle2 >= second_.mesh.numTriangles())
     return;
-  const TriangleGap gap =
-      triangles_.gap(first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
-                     second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2)));
-  if (distanceAs<S>(gap.distance) < result_.min_distance)
-    improve(gap, triangle1, triangle2);
-  else
-    lookAlong(gap.points);
+  const VertexIndices a = first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
+                      b = second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2));
+  const TriangleGap gap = triangles_.gap(a, b);
+  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, triangle1, triangle2);
+  lookAlong(gap, a, b);
 }
 
 template <typename S>
@@ -116,7 +116,29 @@ void NearestPair<S>::testPair(const Int4& first, const Int4& second, double boun
       return;
   }
   const TriangleGap gap = triangles_.gap(a, b);
-  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, first[3], second[3]);
+  if (!(distanceAs<S>(gap.distance) < result_.min_distance)) return;
+  improve(gap, first[3], second[3]);
+  lookAlong(gap, a, b);
+}
+
+/// Stops at the first vertex that is too near.
+template <typename S>
+bool NearestPair<S>::areSeparated() {
+  const auto& line = triangles_.line();
+  const double rest = line.offset - limitWithinRounding();
+  const auto reach = [](const std::vector<fcl::Vector3<S>>& vertices, const fcl::Vector3d& from,
+                        const fcl::Vector3d& along, double most) -> double {
+    double reach = 0;
+    for (std::size_t i = 0; i < vertices.size() && reach <= most; ++i)
+      reach = std::max(reach, along.dot(vertices[i].template cast<double>() - from));
+    return reach;
+  };
+  const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest);
+  if (!(reach1 <= rest)) return false;
+  const double rest2 = rest - reach1;
+  if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2) <= rest2)) return false;
+  raiseLeast(limitWithinRounding());
+  return true;
 }
 
 template class NearestPair<float>;

@@ -32,6 +32,8 @@ class NearestPair {
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes<S>& boxes() const { return boxes_; }
+  /// Whether all vertices are at least the limit apart along the line: then the search is over.
+  bool areSeparated();
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
@@ -55,7 +57,7 @@ class NearestPair {
 
  private:
   void setLimit();
-  void lookAlong(const PointPair<double>& points);
+  void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   void testPair(const Int4& first, const Int4& second, double bound, double slack);
 

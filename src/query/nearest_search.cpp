@@ -62,6 +62,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
   next_view_ = isFar(trees_) ? 0 : kView;
+  next_check_ = std::max<long>(kView, next_supports_ / 4);
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -87,6 +88,7 @@ void NearestSearch<S>::run() {
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
     if (box_tests_ >= next_view_) tryBoxes();
+    if (box_tests_ >= next_check_ && check()) break;
     if (box_tests_ >= next_alignment_) align();
     if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
       trySupports();
@@ -111,6 +113,13 @@ void NearestSearch<S>::align() {
   limit_ = -1;
   for (Pair& pair : open_) pair.gap = 0;  // in other units
   if (before >= 0) setLimit();
+}
+
+/// Whether the bodies as a whole are as far apart as the nearest pair so far.
+template <typename S>
+bool NearestSearch<S>::check() {
+  next_check_ = 2 * box_tests_;
+  return nearest_.areSeparated();
 }
 
 /// From here on looks at boxes along a line.

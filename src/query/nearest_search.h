@@ -173,6 +173,7 @@ class NearestSearch {
   void setLimit();
   void align();
   void lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1, double reach2);
+  bool check();
   void tryBoxes();
   bool isApart() const;
   void trySupports();
@@ -199,7 +200,7 @@ class NearestSearch {
   LineView view_;
   bool has_view_ = false;  ///< of the boxes along a line
   bool has_supports_ = false;
-  long next_view_;
+  long next_view_, next_check_;
   long next_supports_, next_alignment_;
   static constexpr long kManyOf = 8;       ///< one of so many
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports

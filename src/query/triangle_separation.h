@@ -30,18 +30,26 @@ class TriangleSeparation {
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
-  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
-  /// on the second; both in the first's frame. Points so near each other that squares underflow
-  /// have no line between them.
-  void lookAlong(const Point& from, const Point& to) {
-    const double length = (to - from).norm();
+  /// From now on separations are measured along the line between two points, the first on the
+  /// first mesh, the second on the second; both in the first's frame. Or along the normal of one of
+  /// two triangles, if that separates them by `enough`. Points so near each other that squares
+  /// underflow have no line between them.
+  void lookAlong(const PointPair<double>& points, const VertexIndices& a, const VertexIndices& b,
+                 double enough) {
+    const Point between = points.second - points.first;
+    const double length = between.norm();
     if (!(length > rounding::tiny<double>())) return;
-    const fcl::Matrix3d& R = to_first_.R;
-    line_.from = from;
-    line_.to = R.transpose() * (to - to_first_.T);
-    line_.along1 = (to - from) / length;
-    line_.along2 = R.transpose() * line_.along1;
-    line_.offset = line_.along1.dot(R * line_.to + to_first_.T - from);
+    setLine(points, between / length);
+    const Point normals[2] = {normalOf(first(a[0]), first(a[1]), first(a[2])),
+                              to_first_.R * normalOf(second(b[0]), second(b[1]), second(b[2]))};
+    const Line along_points = line_;
+    for (const Point& normal : normals) {
+      const double cosine = normal.dot(along_points.along1);
+      if (!(std::abs(cosine) > 0.999)) continue;
+      setLine(points, cosine > 0 ? normal : Point(-normal));
+      if (separation(a, b) >= enough) return;
+    }
+    line_ = along_points;
   }
 
   const Line& line() const { return line_; }
@@ -93,6 +101,18 @@ class TriangleSeparation {
   }
 
  private:
+  static Point normalOf(const Point& a, const Point& b, const Point& c) {
+    return (b - a).cross(c - a).stableNormalized();
+  }
+  void setLine(const PointPair<double>& points, const Point& along) {
+    const fcl::Matrix3d& R = to_first_.R;
+    line_.from = points.first;
+    line_.to = R.transpose() * (points.second - to_first_.T);
+    line_.along1 = along;
+    line_.along2 = R.transpose() * line_.along1;
+    line_.offset = line_.along1.dot(R * line_.to + to_first_.T - points.first);
+  }
+
   Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
   Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
 
