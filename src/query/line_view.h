@@ -42,25 +42,22 @@ class LineView {
     change1_ = FrameChange(axes, t1, margin(1, t1) + in_double);
     change2_ = FrameChange(turn2, t2, margin(ratio, t2) + in_double);
     number1_ = number2_ = -1;
-    const auto longest = [&](const fcl::Vector3d& t) { return t.template lpNorm<1>(); };
-    farthest_ = std::abs(between[0]) + longest(t1) + longest(t2) + 8 * (1 + ratio);
+    base_ = std::max(gap_, 0.);
+    unit_ = 1 / (1 + 2 * base_);
   }
   /// A lower bound of the distance of the two meshes.
   double gap() const { return gap_ / scale_; }
   /// The distance that bounds are compared with.
-  void setLimit(double distance) {
-    limit_ = distance * scale_;
-    rest_ = limit_ - gap_;
-  }
-  /// As keys of nodes.
-  float largestKey() const {
-    return static_cast<float>(std::min(rest_ + std::abs(rest_) * 0x1p-20, 1e30));
+  void setLimit(double distance) { limit_ = distance * scale_; }
+  /// Keys of nodes that are nearer than the limit are smaller.
+  float limitOfKeys() const {
+    const double key = (limit_ - base_) * (limit_ + base_) * unit_;
+    return static_cast<float>(std::clamp(key * (1 + 0x1p-20), -1e38, 1e38));
   }
 
   /// Which boxes of two nodes may hold triangles that are nearer than the limit: bit 4 j + i for
-  /// box i of the first and j of the second. `keys`: lower bounds of how much farther apart than
-  /// the fronts they are. `supports`: what is known of reaches along the line beyond boxes, or
-  /// null.
+  /// box i of the first and j of the second. `keys`: lower bounds of their squared distances less
+  /// that of the fronts, in a unit of its own. `supports`: of the same line, or null.
   ADAPTIVE_BVH_INLINE unsigned near(int first, int second, const LineSeparation* supports,
                                     Gaps4x4& keys) {
     using float4::widenedXy;
@@ -82,27 +79,24 @@ class LineView {
     } else {
       behind1[0] = packs::upper(front1 - widenedXy(turned1_.high[0]), zero);
       behind1[1] = packs::upper(front1 - widenedZw(turned1_.high[0]), zero);
-      for (int j = 0; j < 4; ++j)
-        behind2[j] = std::max(front2_ + double(turned2_.low[0][j]), 0.);
+      for (int j = 0; j < 4; ++j) behind2[j] = std::max(front2_ + double(turned2_.low[0][j]), 0.);
     }
-    const Gaps4x4 across = {{squaredAcross<0>(), squaredAcross<1>(), squaredAcross<2>(),
-                             squaredAcross<3>()}};
-    const D rest = packs::all(rest_), limit = packs::all(limit_),
-            less = packs::all(1 - 0x1p-20),
-            share = packs::all(0.5 / std::min(limit_, farthest_));
+    const Gaps4x4 across = {
+        {squaredAcross<0>(), squaredAcross<1>(), squaredAcross<2>(), squaredAcross<3>()}};
+    const D base = packs::all(base_), limit = packs::all(limit_), rest = packs::all(limit_ - base_),
+            overlap = packs::all(std::min(gap_, 0.)), less = packs::all(1 - 0x1p-20),
+            unit = packs::all(unit_);
     unsigned bits = 0;
     for (int j = 0; j < 4; ++j) {
-      const D other = packs::all(behind2[j]);
+      const D other = overlap + packs::all(behind2[j]);
       D key[2];
       for (int i = 0; i < 2; ++i) {
-        const D behind = behind1[i] + other;
-        const D square =
-            less * (i == 0 ? widenedXy(across.row[j]) : widenedZw(across.row[j]));
-        const D missing = packs::lower(rest - behind, limit);
-        const D enough = missing * (limit + limit - missing);
-        const auto is_near = (missing > zero) & (square < enough);
+        const D behind = packs::upper(behind1[i] + other, zero);  // beyond `base`
+        const D square = less * (i == 0 ? widenedXy(across.row[j]) : widenedZw(across.row[j]));
+        const D missing = rest - behind;
+        const auto is_near = (missing > zero) & (square < missing * (limit + limit - missing));
         bits |= unsigned(packs::bitsOf2(is_near)) << (4 * j + 2 * i);
-        key[i] = behind + square * share;
+        key[i] = (behind * (base + base + behind) + square) * unit;
       }
       keys.row[j] = float4::narrowed(key[0], key[1]);
     }
@@ -133,8 +127,8 @@ class LineView {
 
   const WideNode *nodes1_ = nullptr, *nodes2_ = nullptr;
   FrameChange change1_, change2_;
-  double scale_ = 1, front1_ = 0, front2_ = 0, gap_ = 0, farthest_ = 0;
-  double limit_ = 0, rest_ = 0;
+  double scale_ = 1, front1_ = 0, front2_ = 0, gap_ = 0, base_ = 0, unit_ = 1;
+  double limit_ = 0;
   int number1_ = -1, number2_ = -1;  ///< whose boxes these are
   Boxes4 turned1_, turned2_;
 };

@@ -8,6 +8,33 @@
 
 namespace adaptive_bvh {
 
+/// The direction between the nearest points of two convex sets, from the first to the second, in
+/// the first's frame; zero where they touch. `farthest1`, `farthest2`: a point that is farthest
+/// along a direction, each in the frame of its set.
+template <typename Farthest1, typename Farthest2>
+fcl::Vector3d lineBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
+                          const Farthest2& farthest2) {
+  class Difference final : public ConvexSet {
+   public:
+    Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
+               const Farthest2& farthest2)
+        : to_first_(to_first), farthest1_(farthest1), farthest2_(farthest2) {}
+    fcl::Vector3d support(const fcl::Vector3d& along) const override {
+      return to_first_(fcl::Vector3d(farthest2_(to_first_.R.transpose() * along))) -
+             farthest1_(-along);
+    }
+
+   private:
+    const RelativePlacement& to_first_;
+    const Farthest1& farthest1_;
+    const Farthest2& farthest2_;
+  };
+  const fcl::Vector3d origin = fcl::Vector3d::Zero();
+  const ConvexGap gap =
+      convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2), 0x1p-51);
+  return gap.distance > 0 ? gap.points.second.stableNormalized() : origin;
+}
+
 /// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the
 /// distance that take no time. The boxes of many parts are flat where the parts are.
 template <typename S>
@@ -29,32 +56,13 @@ class LocalBoxes {
   /// The direction from the first box to the second between their nearest points, in the first
   /// mesh's frame; zero where they touch.
   fcl::Vector3d line() const {
-    const fcl::Vector3d origin = middle1();
-    const Difference difference(*this, origin);
-    const ConvexGap gap =
-        convexGap({fcl::Vector3d::Zero(), fcl::Vector3d::Zero(), fcl::Vector3d::Zero()},
-                  difference);
-    return gap.distance > 0 ? gap.points.second.stableNormalized() : fcl::Vector3d::Zero();
+    return lineBetween(
+        to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
+        [&](const fcl::Vector3d& along) { return corner(second_, along); });
   }
 
  private:
   using Geometry = fcl::CollisionGeometry<S>;
-
-  /// The second box less the first.
-  class Difference final : public ConvexSet {
-   public:
-    Difference(const LocalBoxes& boxes, const fcl::Vector3d& origin)
-        : boxes_(boxes), origin_(origin) {}
-    fcl::Vector3d support(const fcl::Vector3d& direction) const override {
-      const RelativePlacement& place = boxes_.to_first_;
-      return place(corner(boxes_.second_, place.R.transpose() * direction)) - origin_ -
-             (corner(boxes_.first_, -direction) - origin_);
-    }
-
-   private:
-    const LocalBoxes& boxes_;
-    const fcl::Vector3d origin_;
-  };
 
   static fcl::Vector3d middleOf(const Geometry& geometry) {
     return geometry.aabb_center.template cast<double>();

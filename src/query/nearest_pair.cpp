@@ -44,16 +44,44 @@ void NearestPair<S>::setLimit() {
                     least / (1 + static_cast<double>(request_.rel_err)));
 }
 
-/// Measures along the line between the nearest points of two triangles, the bodies as a whole first.
-/// Rounding turns that line where the points are near each other, or very far apart; so where a
-/// normal separates the triangles as well, that is taken: it is exact for all of a flat face.
+/// Measures along the line between the nearest points of two triangles, the bodies as a whole
+/// first. Rounding turns that line where the points are near each other, or very far apart; so
+/// where a normal separates the triangles as well, that is taken: it is exact for all of a flat
+/// face.
 template <typename S>
 void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
                                const VertexIndices& b) {
-  triangles_.lookAlong(gap.points, a, b, gap.distance - rounding_);
+  triangles_.lookAlong(gap.points.first, gap.points.second);
+  triangles_.preferNormals(a, b, gap.distance - rounding_);
+  raiseLeast();
+}
+
+template <typename S>
+void NearestPair<S>::raiseLeast() {
   const auto& line = triangles_.line();
   raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
              boxes_.reach2(line.to, -line.along2));
+}
+
+template <typename S>
+void NearestPair<S>::lookAlongHulls() {
+  const auto farthestOf = [](const std::vector<fcl::Vector3<S>>& vertices) {
+    return [&](const fcl::Vector3d& along) -> fcl::Vector3d {
+      std::size_t best = 0;
+      double most = -std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const double reach = along.dot(vertices[i].template cast<double>());
+        if (reach > most) best = i;
+        most = std::max(most, reach);
+      }
+      return vertices[best].template cast<double>();
+    };
+  };
+  const fcl::Vector3d along =
+      lineBetween(to_first_, farthestOf(first_.mesh.vertices), farthestOf(second_.mesh.vertices));
+  if (along == fcl::Vector3d::Zero()) return;
+  triangles_.turnLine(along);
+  raiseLeast();
 }
 
 template <typename S>

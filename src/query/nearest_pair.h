@@ -26,14 +26,14 @@ class NearestPair {
   void addWitness(int triangle1, int triangle2);
 
   /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
-  bool isDone() const {
-    return result_.min_distance <= enough_ || least_ >= limitWithinRounding();
-  }
+  bool isDone() const { return result_.min_distance <= enough_ || least_ >= limitWithinRounding(); }
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes<S>& boxes() const { return boxes_; }
   /// Whether all vertices are at least the limit apart along the line: then the search is over.
   bool areSeparated();
+  /// Looks along the line between the convex hulls of the meshes, where these are apart.
+  void lookAlongHulls();
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
@@ -57,6 +57,7 @@ class NearestPair {
 
  private:
   void setLimit();
+  void raiseLeast();
   void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   void testPair(const Int4& first, const Int4& second, double bound, double slack);
@@ -70,7 +71,7 @@ class NearestPair {
   const double rounding_;  ///< of the distance of two triangles
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
-  S enough_ = 0;  ///< a distance that ends the search
+  S enough_ = 0;      ///< a distance that ends the search
   bool improved_ = false;
   long triangle_tests_ = 0;
 };

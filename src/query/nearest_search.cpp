@@ -75,7 +75,7 @@ void NearestSearch<S>::setLimit() {
   blocks_.lookAlong(vectors::all(direction_));
   if (has_view_) {
     view_.setLimit(nearest_.limitWithinRounding());
-    limit2_ = view_.largestKey();
+    limit2_ = view_.limitOfKeys();
   }
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
@@ -130,9 +130,14 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
   has_view_ = true;
   next_alignment_ = next_view_ = std::numeric_limits<long>::max();
   nearest_.raiseLeast(view_.gap());
-  for (Pair& pair : open_) pair.gap = -1;  // in other units
   limit_ = -1;
   setLimit();
+  Gaps4x4 keys;
+  for (Pair& pair : open_) {
+    const unsigned near = nearLanes(pair.first, pair.second, keys);
+    pair.gap = near ? packs::smallest(keys.least()) : std::numeric_limits<float>::infinity();
+  }
+  std::sort(open_.begin(), open_.end(), [](const Pair& a, const Pair& b) { return a.gap > b.gap; });
 }
 
 /// Looks along the line between the local boxes of the meshes, which may separate them.
@@ -183,10 +188,12 @@ void NearestSearch<S>::trySupports() {
     return;
   }
   near_pairs_ = apart_pairs_ = 0;
+  const bool is_apart = has_view_ || isApart();
+  if (is_apart && !has_supports_) nearest_.lookAlongHulls();
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
-  if (has_view_ || isApart()) {
+  if (is_apart) {
     const auto& line = nearest_.triangles().line();
     lookAlong(line, line_.reach1(), line_.reach2());
   } else {
@@ -222,22 +229,25 @@ unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
   return gaps.below(limit2_);
 }
 
+/// By supports as well.
+template <typename S>
+unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
+  box_tests_ += nodes1_[first].count * nodes2_[second].count;
+  if (has_view_) return view_.near(first, second, has_supports_ ? &line_ : nullptr, gaps);
+  unsigned open = nearBoxes(first, second, gaps);
+  if (has_supports_ && open) {
+    open &= ~line_.apart(first, second);
+    ++near_pairs_;
+    apart_pairs_ += !open;
+  }
+  return open;
+}
+
 template <typename S>
 void NearestSearch<S>::visit(const Pair& pair) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
   Gaps4x4 gaps;
-  box_tests_ += a.count * b.count;
-  unsigned open;
-  if (has_view_) {
-    open = view_.near(pair.first, pair.second, has_supports_ ? &line_ : nullptr, gaps);
-  } else {
-    open = nearBoxes(pair.first, pair.second, gaps);
-    if (has_supports_ && open) {
-      open &= ~line_.apart(pair.first, pair.second);
-      ++near_pairs_;
-      apart_pairs_ += !open;
-    }
-  }
+  const unsigned open = nearLanes(pair.first, pair.second, gaps);
   if (!open) return;
   if (a.isLeaf() && b.isLeaf())
     testLeaves(pair, open);

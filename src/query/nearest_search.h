@@ -179,6 +179,7 @@ class NearestSearch {
   void trySupports();
   long setSupportParts();
   unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
+  unsigned nearLanes(int first, int second, Gaps4x4& gaps);
   void visit(const Pair& pair);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
   void testLeaves(const Pair& pair, unsigned open);
@@ -188,7 +189,7 @@ class NearestSearch {
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
   const bool supports_first_;
-  bool is_same_;               ///< whether both trees have the same coordinates
+  bool is_same_;  ///< whether both trees have the same coordinates
   Memory& memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "base/rigid.h"
@@ -30,26 +31,33 @@ class TriangleSeparation {
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
-  /// From now on separations are measured along the line between two points, the first on the
-  /// first mesh, the second on the second; both in the first's frame. Or along the normal of one of
-  /// two triangles, if that separates them by `enough`. Points so near each other that squares
-  /// underflow have no line between them.
-  void lookAlong(const PointPair<double>& points, const VertexIndices& a, const VertexIndices& b,
-                 double enough) {
-    const Point between = points.second - points.first;
-    const double length = between.norm();
-    if (!(length > rounding::tiny<double>())) return;
-    setLine(points, between / length);
+  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
+  /// on the second; both in the first's frame. Points so near each other that squares underflow
+  /// have no line between them.
+  void lookAlong(const Point& from, const Point& to) {
+    const double length = (to - from).norm();
+    if (length > rounding::tiny<double>()) setLine(from, to, (to - from) / length);
+  }
+  /// Turns the line to the normal of one of two triangles if that is nearly the same, and separates
+  /// them by `enough`.
+  void preferNormals(const VertexIndices& a, const VertexIndices& b, double enough) {
+    constexpr double kNearly = 0.999;
     const Point normals[2] = {normalOf(first(a[0]), first(a[1]), first(a[2])),
                               to_first_.R * normalOf(second(b[0]), second(b[1]), second(b[2]))};
-    const Line along_points = line_;
+    const Line before = line_;
     for (const Point& normal : normals) {
-      const double cosine = normal.dot(along_points.along1);
-      if (!(std::abs(cosine) > 0.999)) continue;
-      setLine(points, cosine > 0 ? normal : Point(-normal));
+      const double cosine = normal.dot(before.along1);
+      if (!(std::abs(cosine) > kNearly)) continue;
+      turnLine(cosine > 0 ? normal : Point(-normal));
       if (separation(a, b) >= enough) return;
     }
-    line_ = along_points;
+    line_ = before;
+  }
+  /// Sets the line's direction, of length 1; the two points stay.
+  void turnLine(const Point& along) {
+    line_.along1 = along;
+    line_.along2 = to_first_.R.transpose() * along;
+    line_.offset = along.dot(to_first_.R * line_.to + to_first_.T - line_.from);
   }
 
   const Line& line() const { return line_; }
@@ -104,13 +112,10 @@ class TriangleSeparation {
   static Point normalOf(const Point& a, const Point& b, const Point& c) {
     return (b - a).cross(c - a).stableNormalized();
   }
-  void setLine(const PointPair<double>& points, const Point& along) {
-    const fcl::Matrix3d& R = to_first_.R;
-    line_.from = points.first;
-    line_.to = R.transpose() * (points.second - to_first_.T);
-    line_.along1 = along;
-    line_.along2 = R.transpose() * line_.along1;
-    line_.offset = line_.along1.dot(R * line_.to + to_first_.T - points.first);
+  void setLine(const Point& from, const Point& to, const Point& along) {
+    line_.from = from;
+    line_.to = to_first_.R.transpose() * (to - to_first_.T);
+    turnLine(along);
   }
 
   Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
