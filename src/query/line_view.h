@@ -17,7 +17,7 @@ class LineView {
  public:
   /// `along`: the direction from the first to the second, of length 1, in the first mesh's frame;
   /// `from`, `to`: a point of each mesh in its own frame; `reach1`, `reach2`: how far no point of
-  /// the meshes lies beyond them, toward the other.
+  /// the meshes lies beyond them, toward the other. Only where RelativeFrame::isInRange.
   template <typename S>
   void set(const TreePair<S>& trees, const fcl::Vector3d& along, const fcl::Vector3d& from,
            const fcl::Vector3d& to, double reach1, double reach2) {

@@ -152,6 +152,7 @@ void NearestPair<S>::testPair(const Int4& first, const Int4& second, double boun
 /// Stops at the first vertex that is too near.
 template <typename S>
 bool NearestPair<S>::areSeparated() {
+  if (!isClear()) return false;
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
   const auto reach = [](const std::vector<fcl::Vector3<S>>& vertices, const fcl::Vector3d& from,

@@ -18,6 +18,8 @@ class NearestPair {
  public:
   NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
               const DistanceQuery<S>& query);
+  NearestPair(const NearestPair&) = delete;
+  NearestPair& operator=(const NearestPair&) = delete;
 
   /// Ends the search with the first pair whose distance is at most `enough`. Call it before the
   /// search if only that matters.
@@ -26,7 +28,9 @@ class NearestPair {
   void addWitness(int triangle1, int triangle2);
 
   /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
-  bool isDone() const { return result_.min_distance <= enough_ || least_ >= limitWithinRounding(); }
+  bool isDone() const {
+    return result_.min_distance <= enough_ || (isClear() && least_ >= limitWithinRounding());
+  }
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes<S>& boxes() const { return boxes_; }
@@ -38,9 +42,11 @@ class NearestPair {
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
   /// so parallel faces prune. Not where that would hide a touch.
-  double limitWithinRounding() const {
-    return limit_ > 4 * rounding_ ? limit_ - rounding_ : limit_;
-  }
+  double limitWithinRounding() const { return isClear() ? limit_ - rounding_ : limit_; }
+  /// For bounds that may be off by as much as distances are.
+  double limitOfBounds() const { return isClear() ? limit_ - rounding_ : limit_ + rounding_; }
+  /// Whether what is as near as the limit, up to rounding, surely does not touch.
+  bool isClear() const { return limit_ > 4 * rounding_; }
   /// The line between the nearest points.
   const TriangleSeparation<S>& triangles() const { return triangles_; }
 

@@ -20,13 +20,14 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
-/// Whether single precision cannot distinguish boxes of two bodies, so far apart they are.
+/// Whether single precision hardly distinguishes boxes of two bodies, so far apart they are.
 template <typename S>
 bool isFar(const TreePair<S>& trees) {
   return trees.frame().t().template lpNorm<1>() > (1 << 10);
 }
 
-constexpr long kView = 256;  ///< so many tests of boxes before it
+/// So many tests of boxes take longer than to look at the bodies as a whole.
+constexpr long kMany = 256;
 
 }  // namespace
 
@@ -61,8 +62,8 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
-  next_view_ = isFar(trees_) ? 0 : kView;
-  next_check_ = std::max<long>(kView, next_supports_ / 4);
+  next_view_ = isFar(trees_) ? 0 : kMany;
+  next_check_ = std::max<long>(kMany, next_supports_ / 4);
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -74,7 +75,7 @@ void NearestSearch<S>::setLimit() {
   direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
   blocks_.lookAlong(vectors::all(direction_));
   if (has_view_) {
-    view_.setLimit(nearest_.limitWithinRounding());
+    view_.setLimit(nearest_.limitOfBounds());
     limit2_ = view_.limitOfKeys();
   }
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
