@@ -30,6 +30,7 @@ NearestPair<S>::NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& sec
       request_(query.request),
       result_(query.result),
       to_first_(first.tf, second.tf),
+      boxes_(first, second, to_first_),
       triangles_(first.mesh.vertices.data(), second.mesh.vertices.data(), to_first_),
       rounding_(roundingOf(to_first_.T, first, second)) {
   setLimit();
@@ -41,6 +42,46 @@ void NearestPair<S>::setLimit() {
   const auto least = static_cast<double>(result_.min_distance);
   limit_ = std::max(least - static_cast<double>(request_.abs_err),
                     least / (1 + static_cast<double>(request_.rel_err)));
+}
+
+/// Measures along the line between the nearest points of two triangles, the bodies as a whole
+/// first. Rounding turns that line where the points are near each other, or very far apart; so
+/// where a normal separates the triangles as well, that is taken: it is exact for all of a flat
+/// face.
+template <typename S>
+void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
+                               const VertexIndices& b) {
+  triangles_.lookAlong(gap.points.first, gap.points.second);
+  triangles_.preferNormals(a, b, gap.distance - rounding_);
+  raiseLeast();
+}
+
+template <typename S>
+void NearestPair<S>::raiseLeast() {
+  const auto& line = triangles_.line();
+  raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
+             boxes_.reach2(line.to, -line.along2));
+}
+
+template <typename S>
+void NearestPair<S>::lookAlongHulls() {
+  const auto farthestOf = [](const std::vector<fcl::Vector3<S>>& vertices) {
+    return [&](const fcl::Vector3d& along) -> fcl::Vector3d {
+      std::size_t best = 0;
+      double most = -std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const double reach = along.dot(vertices[i].template cast<double>());
+        if (reach > most) best = i;
+        most = std::max(most, reach);
+      }
+      return vertices[best].template cast<double>();
+    };
+  };
+  const fcl::Vector3d along =
+      lineBetween(to_first_, farthestOf(first_.mesh.vertices), farthestOf(second_.mesh.vertices));
+  if (along == fcl::Vector3d::Zero()) return;
+  triangles_.turnLine(along);
+  raiseLeast();
 }
 
 template <typename S>
@@ -58,7 +99,6 @@ void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle
   }
   improved_ = true;
   setLimit();
-  triangles_.lookAlong(gap.points.first, gap.points.second);
 }
 
 template <typename S>
@@ -66,13 +106,11 @@ void NearestPair<S>::addWitness(int triangle1, int triangle2) {
   if (triangle1 < 0 || triangle1 >= first_.mesh.numTriangles() || triangle2 < 0 ||
       triangle2 >= second_.mesh.numTriangles())
     return;
-  const TriangleGap gap =
-      triangles_.gap(first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
-                     second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2)));
-  if (distanceAs<S>(gap.distance) < result_.min_distance)
-    improve(gap, triangle1, triangle2);
-  else
-    triangles_.lookAlong(gap.points.first, gap.points.second);
+  const VertexIndices a = first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
+                      b = second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2));
+  const TriangleGap gap = triangles_.gap(a, b);
+  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, triangle1, triangle2);
+  lookAlong(gap, a, b);
 }
 
 template <typename S>
@@ -99,13 +137,37 @@ void NearestPair<S>::test(unsigned open, const TriangleBlock& block, double unit
 template <typename S>
 void NearestPair<S>::testPair(const Int4& first, const Int4& second, double bound, double slack) {
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
+  ++triangle_tests_;
   if (bound + slack >= limit_) {
     const double limit = limitWithinRounding();
     if (triangles_.separation(a, b) >= limit || triangles_.separationNearby(a, b, limit) >= limit)
       return;
   }
   const TriangleGap gap = triangles_.gap(a, b);
-  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, first[3], second[3]);
+  if (!(distanceAs<S>(gap.distance) < result_.min_distance)) return;
+  improve(gap, first[3], second[3]);
+  lookAlong(gap, a, b);
+}
+
+/// Stops at the first vertex that is too near.
+template <typename S>
+bool NearestPair<S>::areSeparated() {
+  if (!isClear()) return false;
+  const auto& line = triangles_.line();
+  const double rest = line.offset - limitWithinRounding();
+  const auto reach = [](const std::vector<fcl::Vector3<S>>& vertices, const fcl::Vector3d& from,
+                        const fcl::Vector3d& along, double most) -> double {
+    double reach = 0;
+    for (std::size_t i = 0; i < vertices.size() && reach <= most; ++i)
+      reach = std::max(reach, along.dot(vertices[i].template cast<double>() - from));
+    return reach;
+  };
+  const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest);
+  if (!(reach1 <= rest)) return false;
+  const double rest2 = rest - reach1;
+  if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2) <= rest2)) return false;
+  raiseLeast(limitWithinRounding());
+  return true;
 }
 
 template class NearestPair<float>;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "query/local_boxes.h"
 #include "query/placed_mesh.h"
 #include "query/triangle_separation.h"
 #include "triangles/triangle_block.h"
@@ -17,6 +18,8 @@ class NearestPair {
  public:
   NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
               const DistanceQuery<S>& query);
+  NearestPair(const NearestPair&) = delete;
+  NearestPair& operator=(const NearestPair&) = delete;
 
   /// Ends the search with the first pair whose distance is at most `enough`. Call it before the
   /// search if only that matters.
@@ -24,15 +27,26 @@ class NearestPair {
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
 
-  /// The distance is 0, so nothing can be nearer; or small enough.
-  bool isDone() const { return result_.min_distance <= enough_; }
+  /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
+  bool isDone() const {
+    return result_.min_distance <= enough_ || (isClear() && least_ >= limitWithinRounding());
+  }
+  /// The distance of the meshes is not less than that, but for rounding.
+  void raiseLeast(double bound) { least_ = std::max(least_, bound); }
+  const LocalBoxes<S>& boxes() const { return boxes_; }
+  /// Whether all vertices are at least the limit apart along the line: then the search is over.
+  bool areSeparated();
+  /// Looks along the line between the convex hulls of the meshes, where these are apart.
+  void lookAlongHulls();
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
   /// so parallel faces prune. Not where that would hide a touch.
-  double limitWithinRounding() const {
-    return limit_ > 4 * rounding_ ? limit_ - rounding_ : limit_;
-  }
+  double limitWithinRounding() const { return isClear() ? limit_ - rounding_ : limit_; }
+  /// For bounds that may be off by as much as distances are.
+  double limitOfBounds() const { return isClear() ? limit_ - rounding_ : limit_ + rounding_; }
+  /// Whether what is as near as the limit, up to rounding, surely does not touch.
+  bool isClear() const { return limit_ > 4 * rounding_; }
   /// The line between the nearest points.
   const TriangleSeparation<S>& triangles() const { return triangles_; }
 
@@ -44,9 +58,13 @@ class NearestPair {
 
   /// Whether the result has changed.
   bool isImproved() const { return improved_; }
+  /// How many pairs of triangles were tested in double precision.
+  long triangleTests() const { return triangle_tests_; }
 
  private:
   void setLimit();
+  void raiseLeast();
+  void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   void testPair(const Int4& first, const Int4& second, double bound, double slack);
 
@@ -54,11 +72,14 @@ class NearestPair {
   const fcl::DistanceRequest<S>& request_;
   fcl::DistanceResult<S>& result_;
   const RelativePlacement to_first_;
+  const LocalBoxes<S> boxes_;
   TriangleSeparation<S> triangles_;
   const double rounding_;  ///< of the distance of two triangles
   double limit_ = 0;
-  S enough_ = 0;  ///< a distance that ends the search
+  double least_ = 0;  ///< a lower bound of the distance
+  S enough_ = 0;      ///< a distance that ends the search
   bool improved_ = false;
+  long triangle_tests_ = 0;
 };
 
 extern template class NearestPair<float>;

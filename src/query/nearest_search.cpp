@@ -20,11 +20,14 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
-/// Whether single precision cannot distinguish boxes of two bodies, so far apart they are.
+/// Whether single precision hardly distinguishes boxes of two bodies, so far apart they are.
 template <typename S>
 bool isFar(const TreePair<S>& trees) {
   return trees.frame().t().template lpNorm<1>() > (1 << 10);
 }
+
+/// So many tests of boxes take longer than to look at the bodies as a whole.
+constexpr long kMany = 256;
 
 }  // namespace
 
@@ -35,7 +38,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
       nodes2_(trees_.second().nodes()),
-      supports_first_(supports_first || isFar(trees_)),
+      supports_first_(supports_first),
       is_same_(trees_.frame().isSame()),
       open_(memory_->open),
       line_(memory_->line),
@@ -46,6 +49,8 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
+  next_view_ = isFar(trees_) ? 0 : kMany;
+  next_check_ = std::max<long>(kMany, next_supports_ / 4);
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
@@ -56,6 +61,10 @@ void NearestSearch<S>::setLimit() {
   limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
   direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
   blocks_.lookAlong(vectors::all(direction_));
+  if (has_view_) {
+    view_.setLimit(nearest_.limitOfBounds());
+    limit2_ = view_.limitOfKeys();
+  }
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
 
@@ -66,6 +75,8 @@ void NearestSearch<S>::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= next_view_) tryBoxes();
+    if (box_tests_ >= next_check_ && check()) break;
     if (box_tests_ >= next_alignment_) align();
     if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
       trySupports();
@@ -92,15 +103,56 @@ void NearestSearch<S>::align() {
   if (before >= 0) setLimit();
 }
 
+/// Whether the bodies as a whole are as far apart as the nearest pair so far.
+template <typename S>
+bool NearestSearch<S>::check() {
+  next_check_ = 2 * box_tests_;
+  return nearest_.areSeparated();
+}
+
+/// From here on looks at boxes along a line.
+template <typename S>
+void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1,
+                                 double reach2) {
+  view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
+  has_view_ = true;
+  next_alignment_ = next_view_ = std::numeric_limits<long>::max();
+  nearest_.raiseLeast(view_.gap());
+  limit_ = -1;
+  setLimit();
+  Gaps4x4 keys;
+  for (Pair& pair : open_) {
+    const unsigned near = nearLanes(pair.first, pair.second, keys);
+    pair.gap = near ? packs::smallest(keys.least()) : std::numeric_limits<float>::infinity();
+  }
+  std::sort(open_.begin(), open_.end(), [](const Pair& a, const Pair& b) { return a.gap > b.gap; });
+}
+
+/// Looks along the line between the local boxes of the meshes, which may separate them.
+template <typename S>
+void NearestSearch<S>::tryBoxes() {
+  next_view_ = std::numeric_limits<long>::max();
+  if (!trees_.frame().isInRange()) return;
+  const LocalBoxes<S>& boxes = nearest_.boxes();
+  typename TriangleSeparation<S>::Line line;
+  line.along1 = boxes.line();
+  if (line.along1 == fcl::Vector3d::Zero()) return;
+  line.along2 = trees_.toFirst().R.transpose() * line.along1;
+  line.from = boxes.middle1();
+  line.to = boxes.middle2();
+  lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
+}
+
 /// Returns the cost of supports of the parts of both meshes that may be nearer than the limit.
 template <typename S>
 long NearestSearch<S>::setSupportParts() {
+  Gaps4x4 gaps;
   const auto near1 = [&](int node) -> unsigned {
-    const unsigned pairs = squaredGaps(nodes1_[node].boxes, secondBoxes(0)).below(limit2_);
+    const unsigned pairs = nearBoxes(node, 0, gaps);
     return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
   };
   const auto near2 = [&](int node) -> unsigned {
-    const unsigned pairs = squaredGaps(nodes1_[0].boxes, secondBoxes(node)).below(limit2_);
+    const unsigned pairs = nearBoxes(0, node, gaps);
     unsigned lanes = 0;
     for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
     return lanes;
@@ -112,23 +164,39 @@ long NearestSearch<S>::setSupportParts() {
 /// separated many pairs of nodes.
 template <typename S>
 void NearestSearch<S>::trySupports() {
-  if (has_supports_ && !supportsPaid()) {
+  if (has_supports_ && !has_view_ && !supportsPaid()) {
     next_supports_ = std::numeric_limits<long>::max();
     return;
   }
   const long cost = setSupportParts();
-  const auto isApart = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
-  open_.erase(std::remove_if(open_.begin(), open_.end(), isApart), open_.end());
+  const auto isLeftOut = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
   if (cost > box_tests_ && !supports_first_) {
     next_supports_ = cost;
     return;
   }
   near_pairs_ = apart_pairs_ = 0;
+  const bool is_apart = has_view_ || isApart();
+  if (is_apart && !has_supports_) nearest_.lookAlongHulls();
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
-  limit_ = -1;
-  setLimit();
+  if (is_apart) {
+    const auto& line = nearest_.triangles().line();
+    lookAlong(line, line_.reach1(), line_.reach2());
+  } else {
+    limit_ = -1;
+    setLimit();
+  }
+}
+
+/// Whether the distance is not small beside the smaller body: then what is between nodes across the
+/// line counts as well.
+template <typename S>
+bool NearestSearch<S>::isApart() const {
+  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
+  return trees_.frame().isInRange() &&
+         limit_ > 0.5 * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
 }
 
 template <typename S>
@@ -141,17 +209,33 @@ const Boxes4& NearestSearch<S>::secondBoxes(int node) {
   return turned_;
 }
 
+/// Which boxes of two nodes are near, by themselves.
 template <typename S>
-void NearestSearch<S>::visit(const Pair& pair) {
-  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
-  const Gaps4x4 gaps = squaredGaps(a.boxes, secondBoxes(pair.second));
-  box_tests_ += a.count * b.count;
-  unsigned open = gaps.below(limit2_);
+unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
+  if (has_view_) return view_.near(first, second, nullptr, gaps);
+  gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
+  return gaps.below(limit2_);
+}
+
+/// By supports as well.
+template <typename S>
+unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
+  box_tests_ += nodes1_[first].count * nodes2_[second].count;
+  if (has_view_) return view_.near(first, second, has_supports_ ? &line_ : nullptr, gaps);
+  unsigned open = nearBoxes(first, second, gaps);
   if (has_supports_ && open) {
-    open &= ~line_.apart(pair.first, pair.second);
+    open &= ~line_.apart(first, second);
     ++near_pairs_;
     apart_pairs_ += !open;
   }
+  return open;
+}
+
+template <typename S>
+void NearestSearch<S>::visit(const Pair& pair) {
+  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
+  Gaps4x4 gaps;
+  const unsigned open = nearLanes(pair.first, pair.second, gaps);
   if (!open) return;
   if (a.isLeaf() && b.isLeaf())
     testLeaves(pair, open);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "base/leased.h"
+#include "query/line_view.h"
 #include "query/nearest_pair.h"
 #include "query/pair_corners.h"
 #include "query/supports.h"
@@ -159,6 +160,8 @@ class NearestSearch {
   void run();
   /// Whether supports separated many pairs of nodes: then they will in a similar search.
   bool supportsPaid() const { return has_supports_ && apart_pairs_ * kManyOf >= near_pairs_; }
+  /// How many pairs of boxes were tested.
+  long boxTests() const { return box_tests_; }
 
  private:
   /// Two nodes that are still to be searched, with the squared gap of their boxes.
@@ -173,8 +176,14 @@ class NearestSearch {
 
   void setLimit();
   void align();
+  void lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1, double reach2);
+  bool check();
+  void tryBoxes();
+  bool isApart() const;
   void trySupports();
   long setSupportParts();
+  unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
+  unsigned nearLanes(int first, int second, Gaps4x4& gaps);
   void visit(const Pair& pair);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
   void testLeaves(const Pair& pair, unsigned open);
@@ -183,8 +192,8 @@ class NearestSearch {
   NearestPair<S>& nearest_;
   TreePair<S> trees_;
   const WideNode *nodes1_, *nodes2_;
-  const bool supports_first_;  ///< also for bodies that are far apart
-  bool is_same_;               ///< whether both trees have the same coordinates
+  const bool supports_first_;
+  bool is_same_;  ///< whether both trees have the same coordinates
   const Leased<Memory> memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;
@@ -193,7 +202,10 @@ class NearestSearch {
   float limit2_ = 0;   ///< as a squared gap
   /// Between the nearest points, in the first tree's coordinates.
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
+  LineView view_;
+  bool has_view_ = false;  ///< of the boxes along a line
   bool has_supports_ = false;
+  long next_view_, next_check_;
   long next_supports_, next_alignment_;
   static constexpr long kManyOf = 8;       ///< one of so many
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -34,6 +35,8 @@ class Supports {
   bool covers(int node) const;
   /// Of a node in that part: -infinity where it has no box, or only one that is not near.
   const Four& operator[](int node) const { return reaches_[static_cast<std::size_t>(node)]; }
+  /// Of the whole part.
+  double largest() const { return *std::max_element(reaches_[0].of, reaches_[0].of + 4); }
 
  private:
   /// Consecutive nodes: one of which some boxes are near, or one with all that is below it.
@@ -71,6 +74,13 @@ class LineSeparation {
   bool covers(int first, int second) const {
     return first_.covers(first) && second_.covers(second);
   }
+  /// How far everything below the boxes of a node reaches toward the other mesh, from the points of
+  /// the line.
+  const Supports::Four& reaches1(int node) const { return first_[node]; }
+  const Supports::Four& reaches2(int node) const { return second_[node]; }
+  /// The largest of all.
+  double reach1() const { return first_.largest(); }
+  double reach2() const { return second_.largest(); }
   /// The distance that separations are compared with.
   void setLimit(double distance) { rest_ = offset_ - distance; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "base/rigid.h"
@@ -35,13 +36,28 @@ class TriangleSeparation {
   /// have no line between them.
   void lookAlong(const Point& from, const Point& to) {
     const double length = (to - from).norm();
-    if (!(length > rounding::tiny<double>())) return;
-    const fcl::Matrix3d& R = to_first_.R;
-    line_.from = from;
-    line_.to = R.transpose() * (to - to_first_.T);
-    line_.along1 = (to - from) / length;
-    line_.along2 = R.transpose() * line_.along1;
-    line_.offset = line_.along1.dot(R * line_.to + to_first_.T - from);
+    if (length > rounding::tiny<double>()) setLine(from, to, (to - from) / length);
+  }
+  /// Turns the line to the normal of one of two triangles if that is nearly the same, and separates
+  /// them by `enough`.
+  void preferNormals(const VertexIndices& a, const VertexIndices& b, double enough) {
+    constexpr double kNearly = 0.999;
+    const Point normals[2] = {normalOf(first(a[0]), first(a[1]), first(a[2])),
+                              to_first_.R * normalOf(second(b[0]), second(b[1]), second(b[2]))};
+    const Line before = line_;
+    for (const Point& normal : normals) {
+      const double cosine = normal.dot(before.along1);
+      if (!(std::abs(cosine) > kNearly)) continue;
+      turnLine(cosine > 0 ? normal : Point(-normal));
+      if (separation(a, b) >= enough) return;
+    }
+    line_ = before;
+  }
+  /// Sets the line's direction, of length 1; the two points stay.
+  void turnLine(const Point& along) {
+    line_.along1 = along;
+    line_.along2 = to_first_.R.transpose() * along;
+    line_.offset = along.dot(to_first_.R * line_.to + to_first_.T - line_.from);
   }
 
   const Line& line() const { return line_; }
@@ -93,6 +109,15 @@ class TriangleSeparation {
   }
 
  private:
+  static Point normalOf(const Point& a, const Point& b, const Point& c) {
+    return (b - a).cross(c - a).stableNormalized();
+  }
+  void setLine(const Point& from, const Point& to, const Point& along) {
+    line_.from = from;
+    line_.to = to_first_.R.transpose() * (to - to_first_.T);
+    turnLine(along);
+  }
+
   Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
   Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
 

@@ -159,8 +159,8 @@ class Simplex {
 
 }  // namespace
 
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set) {
-  constexpr double kTouching = 0x1p-46, kError = 0x1p-44;
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
+  constexpr double kTouching = 0x1p-46;
   constexpr int kMostSteps = 1000;
   const DifferenceSet differences(triangle, set);
   const double extent = differences.extent();
@@ -175,7 +175,7 @@ ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set) {
     if (length <= touching || simplex.squaredNorm() == 0) return {simplex.points(), 0, 0};
     const Difference next = differences.support(-nearest / length);
     lower = std::max(lower, nearest.dot(next.at) / length);
-    if (length - lower <= kError * extent || simplex.has(next)) break;
+    if (length - lower <= error * extent || simplex.has(next)) break;
     Simplex larger = simplex;
     larger.add(next);
     larger.reduce();

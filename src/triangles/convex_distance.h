@@ -38,9 +38,10 @@ struct ConvexGap {
   double error;
 };
 
-/// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most 2^-44 of the
-/// extent of both. Nearer than that counts as touching.
-ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set);
+/// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most so much of
+/// the extent of both. Nearer than 2^-46 of it counts as touching.
+ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
+                    double error = 0x1p-44);
 
 /// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
 /// both.

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <algorithm>
+
+#include "base/rigid.h"
+#include "query/placed_mesh.h"
+#include "triangles/convex_distance.h"
+
+namespace adaptive_bvh {
+
+/// The direction between the nearest points of two convex sets, from the first to the second, in
+/// the first's frame; zero where they touch. `farthest1`, `farthest2`: a point that is farthest
+/// along a direction, each in the frame of its set.
+template <typename Farthest1, typename Farthest2>
+fcl::Vector3d lineBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
+                          const Farthest2& farthest2) {
+  class Difference final : public ConvexSet {
+   public:
+    Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
+               const Farthest2& farthest2)
+        : to_first_(to_first), farthest1_(farthest1), farthest2_(farthest2) {}
+    fcl::Vector3d support(const fcl::Vector3d& along) const override {
+      return to_first_(fcl::Vector3d(farthest2_(to_first_.R.transpose() * along))) -
+             farthest1_(-along);
+    }
+
+   private:
+    const RelativePlacement& to_first_;
+    const Farthest1& farthest1_;
+    const Farthest2& farthest2_;
+  };
+  const fcl::Vector3d origin = fcl::Vector3d::Zero();
+  const ConvexGap gap =
+      convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2), 0x1p-51);
+  return gap.distance > 0 ? gap.points.second.stableNormalized() : origin;
+}
+
+/// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the
+/// distance that take no time. The boxes of many parts are flat where the parts are.
+template <typename S>
+class LocalBoxes {
+ public:
+  LocalBoxes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+             const RelativePlacement& to_first)
+      : first_(*first.geometry), second_(*second.geometry), to_first_(to_first) {}
+
+  fcl::Vector3d middle1() const { return middleOf(first_); }
+  fcl::Vector3d middle2() const { return middleOf(second_); }
+  /// How far beyond a point `from` the boxes reach along a direction; both in the mesh's frame.
+  double reach1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+    return along.dot(corner(first_, along) - from);
+  }
+  double reach2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+    return along.dot(corner(second_, along) - from);
+  }
+  /// The direction from the first box to the second between their nearest points, in the first
+  /// mesh's frame; zero where they touch.
+  fcl::Vector3d line() const {
+    return lineBetween(
+        to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
+        [&](const fcl::Vector3d& along) { return corner(second_, along); });
+  }
+
+ private:
+  using Geometry = fcl::CollisionGeometry<S>;
+
+  static fcl::Vector3d middleOf(const Geometry& geometry) {
+    return geometry.aabb_center.template cast<double>();
+  }
+  static fcl::Vector3d corner(const Geometry& geometry, const fcl::Vector3d& along) {
+    const fcl::AABB<S>& box = geometry.aabb_local;
+    fcl::Vector3d corner;
+    for (int k = 0; k < 3; ++k) corner[k] = double(along[k] > 0 ? box.max_[k] : box.min_[k]);
+    return corner;
+  }
+
+  const Geometry &first_, &second_;
+  const RelativePlacement& to_first_;
+};
+
+}  // namespace adaptive_bvh
