@@ -14,40 +14,50 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point of the difference of both sets, triangle minus convex set, and where it comes from.
+/// A point of the difference of both sets, first minus second, and where it comes from.
 struct Difference {
-  Vector at, on_triangle, on_set;
+  Vector at, on_first, on_second;
 };
 
-/// The difference of a triangle and a convex set: it holds the origin where they touch.
-class DifferenceSet {
+class TriangleSet final : public ConvexSet {
  public:
-  DifferenceSet(const Triangle& triangle, const ConvexSet& set) : triangle_(triangle), set_(set) {}
-
-  Difference support(const Vector& direction) const {
+  explicit TriangleSet(const Triangle& triangle) : triangle_(triangle) {}
+  Vector support(const Vector& direction) const override {
     std::size_t best = 0;
     for (std::size_t k = 1; k < 3; ++k)
       if (direction.dot(triangle_[k]) > direction.dot(triangle_[best])) best = k;
-    const Vector on_set = set_.support(-direction);
-    return {triangle_[best] - on_set, triangle_[best], on_set};
-  }
-
-  /// The largest component of a coordinate of either, from the first corner on.
-  double extent() const {
-    double extent = 0;
-    for (int k = 0; k < 3; ++k) {
-      for (const Vector& corner : triangle_)
-        extent = std::max(extent, std::fabs(corner[k] - triangle_[0][k]));
-      for (const double side : {-1., 1.})
-        extent =
-            std::max(extent, std::fabs(set_.support(side * Vector::Unit(k))[k] - triangle_[0][k]));
-    }
-    return extent;
+    return triangle_[best];
   }
 
  private:
   const Triangle& triangle_;
-  const ConvexSet& set_;
+};
+
+/// The difference of two convex sets: it holds the origin where they touch.
+class DifferenceSet {
+ public:
+  DifferenceSet(const ConvexSet& first, const ConvexSet& second) : first_(first), second_(second) {}
+
+  Difference support(const Vector& direction) const {
+    const Vector on_first = first_.support(direction), on_second = second_.support(-direction);
+    return {on_first - on_second, on_first, on_second};
+  }
+
+  /// The largest component of a coordinate of either, from a point of the first on.
+  double extent() const {
+    const Vector from = first_.support(Vector::UnitX());
+    double extent = 0;
+    for (int k = 0; k < 3; ++k)
+      for (const double side : {-1., 1.}) {
+        const Vector along = side * Vector::Unit(k);
+        for (const ConvexSet* set : {&first_, &second_})
+          extent = std::max(extent, std::fabs(set->support(along)[k] - from[k]));
+      }
+    return extent;
+  }
+
+ private:
+  const ConvexSet &first_, &second_;
 };
 
 /// Up to four points of a difference, and the point of their hull that is nearest to the origin.
@@ -78,9 +88,15 @@ class Simplex {
   }
 
   double squaredNorm() const { return least_; }
+  /// Calls visit(a, b) for the ends of its edges.
+  template <typename Visit>
+  void forEachEdge(const Visit& visit) const {
+    for (std::size_t i = 1; i < count_; ++i)
+      for (std::size_t j = 0; j < i; ++j) visit(corners_[i].at, corners_[j].at);
+  }
   Vector nearest() const { return combine(&Difference::at); }
   PointPair<double> points() const {
-    return {combine(&Difference::on_triangle), combine(&Difference::on_set)};
+    return {combine(&Difference::on_first), combine(&Difference::on_second)};
   }
 
  private:
@@ -157,33 +173,74 @@ class Simplex {
   Combination best_;
 };
 
+/// The best plane between two convex sets so far.
+struct SeparatingPlane {
+  Vector normal = Vector::Zero();  ///< from the second to the first, of length 1
+  double gap = 0;
+
+  /// Returns the difference's lowest point along a normal of length 1.
+  Difference tryNormal(const Vector& m, const DifferenceSet& differences) {
+    const Difference lowest = differences.support(-m);
+    const double along = m.dot(lowest.at);
+    if (along > gap) normal = m, gap = along;
+    return lowest;
+  }
+};
+
+/// Improves a plane by normals of planes through a simplex and a point beside it, until its gap is
+/// `enough`: where rounding hides that the point would bring the simplex nearer, such a normal is
+/// still a better direction than that of the nearest point.
+void improveByFaces(const DifferenceSet& differences, const Simplex& simplex, Difference beside,
+                    double enough, SeparatingPlane& plane) {
+  constexpr int kMostSteps = 8;
+  for (int step = 0; step < kMostSteps && plane.gap < enough; ++step) {
+    const double before = plane.gap;
+    Difference next = beside;
+    simplex.forEachEdge([&](const Vector& a, const Vector& b) {
+      const Vector normal = (a - beside.at).cross(b - beside.at).stableNormalized();
+      const double best = plane.gap;
+      const Difference lowest =
+          plane.tryNormal(normal.dot(beside.at) < 0 ? Vector(-normal) : normal, differences);
+      if (plane.gap > best) next = lowest;
+    });
+    if (!(plane.gap > before)) break;
+    beside = next;
+  }
+}
+
 }  // namespace
 
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set) {
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second) {
   constexpr double kTouching = 0x1p-46, kError = 0x1p-44;
   constexpr int kMostSteps = 1000;
-  const DifferenceSet differences(triangle, set);
+  const DifferenceSet differences(first, second);
   const double extent = differences.extent();
   const double touching = kTouching * extent;
   Simplex simplex;
   simplex.add(differences.support(Vector::UnitX()));
   simplex.reduce();
-  double lower = 0;
+  SeparatingPlane plane;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector nearest = simplex.nearest();
-    const double length = nearest.norm();
-    if (length <= touching || simplex.squaredNorm() == 0) return {simplex.points(), 0, 0};
-    const Difference next = differences.support(-nearest / length);
-    lower = std::max(lower, nearest.dot(next.at) / length);
-    if (length - lower <= kError * extent || simplex.has(next)) break;
+    const double length = nearest.norm(), enough = length - kError * extent;
+    if (length <= touching || simplex.squaredNorm() == 0)
+      return {simplex.points(), 0, 0, Vector::Zero()};
+    const Difference next = plane.tryNormal(nearest / length, differences);
+    if (plane.gap >= enough || simplex.has(next)) break;
     Simplex larger = simplex;
     larger.add(next);
     larger.reduce();
-    if (!(larger.squaredNorm() < simplex.squaredNorm())) break;
+    if (!(larger.squaredNorm() < simplex.squaredNorm())) {
+      improveByFaces(differences, simplex, next, enough, plane);
+      break;
+    }
     simplex = larger;
   }
   const double distance = std::sqrt(simplex.squaredNorm());
-  return {simplex.points(), distance, distance - lower};
+  return {simplex.points(), distance, distance - plane.gap, plane.normal};
+}
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set) {
+  return convexGap(TriangleSet(triangle), set);
 }
 
 namespace {
@@ -331,9 +388,12 @@ Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const
   return penetrationOf(triangle, *this);
 }
 
-Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
-  const DifferenceSet differences(triangle, set);
+Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second) {
+  const DifferenceSet differences(first, second);
   return ExpandingPolytope(differences).find();
+}
+Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
+  return penetrationOf(TriangleSet(triangle), set);
 }
 
 }  // namespace adaptive_bvh
