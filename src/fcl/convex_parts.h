@@ -63,10 +63,13 @@ class CellVisitor {
       children[count++] = {bound_(ballAround(child)), child};
       return false;
     });
-    std::sort(children.begin(), children.begin() + std::ptrdiff_t(count),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 0; i < count && children[i].first <= limit_(); ++i)
-      if (descend(children[i].second)) return true;
+    for (auto *next = children.data(), *end = next + count; next != end; ++next) {
+      std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
+                       return x.first < y.first;
+                     }));
+      if (!(next->first <= limit_())) break;
+      if (descend(next->second)) return true;
+    }
     return false;
   }
   bool visitLeaf(const Cell<S>& cell) const {

@@ -41,13 +41,10 @@ class BoxAroundCells {
 };
 
 /// Calls test(part of the first, part of the second) for those that may be at most limit() apart,
-/// until it returns true.
+/// until it returns true. The second is an octree if the first is one.
 template <typename S, typename Limit, typename Test>
-void visitPairs(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Limit& limit,
-                const Test& test) {
-  if (isOctree(first) && !isOctree(second))
-    return visitPairs(second, first, limit,
-                      [&](const ConvexPart& b, const ConvexPart& a) { return test(a, b); });
+void visitPairsInOrder(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
+                       const Limit& limit, const Test& test) {
   const auto visitSecond = [&](const ConvexPart& a) {
     return visitParts(
         second, [&](const CellBall& ball) { return boundOf(a.placed, ball); }, limit,
@@ -61,6 +58,14 @@ void visitPairs(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
   const BoxAroundCells<S> around(second);
   visitParts(
       first, [&](const CellBall& ball) { return around.bound(ball); }, limit, visitSecond);
+}
+
+template <typename S, typename Limit, typename Test>
+void visitPairs(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Limit& limit,
+                const Test& test) {
+  if (!isOctree(first) || isOctree(second)) return visitPairsInOrder(first, second, limit, test);
+  visitPairsInOrder(second, first, limit,
+                    [&](const ConvexPart& b, const ConvexPart& a) { return test(a, b); });
 }
 
 }  // namespace

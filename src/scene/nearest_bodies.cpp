@@ -2,6 +2,7 @@
 
 #include "adaptive_bvh/query.h"
 #include "fcl/mesh_pairs.h"
+#include "fcl/shape_pairs.h"
 #include "fcl/shape_search.h"
 #include "query/depth_meshes.h"
 #include "query/nearest_search.h"
@@ -24,6 +25,9 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
     nearest.addWitness(witness[0], witness[1]);
     NearestSearch<S>(first, second, nearest).run();
     if (!nearest.isImproved()) return false;
+  } else if (!a.mesh && !b.mesh) {
+    shapePairDistance<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {request, result});
+    if (!(result.min_distance < best.distance)) return false;
   } else {
     detail::answerDistance(a.geometry, a.tf, b.geometry, b.tf, request, result);
     if (!(result.min_distance < best.distance)) return false;
@@ -135,7 +139,7 @@ SceneDistance<S> Scene<S>::distance() {
     if (state.admits(a, b)) improve(a, b, last.elements, best);
   }
   for (std::size_t i = 0; i < state.bodies.size() && !best.exists(); ++i)
-    if (state.bodies[i].mesh) best = nearest(state.bodies[i].id);
+    best = nearest(state.bodies[i].id);
   if (best.exists() && best.bodies.second < best.bodies.first) {
     std::swap(best.bodies.first, best.bodies.second);
     std::swap(best.points[0], best.points[1]);
@@ -148,7 +152,7 @@ SceneDistance<S> Scene<S>::distance() {
   static thread_local std::vector<BodyPair> pairs;
   static thread_local std::vector<Candidate> candidates;
   if (!best.exists()) return best;
-  state.findPairs(double(best.distance), pairs);
+  state.findPairs(double(best.distance), 0, pairs);
   candidates.clear();
   for (const BodyPair& pair : pairs) {
     const WorldBox &a = state.bodies[pair.first].box, &b = state.bodies[pair.second].box;
@@ -185,13 +189,13 @@ bool Scene<S>::isNearer(S distance) const {
   requireDistance(distance);
   state.requireCurrent();
   static thread_local std::vector<BodyPair> pairs;
-  state.findPairs(double(distance), pairs);
+  state.findPairs(double(distance), 0, pairs);
   for (const BodyPair& pair : pairs) {
     const Body<S>*a = &state.bodies[pair.first], *b = &state.bodies[pair.second];
     if (!a->mesh) std::swap(a, b);
     if (b->mesh) {
       if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->mesh, b->tf, distance)) return true;
-    } else if (b->geometry->getNodeType() == fcl::GEOM_OCTREE) {
+    } else if (!a->mesh || b->geometry->getNodeType() == fcl::GEOM_OCTREE) {
       SceneDistance<S> found;
       found.distance = std::nextafter(distance, std::numeric_limits<S>::infinity());
       if (improve(*a, *b, {-1, -1}, found)) return true;

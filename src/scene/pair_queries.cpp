@@ -6,6 +6,7 @@
 #include "adaptive_bvh/self_collision.h"
 #include "base/task_pool.h"
 #include "fcl/mesh_pairs.h"
+#include "fcl/shape_pairs.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -156,6 +157,8 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
   fcl::CollisionResult<S>& result = scratch<fcl::CollisionResult<S>>();
   if (&a == &b) {
     selfCollide(*a.mesh, a.tf, asked, result);
+  } else if (!a.mesh && !b.mesh) {
+    shapePairCollide<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {asked, result});
   } else {
     detail::answerCollide(a.geometry, a.tf, b.geometry, b.tf, asked, result, false);
     if (!result.isCollision()) {
@@ -221,7 +224,7 @@ std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
   const State& state = *state_;
   state.requireCurrent();
   std::vector<BodyPair>& pairs = pairsOfThisThread();
-  state.findPairs(0, pairs);
+  state.findPairs(0, 0, pairs);
   addSelves(state.bodies, pairs);
   collect(
       state.bodies, state.threads, pairs,
@@ -239,10 +242,9 @@ std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
   requireDistance(request.distance);
   state.requireCurrent();
   std::vector<BodyPair>& pairs = pairsOfThisThread();
-  state.findPairs(double(request.distance), pairs);
+  state.findPairs(double(request.distance), 2, pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, TrianglePairs<S>& near) {
-    if (!a.mesh || !b.mesh) return;
     if (&a != &b) {
       adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
       return;
@@ -260,10 +262,9 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
   requireDistance(distance);
   state.requireCurrent();
   std::vector<BodyPair>& pairs = pairsOfThisThread();
-  state.findPairs(double(distance), pairs);
+  state.findPairs(double(distance), 2, pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, FeaturePairs& near) {
-    if (!a.mesh || !b.mesh) return;
     if (&a == &b)
       adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
     else
@@ -278,7 +279,7 @@ std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) c
   requireDistance(margin);
   state.requireCurrent();
   std::vector<BodyPair>& pairs = pairsOfThisThread();
-  state.findPairs(double(margin), pairs);
+  state.findPairs(double(margin), 1, pairs);
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});
   std::sort(pairs.begin(), pairs.end());
