@@ -192,7 +192,7 @@ bool Scene<S>::isNearer(S distance) const {
   state.findPairs(double(distance), 0, pairs);
   for (const BodyPair& pair : pairs) {
     const Body<S>*a = &state.bodies[pair.first], *b = &state.bodies[pair.second];
-    if (!a->mesh) std::swap(a, b);
+    if (b->mesh && !a->mesh) std::swap(a, b);
     if (b->mesh) {
       if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->mesh, b->tf, distance)) return true;
     } else if (!a->mesh || b->geometry->getNodeType() == fcl::GEOM_OCTREE) {

@@ -165,7 +165,9 @@ void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
   template ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>&) const;                   \
   template void Scene<S>::firstHits(const fcl::Vector3<S>*, const fcl::Vector3<S>*, std::size_t, \
-                                    const RayRange<S>&, std::vector<SceneRayHit<S>>&) const;
+                                    const RayRange<S>&, std::vector<SceneRayHit<S>>&) const;     \
+  template void Scene<S>::firstHits(const fcl::Vector3<S>*, const fcl::Vector3<S>*, std::size_t, \
+                                    std::vector<SceneRayHit<S>>&) const;
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -239,5 +239,7 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
 
 template SceneImpact Scene<float>::earliestImpact(double) const;
 template SceneImpact Scene<double>::earliestImpact(double) const;
+template double Scene<float>::largestSafeStep(double) const;
+template double Scene<double>::largestSafeStep(double) const;
 
 }  // namespace adaptive_bvh

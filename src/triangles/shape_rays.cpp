@@ -121,9 +121,9 @@ double firstInSet(const Line& line, const ConvexSet& set, double begin) {
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector x = line.origin + t * line.direction;
     const ConvexGap gap = convexGap(TrianglePoints<double>{x, x, x}, set);
-    if (gap.distance <= 0) break;
     const double height = gap.normal.dot(x - set.support(gap.normal)),
                  fall = -gap.normal.dot(line.direction);
+    if (gap.distance <= 0 || !(height > 0)) break;
     if (!(fall > 0)) return kInfinity;
     const double next = t + height / fall;
     if (!(next > t)) break;
