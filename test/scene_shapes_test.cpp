@@ -190,7 +190,7 @@ TYPED_TEST(SceneShapesTest, CertifiesPairsOfAllShapes) {
     this->expectPair({a, tf_a}, tf_a, {b, tf_b}, tf_b);
   }
   EXPECT_GT(this->apart_, pairs / 5);
-  EXPECT_GT(this->touching_, pairs / 5);
+  EXPECT_GT(this->touching_, pairs / 8);
 }
 
 TYPED_TEST(SceneShapesTest, HasTheClosedFormsOfRoundPairs) {

@@ -128,9 +128,13 @@ void bindMotion(py::module_& module) {
       .def_property_readonly(
           "pair",
           [](const FirstImpact& self) {
-            return py::make_tuple(self.impact.pair.first, self.impact.pair.second);
+            const auto number = [](unsigned of_feature) {
+              return of_feature == SceneImpact::kNoFeature ? -1 : std::int64_t(of_feature);
+            };
+            return py::make_tuple(number(self.impact.pair.first),
+                                  number(self.impact.pair.second));
           },
-          "The numbers of the two features, as in FeaturePairs.")
+          "The numbers of the two features, as in FeaturePairs; -1 of a shape.")
       .def_property_readonly(
           "happens", [](const FirstImpact& self) { return self.impact.happens(); },
           "Whether anything comes together.")

@@ -88,6 +88,10 @@ class Simplex {
   }
 
   double squaredNorm() const { return least_; }
+  template <typename Visit>
+  void forEachCorner(const Visit& visit) const {
+    std::for_each(corners_, corners_ + count_, visit);
+  }
   /// Calls visit(a, b) for the ends of its edges.
   template <typename Visit>
   void forEachEdge(const Visit& visit) const {
@@ -187,26 +191,62 @@ struct SeparatingPlane {
   }
 };
 
-/// Improves a plane by normals of planes through a simplex and a point beside it, until its gap is
-/// `enough`: where rounding hides that the point would bring the simplex nearer, such a normal is
-/// still a better direction than that of the nearest point.
-void improveByFaces(const DifferenceSet& differences, const Simplex& simplex, Difference beside,
-                    double enough, SeparatingPlane& plane) {
-  constexpr int kMostSteps = 8;
-  for (int step = 0; step < kMostSteps && plane.gap < enough; ++step) {
-    const double before = plane.gap;
-    Difference next = beside;
-    simplex.forEachEdge([&](const Vector& a, const Vector& b) {
-      const Vector normal = (a - beside.at).cross(b - beside.at).stableNormalized();
-      const double best = plane.gap;
-      const Difference lowest =
-          plane.tryNormal(normal.dot(beside.at) < 0 ? Vector(-normal) : normal, differences);
-      if (plane.gap > best) next = lowest;
-    });
-    if (!(plane.gap > before)) break;
-    beside = next;
+/// Finishes a search in which rounding hides that a point beside the simplex would bring it nearer:
+/// the two sets have nearly parallel faces, or nearly flat ones. There the normal of a plane
+/// through an edge of the simplex and the point is a better direction than that of the nearest
+/// point, and all points found count, not only those of the simplex.
+class FlatSearch {
+ public:
+  FlatSearch(const DifferenceSet& differences, double error, Simplex& simplex,
+             SeparatingPlane& plane)
+      : differences_(differences), error_(error), simplex_(simplex), plane_(plane) {
+    simplex.forEachCorner([&](const Difference& corner) { points_[count_++] = corner; });
   }
-}
+
+  void run(Difference beside) {
+    while (count_ < kMostPoints && !has(beside)) {
+      addPoint(beside);
+      const double before = plane_.gap, length = std::sqrt(simplex_.squaredNorm());
+      Difference next = plane_.tryNormal(simplex_.nearest() / length, differences_);
+      if (length - plane_.gap <= error_) return;
+      double best = std::max(before, plane_.gap);
+      simplex_.forEachEdge([&](const Vector& a, const Vector& b) {
+        const Vector normal = (a - beside.at).cross(b - beside.at).stableNormalized();
+        const Vector outward = normal.dot(beside.at) < 0 ? Vector(-normal) : normal;
+        const Difference lowest = plane_.tryNormal(outward, differences_);
+        if (plane_.gap > best) best = plane_.gap, next = lowest;
+      });
+      beside = next;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMostPoints = 16;
+
+  bool has(const Difference& point) const {
+    return std::any_of(points_, points_ + count_,
+                       [&](const Difference& other) { return other.at == point.at; });
+  }
+  void addPoint(const Difference& point) {
+    for (std::size_t i = 0; i < count_; ++i)
+      for (std::size_t j = 0; j <= i; ++j) {
+        Simplex other;
+        other.add(point);
+        other.add(points_[i]);
+        if (j < i) other.add(points_[j]);
+        other.reduce();
+        if (other.squaredNorm() < simplex_.squaredNorm()) simplex_ = other;
+      }
+    points_[count_++] = point;
+  }
+
+  const DifferenceSet& differences_;
+  const double error_;
+  Simplex& simplex_;
+  SeparatingPlane& plane_;
+  Difference points_[kMostPoints];
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
@@ -222,16 +262,16 @@ ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second) {
   SeparatingPlane plane;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector nearest = simplex.nearest();
-    const double length = nearest.norm(), enough = length - kError * extent;
+    const double length = nearest.norm();
     if (length <= touching || simplex.squaredNorm() == 0)
       return {simplex.points(), 0, 0, Vector::Zero()};
     const Difference next = plane.tryNormal(nearest / length, differences);
-    if (plane.gap >= enough || simplex.has(next)) break;
+    if (length - plane.gap <= kError * extent || simplex.has(next)) break;
     Simplex larger = simplex;
     larger.add(next);
     larger.reduce();
     if (!(larger.squaredNorm() < simplex.squaredNorm())) {
-      improveByFaces(differences, simplex, next, enough, plane);
+      FlatSearch(differences, kError * extent, simplex, plane).run(next);
       break;
     }
     simplex = larger;

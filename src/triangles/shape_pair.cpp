@@ -57,8 +57,8 @@ class SegmentPair {
     const TriangleGap gap = other_.shape.gap(segment_);
     if (gap.distance > radius_) return false;
     if (gap.distance > 0) {
-      const Vector between = gap.points.second - gap.points.first;
-      contact = {gap.points.second, between.stableNormalized(), radius_ - gap.distance};
+      const Vector normal = apartAlong(gap);
+      contact = {gap.points.second, normal, depthAlong(normal, gap)};
     } else {
       other_.shape.touches(segment_, contact);
       contact.depth += radius_;
@@ -80,6 +80,20 @@ class SegmentPair {
     if (at.distance > radius_) return false;
     contact = {at.distance > 0 ? at.nearest : x, -at.outward, radius_ - at.distance};
     return true;
+  }
+  /// The direction from the segment to the shape along which they are apart. The difference of near
+  /// points has few digits; the normal of a plane between the two has all.
+  Vector apartAlong(const TriangleGap& gap) const {
+    const Vector between = gap.points.second - gap.points.first;
+    if (const FlatShape* const flat = other_.shape.flat())
+      return between.dot(flat->normal()) < 0 ? Vector(-flat->normal()) : flat->normal();
+    const Vector normal = -convexGap(segment_, OwnSet(other_.shape)).normal;
+    return normal.isZero(0) ? Vector(between.stableNormalized()) : normal;
+  }
+  double depthAlong(const Vector& normal, const TriangleGap& gap) const {
+    if (other_.shape.flat()) return radius_ - gap.distance;
+    const double end = std::max(normal.dot(segment_[0]), normal.dot(segment_[1]));
+    return std::max(0., radius_ + end - normal.dot(other_.shape.support(-normal)));
   }
   TriangleGap rounded(TriangleGap gap) const {
     gap.points.first += (gap.points.second - gap.points.first) * (radius_ / gap.distance);
