@@ -92,11 +92,20 @@ class Simplex {
   void forEachCorner(const Visit& visit) const {
     std::for_each(corners_, corners_ + count_, visit);
   }
-  /// Calls visit(a, b) for the ends of its edges.
+  /// Calls visit(normal), of length 1 or 0, for its face, if it is one, and for the edges and faces
+  /// that join it to a point: of an edge the normal that is most along `nearest`.
   template <typename Visit>
-  void forEachEdge(const Visit& visit) const {
-    for (std::size_t i = 1; i < count_; ++i)
-      for (std::size_t j = 0; j < i; ++j) visit(corners_[i].at, corners_[j].at);
+  void forEachFaceWith(const Difference& point, const Visit& visit) const {
+    const auto edge = [&](std::size_t i, const Difference& from) -> Vector {
+      return corners_[i].at - from.at;
+    };
+    if (count_ == 3) visit(edge(0, corners_[2]).cross(edge(1, corners_[2])).stableNormalized());
+    for (std::size_t i = 0; i < count_; ++i) {
+      const feature_distance::Edge<double> along(edge(i, point));
+      visit(along.across(nearest()).stableNormalized());
+      for (std::size_t j = 0; j < i; ++j)
+        visit(edge(i, point).cross(edge(j, point)).stableNormalized());
+    }
   }
   Vector nearest() const { return combine(&Difference::at); }
   PointPair<double> points() const {
@@ -180,7 +189,7 @@ class Simplex {
 /// The best plane between two convex sets so far.
 struct SeparatingPlane {
   Vector normal = Vector::Zero();  ///< from the second to the first, of length 1
-  double gap = 0;
+  double gap = -std::numeric_limits<double>::infinity();
 
   /// Returns the difference's lowest point along a normal of length 1.
   Difference tryNormal(const Vector& m, const DifferenceSet& differences) {
@@ -204,18 +213,21 @@ class FlatSearch {
   }
 
   void run(Difference beside) {
-    while (count_ < kMostPoints && !has(beside)) {
-      addPoint(beside);
+    for (;;) {
+      const bool is_new = !has(beside);
+      if (is_new && count_ == kMostPoints) return;
+      if (is_new) addPoint(beside);
       const double before = plane_.gap, length = std::sqrt(simplex_.squaredNorm());
       Difference next = plane_.tryNormal(simplex_.nearest() / length, differences_);
-      if (length - plane_.gap <= error_) return;
       double best = std::max(before, plane_.gap);
-      simplex_.forEachEdge([&](const Vector& a, const Vector& b) {
-        const Vector normal = (a - beside.at).cross(b - beside.at).stableNormalized();
+      simplex_.forEachFaceWith(beside, [&](const Vector& normal) {
+        if (normal.isZero(0)) return;
         const Vector outward = normal.dot(beside.at) < 0 ? Vector(-normal) : normal;
         const Difference lowest = plane_.tryNormal(outward, differences_);
-        if (plane_.gap > best) best = plane_.gap, next = lowest;
+        if (plane_.gap > best || (has(next) && !has(lowest))) next = lowest;
+        best = std::max(best, plane_.gap);
       });
+      if (length - plane_.gap <= error_ || (!is_new && has(next))) return;
       beside = next;
     }
   }
@@ -266,10 +278,12 @@ ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second) {
     if (length <= touching || simplex.squaredNorm() == 0)
       return {simplex.points(), 0, 0, Vector::Zero()};
     const Difference next = plane.tryNormal(nearest / length, differences);
-    if (length - plane.gap <= kError * extent || simplex.has(next)) break;
+    if (length - plane.gap <= kError * extent) break;
     Simplex larger = simplex;
-    larger.add(next);
-    larger.reduce();
+    if (!simplex.has(next)) {
+      larger.add(next);
+      larger.reduce();
+    }
     if (!(larger.squaredNorm() < simplex.squaredNorm())) {
       FlatSearch(differences, kError * extent, simplex, plane).run(next);
       break;
@@ -277,6 +291,7 @@ ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second) {
     simplex = larger;
   }
   const double distance = std::sqrt(simplex.squaredNorm());
+  if (!(plane.gap > 0)) return {simplex.points(), distance, distance, Vector::Zero()};
   return {simplex.points(), distance, distance - plane.gap, plane.normal};
 }
 ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set) {

@@ -38,7 +38,7 @@ struct ConvexGap {
   /// The exact distance is at most so much less: certified by a plane between the two.
   double error;
   /// Of length 1, from the second to the first: the extents of both along it are `distance` less
-  /// `error` apart. Zero where they touch.
+  /// `error` apart. Zero where no plane was found: they touch, or nearly.
   fcl::Vector3d normal;
 };
 
