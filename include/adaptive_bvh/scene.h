@@ -43,13 +43,12 @@ namespace adaptive_bvh {
 /// 16 epsilon of S), and the depth is infinite where no motion separates them. Static shapes that
 /// overlap are pairs as any other: `ignore` and groups leave them out.
 ///
-/// Distances of two spheres, capsules, boxes, planes, half-spaces and cells, of which at least one
-/// is not a box or cell, are exact up to 2^-46 of the extent of both; others are certified by a
-/// separating plane to be off by less than 1e-9 of it, mostly by less than 2^-42. (Cylinders,
-/// cones, ellipsoids, convexes and boxes that are nearer than 2^-46 count as touching.) A contact's
-/// depth certainly separates the two. It is the least one up to 2^-38 of the extent if one of the
-/// two is a sphere, capsule, plane or half-space, up to 1e-8 for boxes, cells, convexes and
-/// ellipsoids and for these with any other; up to 1e-2 for two of cylinders and cones.
+/// Distances of two shapes or cells are off by less than 1e-12 of the extent of both. They are
+/// those of the shapes' formulas if one of the two is a sphere, capsule, plane or half-space; all
+/// others are certified by a plane between the two. (Two of boxes, cells, cylinders, cones,
+/// ellipsoids and convexes count as touching below 2^-46.) The depth of a contact always separates
+/// the two. It is the least one up to 1e-9 of the extent. That is proven except for two of
+/// cylinders and cones: for these the proven lower bound may be less by up to 1e-2 of the extent.
 ///
 /// **Order.** Results are sorted by body, the smaller id of a pair first, and do not depend on the
 /// number of threads.

@@ -317,6 +317,7 @@ class ExpandingPolytope {
       if (best_.error <= kError * extent_ || !grow(std::size_t(nearest - faces_.begin()), top))
         break;
     }
+    if (best_.error > kError * extent_) polish();
     best_.depth = std::max(best_.depth, 0.);
     return best_;
   }
@@ -344,6 +345,25 @@ class ExpandingPolytope {
     const double reach = direction.dot(top);
     if (reach < best_.depth) best_ = {direction, reach, reach};
     return top;
+  }
+
+  /// Looks for a shorter way along directions around the best one, by smaller and smaller steps:
+  /// where both sets are round, a polytope comes near the surface of the difference but slowly.
+  void polish() {
+    constexpr double kSmallest = 1e-8, kTurn = 2 * 3.14159265358979323846;
+    constexpr int kDirections = 8, kMostRounds = 200;
+    const double lower = best_.depth - best_.error;
+    double step = 0.1;
+    for (int round = 0; round < kMostRounds && step > kSmallest; ++round) {
+      const Vector n = best_.normal, u = n.unitOrthogonal(), v = n.cross(u);
+      const double before = best_.depth;
+      for (int k = 0; k < kDirections; ++k) {
+        const double angle = k * kTurn / kDirections;
+        measure((n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized());
+      }
+      if (!(before - best_.depth > 1e-3 * kError * extent_)) step /= 2;
+    }
+    best_.error = best_.depth - lower;
   }
 
   /// A tetrahedron of far points. False where the difference is flat: then it touches, no more.

@@ -38,6 +38,23 @@ Real way(const JudgedBody<S>& first, const JudgedBody<S>& second, const Point& n
   return first.reach(n) + second.reach(-n);
 }
 
+/// The largest gap of two bodies along directions near one, by a compass search in long double.
+template <typename S>
+Real widestGap(const JudgedBody<S>& first, const JudgedBody<S>& second, Point n) {
+  constexpr int kDirections = 12;
+  Real best = -way(first, second, n);
+  for (Real step = 1e-3L; step > 1e-15L; step *= 0.7L) {
+    const Point u = n.unitOrthogonal(), v = n.cross(u);
+    for (int k = 0; k < kDirections; ++k) {
+      const Real angle = Real(2 * M_PI) * k / kDirections + step;
+      const Point m = (n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized();
+      const Real gap = -way(first, second, m);
+      if (gap > best) best = gap, n = m;
+    }
+  }
+  return best;
+}
+
 // Closed forms, in quadruple precision.
 
 inline quad::Point quadOf(const Point& x) {
