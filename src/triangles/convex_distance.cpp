@@ -350,18 +350,18 @@ class ExpandingPolytope {
   /// Looks for a shorter way along directions around the best one, by smaller and smaller steps:
   /// where both sets are round, a polytope comes near the surface of the difference but slowly.
   void polish() {
-    constexpr double kSmallest = 1e-8, kTurn = 2 * 3.14159265358979323846;
-    constexpr int kDirections = 8, kMostRounds = 200;
+    constexpr double kSmallest = 1e-8, kGolden = 0.618, kTurn = 2 * 3.14159265358979323846;
+    constexpr int kDirections = 8, kMostRounds = 1000;
     const double lower = best_.depth - best_.error;
     double step = 0.1;
     for (int round = 0; round < kMostRounds && step > kSmallest; ++round) {
       const Vector n = best_.normal, u = n.unitOrthogonal(), v = n.cross(u);
       const double before = best_.depth;
       for (int k = 0; k < kDirections; ++k) {
-        const double angle = k * kTurn / kDirections;
+        const double angle = (k + round * kGolden) * kTurn / kDirections;
         measure((n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized());
       }
-      if (!(before - best_.depth > 1e-3 * kError * extent_)) step /= 2;
+      step *= best_.depth < before ? 1.5 : 0.5;
     }
     best_.error = best_.depth - lower;
   }
