@@ -186,7 +186,6 @@ class SceneTest : public testing::Test {
   // ---- The judge
 
   bool admits(const Judged<S>& a, const Judged<S>& b) const {
-    if (!a.mesh && !b.mesh) return false;
     if (!(a.options.group & b.options.mask) || !(b.options.group & a.options.mask)) return false;
     if (is_filtered_ && (a.id + b.id) % 3 == 0) return false;
     return ignored_.count({std::min(a.id, b.id), std::max(a.id, b.id)}) == 0;
@@ -207,8 +206,16 @@ class SceneTest : public testing::Test {
     }
     return triangles;
   }
+  /// A scene of some bodies alone. scene_shapes_test.cpp judges what such a scene says of shapes.
+  static Scene<S> sceneOf(std::initializer_list<const Judged<S>*> bodies) {
+    Scene<S> scene;
+    for (const Judged<S>* body : bodies) scene.add(body->geometry, body->tf);
+    scene.update();
+    return scene;
+  }
   /// Of two meshes in the world, in long double; of others by the query of the pair.
   static double distanceOf(const Judged<S>& a, const Judged<S>& b) {
+    if (!a.mesh && !b.mesh) return double(sceneOf({&a, &b}).distance().distance);
     if (!a.mesh || !b.mesh) {
       fcl::DistanceResult<S> result;
       return double(adaptive_bvh::distance<S>(a.geometry.get(), a.tf, b.geometry.get(), b.tf,
@@ -245,6 +252,13 @@ class SceneTest : public testing::Test {
       counts.push_back(result.numContacts());
     };
     forEachPair([&](const Judged<S>& a, const Judged<S>& b) {
+      if (!a.mesh && !b.mesh) {
+        SceneCollisions<S> of_pair;
+        if (sceneOf({&a, &b}).collisions(SceneCollisionRequest(), of_pair) == 0) return;
+        expected.push_back({a.id, b.id});
+        counts.push_back(of_pair.contacts.size());
+        return;
+      }
       fcl::CollisionResult<S> result;
       adaptive_bvh::collide<S>(a.geometry.get(), a.tf, b.geometry.get(), b.tf, all, result);
       note(a.id, b.id, result);
@@ -406,7 +420,10 @@ class SceneTest : public testing::Test {
     const P point = S(2) * extent_ * random_.point();
     double least = kFar;
     for (const Judged<S>& body : bodies_) {
-      if (!body.mesh) continue;
+      if (!body.mesh) {
+        least = std::min(least, double(sceneOf({&body}).nearestPoint(point).distance));
+        continue;
+      }
       const P seen = body.tf.inverse(Eigen::Isometry) * point;
       least = std::min(least, double(adaptive_bvh::closestPoint(*body.mesh, seen).distance));
     }
@@ -421,7 +438,12 @@ class SceneTest : public testing::Test {
     for (std::size_t r = 0; r < origins.size(); ++r) {
       double first = kFar;
       for (const Judged<S>& body : bodies_) {
-        if (!body.mesh) continue;
+        if (!body.mesh) {
+          std::vector<SceneRayHit<S>> alone;
+          sceneOf({&body}).firstHits(&origins[r], &directions[r], 1, range, alone);
+          first = std::min(first, double(alone[0].hit.t));
+          continue;
+        }
         const Eigen::Matrix<S, 3, 3> back = body.tf.linear().transpose();
         const RayHit<S> hit =
             adaptive_bvh::firstHit(*body.mesh, P(back * (origins[r] - body.tf.translation())),
@@ -443,7 +465,17 @@ class SceneTest : public testing::Test {
                                      starts_.at(body.id), body.tf);
     };
     forEachPair([&](const Judged<S>& a, const Judged<S>& b) {
-      if (!a.mesh || !b.mesh) return;
+      if (!a.mesh || !b.mesh) {
+        Scene<S> pair;
+        const BodyId first = pair.add(a.geometry, starts_.at(a.id)),
+                     second = pair.add(b.geometry, starts_.at(b.id));
+        pair.beginStep();
+        pair.setTransform(first, a.tf);
+        pair.setTransform(second, b.tf);
+        pair.update();
+        expected = std::min(expected, pair.earliestImpact(separation).impact.time);
+        return;
+      }
       const auto impact = adaptive_bvh::earliestImpact(motion(a), motion(b), separation);
       expected = std::min(expected, impact.time);
     });

@@ -20,8 +20,8 @@ namespace adaptive_bvh {
 
 /// \file
 /// Many bodies: deforming meshes, FCL's shapes and octrees. One tree of boxes over the bodies finds
-/// the pairs that may be near; each pair is then answered by the queries of pairs (query.h,
-/// proximity.h, penetration.h).
+/// the pairs that may be near. Pairs with a mesh are answered by the queries of pairs (query.h,
+/// proximity.h, penetration.h), others by this library as well.
 ///
 ///     adaptive_bvh::Scene<double> scene;
 ///     const auto hose = scene.add(hose_mesh);            // a DeformableMesh, by reference
@@ -30,8 +30,25 @@ namespace adaptive_bvh {
 ///     scene.update();                                    // each step, after all changes
 ///     adaptive_bvh::SceneDistance<double> nearest = scene.nearest(hose);
 ///
-/// **Currency.** `update` computes the boxes of all bodies. A query throws std::logic_error if
-/// bodies, transforms or meshes have changed since then.
+/// **Currency.** `update` computes the boxes of all bodies in their present state. A query throws
+/// std::logic_error if bodies, transforms or meshes have changed since then. Shapes and octrees
+/// that change in place (the radius of a sphere) count from the next `update` on; a query between
+/// the change and the update does not notice it, and its result is undefined.
+///
+/// **Shapes and octrees.** Shapes are filled. An octree is the set of its occupied cells, filled
+/// boxes. Distances and contacts follow the conventions of query.h for a mesh and a shape: 0 where
+/// bodies touch; one contact for each pair of shapes or cells; its position is a common point; the
+/// second body moved by the depth along the normal is apart from the shape or cell of the first.
+/// Planes and half-spaces are without end: two of them are apart only where they are parallel (to
+/// 16 epsilon of S), and the depth is infinite where no motion separates them. Static shapes that
+/// overlap are pairs as any other: `ignore` and groups leave them out.
+///
+/// Distances of two shapes or cells are off by less than 1e-12 of the extent of both. They are
+/// those of the shapes' formulas if one of the two is a sphere, capsule, plane or half-space; all
+/// others are certified by a plane between the two. (Two of boxes, cells, cylinders, cones,
+/// ellipsoids and convexes count as touching below 2^-46.) The depth of a contact always separates
+/// the two. It is the least one up to 1e-9 of the extent. That is proven except for two of
+/// cylinders and cones: for these the proven lower bound may be less by up to 1e-2 of the extent.
 ///
 /// **Order.** Results are sorted by body, the smaller id of a pair first, and do not depend on the
 /// number of threads.
@@ -145,24 +162,37 @@ struct SceneDistance {
 /// The point of the bodies' surfaces that is nearest to a point.
 template <typename S>
 struct ScenePoint {
-  BodyId body = 0;                                  ///< the mesh with that point
-  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no mesh
+  BodyId body = 0;                                  ///< the body with that point
+  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no body
   fcl::Vector3<S> point =
       fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());  ///< nearest
-  int triangle = -1;                                                   ///< with that point
+  int triangle = -1;  ///< triangle or cell with that point; -1 for a shape
+
+  /// Whether there is a point.
+  bool exists() const { return distance < std::numeric_limits<S>::infinity(); }
 };
 
 /// First hit of a ray with a scene.
 template <typename S>
 struct SceneRayHit {
-  BodyId body = 0;  ///< the mesh that is hit; without meaning if hit.triangle is -1
-  RayHit<S> hit;    ///< as returned by firstHit
+  BodyId body = 0;  ///< the body that is hit; without meaning if there is no hit
+  /// As returned by firstHit. For an octree `triangle` is the cell, for a shape -1; u and v are 0
+  /// for both.
+  RayHit<S> hit;
+
+  /// Whether there is a hit: hit.t is finite.
+  bool exists() const { return hit.t < std::numeric_limits<S>::infinity(); }
 };
 
 /// The first two bodies that come together in a step, and when.
 struct SceneImpact {
+  /// Number in Impact::pair of a shape, which has no features.
+  static constexpr unsigned kNoFeature = ~0u;
+
   BodyPair bodies = {0, 0};  ///< the same body twice for a self-collision
-  Impact impact;             ///< its features are of the first body and of the second
+  /// Of two meshes with the features of the first and of the second. If one of both is a shape or
+  /// an octree, `kind` has no meaning, and `pair` has triangles and cells instead of features.
+  Impact impact;
 
   /// Whether anything comes together.
   bool happens() const { return impact.happens(); }
@@ -237,8 +267,9 @@ class Scene {
 
   /// Returns a scene in the state of the last update, with the same ids. Other threads may query it
   /// while this scene and its meshes change. It has copies of the meshes, which share the
-  /// topologies: one copy for bodies that share a mesh. Referenced shapes must outlive it, too.
-  /// Throws std::logic_error if the scene has changed since its last update.
+  /// topologies: one copy for bodies that share a mesh. Shapes and octrees are not copied: they
+  /// must outlive it and stay as they are. Throws std::logic_error if the scene has changed since
+  /// its last update.
   Scene snapshot() const;
 
   // ---- Queries of all pairs
@@ -267,16 +298,25 @@ class Scene {
   /// Finds the k bodies nearest to `body`, by increasing distance, then id; fewer if there are
   /// fewer.
   void nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const;
-  /// Returns the nearest point of the meshes' surfaces.
+  /// Returns the nearest point of the bodies' surfaces: also for a point inside of a shape or of an
+  /// octree's cell.
   ScenePoint<S> nearestPoint(const fcl::Vector3<S>& point) const;
 
   // ---- The step as a motion (continuous_collision.h)
 
-  /// Returns the first two features of two meshes that come together, or of one mesh with
-  /// self_collision, during the motion from the last beginStep to the present state. Transforms go
-  /// from those of beginStep to the present ones, vertices from DeformableMesh::previousVertices to
-  /// the present ones (they stand still if there are no previous ones). Shapes and octrees are left
-  /// out. Throws like adaptive_bvh::earliestImpact.
+  /// Returns the first two bodies that come together, or a mesh with itself with self_collision,
+  /// during the motion from the last beginStep to the present state. Transforms go from those of
+  /// beginStep to the present ones, vertices from DeformableMesh::previousVertices to the present
+  /// ones (they stand still if there are no previous ones). As in continuous_collision.h, each
+  /// point of a mesh, shape or cell moves on a straight line, so a body that turns shrinks a little
+  /// in between. The normal and the offset of a plane or half-space change evenly. Two of these
+  /// that turn have met at time 0.
+  ///
+  /// For two meshes, the time is that of adaptive_bvh::earliestImpact. For others it is never late,
+  /// despite rounding, and early by the time in which the two approach by 1e-12 of their
+  /// coordinates in the world; where they touch at a grazing angle, by more. Bodies that touch at
+  /// the start have the time 0, and so has a triangle that is inside of a shape. Throws like
+  /// adaptive_bvh::earliestImpact.
   SceneImpact earliestImpact(double separation = 0) const;
   /// The time up to which nothing comes together: from 0 to 1, the whole step.
   double largestSafeStep(double separation = 0) const {
@@ -286,8 +326,10 @@ class Scene {
 
   // ---- Rays
 
-  /// Finds the first hit of each of many rays with the meshes, in the order of the rays, with one
-  /// range for all. Shapes and octrees are left out. Throws like adaptive_bvh::firstHits.
+  /// Finds the first hit of each of many rays, in the order of the rays, with one range for all. A
+  /// ray hits the surface of a shape or a cell where it enters, or if that is before the range
+  /// where it leaves; a plane that it lies in is not hit. Hits of shapes and cells are computed by
+  /// formula, up to rounding. Throws like adaptive_bvh::firstHits.
   void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
                  std::size_t count, const RayRange<S>& range,
                  std::vector<SceneRayHit<S>>& result) const;

@@ -4,6 +4,7 @@
 
 #include <pybind11/stl.h>
 
+#include "adaptive_bvh/scene.h"
 #include "continuous_docs.h"
 #include "features.h"
 #include "motion.h"
@@ -128,9 +129,12 @@ void bindMotion(py::module_& module) {
       .def_property_readonly(
           "pair",
           [](const FirstImpact& self) {
-            return py::make_tuple(self.impact.pair.first, self.impact.pair.second);
+            const auto number = [](unsigned of_feature) {
+              return of_feature == SceneImpact::kNoFeature ? -1 : std::int64_t(of_feature);
+            };
+            return py::make_tuple(number(self.impact.pair.first), number(self.impact.pair.second));
           },
-          "The numbers of the two features, as in FeaturePairs.")
+          "The numbers of the two features, as in FeaturePairs; -1 of a shape.")
       .def_property_readonly(
           "happens", [](const FirstImpact& self) { return self.impact.happens(); },
           "Whether anything comes together.")

@@ -19,7 +19,8 @@ constexpr const char* kScene =
 that may be near. Call `update` after all changes of a step, before its first query: a query raises
 RuntimeError when something has changed since.
 
-Pairs of two shapes are left out. Bodies are named by numbers that `add` gives, each once. Results
+Shapes are filled, and pairs of two shapes count as any other: `ignore` or groups leave out those
+that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by numbers that `add` gives, each once. Results
 are sorted by body, the smaller number of a pair first, and are in the world. ValueError on a number
 that no body has, and on a distance that is negative or NaN; the scene is then as it was.
 

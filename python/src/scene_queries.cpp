@@ -17,17 +17,18 @@ constexpr const char* kNearestBodies =
 where there are fewer.)";
 
 constexpr const char* kSceneFirstHit =
-    R"(The first hit of each of many rays with the meshes: SceneRayHits with N entries. Shapes are not
-met.
+    R"(The first hit of each of many rays: SceneRayHits with N entries. A ray hits the surface of a
+shape where it enters, or if that is before `begin` where it leaves.
 
 origins, directions: (N, 3), or (3,) for one ray, in the world; directions of any length but 0.
 begin, end: hits count where begin <= t <= end.)";
 
 constexpr const char* kSceneEarliestImpact =
-    R"(The first two features of two meshes that come together, or of one with self_collision, and when:
+    R"(The first two bodies that come together, or a mesh with itself with self_collision, and when:
 SceneImpact. On the way from the last begin_step to the present: from those poses to these, vertices
-from previous_vertices (or at rest where there are none) to the present ones, on straight lines.
-Shapes have no part.
+from previous_vertices (or at rest where there are none) to the present ones, each point on a
+straight line. With a shape the time is never late, and the impact has no kind; its pair has the
+mesh's triangle and -1 for the shape.
 
 separation: a length; so near they have come together.)";
 
@@ -75,7 +76,7 @@ PointOnBody nearestPointOf(const LockedScene& scene, const py::object& point) {
   return scene.query([&](const auto& s) {
     const auto found = s.nearestPoint(x.template cast<SceneScalar<decltype(s)>>());
     PointOnBody nearest;
-    if (found.triangle >= 0) nearest.body = found.body;
+    if (found.exists()) nearest.body = found.body;
     nearest.distance = double(found.distance);
     for (int k = 0; k < 3; ++k) nearest.point[std::size_t(k)] = double(found.point[k]);
     nearest.triangle = found.triangle;
@@ -111,7 +112,7 @@ HitsOfBodies castRays(const LockedScene& scene, const py::object& origins,
   HitsOfBodies arrays;
   arrays.bodies =
       adopt<std::int64_t>(numbers([](const auto& hit) {
-                            return hit.hit.triangle < 0 ? std::int64_t(-1) : std::int64_t(hit.body);
+                            return hit.exists() ? std::int64_t(hit.body) : std::int64_t(-1);
                           }),
                           {n});
   arrays.triangles =
@@ -149,30 +150,31 @@ void bindNearestResults(py::module_& module) {
           [](const BodyGap& self) { return py::array_t<std::int32_t>(2, self.triangles.data()); },
           "(2,) int32: those of these points; -1 of a shape.")
       .def("__repr__", TextOf({"bodies", "distance", "points", "triangles"}));
-  py::class_<PointOnBody>(module, "ScenePoint", "The nearest point of all meshes of a Scene.")
-      .def_readonly("body", &PointOnBody::body, "Its number; -1 where there is no mesh.")
+  py::class_<PointOnBody>(module, "ScenePoint", "The nearest point of all bodies of a Scene.")
+      .def_readonly("body", &PointOnBody::body, "Its number; -1 where there is no body.")
       .def_readonly("distance", &PointOnBody::distance,
-                    "A length; infinite where there is no mesh.")
+                    "A length; infinite where there is no body.")
       .def_property_readonly(
           "point",
           [](const PointOnBody& self) { return py::array_t<double>(3, self.point.data()); },
-          "(3,) float64, in the world; NaN where there is no mesh.")
-      .def_readonly("triangle", &PointOnBody::triangle, "That has it; -1 where there is no mesh.")
+          "(3,) float64, in the world; NaN where there is no body.")
+      .def_readonly("triangle", &PointOnBody::triangle, "That has it; -1 of a shape.")
       .def("__repr__", TextOf({"body", "distance", "point", "triangle"}));
 }
 
 void bindOtherResults(py::module_& module) {
   py::class_<HitsOfBodies>(module, "SceneRayHits",
-                           "Where each of N rays meets the meshes of a Scene first. len() is N.")
+                           "Where each of N rays meets the bodies of a Scene first. len() is N.")
       .def_readonly("bodies", &HitsOfBodies::bodies, "(N,) int64; -1 where a ray meets nothing.")
       .def_readonly("triangles", &HitsOfBodies::triangles,
-                    "(N,) int32; -1 where a ray meets nothing.")
+                    "(N,) int32; -1 where a ray meets a shape or nothing.")
       .def_readonly("t", &HitsOfBodies::t,
                     "(N,) float64: the point is at origin + t * direction; infinite where a ray "
                     "meets nothing.")
       .def_readonly(
           "u", &HitsOfBodies::u,
-          "(N,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners.")
+          "(N,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners; 0 of a "
+          "shape.")
       .def_readonly("v", &HitsOfBodies::v, "(N,) float64, as u.")
       .def("__len__", [](const HitsOfBodies& self) { return self.t.shape(0); })
       .def("__repr__", TextOf({"bodies", "triangles", "t", "u", "v"}));
@@ -222,7 +224,7 @@ void bindNearestQueries(SceneClass& scene) {
           "The two bodies that are nearest, a SceneDistance. The scene remembers them: the next "
           "call starts from them.")
       .def("nearest_point", &nearestPointOf, py::arg("point"),
-           "The point of the meshes' surfaces that is nearest to `point`, (3,), in the world: a "
+           "The point of the bodies' surfaces that is nearest to `point`, (3,), in the world: a "
            "ScenePoint.");
 }
 

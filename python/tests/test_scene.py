@@ -214,6 +214,15 @@ def test_nearest(crowd):
         assert scene.is_nearer(limit) == (distances.min() <= limit)
 
 
+def sphere_hits(origin, direction, radius):
+    """(2,): where a ray crosses a sphere around 0; infinite where it does not."""
+    a, b, c = direction @ direction, origin @ direction, origin @ origin - radius**2
+    if b * b < a * c:
+        return np.full(2, np.inf)
+    t = (-b + np.array([-1, 1]) * np.sqrt(b * b - a * c)) / a
+    return np.where(t >= 0, t, np.inf)
+
+
 def test_points_and_rays(crowd):
     crowd, tolerance = crowd
     rng = np.random.default_rng(4)
@@ -221,6 +230,7 @@ def test_points_and_rays(crowd):
         gaps = [
             surface_distances(point[None], w, f)[0] for w, f in zip(crowd.world, crowd.faces)
         ]
+        gaps.append(np.array([abs(np.linalg.norm(point - crowd.centre) - 0.5)]))
         nearest = crowd.scene.nearest_point(point)
         assert nearest.distance == pytest.approx(min(g.min() for g in gaps), abs=tolerance)
         assert gaps[nearest.body][nearest.triangle] == pytest.approx(
@@ -232,6 +242,7 @@ def test_points_and_rays(crowd):
     origins, directions = rng.normal(size=(2, 60, 3)) * 2
     t = [
         [ray_hits(o, d, w, f) for w, f in zip(crowd.world, crowd.faces)]
+        + [sphere_hits(o - crowd.centre, d, 0.5)]
         for o, d in zip(origins, directions)
     ]
     for begin, end in ((0.0, np.inf), (0.2, 0.9)):
@@ -240,7 +251,9 @@ def test_points_and_rays(crowd):
         for i, of_bodies in enumerate(t):
             inside = [np.where((x >= begin) & (x <= end), x, np.inf) for x in of_bodies]
             assert hits.t[i] == pytest.approx(min(x.min() for x in inside), rel=1e3 * tolerance)
-            if hits.bodies[i] >= 0:
+            if hits.bodies[i] == crowd.sphere:
+                assert hits.triangles[i] == -1 and inside[-1].min() < np.inf
+            elif hits.bodies[i] >= 0:
                 named = inside[hits.bodies[i]][hits.triangles[i]]
                 assert named == pytest.approx(hits.t[i], rel=1e3 * tolerance)
             else:
@@ -291,6 +304,33 @@ def test_the_first_impact_of_a_step(kind, separation):
     scene.begin_step()
     scene.update()
     assert not scene.earliest_impact().happens and scene.largest_safe_step() == 1
+
+
+def test_pairs_of_shapes(kind):
+    vertices, faces = ball(1, 0.5)
+    scene = ab.Scene(**kind)
+    box, sphere = scene.add(ab.Box(1, 1, 1)), scene.add(ab.Sphere(1), place(0.5, 0, 0))
+    scene.add(ab.DeformableMesh(vertices, faces, **kind), place(10, 0, 0))
+    floor = scene.add(ab.Halfspace((0, 0, 1), -3))
+    scene.update()
+    found = scene.collisions()
+    assert [tuple(pair) for pair in found.bodies] == [(box, sphere)]
+    assert scene.is_nearer(0) and scene.nearest(box).bodies == (box, sphere)
+    assert scene.distance().distance == 0
+    nearest = scene.nearest_point((0, 0, -2.75))
+    assert (nearest.body, nearest.triangle) == (floor, -1)
+    assert nearest.distance == pytest.approx(0.25)
+    hit = scene.first_hit((0.25, 0, -2), (0, 0, 1))
+    assert hit.bodies[0] == sphere and hit.triangles[0] == -1
+    assert hit.t[0] == pytest.approx(2 - np.sqrt(1 - 0.25**2), rel=1e-6)
+    scene.set_transform(sphere, place(3, 0, 0))
+    scene.begin_step()
+    scene.set_transform(sphere, place(0, 0, 0))
+    scene.update()
+    impact = scene.earliest_impact()
+    assert impact.bodies == (box, sphere) and impact.impact.pair == (-1, -1)
+    assert scene.largest_safe_step() == pytest.approx(0.5, abs=1e-6)
+    assert scene.largest_safe_step() <= 0.5
 
 
 def touching_pairs(scene):

@@ -1,28 +1,14 @@
 #pragma once
 
-#include <fcl/config.h>
+#include "fcl/octree_cells.h"
 #if FCL_HAVE_OCTOMAP
-#include <fcl/geometry/octree/octree.h>
 
 #include "base/rigid.h"
-#include "fcl/cell_separation.h"
 #include "fcl/mesh_pairs.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_shape.h"
 
 namespace adaptive_bvh {
-
-/// A cell of an octree and where it is, in the octree's coordinates.
-template <typename S>
-struct Cell {
-  Cell() = default;
-  Cell(const typename fcl::OcTree<S>::OcTreeNode* cell, const fcl::AABB<S>& where)
-      : node(cell), box(where), extent(where) {}
-
-  const typename fcl::OcTree<S>::OcTreeNode* node;
-  fcl::AABB<S> box;
-  CellExtent<S> extent;
-};
 
 /// The nodes of FCL's tree of a mesh.
 template <typename BV>
@@ -139,7 +125,7 @@ class MeshOctreePair {
   MeshOctreePair(const Placed& mesh, const PlacedGeometry<S>& octree)
       : triangles_(trianglesOf(mesh).view),
         nodes_(mesh),
-        octree_(static_cast<const fcl::OcTree<S>&>(*octree.geometry)),
+        octree_(*octree.geometry),
         octree_tf_(octree.tf.template cast<double>()),
         to_octree_(octree.tf, mesh.tf),
         into_octree_(mesh.tf, octree.tf) {}
@@ -150,31 +136,20 @@ class MeshOctreePair {
   /// The octree's root, if there is an occupied one, is handed to start(cell).
   template <typename Start>
   void run(Start&& start) const {
-    if (const OctreeNode* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
-      start(Cell<S>(root, octree_.getRootBV()));
+    octree_.visitRoot(start);
   }
 
   const Nodes& nodes() const { return nodes_; }
-  bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
+  bool isLeaf(const Cell<S>& cell) const { return octree_.isLeaf(cell); }
 
   /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
   bool goesDownTheOctree(const Cell<S>& cell, MeshNode node) const {
     return !isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
 
-  /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
-  /// whether it did.
   template <typename Visit>
   bool forEachChild(const Cell<S>& cell, Visit&& visit) const {
-    for (unsigned i = 0; i < 8; ++i) {
-      if (!octree_.nodeChildExists(cell.node, i)) continue;
-      const OctreeNode* child = octree_.getNodeChild(cell.node, i);
-      if (!octree_.isNodeOccupied(child)) continue;
-      fcl::AABB<S> box;
-      fcl::computeChildBV(cell.box, i, box);
-      if (visit(Cell<S>(child, box))) return true;
-    }
-    return false;
+    return octree_.forEachChild(cell, visit);
   }
 
   VolumeInOctree<S> volume(MeshNode node) const { return {nodes_.body(node), into_octree_}; }
@@ -226,14 +201,12 @@ class MeshOctreePair {
     return LeafPair(cell.box, {corner(0), corner(1), corner(2)}, octree_tf_);
   }
 
-  std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
+  std::intptr_t id(const Cell<S>& cell) const { return octree_.id(cell); }
 
  private:
-  using OctreeNode = typename fcl::OcTree<S>::OcTreeNode;
-
   const MeshView<S> triangles_;
   const Nodes nodes_;
-  const fcl::OcTree<S>& octree_;
+  const OctreeCells<S> octree_;
   const fcl::Transform3d octree_tf_;
   const RelativePlacement to_octree_;
   const IntoOctree<S> into_octree_;

@@ -101,6 +101,7 @@ struct Cylinder final : RoundSet {
     return onCircle(direction, radius, direction[2] < 0 ? -half : half);
   }
   ShapeSurface surface(const Point& x) const override { return surfaceOfCylinder(x, radius, half); }
+  LineInterval along(const Line& line) const override { return lineInCylinder(line, radius, half); }
   Penetration penetration(const TrianglePoints<double>& triangle) const override {
     return cylinderPenetration(triangle, radius, half);
   }
@@ -114,6 +115,7 @@ struct Cone final : RoundSet {
     return direction.dot(apex) > direction.dot(on_base) ? apex : on_base;
   }
   ShapeSurface surface(const Point& x) const override { return surfaceOfCone(x, radius, half); }
+  LineInterval along(const Line& line) const override { return lineInCone(line, radius, half); }
   Penetration penetration(const TrianglePoints<double>& triangle) const override {
     return conePenetration(triangle, radius, half);
   }
@@ -127,6 +129,7 @@ struct Ellipsoid final : RoundSet {
     return length > 0 ? Point(radii.cwiseProduct(scaled / length)) : radii;
   }
   ShapeSurface surface(const Point& x) const override { return surfaceOfEllipsoid(x, radii); }
+  LineInterval along(const Line& line) const override { return lineInEllipsoid(line, radii); }
   Penetration penetration(const TrianglePoints<double>& triangle) const override {
     return ellipsoidPenetration(triangle, radii);
   }

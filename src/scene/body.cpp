@@ -99,32 +99,53 @@ void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry) {
         "DeformableMesh of a BVHModel");
 }
 
+namespace {
+
+/// How far a box is enlarged: a rotation is one up to an error, which counts for all that is seen
+/// from the body's origin.
+template <typename S>
+double marginOf(const WorldBox& box, const fcl::Transform3<S>& tf) {
+  const Vector3d middle = (box.low + box.high) / 2;
+  const double far =
+      (box.high - box.low).norm() / 2 + (middle - tf.translation().template cast<double>()).norm();
+  return kTurnError<S> * far + 1e-12 * middle.norm();
+}
+
+WorldBox enlarged(const WorldBox& box, double margin) {
+  return {box.low.array() - margin, box.high.array() + margin};
+}
+
+}  // namespace
+
+template <typename S>
+WorldBox boxAround(const Body<S>& body, const fcl::Transform3<S>& tf) {
+  const WorldBox box = boxOfGeometry(*body.geometry, tf);
+  return box.isBounded() ? enlarged(box, marginOf<S>(box, tf)) : box;
+}
+
 template <typename S>
 void bound(Body<S>& body) {
   const std::uint64_t positions = body.mesh ? stateOf(*body.mesh).positions : 0;
-  if (body.is_placed && body.positions == positions) return;
+  if (body.mesh && body.is_placed && body.positions == positions) return;
   body.positions = positions;
   body.is_placed = true;
-  body.box =
-      body.mesh ? boxOfMesh(stateOf(*body.mesh), body.tf) : boxOfGeometry(*body.geometry, body.tf);
-  body.middle = (body.box.low + body.box.high) / 2;
-  body.radius = (body.box.high - body.box.low).norm() / 2;
-  if (!body.box.isBounded()) return;
-  const auto at = body.tf.translation().template cast<double>();
-  // A rotation is one up to an error, which counts for all that is seen from the body's origin.
-  const double far = body.radius + (body.middle - at).norm(),
-               margin = kTurnError<S> * far + 1e-12 * body.middle.norm();
-  body.box.low.array() -= margin;
-  body.box.high.array() += margin;
-  if (body.mesh) {
-    body.middle = body.tf.template cast<double>() * body.mesh->aabb_center.template cast<double>();
-    body.radius = double(body.mesh->aabb_radius);
+  if (!body.mesh) {
+    body.box = boxAround(body, body.tf);
+    body.middle = (body.box.low + body.box.high) / 2;
+    body.radius = (body.box.high - body.box.low).norm() / 2;
+    return;
   }
-  body.radius += margin;
+  const WorldBox box = boxOfMesh(stateOf(*body.mesh), body.tf);
+  const double margin = marginOf<S>(box, body.tf);
+  body.box = enlarged(box, margin);
+  body.middle = body.tf.template cast<double>() * body.mesh->aabb_center.template cast<double>();
+  body.radius = double(body.mesh->aabb_radius) + margin;
 }
 
 template void requireBodyGeometry(const fcl::CollisionGeometry<float>&);
 template void requireBodyGeometry(const fcl::CollisionGeometry<double>&);
+template WorldBox boxAround(const Body<float>&, const fcl::Transform3<float>&);
+template WorldBox boxAround(const Body<double>&, const fcl::Transform3<double>&);
 template void bound(Body<float>&);
 template void bound(Body<double>&);
 

@@ -29,7 +29,7 @@ struct Body {
   WorldBox box;
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
   double radius = 0;
-  bool is_placed = false;       ///< whether these are of the present transform
+  bool is_placed = false;       ///< whether a mesh's are of the present transform
   std::uint64_t positions = 0;  ///< MeshState::positions
 
   /// The body that was nearest last, with the nearest elements.
@@ -44,8 +44,14 @@ struct Body {
 template <typename S>
 void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry);
 
-/// Computes the box and the ball of a body in its present state, where something has changed. They
-/// are unbounded of a plane and a half-space.
+/// A box around a body, other than a mesh, placed by a transform; unbounded of a plane and a
+/// half-space.
+template <typename S>
+WorldBox boxAround(const Body<S>& body, const fcl::Transform3<S>& tf);
+
+/// Computes the box and the ball of a body in its present state: of a mesh where it or its
+/// transform has changed, of others, which have no version, always. They are unbounded of a plane
+/// and a half-space.
 template <typename S>
 void bound(Body<S>& body);
 

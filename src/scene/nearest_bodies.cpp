@@ -3,6 +3,7 @@
 #include "adaptive_bvh/query.h"
 #include "base/leased.h"
 #include "fcl/mesh_pairs.h"
+#include "fcl/shape_pairs.h"
 #include "fcl/shape_search.h"
 #include "query/depth_meshes.h"
 #include "query/nearest_search.h"
@@ -25,6 +26,9 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
     nearest.addWitness(witness[0], witness[1]);
     NearestSearch<S>(first, second, nearest).run();
     if (!nearest.isImproved()) return false;
+  } else if (!a.mesh && !b.mesh) {
+    shapePairDistance<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {request, result});
+    if (!(result.min_distance < best.distance)) return false;
   } else {
     detail::answerDistance(a.geometry, a.tf, b.geometry, b.tf, request, result);
     if (!(result.min_distance < best.distance)) return false;
@@ -136,7 +140,7 @@ SceneDistance<S> Scene<S>::distance() {
     if (state.admits(a, b)) improve(a, b, last.elements, best);
   }
   for (std::size_t i = 0; i < state.bodies.size() && !best.exists(); ++i)
-    if (state.bodies[i].mesh) best = nearest(state.bodies[i].id);
+    best = nearest(state.bodies[i].id);
   if (best.exists() && best.bodies.second < best.bodies.first) {
     std::swap(best.bodies.first, best.bodies.second);
     std::swap(best.points[0], best.points[1]);
@@ -150,7 +154,7 @@ SceneDistance<S> Scene<S>::distance() {
   const Leased<std::vector<BodyPair>> pairs;
   const Leased<std::vector<Candidate>> leased;
   std::vector<Candidate>& candidates = *leased;
-  state.findPairs(double(best.distance), *pairs);
+  state.findPairs(double(best.distance), 0, *pairs);
   candidates.clear();
   for (const BodyPair& pair : *pairs) {
     const WorldBox &a = state.bodies[pair.first].box, &b = state.bodies[pair.second].box;
@@ -187,13 +191,13 @@ bool Scene<S>::isNearer(S distance) const {
   requireDistance(distance);
   state.requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
-  state.findPairs(double(distance), *pairs);
+  state.findPairs(double(distance), 0, *pairs);
   for (const BodyPair& pair : *pairs) {
     const Body<S>*a = &state.bodies[pair.first], *b = &state.bodies[pair.second];
-    if (!a->mesh) std::swap(a, b);
+    if (b->mesh && !a->mesh) std::swap(a, b);
     if (b->mesh) {
       if (adaptive_bvh::isNearer(*a->mesh, a->tf, *b->mesh, b->tf, distance)) return true;
-    } else if (b->geometry->getNodeType() == fcl::GEOM_OCTREE) {
+    } else if (!a->mesh || b->geometry->getNodeType() == fcl::GEOM_OCTREE) {
       SceneDistance<S> found;
       found.distance = std::nextafter(distance, std::numeric_limits<S>::infinity());
       if (improve(*a, *b, {-1, -1}, found)) return true;

@@ -7,6 +7,7 @@
 #include "base/leased.h"
 #include "base/task_pool.h"
 #include "fcl/mesh_pairs.h"
+#include "fcl/shape_pairs.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -145,6 +146,8 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
   result.clear();
   if (&a == &b) {
     selfCollide(*a.mesh, a.tf, asked, result);
+  } else if (!a.mesh && !b.mesh) {
+    shapePairCollide<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {asked, result});
   } else {
     detail::answerCollide(a.geometry, a.tf, b.geometry, b.tf, asked, result, false);
     if (!result.isCollision()) {
@@ -212,7 +215,7 @@ std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
   state.requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(0, pairs);
+  state.findPairs(0, 0, pairs);
   addSelves(state.bodies, pairs);
   collect(
       state.bodies, state.threads, pairs,
@@ -231,10 +234,9 @@ std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
   state.requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(request.distance), pairs);
+  state.findPairs(double(request.distance), 2, pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, TrianglePairs<S>& near) {
-    if (!a.mesh || !b.mesh) return;
     if (&a != &b) {
       adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
       return;
@@ -253,10 +255,9 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
   state.requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(distance), pairs);
+  state.findPairs(double(distance), 2, pairs);
   addSelves(state.bodies, pairs);
   const auto query = [&](const Body<S>& a, const Body<S>& b, FeaturePairs& near) {
-    if (!a.mesh || !b.mesh) return;
     if (&a == &b)
       adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
     else
@@ -272,7 +273,7 @@ std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) c
   state.requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(margin), pairs);
+  state.findPairs(double(margin), 1, pairs);
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});
   std::sort(pairs.begin(), pairs.end());

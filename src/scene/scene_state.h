@@ -51,9 +51,8 @@ struct Scene<S>::State {
           "queries");
   }
 
-  /// Whether a pair counts. One of them is a mesh.
+  /// Whether a pair counts.
   bool admits(const Body<S>& a, const Body<S>& b) const {
-    if (!a.mesh && !b.mesh) return false;
     if (!(a.options.group & b.options.mask) || !(b.options.group & a.options.mask)) return false;
     const BodyPair pair = sorted(a.id, b.id);
     if (std::binary_search(ignored.begin(), ignored.end(), pair)) return false;
@@ -77,10 +76,12 @@ struct Scene<S>::State {
       for (const unsigned place : in_tree) visit(bodies[place]);
   }
 
-  /// All pairs that count whose boxes are at most so far apart, by places, sorted.
-  void findPairs(double distance, std::vector<BodyPair>& pairs) const {
+  /// All pairs that count whose boxes are at most so far apart, by places, sorted: those with at
+  /// least so many meshes.
+  void findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const {
     pairs.clear();
     const auto add = [&](unsigned a, unsigned b) {
+      if (int(bodies[a].mesh != nullptr) + int(bodies[b].mesh != nullptr) < meshes) return;
       if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
     };
     const double limit = slack(distance);
@@ -89,8 +90,11 @@ struct Scene<S>::State {
       const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
       if ((a.middle - b.middle).squaredNorm() <= radii * radii) add(in_tree[i], in_tree[j]);
     });
-    for (const unsigned a : unbounded)
+    for (const unsigned a : unbounded) {
       for (const unsigned b : in_tree) add(a, b);
+      for (const unsigned b : unbounded)
+        if (b < a) add(a, b);
+    }
     std::sort(pairs.begin(), pairs.end());
   }
 

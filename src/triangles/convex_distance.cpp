@@ -14,40 +14,50 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point of the difference of both sets, triangle minus convex set, and where it comes from.
+/// A point of the difference of both sets, first minus second, and where it comes from.
 struct Difference {
-  Vector at, on_triangle, on_set;
+  Vector at, on_first, on_second;
 };
 
-/// The difference of a triangle and a convex set: it holds the origin where they touch.
-class DifferenceSet {
+class TriangleSet final : public ConvexSet {
  public:
-  DifferenceSet(const Triangle& triangle, const ConvexSet& set) : triangle_(triangle), set_(set) {}
-
-  Difference support(const Vector& direction) const {
+  explicit TriangleSet(const Triangle& triangle) : triangle_(triangle) {}
+  Vector support(const Vector& direction) const override {
     std::size_t best = 0;
     for (std::size_t k = 1; k < 3; ++k)
       if (direction.dot(triangle_[k]) > direction.dot(triangle_[best])) best = k;
-    const Vector on_set = set_.support(-direction);
-    return {triangle_[best] - on_set, triangle_[best], on_set};
-  }
-
-  /// The largest component of a coordinate of either, from the first corner on.
-  double extent() const {
-    double extent = 0;
-    for (int k = 0; k < 3; ++k) {
-      for (const Vector& corner : triangle_)
-        extent = std::max(extent, std::fabs(corner[k] - triangle_[0][k]));
-      for (const double side : {-1., 1.})
-        extent =
-            std::max(extent, std::fabs(set_.support(side * Vector::Unit(k))[k] - triangle_[0][k]));
-    }
-    return extent;
+    return triangle_[best];
   }
 
  private:
   const Triangle& triangle_;
-  const ConvexSet& set_;
+};
+
+/// The difference of two convex sets: it holds the origin where they touch.
+class DifferenceSet {
+ public:
+  DifferenceSet(const ConvexSet& first, const ConvexSet& second) : first_(first), second_(second) {}
+
+  Difference support(const Vector& direction) const {
+    const Vector on_first = first_.support(direction), on_second = second_.support(-direction);
+    return {on_first - on_second, on_first, on_second};
+  }
+
+  /// The largest component of a coordinate of either, from a point of the first on.
+  double extent() const {
+    const Vector from = first_.support(Vector::UnitX());
+    double extent = 0;
+    for (int k = 0; k < 3; ++k)
+      for (const double side : {-1., 1.}) {
+        const Vector along = side * Vector::Unit(k);
+        for (const ConvexSet* set : {&first_, &second_})
+          extent = std::max(extent, std::fabs(set->support(along)[k] - from[k]));
+      }
+    return extent;
+  }
+
+ private:
+  const ConvexSet &first_, &second_;
 };
 
 /// Up to four points of a difference, and the point of their hull that is nearest to the origin.
@@ -78,9 +88,28 @@ class Simplex {
   }
 
   double squaredNorm() const { return least_; }
+  template <typename Visit>
+  void forEachCorner(const Visit& visit) const {
+    std::for_each(corners_, corners_ + count_, visit);
+  }
+  /// Calls visit(normal), of length 1 or 0, for its face, if it is one, and for the edges and faces
+  /// that join it to a point: of an edge the normal that is most along `nearest`.
+  template <typename Visit>
+  void forEachFaceWith(const Difference& point, const Visit& visit) const {
+    const auto edge = [&](std::size_t i, const Difference& from) -> Vector {
+      return corners_[i].at - from.at;
+    };
+    if (count_ == 3) visit(edge(0, corners_[2]).cross(edge(1, corners_[2])).stableNormalized());
+    for (std::size_t i = 0; i < count_; ++i) {
+      const feature_distance::Edge<double> along(edge(i, point));
+      visit(along.across(nearest()).stableNormalized());
+      for (std::size_t j = 0; j < i; ++j)
+        visit(edge(i, point).cross(edge(j, point)).stableNormalized());
+    }
+  }
   Vector nearest() const { return combine(&Difference::at); }
   PointPair<double> points() const {
-    return {combine(&Difference::on_triangle), combine(&Difference::on_set)};
+    return {combine(&Difference::on_first), combine(&Difference::on_second)};
   }
 
  private:
@@ -157,33 +186,116 @@ class Simplex {
   Combination best_;
 };
 
+/// The best plane between two convex sets so far.
+struct SeparatingPlane {
+  Vector normal = Vector::Zero();  ///< from the second to the first, of length 1
+  double gap = -std::numeric_limits<double>::infinity();
+
+  /// Returns the difference's lowest point along a normal of length 1.
+  Difference tryNormal(const Vector& m, const DifferenceSet& differences) {
+    const Difference lowest = differences.support(-m);
+    const double along = m.dot(lowest.at);
+    if (along > gap) normal = m, gap = along;
+    return lowest;
+  }
+};
+
+/// Finishes a search in which rounding hides that a point beside the simplex would bring it nearer:
+/// the two sets have nearly parallel faces, or nearly flat ones. There the normal of a plane
+/// through an edge of the simplex and the point is a better direction than that of the nearest
+/// point, and all points found count, not only those of the simplex.
+class FlatSearch {
+ public:
+  FlatSearch(const DifferenceSet& differences, double error, Simplex& simplex,
+             SeparatingPlane& plane)
+      : differences_(differences), error_(error), simplex_(simplex), plane_(plane) {
+    simplex.forEachCorner([&](const Difference& corner) { points_[count_++] = corner; });
+  }
+
+  void run(Difference beside) {
+    for (;;) {
+      const bool is_new = !has(beside);
+      if (is_new && count_ == kMostPoints) return;
+      if (is_new) addPoint(beside);
+      const double before = plane_.gap, length = std::sqrt(simplex_.squaredNorm());
+      Difference next = plane_.tryNormal(simplex_.nearest() / length, differences_);
+      double best = std::max(before, plane_.gap);
+      simplex_.forEachFaceWith(beside, [&](const Vector& normal) {
+        if (normal.isZero(0)) return;
+        const Vector outward = normal.dot(beside.at) < 0 ? Vector(-normal) : normal;
+        const Difference lowest = plane_.tryNormal(outward, differences_);
+        if (plane_.gap > best || (has(next) && !has(lowest))) next = lowest;
+        best = std::max(best, plane_.gap);
+      });
+      if (length - plane_.gap <= error_ || (!is_new && has(next))) return;
+      beside = next;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMostPoints = 16;
+
+  bool has(const Difference& point) const {
+    return std::any_of(points_, points_ + count_,
+                       [&](const Difference& other) { return other.at == point.at; });
+  }
+  void addPoint(const Difference& point) {
+    for (std::size_t i = 0; i < count_; ++i)
+      for (std::size_t j = 0; j <= i; ++j) {
+        Simplex other;
+        other.add(point);
+        other.add(points_[i]);
+        if (j < i) other.add(points_[j]);
+        other.reduce();
+        if (other.squaredNorm() < simplex_.squaredNorm()) simplex_ = other;
+      }
+    points_[count_++] = point;
+  }
+
+  const DifferenceSet& differences_;
+  const double error_;
+  Simplex& simplex_;
+  SeparatingPlane& plane_;
+  Difference points_[kMostPoints];
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error) {
   constexpr double kTouching = 0x1p-46;
   constexpr int kMostSteps = 1000;
-  const DifferenceSet differences(triangle, set);
+  const DifferenceSet differences(first, second);
   const double extent = differences.extent();
   const double touching = kTouching * extent;
   Simplex simplex;
   simplex.add(differences.support(Vector::UnitX()));
   simplex.reduce();
-  double lower = 0;
+  SeparatingPlane plane;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector nearest = simplex.nearest();
     const double length = nearest.norm();
-    if (length <= touching || simplex.squaredNorm() == 0) return {simplex.points(), 0, 0};
-    const Difference next = differences.support(-nearest / length);
-    lower = std::max(lower, nearest.dot(next.at) / length);
-    if (length - lower <= error * extent || simplex.has(next)) break;
+    if (length <= touching || simplex.squaredNorm() == 0)
+      return {simplex.points(), 0, 0, Vector::Zero()};
+    const Difference next = plane.tryNormal(nearest / length, differences);
+    if (length - plane.gap <= error * extent) break;
     Simplex larger = simplex;
-    larger.add(next);
-    larger.reduce();
-    if (!(larger.squaredNorm() < simplex.squaredNorm())) break;
+    if (!simplex.has(next)) {
+      larger.add(next);
+      larger.reduce();
+    }
+    if (!(larger.squaredNorm() < simplex.squaredNorm())) {
+      FlatSearch(differences, error * extent, simplex, plane).run(next);
+      break;
+    }
     simplex = larger;
   }
   const double distance = std::sqrt(simplex.squaredNorm());
-  return {simplex.points(), distance, distance - lower};
+  if (!(plane.gap > 0)) return {simplex.points(), distance, distance, Vector::Zero()};
+  return {simplex.points(), distance, distance - plane.gap, plane.normal};
+}
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
+  return convexGap(TriangleSet(triangle), set, error);
 }
 
 namespace {
@@ -205,6 +317,7 @@ class ExpandingPolytope {
       if (best_.error <= kError * extent_ || !grow(std::size_t(nearest - faces_.begin()), top))
         break;
     }
+    if (best_.error > kError * extent_) polish();
     best_.depth = std::max(best_.depth, 0.);
     return best_;
   }
@@ -232,6 +345,25 @@ class ExpandingPolytope {
     const double reach = direction.dot(top);
     if (reach < best_.depth) best_ = {direction, reach, reach};
     return top;
+  }
+
+  /// Looks for a shorter way along directions around the best one, by smaller and smaller steps:
+  /// where both sets are round, a polytope comes near the surface of the difference but slowly.
+  void polish() {
+    constexpr double kSmallest = 1e-8, kGolden = 0.618, kTurn = 2 * 3.14159265358979323846;
+    constexpr int kDirections = 8, kMostRounds = 1000;
+    const double lower = best_.depth - best_.error;
+    double step = 0.1;
+    for (int round = 0; round < kMostRounds && step > kSmallest; ++round) {
+      const Vector n = best_.normal, u = n.unitOrthogonal(), v = n.cross(u);
+      const double before = best_.depth;
+      for (int k = 0; k < kDirections; ++k) {
+        const double angle = (k + round * kGolden) * kTurn / kDirections;
+        measure((n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized());
+      }
+      step *= best_.depth < before ? 1.5 : 0.5;
+    }
+    best_.error = best_.depth - lower;
   }
 
   /// A tetrahedron of far points. False where the difference is flat: then it touches, no more.
@@ -331,9 +463,12 @@ Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const
   return penetrationOf(triangle, *this);
 }
 
-Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
-  const DifferenceSet differences(triangle, set);
+Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second) {
+  const DifferenceSet differences(first, second);
   return ExpandingPolytope(differences).find();
+}
+Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
+  return penetrationOf(TriangleSet(triangle), set);
 }
 
 }  // namespace adaptive_bvh

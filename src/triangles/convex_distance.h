@@ -8,8 +8,9 @@
 
 namespace adaptive_bvh {
 
-/// How deep a triangle is in a convex set that it touches: the set moved by `depth` along `normal`,
-/// of length 1, is apart from the triangle, and no shorter motion would do.
+/// How deep a triangle or a convex set is in another convex set that it touches: the latter moved
+/// by `depth` along `normal`, of length 1, is apart from the former, and no shorter motion would
+/// do.
 struct Penetration {
   fcl::Vector3d normal;
   double depth;
@@ -29,22 +30,27 @@ class ConvexSet {
   ~ConvexSet() = default;
 };
 
-/// The nearest points of a triangle and a convex set. Where they have a common point, `points` are
-/// one, up to rounding, and the distance is 0.
+/// The nearest points of two convex sets, or of a triangle and one. Where they have a common point,
+/// `points` are one, up to rounding, and the distance is 0.
 struct ConvexGap {
   PointPair<double> points;
   double distance;
   /// The exact distance is at most so much less: certified by a plane between the two.
   double error;
+  /// Of length 1, from the second to the first: the extents of both along it are `distance` less
+  /// `error` apart. Zero where no plane was found: they touch, or nearly.
+  fcl::Vector3d normal;
 };
 
 /// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most so much of
 /// the extent of both. Nearer than 2^-46 of it counts as touching.
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error = 0x1p-44);
 ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
                     double error = 0x1p-44);
 
 /// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
 /// both.
+Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 
 // How deep a triangle is in a round shape that it touches, by the directions in which the way out

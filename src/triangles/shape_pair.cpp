@@ -1,0 +1,235 @@
+#include "triangles/shape_pair.h"
+
+#include <utility>
+
+#include "base/rigid.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+using Triangle = TrianglePoints<double>;
+
+/// A shape in the frame of another one, by its farthest points.
+class PlacedSet final : public ConvexSet {
+ public:
+  PlacedSet(const PlacedShape& placed, const fcl::Transform3d& seen_from)
+      : shape_(placed.shape), to_frame_(seen_from, placed.tf) {}
+  Vector support(const Vector& direction) const override {
+    return to_frame_(shape_.support(to_frame_.R.transpose() * direction));
+  }
+
+ private:
+  const TriangleShape& shape_;
+  const RelativePlacement to_frame_;
+};
+
+/// A shape in its own frame, by its farthest points.
+class OwnSet final : public ConvexSet {
+ public:
+  explicit OwnSet(const TriangleShape& shape) : shape_(shape) {}
+  Vector support(const Vector& direction) const override { return shape_.support(direction); }
+
+ private:
+  const TriangleShape& shape_;
+};
+
+/// A sphere or a capsule and a shape, in the shape's frame.
+class SegmentPair {
+ public:
+  SegmentPair(const RoundedSegment& rounded, const fcl::Transform3d& tf, const PlacedShape& other)
+      : radius_(rounded.radius()), other_(other) {
+    const RelativePlacement to_other(other.tf, tf);
+    const Vector a = to_other(rounded.end()), b = to_other(Vector(-rounded.end()));
+    is_point_ = rounded.end().isZero(0);
+    segment_ = {a, b, b};
+  }
+
+  TriangleGap gap() const {
+    if (is_point_) return gapOfBall();
+    TriangleGap gap = other_.shape.gap(segment_);
+    return gap.distance > radius_ ? rounded(gap) : touching(gap.points.second);
+  }
+
+  /// The normal points from the segment to the shape.
+  bool touches(ShapeContact& contact) const {
+    if (is_point_) return touchesBall(contact);
+    const TriangleGap gap = other_.shape.gap(segment_);
+    if (gap.distance > radius_) return false;
+    if (gap.distance > 0) {
+      const Vector normal = apartAlong(gap);
+      contact = {gap.points.second, normal, depthAlong(normal, gap)};
+    } else {
+      other_.shape.touches(segment_, contact);
+      contact.depth += radius_;
+    }
+    return true;
+  }
+
+ private:
+  /// The plane has no inside: `surface` measures from either side.
+  TriangleGap gapOfBall() const {
+    const Vector& x = segment_[0];
+    const ShapeSurface at = other_.shape.surface(x);
+    if (at.distance > radius_) return rounded({{x, at.nearest}, at.distance});
+    return touching(at.distance > 0 ? at.nearest : x);
+  }
+  bool touchesBall(ShapeContact& contact) const {
+    const Vector& x = segment_[0];
+    const ShapeSurface at = other_.shape.surface(x);
+    if (at.distance > radius_) return false;
+    contact = {at.distance > 0 ? at.nearest : x, -at.outward, radius_ - at.distance};
+    return true;
+  }
+  /// The direction from the segment to the shape along which they are apart. The difference of near
+  /// points has few digits; the normal of a plane between the two has all.
+  Vector apartAlong(const TriangleGap& gap) const {
+    const Vector between = gap.points.second - gap.points.first;
+    if (const FlatShape* const flat = other_.shape.flat())
+      return between.dot(flat->normal()) < 0 ? Vector(-flat->normal()) : flat->normal();
+    const Vector normal = -convexGap(segment_, OwnSet(other_.shape)).normal;
+    return normal.isZero(0) ? Vector(between.stableNormalized()) : normal;
+  }
+  double depthAlong(const Vector& normal, const TriangleGap& gap) const {
+    if (other_.shape.flat()) return radius_ - gap.distance;
+    const double end = std::max(normal.dot(segment_[0]), normal.dot(segment_[1]));
+    return std::max(0., radius_ + end - normal.dot(other_.shape.support(-normal)));
+  }
+  TriangleGap rounded(TriangleGap gap) const {
+    gap.points.first += (gap.points.second - gap.points.first) * (radius_ / gap.distance);
+    gap.distance -= radius_;
+    return gap;
+  }
+  static TriangleGap touching(const Vector& x) { return {{x, x}, 0}; }
+
+  const double radius_;
+  const PlacedShape& other_;
+  bool is_point_;
+  Triangle segment_;
+};
+
+/// The lowest and the highest point of a shape above a plane, in the plane's frame, as a triangle.
+Triangle extremesAbove(const PlacedShape& flat, const PlacedShape& other) {
+  const PlacedSet set(other, flat.tf);
+  const Vector& n = flat.shape.flat()->normal();
+  const Vector lowest = set.support(-n), highest = set.support(n);
+  return {lowest, highest, highest};
+}
+
+/// Two planes or half-spaces.
+template <typename S>
+class FlatPair {
+ public:
+  FlatPair(const PlacedShape& first, const PlacedShape& second)
+      : a_(*first.shape.flat()), b_(*second.shape.flat()) {
+    constexpr double kParallel = 16 * double(std::numeric_limits<S>::epsilon());
+    n_ = first.tf.linear() * a_.normal();
+    m_ = second.tf.linear() * b_.normal();
+    on_first_ = first.tf * Vector(a_.offset() * a_.normal());
+    on_second_ = second.tf * Vector(b_.offset() * b_.normal());
+    is_parallel_ = n_.cross(m_).norm() <= kParallel;
+    height_ = n_.dot(on_second_ - on_first_);
+  }
+
+  /// The second moved so far along `n_` or against it is apart: infinite where no motion does it,
+  /// and at most 0 where they are apart, by that.
+  double wayUp() const {
+    const bool is_down = b_.isSolid() && n_.dot(m_) > 0;  // the second reaches down for ever
+    return is_parallel_ && !is_down ? -height_ : kInfinity;
+  }
+  double wayDown() const {
+    const bool is_up = b_.isSolid() && n_.dot(m_) < 0;
+    return is_parallel_ && !is_up && !a_.isSolid() ? height_ : kInfinity;
+  }
+  /// How deep they are in each other; negative where they are apart.
+  double depth() const { return std::min(wayUp(), wayDown()); }
+
+  TriangleGap gap() const {
+    const double depth = this->depth();
+    if (depth >= 0) return {{common(), common()}, 0};
+    return {{on_second_ - height_ * n_, on_second_}, -depth};
+  }
+  ShapeContact contact() const {
+    return {common(), wayUp() <= wayDown() ? n_ : Vector(-n_), depth()};
+  }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  /// A point of the line of both planes that is nearest to the point of the second, or of parallel
+  /// ones that point or one of the first.
+  Vector common() const {
+    if (is_parallel_) return a_.isSolid() && height_ <= 0 ? on_second_ : on_second_ - height_ * n_;
+    const Vector in_second = (n_ - n_.dot(m_) * m_).normalized();
+    return on_second_ - in_second * (height_ / n_.dot(in_second));
+  }
+
+  const FlatShape &a_, &b_;
+  Vector n_, m_, on_first_, on_second_;
+  bool is_parallel_;
+  double height_;  ///< of the second's plane above the first's
+};
+
+/// Whether the pair is that of the second to the first: one that is made of another shape's corners
+/// comes first, a flat shape second.
+bool isSwapped(const PlacedShape& first, const PlacedShape& second) {
+  if (first.shape.flat() || second.shape.flat()) return first.shape.flat();
+  return second.shape.roundedSegment() && !first.shape.roundedSegment();
+}
+
+// In the frame of the second. The pair is not swapped, and at most the second is flat.
+
+TriangleGap gapInFrame(const PlacedShape& first, const PlacedShape& second) {
+  if (const RoundedSegment* segment = first.shape.roundedSegment())
+    return SegmentPair(*segment, first.tf, second).gap();
+  if (second.shape.flat()) return second.shape.gap(extremesAbove(second, first));
+  const ConvexGap gap = convexGap(PlacedSet(first, second.tf), OwnSet(second.shape));
+  return {gap.points, gap.distance};
+}
+
+bool touchInFrame(const PlacedShape& first, const PlacedShape& second, ShapeContact& contact) {
+  if (const RoundedSegment* segment = first.shape.roundedSegment())
+    return SegmentPair(*segment, first.tf, second).touches(contact);
+  if (second.shape.flat()) return second.shape.touches(extremesAbove(second, first), contact);
+  const PlacedSet a(first, second.tf);
+  const OwnSet b(second.shape);
+  const ConvexGap gap = convexGap(a, b);
+  if (gap.distance > 0) return false;
+  const Penetration way = penetrationOf(a, b);
+  contact = {gap.points.first, way.normal, way.depth};
+  return true;
+}
+
+}  // namespace
+
+template <typename S>
+TriangleGap gapOf(const PlacedShape& first, const PlacedShape& second) {
+  if (first.shape.flat() && second.shape.flat()) return FlatPair<S>(first, second).gap();
+  const bool is_swapped = isSwapped(first, second);
+  const PlacedShape &a = is_swapped ? second : first, &b = is_swapped ? first : second;
+  TriangleGap gap = gapInFrame(a, b);
+  gap.points = {b.tf * gap.points.first, b.tf * gap.points.second};
+  if (is_swapped) std::swap(gap.points.first, gap.points.second);
+  return gap;
+}
+
+template <typename S>
+bool touch(const PlacedShape& first, const PlacedShape& second, ShapeContact& contact) {
+  if (first.shape.flat() && second.shape.flat()) {
+    contact = FlatPair<S>(first, second).contact();
+    return contact.depth >= 0;
+  }
+  const bool is_swapped = isSwapped(first, second);
+  const PlacedShape &a = is_swapped ? second : first, &b = is_swapped ? first : second;
+  if (!touchInFrame(a, b, contact)) return false;
+  contact.position = b.tf * contact.position;
+  contact.normal = (is_swapped ? -1. : 1.) * (b.tf.linear() * contact.normal);
+  return true;
+}
+
+template TriangleGap gapOf<float>(const PlacedShape&, const PlacedShape&);
+template TriangleGap gapOf<double>(const PlacedShape&, const PlacedShape&);
+template bool touch<float>(const PlacedShape&, const PlacedShape&, ShapeContact&);
+template bool touch<double>(const PlacedShape&, const PlacedShape&, ShapeContact&);
+
+}  // namespace adaptive_bvh
