@@ -28,16 +28,16 @@ struct MeshLoadOptions {
   UpAxis up = UpAxis::AsInFile;
 
   /// Multiplies by the unit that the file declares, so that lengths are in metres: Collada, 3MF and
-  /// AMF (millimetres where they name none), FBX. glTF is in metres. The other formats declare none,
-  /// or theirs is not read.
+  /// AMF (millimetres where they name none), FBX. glTF is in metres. The other formats declare
+  /// none, or theirs is not read.
   bool metres = true;
 
   /// Multiplies all positions, after the unit. Positive.
   double scale = 1;
 };
 
-/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other bytes
-/// of a name or of the file, and control characters, are written as "\xE9".
+/// Error of a file that cannot be used. `what()` names the path and the reason, in UTF-8: other
+/// bytes of a name or of the file, and control characters, are written as "\xE9".
 class MeshLoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -67,11 +67,12 @@ class MeshLoadError : public std::runtime_error {
 ///   the meshes have; for glTF, 4 million elements read by its meshes, or four for each byte of
 ///   the buffer.
 ///
-/// Files may be broken or malicious. A file takes at most about a second and 100 megabytes of memory
-/// for each of its megabytes, and once a second for all of its polygons. Formats of assimp are read
-/// in this process, by code that may crash on a broken file (`.assbin` does). What assimp returns is
-/// checked; 3MF archives and the levels of XML are checked before, and the limits of nodes and placed
-/// meshes apply. Files that the mesh refers to (buffers) must be regular files, too.
+/// Files may be broken or malicious. A file takes at most about a second and 100 megabytes of
+/// memory for each of its megabytes, and once a second for all of its polygons. Formats of assimp
+/// are read in this process, by code that may crash on a broken file (`.assbin` does). What assimp
+/// returns is checked; 3MF archives and the levels of XML are checked before, and the limits of
+/// nodes and placed meshes apply. Files that the mesh refers to (buffers) must be regular files,
+/// too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 
