@@ -60,9 +60,8 @@ class MeshLoadError : public std::runtime_error {
 /// fill it, or has more than 10,000 corners, or takes too long (the message names the face, counted
 /// from 1); and if the scene exceeds these limits:
 /// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
-/// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
-/// (a
-///   node that is its own descendant is always refused);
+/// - 20,000 nodes, a node counted once for each path to it, or four times those of the file; a node
+///   that is its own descendant is always refused;
 /// - 4 million vertices and triangles from meshes that several nodes use, or four times as many as
 ///   the meshes have; for glTF, 4 million elements read by its meshes, or four for each byte of
 ///   the buffer.
