@@ -28,8 +28,8 @@ struct MeshLoadOptions {
   UpAxis up = UpAxis::AsInFile;
 
   /// Multiplies by the unit that the file declares, so that lengths are in metres: Collada, 3MF and
-  /// AMF (millimetres where they name none), FBX. glTF is in metres. The other formats declare none,
-  /// or theirs is not read.
+  /// AMF (millimetres where they name none), FBX. glTF is in metres. The other formats declare
+  /// none, or theirs is not read.
   bool metres = true;
 
   /// Multiplies all positions, after the unit. Positive.
