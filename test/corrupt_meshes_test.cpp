@@ -569,7 +569,7 @@ double unhashed(std::uint64_t hash) {
 
 // All in one bucket of an unordered container with the standard hash: by its count of buckets.
 TEST(HostileObj, VerticesCannotMeetInABucketOfWelding) {
-  constexpr std::size_t kVertices = 30000;
+  constexpr std::size_t kVertices = 84000;
   std::unordered_multimap<double, int> counted;
   for (std::size_t i = 0; i < kVertices; ++i) counted.emplace(double(i), 0);
   std::string text;

@@ -290,6 +290,29 @@ TEST(Units, OfAmfAndOf3mfAreApplied) {
                        "unit 'ell' is unknown"));
 }
 
+std::string fbx(const std::string& centimetres) {
+  return "; FBX 7.5.0 project file\nFBXHeaderExtension: {\n FBXVersion: 7500\n}\nGlobalSettings: "
+         "{\n"
+         " Version: 1000\n Properties70: {\n" +
+         (centimetres.empty()
+              ? ""
+              : "  P: \"UnitScaleFactor\", \"double\", \"Number\", \"\", " + centimetres + "\n") +
+         " }\n}\nDefinitions: {\n Version: 100\n Count: 0\n}\nObjects: {\n"
+         " Geometry: 2, \"Geometry::\", \"Mesh\" {\n"
+         "  Vertices: *9 {\n   a: 0,0,0,1,0,0,0,2,0\n  }\n"
+         "  PolygonVertexIndex: *3 {\n   a: 0,1,-3\n  }\n }\n"
+         " Model: 3, \"Model::m\", \"Mesh\" {\n  Version: 232\n }\n}\n"
+         "Connections: {\n C: \"OO\", 3, 0\n C: \"OO\", 2, 3\n}\n";
+}
+
+TEST(Units, OfFbxAreCentimetresOrWhatItSays) {
+  expectScale(0.01, "centimetres.fbx", fbx(""));
+  expectScale(0.025, "other.fbx", fbx("2.5"));
+  expectScale(1, "metres.fbx", fbx("100"));
+  for (const char* no_unit : {"0", "-1", "nan"})
+    EXPECT_NE("", refusal("none.fbx", fbx(no_unit))) << no_unit;
+}
+
 // Byte by byte: refused, or of the unit.
 TEST(Units, OfDamagedArchivesAreRefusedOrRead) {
   for (const Zipped how : {Zipped::Stored, Zipped::FixedCode, Zipped::OwnCode}) {
@@ -375,6 +398,20 @@ TEST(Messages, QuoteBytesThatAreNotUtf8) {
   const std::string message = messageOf("/nowhere/caf\xE9.obj");
   EXPECT_TRUE(contains(message, "/nowhere/caf\\xE9.obj")) << message;
   EXPECT_TRUE(contains(messageOf("/nowhere/caf\xC3\xA9.obj"), "/nowhere/caf\xC3\xA9.obj"));
+}
+
+TEST(Messages, NameVerticesByWholeNumbers) {
+  std::string buffer;
+  for (const int x : {0, 0, 0, 1, 0, 0, 0, 2, 0}) put(buffer, float(x));
+  for (const int index : {0, 1, 65535}) put(buffer, std::uint16_t(index));
+  const std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
+      R"("buffers":[{"byteLength":42}],"bufferViews":[{"buffer":0,"byteLength":36},)"
+      R"({"buffer":0,"byteOffset":36,"byteLength":6}],"accessors":[{"bufferView":0,)"
+      R"("componentType":5126,"count":3,"type":"VEC3"},{"bufferView":1,"componentType":5123,)"
+      R"("count":3,"type":"SCALAR"}]})";
+  EXPECT_TRUE(contains(refusal("index.glb", glbOf(json, buffer)), "vertex 65535 of 3"));
 }
 
 // ---- what assimp returns ------------------------------------------------------------------------

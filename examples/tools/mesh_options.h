@@ -15,7 +15,7 @@ inline void addMeshOptions(CLI::App& app, adaptive_bvh::MeshLoadOptions& options
   app.add_option("--up", options.up, "Turn Collada and glTF until this axis is up: x, y or z")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, UpAxis>{{"x", UpAxis::X}, {"y", UpAxis::Y}, {"z", UpAxis::Z}}));
-  app.add_flag("!--file-unit", options.metres, "Lengths in the unit of a Collada file, not metres");
+  app.add_flag("!--file-unit", options.metres, "Lengths in the unit of the file, not metres");
   app.add_option("--scale", options.scale, "Multiply positions by this")
       ->check(CLI::PositiveNumber);
   app.add_option("--weld-tolerance", options.weld_tolerance,

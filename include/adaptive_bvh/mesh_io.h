@@ -27,8 +27,9 @@ struct MeshLoadOptions {
   /// other formats declare none, and are never rotated.
   UpAxis up = UpAxis::AsInFile;
 
-  /// Multiplies by the unit that the file declares (Collada), so that lengths are in metres. glTF
-  /// is in metres. The other formats declare none.
+  /// Multiplies by the unit that the file declares, so that lengths are in metres: Collada, 3MF and
+  /// AMF (millimetres where they name none), FBX. glTF is in metres. The other formats declare
+  /// none, or theirs is not read.
   bool metres = true;
 
   /// Multiplies all positions, after the unit. Positive.
@@ -62,8 +63,8 @@ class MeshLoadError : public std::runtime_error {
 /// missing, broken or not a regular file (links are followed), has no triangle, names a vertex that
 /// does not exist, declares more elements than it has bytes, or has a coordinate that is not
 /// finite; if a polygon crosses itself, or touches itself so that no triangles between its corners
-/// fill it, or has more than 10,000 corners (the message names the face, counted from 1); and if
-/// the scene exceeds these limits:
+/// fill it, or has more than 10,000 corners, or takes too long (the message names the face, counted
+/// from 1); and if the scene exceeds these limits:
 /// - 500 levels of nodes (glTF, Collada), of JSON values, or of XML elements;
 /// - 20,000 nodes, a node counted once for each path to it, or four times as many as the file has
 ///   (a node of the scene that is its own descendant is always refused);
@@ -74,11 +75,13 @@ class MeshLoadError : public std::runtime_error {
 ///   all meshes together. A file exceeds this only where meshes read the same lists, or lists that
 ///   are not there.
 ///
-/// Files may be broken or malicious. With these limits, a file of one of the formats that are read
-/// here takes at most 1 s and 100 MB for each megabyte of it that is begun, or is refused. The
-/// bytes of a glTF file include those of the buffers that its scene uses; no others are read.
-/// Formats of assimp are read in this process; only the limits of nodes and placed meshes apply to
-/// them. Files that the mesh refers to (buffers) must be regular files, too.
+/// Files may be broken or malicious. With these limits, a file of a format that is read here takes
+/// at most 1 s and 100 MB for each megabyte of it that is begun, and once a second for all of its
+/// polygons, or is refused. The bytes of a glTF file include those of the buffers that its scene
+/// uses; no others are read. Formats of assimp are read in this process, by code that may crash on
+/// a broken file (`.assbin` does). What assimp returns is checked; 3MF archives and the levels of
+/// XML are checked before, and the limits of nodes and placed meshes apply. Files that the mesh
+/// refers to (buffers) must be regular files, too.
 template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 

@@ -22,7 +22,7 @@ weld: makes vertices of equal position one, which most formats repeat for every 
 weld_tolerance: positions no farther apart count as equal, in the unit of the result.
 up: 'x', 'y' or 'z' turns the mesh until the axis that its file declares as up (Collada, glTF) is
 this one; None keeps the axes of the file.
-metres: multiplies by the unit that the file declares (Collada).
+metres: multiplies by the unit that the file declares (Collada, 3MF, AMF, FBX).
 scale: multiplies all positions, after the unit.
 buffers_outside_folder: glTF buffers may be any files; False reads only those in the folder of the
 document or below it.

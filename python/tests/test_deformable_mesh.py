@@ -1,5 +1,6 @@
 import copy
 import gc
+import os
 import pathlib
 import tracemalloc
 import types
@@ -328,6 +329,21 @@ def test_buffers_of_gltf_are_in_the_folder_of_the_document(tmp_path):
             with pytest.raises(ab.MeshLoadError, match="not in its folder or below it"):
                 ab.load_mesh(mesh)
         assert len(ab.load_mesh(mesh, buffers_outside_folder=name != "a.bin").faces) == 1
+
+
+def test_load_mesh_quotes_bytes_that_are_not_utf8(tmp_path):
+    path = os.fsencode(tmp_path) + b"/caf\xe9.off"
+    for content, why in ((b"OFF\n3 \xe9 0\n", r"'\xE9' faces"), (b"", "caf")):
+        with open(path, "wb") as file:
+            file.write(content)
+        with pytest.raises(ab.MeshLoadError) as error:
+            ab.load_mesh(path)
+        assert why in str(error.value) and r"caf\xE9.off" in str(error.value)
+    with pytest.raises(ab.MeshLoadError, match="does not exist"):
+        ab.load_mesh(os.fsencode(tmp_path) + b"/\xff.obj")
+    with open(path, "wb") as file:
+        file.write(b"\xef\xbb\xbfOFF\n3 1 0\n9 9 9\n1 0 0\n0 1 0\n3 0 1 2\n")
+    assert ab.load_mesh(path).vertices[0].tolist() == [9, 9, 9]
 
 
 def test_load_mesh_options(tmp_path):

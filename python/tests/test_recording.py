@@ -1,6 +1,7 @@
 """A run as a page: what is written, and what is refused. The page itself is tested in a browser."""
 
 import gc
+import os
 
 import numpy as np
 import pytest
@@ -74,6 +75,10 @@ def test_errors(run, tmp_path):
     assert recording.add(mesh, name="late") == 2  # from the next frame on
     with pytest.raises(RuntimeError):
         recording.write(tmp_path / "no" / "folder.html")
+    strange = os.fsencode(tmp_path) + b"/no/caf\xe9.html"
+    with pytest.raises(RuntimeError) as error:
+        recording.write(strange)
+    assert os.fsdecode(strange) in str(error.value)
     for wrong in ({"frames_per_second": 0}, {"up": (0, 0, 0)}):
         with pytest.raises(ValueError):
             ab.Recording(**wrong)

@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import pathlib
 import pickle
+import signal
 
 import numpy as np
 import pytest
@@ -125,3 +126,23 @@ def test_files_that_cannot_be_used(moved, tmp_path):
     if os.path.exists("/dev/full"):
         with pytest.raises(OSError):
             moved.save("/dev/full")
+
+
+def test_a_full_disk_leaves_the_old_file(moved, tmp_path):
+    resource = pytest.importorskip("resource")
+    path = tmp_path / "mesh.bin"
+    path.write_bytes(b"the mesh before")
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))  # writing fails as on a full disk
+    try:
+        for name in ("mesh.bin", "new.bin"):
+            with pytest.raises(OSError, match=name):
+                moved.save(tmp_path / name)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, handler)
+    assert path.read_bytes() == b"the mesh before" and os.listdir(tmp_path) == ["mesh.bin"]
+    name = os.fsencode(tmp_path) + b"/\xe9.bin"
+    moved.save(name)
+    assert ab.DeformableMesh.load(name).num_faces == moved.num_faces

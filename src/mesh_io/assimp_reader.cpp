@@ -74,7 +74,10 @@ SceneNode nodeOf(const aiNode& source, unsigned meshes) {
 /// FBX says how many centimetres its unit has. Other formats say nothing that assimp passes on.
 double unitOf(const aiScene& source) {
   double centimetres = 100;
-  if (source.mMetaData) source.mMetaData->Get("UnitScaleFactor", centimetres);
+  float single = 0;  // the type depends on assimp's version
+  if (source.mMetaData && !source.mMetaData->Get("UnitScaleFactor", centimetres) &&
+      source.mMetaData->Get("UnitScaleFactor", single))
+    centimetres = static_cast<double>(single);
   check(centimetres > 0 && std::isfinite(centimetres), "a unit that is not positive");
   return centimetres / 100;
 }

@@ -84,12 +84,19 @@ inline std::string deflateOwn(const std::string& text) {
   const auto addSymbol = [&out](unsigned symbol) {
     symbol < 226 ? out.addWord(symbol, 8) : out.addWord(226 + symbol, 9);
   };
+  const auto repeats = [&text](std::size_t i) {  // the byte before, up to 258 times
+    std::size_t count = 0;
+    while (i > 0 && count < 258 && i + count < text.size() && text[i + count] == text[i - 1])
+      ++count;
+    return count;
+  };
   for (std::size_t i = 0; i < text.size();) {
-    if (i >= 1 && text.compare(i, 258, std::string(258, text[i - 1])) == 0) {
+    const std::size_t repeated = repeats(i);
+    if (repeated == 258) {
       addSymbol(285);     // a length of 258
       out.addWord(0, 1);  // a distance of 1
       i += 258;
-    } else if (i >= 1 && text.compare(i, 3, std::string(3, text[i - 1])) == 0) {
+    } else if (repeated >= 3) {
       addSymbol(257);     // a length of 3
       out.addWord(0, 1);  // a distance of 1
       i += 3;
