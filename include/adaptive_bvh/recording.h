@@ -281,9 +281,10 @@ class Recording {
   int frames() const;         ///< how many were recorded
   std::size_t bytes() const;  ///< what they take in memory, about; on the page up to 4/3 of it
 
-  /// Writes the page: one file of about 0.9 megabytes and 4/3 of `bytes()`, as a whole or not at all
-  /// (`writeFile`). Throws std::logic_error when no frame was recorded, and std::runtime_error, which
-  /// says why, when the file cannot be written.
+  /// Writes the page: one file of about 0.9 megabytes and 4/3 of `bytes()`, as a whole or not at
+  /// all
+  /// (`writeFile`). Throws std::logic_error when no frame was recorded, and std::runtime_error,
+  /// which says why, when the file cannot be written.
   void write(const std::string& path) const;
   /// Writes the page to a stream; its state says whether that worked. Throws std::logic_error when
   /// no frame was recorded.

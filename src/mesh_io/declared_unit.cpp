@@ -16,7 +16,7 @@ double metresOf(const std::string& unit) {
                 {"foot", 0.3048}, {"feet", 0.3048},     {"meter", 1}};
   for (const auto& known : kUnits)
     if (unit == known.name) return known.metres;
-  throw std::runtime_error("its unit " + quoted(unit) + " is unknown");
+  throw std::runtime_error("its unit " + quote(unit) + " is unknown");
 }
 
 /// The root of an XML text, without what is in it.

@@ -18,7 +18,7 @@ std::string readStatement(Words& lines) {
 /// Vertex index of "7", "7/1", "7//3" or "7/1/3", counted from 1, or backwards from the last.
 std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words& lines) {
   const auto index = integerOf(corner.substr(0, corner.find('/')));
-  if (!index || *index == 0) lines.fail(quoted(corner) + " is no corner of a face");
+  if (!index || *index == 0) lines.fail(quote(corner) + " is no corner of a face");
   const auto vertex = *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(vertices);
   if (vertex < 0) lines.fail("a face names a vertex before the first");
   return static_cast<std::size_t>(vertex);

@@ -44,7 +44,7 @@ std::string prefixOf(std::string_view keyword) {
   const std::size_t off = keyword.find("OFF");
   if (off == keyword.npos || off + 3 != keyword.size() ||
       keyword.find_first_not_of("STCN4") != off + (keyword[off] == 'O' ? 0 : 1))
-    throw std::runtime_error(quoted(keyword) + " is no first word of OFF that is read");
+    throw std::runtime_error(quote(keyword) + " is no first word of OFF that is read");
   return std::string(keyword.substr(0, off));
 }
 

@@ -66,7 +66,7 @@ PlyHeader readHeader(std::string_view bytes) {
     } else if (keyword == "element") {
       const std::string name(words.next());
       header.elements.push_back(
-          {name, countOf("elements " + quoted(name), words.next(), bytes.size()), {}});
+          {name, countOf("elements " + quote(name), words.next(), bytes.size()), {}});
     } else if (keyword == "property") {
       if (header.elements.empty()) lines.fail("a property has no element");
       header.elements.back().properties.push_back(readProperty(words));
@@ -107,7 +107,7 @@ class Body {
 
   void endElement() {
     const std::string_view word = is_ascii_ ? line_.next() : "";
-    if (!word.empty()) lines_.fail(quoted(word) + " is more than its header announces");
+    if (!word.empty()) lines_.fail(quote(word) + " is more than its header announces");
   }
 
   /// Throws where a text goes on after the last element.
@@ -129,9 +129,9 @@ class Body {
     const std::string_view word = line_.next();
     if (word.empty()) lines_.fail("its line ends early");
     const std::optional<double> number = numberOf(word);
-    if (!number) lines_.fail(quoted(word) + " is no number");
+    if (!number) lines_.fail(quote(word) + " is no number");
     if (type.kind != 'f' && std::floor(*number) != *number)
-      lines_.fail(quoted(word) + " is no integer");
+      lines_.fail(quote(word) + " is no integer");
     return *number;
   }
 
@@ -161,7 +161,7 @@ class PlyReader {
           readElement(element);
         } catch (const std::runtime_error& error) {
           throw std::runtime_error("element " + std::to_string(i) + " of " +
-                                   std::to_string(element.count) + " " + quoted(element.name) +
+                                   std::to_string(element.count) + " " + quote(element.name) +
                                    ": " + error.what());
         }
     }

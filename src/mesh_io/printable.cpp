@@ -42,6 +42,6 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-std::string quoted(std::string_view word) { return "'" + printable(word.substr(0, 40)) + "'"; }
+std::string quote(std::string_view word) { return "'" + printable(word.substr(0, 40)) + "'"; }
 
 }  // namespace adaptive_bvh

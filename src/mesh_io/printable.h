@@ -9,6 +9,6 @@ namespace adaptive_bvh {
 std::string printable(std::string_view text);
 
 /// A word in quotation marks, for a message: its beginning, if it is long.
-std::string quoted(std::string_view word);
+std::string quote(std::string_view word);
 
 }  // namespace adaptive_bvh

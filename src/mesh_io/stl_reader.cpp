@@ -101,7 +101,7 @@ PolygonMesh readText(std::string_view text) {
         words.fail("a facet does not have three vertices");
       is_facet_open = false;
     } else if (word != "outer" && word != "loop" && word != "endloop") {
-      words.fail(quoted(word) + " is no word of STL");
+      words.fail(quote(word) + " is no word of STL");
     }
   }
   if (is_facet_open) words.fail("it ends within a facet");

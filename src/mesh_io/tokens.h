@@ -86,7 +86,7 @@ class Words {
   double number() {
     const std::string_view word = next();
     if (const std::optional<double> number = numberOf(word)) return *number;
-    fail(quoted(word) + " is no number");
+    fail(quote(word) + " is no number");
   }
 
   bool isAtEnd() const { return at_ >= text_.size(); }
@@ -112,7 +112,7 @@ inline std::size_t countOf(const std::string& things, std::string_view count, st
   const std::optional<std::int64_t> number = integerOf(count);
   if (number && *number >= 0 && static_cast<std::uint64_t>(*number) <= bytes)
     return static_cast<std::size_t>(*number);
-  throw std::runtime_error("it announces " + quoted(count) + " " + things + ", and has " +
+  throw std::runtime_error("it announces " + quote(count) + " " + things + ", and has " +
                            std::to_string(bytes) + " bytes");
 }
 
