@@ -75,11 +75,11 @@ class MeshLoadError : public std::runtime_error {
 ///   all meshes together. A file exceeds this only where meshes read the same lists, or lists that
 ///   are not there.
 ///
-/// Files may be broken or malicious. With these limits, a file of one of the formats that are read
-/// here takes at most 1 s and 100 MB for each megabyte of it that is begun, and once a second for
-/// all of its polygons, or is refused. The bytes of a glTF file include those of the buffers that its
-/// scene uses; no others are read. Formats of assimp are read in this process, by code that may crash
-/// on a broken file (`.assbin` does). What assimp returns is checked; 3MF archives and the levels of
+/// Files may be broken or malicious. With these limits, a file of a format that is read here takes
+/// at most 1 s and 100 MB for each megabyte of it that is begun, and once a second for all of its
+/// polygons, or is refused. The bytes of a glTF file include those of the buffers that its scene
+/// uses; no others are read. Formats of assimp are read in this process, by code that may crash on
+/// a broken file (`.assbin` does). What assimp returns is checked; 3MF archives and the levels of
 /// XML are checked before, and the limits of nodes and placed meshes apply. Files that the mesh
 /// refers to (buffers) must be regular files, too.
 template <typename S>
