@@ -201,6 +201,15 @@ TYPED_TEST(CoincidingRegions, OfFlushBoxesHaveTheAxis) {
       ASSERT_EQ(1u, regions);
       EXPECT_LT((this->result_.normals[0] - expected).norm(), 1e-6) << axis << ", " << by;
     }
+  // However little they overlap.
+  for (int i = 0; i < std::numeric_limits<S>::digits + 3; ++i) {
+    const S by = 1 - std::ldexp(S(1), -i);
+    const auto tf = this->random_.pose(S(3));
+    if (contactRegions(cube, tf, cube, tf * moved<S>(by, 0, 0), this->result_) == 0) continue;
+    EXPECT_LT((this->result_.normals[0] - (by > 0 ? tf.linear().col(0) : V(V::Zero()))).norm(),
+              1e-3)
+        << i;
+  }
   // Walls across y are common, and do not count.
   ASSERT_EQ(1u, contactRegions(fine, moved<S>(0, 0, 0), fine, moved<S>(3, 0, 2), this->result_));
   const V normal = this->result_.normals[0];

@@ -62,3 +62,18 @@ def test_open_meshes_are_refused(ball, kind):
     for pair in ((open_mesh, ball), (ball, open_mesh)):
         with pytest.raises(ValueError, match="the edge from vertex"):
             ab.contact_regions(*pair)
+
+
+def test_flush_boxes_have_the_axis_as_normal_whichever_way_they_face(kind):
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    sides = [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ]
+    cube = ab.DeformableMesh(corners, np.array(sides), **kind)
+    inside_out = ab.DeformableMesh(corners, np.array(sides)[:, ::-1], **kind)
+    for first in (cube, inside_out):
+        for x in (0.75, -0.75):
+            found = ab.contact_regions(first, cube, tf2=pose(x, 0, 0))
+            np.testing.assert_allclose(found.volumes, [0.25], rtol=1e-6)
+            np.testing.assert_allclose(found.normals, [[np.sign(x), 0, 0]], atol=1e-6)

@@ -83,11 +83,11 @@ struct RegionSums {
       moments[k] *= senses[1 - k];
     }
   }
-  /// After all parts: what is left of a volume that is 0 is rounding, and faces that touch count.
-  void finish() {
+  /// After all parts: a region as thin as what is rounded consists of faces that touch.
+  void finish(double rounding) {
     constexpr double kFlat = 1e-9;
     const double area = sizes[0] + sizes[1];
-    if (!(std::fabs(volume) <= kFlat * area * std::sqrt(area))) return;
+    if (!(std::fabs(volume) <= area * (kFlat * std::sqrt(area) + rounding))) return;
     volume = std::fabs(volume);
     normal += touching;
   }
@@ -143,7 +143,7 @@ class RegionDepth {
 
 /// The triangles of a mesh near a ray.
 template <typename S>
-class MeshRays : public RayCandidates {
+class MeshRays final : public RayCandidates {
  public:
   /// `place`: takes points of the mesh to where they are, then enlarged by `scale`. `rounding`: how
   /// far off they are, before they are enlarged.
@@ -304,7 +304,7 @@ void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionM
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
   for (const CoincidingFaces& faces : m.coinciding) m.sums[faces.region].leaveOut(faces);
   faceOutward(m);
-  for (RegionSums& sums : m.sums) sums.finish();
+  for (RegionSums& sums : m.sums) sums.finish(m.rounding);
   if (m.sums.empty()) return;
   findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
   findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "adaptive_bvh/coherent_distance.h"
+#include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -250,6 +251,32 @@ class MeshQueries {
                                       [&](const auto& found) { return found.triangle == t; });
       REQUIRE(meets == is_hit);
     }
+  }
+
+  /// The regions of two tetrahedra of any coordinates, which may face inward, in either order: as
+  /// large together, no larger than the smaller body, and with opposite normals.
+  static void regions(Bytes& in) {
+    const Points corners[] = {in.points(4), in.points(4)};
+    const fcl::Transform3d tf = in.oneIn(2) ? pose(in) : fcl::Transform3d::Identity(),
+                           still = fcl::Transform3d::Identity();
+    if (!isUsable(corners[0]) || !isUsable(corners[1])) return;
+    const std::vector<fcl::Triangle> faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    const DeformableMeshd first(corners[0], faces), second(corners[1], faces);
+    adaptive_bvh::ContactRegions<double> found, swapped;
+    contactRegions(first, still, second, tf, found);
+    contactRegions(second, tf, first, still, swapped);
+    if (!arePlain(corners[0]) || !arePlain(corners[1])) return;
+    double volume = 0, same_volume = 0, smaller = std::numeric_limits<double>::infinity();
+    for (const double part : found.volumes) volume += part;
+    for (const double part : swapped.volumes) same_volume += part;
+    for (const Points& p : corners)
+      smaller =
+          std::min(smaller, std::abs((p[1] - p[0]).dot((p[2] - p[0]).cross(p[3] - p[0])) / 6));
+    REQUIRE(std::abs(volume - same_volume) < 1e-8 && volume > -1e-8 && volume < smaller + 1e-8);
+    if (volume < 1e-3 || found.size() != 1 || swapped.size() != 1) return;
+    const double area = found.first.areas[0] + found.second.areas[0];
+    REQUIRE((found.normals[0] + swapped.normals[0]).norm() < 1e-6 * area ||
+            found.normals[0].isZero(0) || swapped.normals[0].isZero(0));
   }
 
   /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
