@@ -39,7 +39,8 @@ class PointSearch {
   struct Nearest {
     fcl::Vector3d point = fcl::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
-    int triangle = -1;  ///< its index; -1 where none is as near as the distance at first
+    int triangle = -1;           ///< its index; -1 where none is as near as the distance at first
+    VertexIndices corners = {};  ///< of the triangle
     feature_distance::FacePlace<double> place = {};          ///< of the point
     double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
   };
@@ -60,7 +61,7 @@ class PointSearch {
   }
   /// Tries one triangle, as a first bound.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
-    tryFace(x, cornersOf(verticesOf(triangle)), triangle, nearest);
+    tryFace(x, mesh_.view().verticesOf(static_cast<unsigned>(triangle)), triangle, nearest);
   }
 
  private:
@@ -71,35 +72,30 @@ class PointSearch {
   fcl::Vector3d point(Index vertex) const {
     return mesh_.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
   }
-  VertexIndices verticesOf(int triangle) const {
-    return mesh_.view().verticesOf(static_cast<unsigned>(triangle));
-  }
-  Corners cornersOf(const VertexIndices& v) const {
-    return {point(v[0]), point(v[1]), point(v[2])};
-  }
+  Corners pointsOf(const VertexIndices& v) const { return {point(v[0]), point(v[1]), point(v[2])}; }
 
-  void tryFace(const fcl::Vector3d& x, const Corners& face, int triangle, Nearest& nearest) const {
+  void tryFace(const fcl::Vector3d& x, const VertexIndices& corners, int triangle,
+               Nearest& nearest) const {
     if (triangle == nearest.triangle) return;
     fcl::Vector3d on_face;
     Place place;
-    const double distance = feature_distance::Face<double>(face).distance(x, on_face, place);
+    const double distance =
+        feature_distance::Face<double>(pointsOf(corners)).distance(x, on_face, place);
     const double farther = distance - nearest.distance;
     if (farther > rounding_ || distance > nearest.limit) return;
+    const Nearest found = {on_face, distance, triangle, corners, place, nearest.limit};
     const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
-    if (!is_tie ? farther <= 0 : isBefore(x, triangle, place, distance, nearest))
-      nearest = {on_face, distance, triangle, place, nearest.limit};
+    if (!is_tie ? farther <= 0 : isBefore(x, found, nearest)) nearest = found;
   }
   /// Of two triangles that are as near up to rounding, whether the first is nearer or, if both are
   /// exactly as near, has the smaller index: an order that does not depend on what was tried
   /// before.
-  bool isBefore(const fcl::Vector3d& x, int triangle, const Place& place, double distance,
-                const Nearest& other) const {
-    const VertexIndices a = verticesOf(triangle), b = verticesOf(other.triangle);
-    const bool is_smaller = triangle < other.triangle;
-    if (areSame(a, place, b, other.place)) return is_smaller;
-    const double scale = scaleOf(std::max(distance, other.distance));
-    const PreciseSquare square(x, cornersOf(a), place, scale),
-        of_other(x, cornersOf(b), other.place, scale);
+  bool isBefore(const fcl::Vector3d& x, const Nearest& one, const Nearest& other) const {
+    const bool is_smaller = one.triangle < other.triangle;
+    if (areSame(one, other)) return is_smaller;
+    const double scale = scaleOf(std::max(one.distance, other.distance));
+    const PreciseSquare square(x, pointsOf(one.corners), one.place, scale),
+        of_other(x, pointsOf(other.corners), other.place, scale);
     return square.isLess(of_other) || (is_smaller && !of_other.isLess(square));
   }
   /// A power of two that brings a distance to about 1, and the body to no more than 2^300.
@@ -108,14 +104,16 @@ class PointSearch {
     const bool is_known = distance > 0 && distance < std::numeric_limits<double>::infinity();
     return std::ldexp(1., is_known ? std::min(-std::ilogb(distance), most) : most);
   }
-  /// Whether two places are the same vertex, or on the same edge.
-  static bool areSame(const VertexIndices& a, const Place& at_a, const VertexIndices& b,
-                      const Place& at_b) {
-    if (at_a.is_inside || at_b.is_inside || (at_a.along == 0) != (at_b.along == 0)) return false;
-    const unsigned from_a = a[at_a.edge], from_b = b[at_b.edge];
-    if (at_a.along == 0) return from_a == from_b;
-    const unsigned to_a = a[(at_a.edge + 1) % 3], to_b = b[(at_b.edge + 1) % 3];
-    return (from_a == to_b && to_a == from_b) || (from_a == from_b && to_a == to_b);
+  /// Whether two points lie on the same vertex, or on the same edge.
+  static bool areSame(const Nearest& one, const Nearest& other) {
+    const Place &at = one.place, &at_other = other.place;
+    if (at.is_inside || at_other.is_inside || (at.along == 0) != (at_other.along == 0))
+      return false;
+    const unsigned from = one.corners[at.edge], from_other = other.corners[at_other.edge];
+    if (at.along == 0) return from == from_other;
+    const unsigned to = one.corners[(at.edge + 1) % 3],
+                   to_other = other.corners[(at_other.edge + 1) % 3];
+    return (from == to_other && to == from_other) || (from == from_other && to == to_other);
   }
 
   /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision
@@ -171,7 +169,7 @@ class PointSearch {
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
     const Int4& v = tree_.corners(place);
     const double before = nearest.distance;
-    tryFace(x, {point(v[0]), point(v[1]), point(v[2])}, v[3], nearest);
+    tryFace(x, {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])}, v[3], nearest);
     if (nearest.distance < before) setLimit(nearest.distance);
   }
 

@@ -163,7 +163,8 @@ void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFi
   const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput<S> input(placed, filter, distance);
-  if (skips_flat) input.flat = &flat;
+  // At least the heights of longer triangles have to exceed the distance.
+  if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }

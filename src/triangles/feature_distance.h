@@ -185,11 +185,11 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
   return found;
 }
 
-/// Of two edges. `along`: where the points lie on them, 0 at the first end and 1 at the other.
+/// Of two edges, where squares of lengths are not too small; see edgeEdgeDistance.
 template <typename S>
-FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
-                                    const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
-                                    std::array<S, 2>& along) {
+FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
+                                        const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
+                                        std::array<S, 2>& along) {
   using Point = Eigen::Matrix<S, 3, 1>;
   const feature_distance::Edge<S> u(a[1] - a[0]), v(b[1] - b[0]);
   const Point between = b[0] - a[0];
@@ -210,14 +210,25 @@ FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>&
   S s, t;
   if (feature_distance::nearestInside<S>(u, v, between, s, t)) take(s, t);
   nearest.distance = std::sqrt(best);
-  if (!(nearest.distance < rounding::shortLength<S>())) return nearest;
-  const S unit = rounding::enlargement(std::max({u.along.template lpNorm<Eigen::Infinity>(),
-                                                 v.along.template lpNorm<Eigen::Infinity>(),
-                                                 between.template lpNorm<Eigen::Infinity>()}));
-  if (unit == 1) return nearest;
-  nearest = edgeEdgeDistance<S>({Point::Zero(), unit * u.along},
-                                {unit * between, unit * (b[1] - a[0])}, along);
-  return {a[0] + nearest.first / unit, a[0] + nearest.second / unit, nearest.distance / unit};
+  return nearest;
+}
+
+/// Of two edges. `along`: where the points lie on them, 0 at the first end and 1 at the other.
+template <typename S>
+FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
+                                    const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
+                                    std::array<S, 2>& along) {
+  const FeatureDistance<S> found = longEdgeEdgeDistance<S>(a, b, along);
+  if (!(found.distance < rounding::shortLength<S>())) return found;
+  using Point = Eigen::Matrix<S, 3, 1>;
+  const Point seen[3] = {a[1] - a[0], b[0] - a[0], b[1] - a[0]};
+  const S unit = rounding::enlargement(std::max({seen[0].template lpNorm<Eigen::Infinity>(),
+                                                 seen[1].template lpNorm<Eigen::Infinity>(),
+                                                 seen[2].template lpNorm<Eigen::Infinity>()}));
+  if (unit == 1) return found;
+  const FeatureDistance<S> large = longEdgeEdgeDistance<S>({Point::Zero(), unit * seen[0]},
+                                                           {unit * seen[1], unit * seen[2]}, along);
+  return {a[0] + large.first / unit, a[0] + large.second / unit, large.distance / unit};
 }
 
 template <typename S>
