@@ -57,7 +57,8 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
       for (const auto& p : positions) model.replaceVertex(p);
       model.endReplaceModel();
     }
-    if (frame > 1) in_updates += allocationCount() - before;  // FCL's calls have met their first frame
+    if (frame > 1)
+      in_updates += allocationCount() - before;  // FCL's calls have met their first frame
     refitted += model.lastUpdate().refitted();
 
     fcl::DistanceResultd distance;
@@ -289,7 +290,8 @@ TEST_P(AllocationOfABuild, IsThatOfWhatIsKept) {
     EXPECT_GE(fcls, 4) << "vertices, triangles, nodes and their order";
     EXPECT_LE(ours, fcls + 9);
     allocationsOfRebuild(mesh, model);  // room for a frame
-    EXPECT_LE(allocationsOfRebuild(mesh, model), 2);
+    EXPECT_LE(allocationsOfRebuild(mesh, model), 2 + 4) << "in a copy of FCL's four arrays, so "
+                                                           "that one that fails changes nothing";
   }
 }
 
