@@ -259,7 +259,7 @@ class MeshSubject {
       case 12: queries_->proximity(in); break;
       case 13: queries_->ray(in); break;
       case 14: queries_->continuous(in); break;
-      default: queries_->excursion(in); break;
+      default: in.oneIn(4) ? queries_->scene(in) : queries_->excursion(in); break;
     }
   }
 
