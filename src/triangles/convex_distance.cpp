@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/pack.h"
 #include "triangles/feature_distance.h"
 #include "triangles/orientation.h"
 
@@ -19,45 +20,61 @@ struct Difference {
   Vector at, on_first, on_second;
 };
 
-class TriangleSet final : public ConvexSet {
+/// A triangle as a convex set, without virtual calls.
+class TriangleSet {
  public:
   explicit TriangleSet(const Triangle& triangle) : triangle_(triangle) {}
-  Vector support(const Vector& direction) const override {
+  ADAPTIVE_BVH_INLINE Vector support(const Vector& direction) const {
     std::size_t best = 0;
     for (std::size_t k = 1; k < 3; ++k)
       if (direction.dot(triangle_[k]) > direction.dot(triangle_[best])) best = k;
     return triangle_[best];
   }
+  const Triangle& triangle() const { return triangle_; }
 
  private:
   const Triangle& triangle_;
 };
 
-/// The difference of two convex sets: it holds the origin where they touch.
+Vector anyPointOf(const ConvexSet& set) { return set.support(Vector::UnitX()); }
+Vector anyPointOf(const TriangleSet& set) { return set.triangle()[0]; }
+
+/// The largest component of a coordinate of a set, from a point on.
+double extentFrom(const Vector& from, const ConvexSet& set) {
+  double extent = 0;
+  for (int k = 0; k < 3; ++k)
+    for (const double side : {-1., 1.})
+      extent = std::max(extent, std::fabs(set.support(side * Vector::Unit(k))[k] - from[k]));
+  return extent;
+}
+double extentFrom(const Vector& from, const TriangleSet& set) {
+  double extent = 0;
+  for (const Vector& corner : set.triangle())
+    extent = std::max(extent, (corner - from).lpNorm<Eigen::Infinity>());
+  return extent;
+}
+
+/// The difference of two convex sets: it holds the origin where they touch. `First`: TriangleSet,
+/// to which no virtual calls are made, or ConvexSet.
+template <typename First>
 class DifferenceSet {
  public:
-  DifferenceSet(const ConvexSet& first, const ConvexSet& second) : first_(first), second_(second) {}
+  DifferenceSet(const First& first, const ConvexSet& second) : first_(first), second_(second) {}
 
-  Difference support(const Vector& direction) const {
+  ADAPTIVE_BVH_INLINE Difference support(const Vector& direction) const {
     const Vector on_first = first_.support(direction), on_second = second_.support(-direction);
     return {on_first - on_second, on_first, on_second};
   }
 
   /// The largest component of a coordinate of either, from a point of the first on.
   double extent() const {
-    const Vector from = first_.support(Vector::UnitX());
-    double extent = 0;
-    for (int k = 0; k < 3; ++k)
-      for (const double side : {-1., 1.}) {
-        const Vector along = side * Vector::Unit(k);
-        for (const ConvexSet* set : {&first_, &second_})
-          extent = std::max(extent, std::fabs(set->support(along)[k] - from[k]));
-      }
-    return extent;
+    const Vector from = anyPointOf(first_);
+    return std::max(extentFrom(from, first_), extentFrom(from, second_));
   }
 
  private:
-  const ConvexSet &first_, &second_;
+  const First& first_;
+  const ConvexSet& second_;
 };
 
 /// Up to four points of a difference, and the point of their hull that is nearest to the origin.
@@ -192,7 +209,8 @@ struct SeparatingPlane {
   double gap = -std::numeric_limits<double>::infinity();
 
   /// Returns the difference's lowest point along a normal of length 1.
-  Difference tryNormal(const Vector& m, const DifferenceSet& differences) {
+  template <typename Differences>
+  Difference tryNormal(const Vector& m, const Differences& differences) {
     const Difference lowest = differences.support(-m);
     const double along = m.dot(lowest.at);
     if (along > gap) normal = m, gap = along;
@@ -204,10 +222,10 @@ struct SeparatingPlane {
 /// the two sets have nearly parallel faces, or nearly flat ones. There the normal of a plane
 /// through an edge of the simplex and the point is a better direction than that of the nearest
 /// point, and all points found count, not only those of the simplex.
+template <typename Differences>
 class FlatSearch {
  public:
-  FlatSearch(const DifferenceSet& differences, double error, Simplex& simplex,
-             SeparatingPlane& plane)
+  FlatSearch(const Differences& differences, double error, Simplex& simplex, SeparatingPlane& plane)
       : differences_(differences), error_(error), simplex_(simplex), plane_(plane) {
     simplex.forEachCorner([&](const Difference& corner) { points_[count_++] = corner; });
   }
@@ -252,7 +270,7 @@ class FlatSearch {
     points_[count_++] = point;
   }
 
-  const DifferenceSet& differences_;
+  const Differences& differences_;
   const double error_;
   Simplex& simplex_;
   SeparatingPlane& plane_;
@@ -260,12 +278,24 @@ class FlatSearch {
   std::size_t count_ = 0;
 };
 
-}  // namespace
+ConvexGap gapOf(const Simplex& simplex, const SeparatingPlane& plane) {
+  const double distance = std::sqrt(simplex.squaredNorm());
+  if (!(plane.gap > 0)) return {simplex.points(), distance, distance, Vector::Zero()};
+  return {simplex.points(), distance, distance - plane.gap, plane.normal};
+}
 
-ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error) {
+template <typename Differences>
+[[gnu::noinline]] ConvexGap finishFlat(const Differences& differences, double error,
+                                       Simplex simplex, SeparatingPlane plane,
+                                       const Difference& beside) {
+  FlatSearch<Differences>(differences, error, simplex, plane).run(beside);
+  return gapOf(simplex, plane);
+}
+
+template <typename Differences>
+ConvexGap findGap(const Differences& differences, double error) {
   constexpr double kTouching = 0x1p-46;
   constexpr int kMostSteps = 1000;
-  const DifferenceSet differences(first, second);
   const double extent = differences.extent();
   const double touching = kTouching * extent;
   Simplex simplex;
@@ -279,31 +309,22 @@ ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double erro
       return {simplex.points(), 0, 0, Vector::Zero()};
     const Difference next = plane.tryNormal(nearest / length, differences);
     if (length - plane.gap <= error * extent) break;
+    if (simplex.has(next)) return finishFlat(differences, error * extent, simplex, plane, next);
     Simplex larger = simplex;
-    if (!simplex.has(next)) {
-      larger.add(next);
-      larger.reduce();
-    }
-    if (!(larger.squaredNorm() < simplex.squaredNorm())) {
-      FlatSearch(differences, error * extent, simplex, plane).run(next);
-      break;
-    }
+    larger.add(next);
+    larger.reduce();
+    if (!(larger.squaredNorm() < simplex.squaredNorm()))
+      return finishFlat(differences, error * extent, simplex, plane, next);
     simplex = larger;
   }
-  const double distance = std::sqrt(simplex.squaredNorm());
-  if (!(plane.gap > 0)) return {simplex.points(), distance, distance, Vector::Zero()};
-  return {simplex.points(), distance, distance - plane.gap, plane.normal};
+  return gapOf(simplex, plane);
 }
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
-  return convexGap(TriangleSet(triangle), set, error);
-}
-
-namespace {
 
 /// A polytope inside of a difference, which grows where its surface is nearest to the origin.
+template <typename Differences>
 class ExpandingPolytope {
  public:
-  explicit ExpandingPolytope(const DifferenceSet& differences)
+  explicit ExpandingPolytope(const Differences& differences)
       : differences_(differences), extent_(differences.extent()) {}
 
   Penetration find() {
@@ -450,7 +471,7 @@ class ExpandingPolytope {
     faces_.pop_back();
   }
 
-  const DifferenceSet& differences_;
+  const Differences& differences_;
   const double extent_;
   std::vector<Vector> corners_;
   std::vector<Face> faces_;
@@ -463,12 +484,21 @@ Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const
   return penetrationOf(triangle, *this);
 }
 
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error) {
+  return findGap(DifferenceSet<ConvexSet>(first, second), error);
+}
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
+  return findGap(DifferenceSet<TriangleSet>(TriangleSet(triangle), set), error);
+}
+
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second) {
-  const DifferenceSet differences(first, second);
-  return ExpandingPolytope(differences).find();
+  const DifferenceSet<ConvexSet> differences(first, second);
+  return ExpandingPolytope<DifferenceSet<ConvexSet>>(differences).find();
 }
 Penetration penetrationOf(const Triangle& triangle, const ConvexSet& set) {
-  return penetrationOf(TriangleSet(triangle), set);
+  const TriangleSet first(triangle);
+  const DifferenceSet<TriangleSet> differences(first, set);
+  return ExpandingPolytope<DifferenceSet<TriangleSet>>(differences).find();
 }
 
 }  // namespace adaptive_bvh

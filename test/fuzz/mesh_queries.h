@@ -6,12 +6,16 @@
 #include <utility>
 #include <vector>
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/sphere.h>
+
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
 #include "fuzz/bytes.h"
 #include "support/brute_force.h"
@@ -210,6 +214,42 @@ class MeshQueries {
     const auto of_small = adaptive_bvh::closestPoint<double>(small, Point(x * unit));
     REQUIRE(of_small.triangle == closest.triangle);
     REQUIRE(std::abs(of_small.distance / unit - closest.distance) <= 1e-9);
+  }
+
+  /// A scene of the mesh, a ball and a box: what it says of these two is that of their formulas,
+  /// and its calls agree.
+  void scene(Bytes& in) {
+    const Point middle = in.point(), side = in.point().cwiseAbs(), along = in.point();
+    const double radius = std::abs(in.coordinate());
+    if (!isPlainFrame() || !arePlain({middle, side, along, Point::Constant(radius)})) return;
+    if (!(side.minCoeff() > 0) || !(radius > 0) || along.isZero(0)) return;
+    const fcl::Sphered ball(radius);
+    const fcl::Boxd box(side);
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.translation() = middle;
+    adaptive_bvh::Scened scene;
+    const auto of_box = scene.add(box), of_ball = scene.add(ball, tf);
+    scene.ignore(of_box, scene.add(mesh_));
+    scene.update();
+    const double gap = (middle.cwiseAbs() - side / 2).cwiseMax(Point::Zero()).norm() - radius;
+    const auto found = scene.nearest(of_box);
+    REQUIRE(found.bodies.second == of_ball);
+    REQUIRE(std::abs(found.distance - std::max(gap, 0.)) < 1e-12);
+    adaptive_bvh::SceneCollisions<double> touching;
+    scene.collisions(adaptive_bvh::SceneCollisionRequest(), touching);
+    REQUIRE(scene.isNearer(0) == !touching.pairs.empty());
+    REQUIRE((scene.distance().distance <= 0) == !touching.pairs.empty());
+    REQUIRE(scene.nearestPoint(middle).distance <= radius + 1e-12);
+    std::vector<adaptive_bvh::SceneRayHit<double>> hits;
+    scene.firstHits(&middle, &along, 1, hits);
+    REQUIRE(hits[0].exists() && hits[0].hit.t <= radius / along.norm() + 1e-12);
+    if (gap > 1e-9) {
+      tf.translation() = Point::Zero();
+      scene.beginStep();
+      scene.setTransform(of_ball, tf);
+      scene.update();
+      REQUIRE(scene.largestSafeStep() < 1);
+    }
   }
 
   /// A ray, most often with components that are 0 or -0: every triangle by the signs of volumes, in

@@ -262,7 +262,7 @@ class MeshSubject {
       case 14: queries_->continuous(in); break;
       case 16:
       case 17: queries_->regions(in); break;
-      default: queries_->excursion(in); break;
+      default: in.oneIn(4) ? queries_->scene(in) : queries_->excursion(in); break;
     }
   }
 
