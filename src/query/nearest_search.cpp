@@ -145,7 +145,7 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
 template <typename S>
 void NearestSearch<S>::tryBoxes() {
   next_view_ = std::numeric_limits<long>::max();
-  if (!trees_.frame().isInRange()) return;
+  if (has_supports_ || !trees_.frame().isInRange()) return;
   const LocalBoxes<S>& boxes = nearest_.boxes();
   typename TriangleSeparation<S>::Line line;
   line.along1 = boxes.line();

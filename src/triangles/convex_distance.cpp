@@ -159,9 +159,8 @@ class Simplex {
 
 }  // namespace
 
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error, int most_steps) {
   constexpr double kTouching = 0x1p-46;
-  constexpr int kMostSteps = 1000;
   const DifferenceSet differences(triangle, set);
   const double extent = differences.extent();
   const double touching = kTouching * extent;
@@ -169,7 +168,7 @@ ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error
   simplex.add(differences.support(Vector::UnitX()));
   simplex.reduce();
   double lower = 0;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < most_steps; ++step) {
     const Vector nearest = simplex.nearest();
     const double length = nearest.norm();
     if (length <= touching || simplex.squaredNorm() == 0) return {simplex.points(), 0, 0};

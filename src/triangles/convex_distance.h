@@ -39,9 +39,9 @@ struct ConvexGap {
 };
 
 /// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most so much of
-/// the extent of both. Nearer than 2^-46 of it counts as touching.
+/// the extent of both, or after so many steps. Nearer than 2^-46 of it counts as touching.
 ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
-                    double error = 0x1p-44);
+                    double error = 0x1p-44, int most_steps = 1000);
 
 /// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
 /// both.
