@@ -26,7 +26,9 @@ bool isFar(const TreePair<S>& trees) {
   return trees.frame().t().template lpNorm<1>() > (1 << 10);
 }
 
-/// So many tests of boxes take longer than to look at the bodies as a whole.
+/// So many tests of boxes take longer than to improve the line, and than to look at the bodies as a
+/// whole.
+constexpr long kFew = 96;
 constexpr long kMany = 256;
 
 }  // namespace
@@ -88,6 +90,12 @@ void NearestSearch<S>::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= kFew && !nearest_.isRefined()) {
+      nearest_.refineLine();
+      limit_ = -1;
+      setLimit();
+      continue;  // perhaps that was all
+    }
     if (box_tests_ >= next_view_) tryBoxes();
     if (box_tests_ >= next_check_ && check()) break;
     if (box_tests_ >= next_alignment_) align();
