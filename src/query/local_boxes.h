@@ -29,9 +29,12 @@ fcl::Vector3d lineBetween(const RelativePlacement& to_first, const Farthest1& fa
     const Farthest1& farthest1_;
     const Farthest2& farthest2_;
   };
+  constexpr double kError = 0x1p-49;  // more than what is rounded
+  constexpr int kMostSteps = 32;
   const fcl::Vector3d origin = fcl::Vector3d::Zero();
   const ConvexGap gap =
-      convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2), 0x1p-51);
+      convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2),
+                {kError, kMostSteps, false});
   return gap.distance > 0 ? gap.points.second.stableNormalized() : origin;
 }
 

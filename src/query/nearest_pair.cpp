@@ -44,15 +44,22 @@ void NearestPair<S>::setLimit() {
                     least / (1 + static_cast<double>(request_.rel_err)));
 }
 
-/// Measures along the line between the nearest points of two triangles, the bodies as a whole
-/// first. Rounding turns that line where the points are near each other, or very far apart; so
-/// where a normal separates the triangles as well, that is taken: it is exact for all of a flat
-/// face.
+/// Measures along the line between the nearest points of two triangles.
 template <typename S>
 void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
                                const VertexIndices& b) {
   triangles_.lookAlong(gap.points.first, gap.points.second);
-  triangles_.preferNormals(a, b, gap.distance - rounding_);
+  near1_ = a;
+  near2_ = b;
+  near_distance_ = gap.distance;
+  is_refined_ = false;
+}
+
+template <typename S>
+void NearestPair<S>::refineLine() {
+  is_refined_ = true;
+  if (triangles_.direction() == fcl::Vector3d::Zero()) return;
+  triangles_.preferNormals(near1_, near2_, near_distance_ - rounding_);
   raiseLeast();
 }
 

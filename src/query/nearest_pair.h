@@ -34,6 +34,12 @@ class NearestPair {
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes<S>& boxes() const { return boxes_; }
+  /// Whether `refineLine` has nothing to do.
+  bool isRefined() const { return is_refined_; }
+  /// Improves the line between the nearest points, which rounding turns where they are near each
+  /// other or very far apart: where a normal of the two triangles separates these as well, that is
+  /// taken, which is exact for all of a flat face. Then measures the bodies as a whole.
+  void refineLine();
   /// Whether all vertices are at least the limit apart along the line: then the search is over.
   bool areSeparated();
   /// Looks along the line between the convex hulls of the meshes, where these are apart.
@@ -77,7 +83,11 @@ class NearestPair {
   const double rounding_;  ///< of the distance of two triangles
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
-  S enough_ = 0;      ///< a distance that ends the search
+  /// What the line belongs to.
+  VertexIndices near1_{}, near2_{};
+  double near_distance_ = 0;
+  bool is_refined_ = true;
+  S enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false;
   long triangle_tests_ = 0;
 };

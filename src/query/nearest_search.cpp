@@ -20,14 +20,21 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
-/// Whether single precision hardly distinguishes boxes of two bodies, so far apart they are.
-template <typename S>
-bool isFar(const TreePair<S>& trees) {
-  return trees.frame().t().template lpNorm<1>() > (1 << 10);
-}
-
-/// So many tests of boxes take longer than to look at the bodies as a whole.
+/// So many tests of boxes take longer than to improve the line, and than to look at the bodies as a
+/// whole.
+constexpr long kFew = 96;
 constexpr long kMany = 256;
+
+/// After how many tests of boxes to look along the line between two bodies: at once where single
+/// precision hardly distinguishes the boxes, so far apart they are; never where they are near, as
+/// trees with the same coordinates are better there.
+template <typename S>
+long testsBeforeView(const TreePair<S>& trees) {
+  constexpr double kNear = 32, kFar = 1 << 10;
+  const double apart = trees.frame().t().template lpNorm<1>();
+  if (apart > kFar) return 0;
+  return apart > kNear ? kMany : std::numeric_limits<long>::max();
+}
 
 }  // namespace
 
@@ -49,7 +56,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
-  next_view_ = isFar(trees_) ? 0 : kMany;
+  next_view_ = testsBeforeView(trees_);
   next_check_ = std::max<long>(kMany, next_supports_ / 4);
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
@@ -75,6 +82,12 @@ void NearestSearch<S>::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= kFew && !nearest_.isRefined()) {
+      nearest_.refineLine();
+      limit_ = -1;
+      setLimit();
+      continue;  // perhaps that was all
+    }
     if (box_tests_ >= next_view_) tryBoxes();
     if (box_tests_ >= next_check_ && check()) break;
     if (box_tests_ >= next_alignment_) align();
@@ -132,7 +145,7 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
 template <typename S>
 void NearestSearch<S>::tryBoxes() {
   next_view_ = std::numeric_limits<long>::max();
-  if (!trees_.frame().isInRange()) return;
+  if (has_supports_ || !trees_.frame().isInRange()) return;
   const LocalBoxes<S>& boxes = nearest_.boxes();
   typename TriangleSeparation<S>::Line line;
   line.along1 = boxes.line();
@@ -194,9 +207,10 @@ void NearestSearch<S>::trySupports() {
 /// line counts as well.
 template <typename S>
 bool NearestSearch<S>::isApart() const {
+  constexpr double kApart = 2;
   const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
   return trees_.frame().isInRange() &&
-         limit_ > 0.5 * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+         limit_ > kApart * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
 }
 
 template <typename S>

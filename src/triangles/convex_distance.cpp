@@ -293,28 +293,30 @@ template <typename Differences>
 }
 
 template <typename Differences>
-ConvexGap findGap(const Differences& differences, double error) {
+ConvexGap findGap(const Differences& differences, const GapSearch& search) {
   constexpr double kTouching = 0x1p-46;
-  constexpr int kMostSteps = 1000;
-  const double extent = differences.extent();
+  const double extent = differences.extent(), error = search.error * extent;
   const double touching = kTouching * extent;
   Simplex simplex;
   simplex.add(differences.support(Vector::UnitX()));
   simplex.reduce();
   SeparatingPlane plane;
-  for (int step = 0; step < kMostSteps; ++step) {
+  const auto finish = [&](const Difference& beside) -> ConvexGap {
+    return search.finishes_flat ? finishFlat(differences, error, simplex, plane, beside)
+                                : gapOf(simplex, plane);
+  };
+  for (int step = 0; step < search.most_steps; ++step) {
     const Vector nearest = simplex.nearest();
     const double length = nearest.norm();
     if (length <= touching || simplex.squaredNorm() == 0)
       return {simplex.points(), 0, 0, Vector::Zero()};
     const Difference next = plane.tryNormal(nearest / length, differences);
-    if (length - plane.gap <= error * extent) break;
-    if (simplex.has(next)) return finishFlat(differences, error * extent, simplex, plane, next);
+    if (length - plane.gap <= error) break;
+    if (simplex.has(next)) return finish(next);
     Simplex larger = simplex;
     larger.add(next);
     larger.reduce();
-    if (!(larger.squaredNorm() < simplex.squaredNorm()))
-      return finishFlat(differences, error * extent, simplex, plane, next);
+    if (!(larger.squaredNorm() < simplex.squaredNorm())) return finish(next);
     simplex = larger;
   }
   return gapOf(simplex, plane);
@@ -329,7 +331,7 @@ class ExpandingPolytope {
 
   Penetration find() {
     if (!start()) return best_;
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < search.most_steps; ++step) {
       const auto nearest =
           std::min_element(faces_.begin(), faces_.end(),
                            [](const Face& a, const Face& b) { return a.offset < b.offset; });
@@ -484,11 +486,11 @@ Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const
   return penetrationOf(triangle, *this);
 }
 
-ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error) {
-  return findGap(DifferenceSet<ConvexSet>(first, second), error);
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, const GapSearch& search) {
+  return findGap(DifferenceSet<ConvexSet>(first, second), search);
 }
-ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, double error) {
-  return findGap(DifferenceSet<TriangleSet>(TriangleSet(triangle), set), error);
+ConvexGap convexGap(const Triangle& triangle, const ConvexSet& set, const GapSearch& search) {
+  return findGap(DifferenceSet<TriangleSet>(TriangleSet(triangle), set), search);
 }
 
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second) {

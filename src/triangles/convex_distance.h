@@ -42,11 +42,20 @@ struct ConvexGap {
   fcl::Vector3d normal;
 };
 
-/// By the algorithm of Gilbert, Johnson and Keerthi (1988), until the error is at most so much of
-/// the extent of both. Nearer than 2^-46 of it counts as touching.
-ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, double error = 0x1p-44);
+/// When a search for a gap ends.
+struct GapSearch {
+  double error = 0x1p-44;  ///< at most so much of the extent of both sets
+  int most_steps = 1000;
+  /// Whether to go on where rounding hides progress: between faces that are nearly parallel or
+  /// flat.
+  bool finishes_flat = true;
+};
+
+/// By the algorithm of Gilbert, Johnson and Keerthi (1988). Nearer than 2^-46 of the extent of both
+/// counts as touching.
+ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, const GapSearch& search = {});
 ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
-                    double error = 0x1p-44);
+                    const GapSearch& search = {});
 
 /// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
 /// both.
