@@ -62,6 +62,13 @@ struct Supported {
 /// policy changes, builds and the non-const `mesh` need the model for themselves: hold a
 /// std::shared_mutex shared for queries and unique for updates.
 ///
+/// **Memory.** Where there is none, FCL's calls return BVH_ERR_MODEL_OUT_OF_MEMORY, and all other
+/// calls throw std::bad_alloc. The model, its mesh, and a step or a build that was begun then are
+/// what they were before, and the call can be repeated. (If memory fails after an update has
+/// written positions, the update takes place, and all volumes are recomputed, at the latest when
+/// the tree is read next.) To construct a model by a move needs memory for an empty one, and ends
+/// the program without it. To assign by a move needs none.
+///
 /// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
 /// through the calls below. Its address stays the same over replace* and `update`. Positions given
 /// to any call may lie in the model's own `vertices` and `prev_vertices`: they are read before

@@ -22,7 +22,7 @@ namespace adaptive_bvh {
 ///
 /// Any number of updates, large motions and other queries may come between two calls. They cost
 /// time, but the result stays exact. One object serves one thread at a time; several may share a
-/// mesh.
+/// mesh. A call that throws std::bad_alloc can be repeated.
 template <typename S>
 class CoherentDistance {
  public:

@@ -25,8 +25,10 @@ struct MeshAccess;
 
 /// What an update of a DeformableMesh did.
 struct MeshUpdate {
-  std::size_t vertices = 0;         ///< number of positions passed
-  double largest_displacement = 0;  ///< of any vertex, rounded up, in the mesh's unit
+  std::size_t vertices = 0;  ///< number of positions passed
+  /// The farthest that any vertex has come from before the call to after it, rounded up, in the
+  /// mesh's unit.
+  double largest_displacement = 0;
   bool turned = false;  ///< whether the boxes have new axes, because the body has rotated
   double seconds = 0;   ///< duration of the whole update
 };
@@ -51,6 +53,10 @@ struct MeshUpdate {
 /// **Threads.** A const mesh is only read: any number of threads may query it at once. An update
 /// needs the mesh for itself. A copy is a snapshot: threads may query it while the original is
 /// updated, and it stays valid after the original is destroyed.
+///
+/// **Memory.** A call that throws std::bad_alloc leaves the mesh as it was before, with its
+/// positions, boxes and report, and can be repeated: an update on any number of threads, an
+/// assignment, `load`. A query that throws it leaves its result valid, with unspecified contents.
 ///
 /// **Copies** share the topology, which never changes; positions and boxes are copied (about 90
 /// bytes a triangle in double precision).
@@ -155,9 +161,9 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   }
 
   /// Takes new positions of some vertices: positions[i] is that of vertex indices[i], in any order.
-  /// If an index occurs twice, its last position counts. All other vertices keep theirs. Throws
-  /// like `update`, and std::invalid_argument if an index is out of range or the two vectors differ
-  /// in length.
+  /// If an index occurs twice, its last position counts alone. All other vertices keep theirs. The
+  /// first such call allocates 24 bytes a triangle. Throws like `update`, and std::invalid_argument
+  /// if an index is out of range or the two vectors differ in length.
   const MeshUpdate& update(const unsigned* indices, const Point* positions, std::size_t count);
   /// From vectors.
   template <typename Index, typename = std::enable_if_t<std::is_integral<Index>::value>>

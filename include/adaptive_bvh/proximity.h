@@ -27,7 +27,7 @@ namespace adaptive_bvh {
 ///
 /// **Errors.** std::invalid_argument if a distance is negative or NaN (infinity is allowed), if a
 /// transform is not a rigid motion, or if a list of pairs to leave out is not as IgnoredPairs says.
-/// The result is then unchanged.
+/// The result is then unchanged. After std::bad_alloc it is valid, with unspecified contents.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h. A query of pairs runs on several threads
 /// if DeformableMesh::setQueryThreads allows it; its result does not depend on their number.
@@ -55,7 +55,7 @@ bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
 /// distance. There is no search while this bound, less the motion since, exceeds d. While the
 /// bodies stay near, it mostly suffices to test the triangles around the last near pair. Any number
 /// of updates may come between two calls. One object serves one thread at a time; several may share
-/// a mesh.
+/// a mesh. A call that throws std::bad_alloc can be repeated.
 template <typename S>
 class CoherentProximity {
  public:

@@ -222,6 +222,8 @@ struct RecordingOptions {
 /// program run without a recording, keep the times of its steps, and pass them in a second run
 /// (examples/tools/run_page.cpp).
 ///
+/// **Memory.** A call that throws std::bad_alloc leaves bodies and frames as they were before.
+///
 /// **Lifetime.** Keeps references: a mesh or model must live until the last call of `frame`.
 /// `write` reads none. The object serves one thread at a time.
 class Recording {

@@ -56,7 +56,9 @@ namespace adaptive_bvh {
 /// **Units and frames.** Transforms place bodies in the world; results are in the world.
 ///
 /// **Errors.** std::invalid_argument on ids that are not in the scene, on transforms that are not
-/// rigid motions, on distances that are negative or NaN. A refused call changes nothing.
+/// rigid motions, on distances that are negative or NaN. A refused call changes nothing. Nor does
+/// one that throws std::bad_alloc, and it can be repeated; but after such an `update` queries throw
+/// std::logic_error until an update succeeds.
 ///
 /// **Threads.** Any number of threads may call const members at once. Members that are not const
 /// need the scene for themselves, and so does a change of a mesh. `setThreads` lets a query work on
