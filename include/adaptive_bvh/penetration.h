@@ -26,8 +26,8 @@ namespace adaptive_bvh {
 ///
 /// **Errors.** std::invalid_argument if the margin is negative or NaN (infinity returns every
 /// vertex), if a transform is not a rigid motion, if the other mesh is not closed (the message
-/// names an edge), and on geometry that is neither a mesh nor a shape. The result is then
-/// unchanged.
+/// names an edge), on geometry that is neither a mesh nor a shape, and on a shape with a size that
+/// is not positive and finite. The result is then unchanged.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h. A query runs on several threads if
 /// DeformableMesh::setQueryThreads allows it; results and their order do not depend on their
@@ -111,9 +111,9 @@ enum class DeepBody {
 /// The signed distance of two bodies.
 template <typename S>
 struct SignedDistance {
-  S lower;             ///< the signed distance is at least this
-  S upper;             ///< the signed distance is at most this
-  DeepBody deep_body;  ///< None: the bodies are apart, or touch
+  S lower = 0;                          ///< the signed distance is at least this
+  S upper = 0;                          ///< the signed distance is at most this
+  DeepBody deep_body = DeepBody::None;  ///< None: the bodies are apart, or touch
   /// A point on the surface of the first body and one on that of the second, in the world. If the
   /// bodies are apart, the nearest points. Otherwise a point of the deep body's surface, whose
   /// depth is -`upper`, and the nearest point of the other surface to it.
@@ -124,7 +124,7 @@ struct SignedDistance {
   /// normal separates these two points. If the points are nearer than 1e-8 of the coordinates, it
   /// is a normal of the surface there: out of the first body or into the second.
   fcl::Vector3<S> normal;
-  std::size_t searches;  ///< number of searches for the distance of a point to a surface
+  std::size_t searches = 0;  ///< number of searches for the distance of a point to a surface
 };
 
 /// Returns the signed distance of two closed meshes. If the surfaces do not cross and neither body
@@ -152,8 +152,8 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
 /// Returns the signed distance of a closed mesh and a solid of FCL's: a sphere, capsule, box,
 /// cylinder, cone, ellipsoid, convex or half-space. (If `second` is a DeformableMesh, the result is
 /// that of the overload for two meshes.) Curved surfaces are not approximated. A convex counts by
-/// its faces; throws std::invalid_argument if they do not enclose it, and on a plane, which has no
-/// inside.
+/// its faces; throws std::invalid_argument if they do not enclose it, on a plane, which has no
+/// inside, and if a size of the shape is not positive and finite.
 template <typename S>
 SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                  const fcl::CollisionGeometry<S>& second,

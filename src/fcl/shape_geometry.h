@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -178,8 +180,45 @@ inline void requireSize(const ShapeCore& core) {
 
 }  // namespace shape_sets
 
+/// Throws std::invalid_argument where a size of a shape is not positive, or not finite: FCL makes
+/// such shapes without a word. Every query of a shape calls this, most by visitShape.
+template <typename S>
+void requireSizes(const fcl::CollisionGeometry<S>& shape) {
+  const auto require = [](std::initializer_list<S> sizes, const char* name) {
+    for (const S size : sizes)
+      if (!(size > 0) || !std::isfinite(size))
+        throw std::invalid_argument("adaptive_bvh: a size of a " + std::string(name) + " is " +
+                                    std::to_string(size) + "; it must be positive and finite");
+  };
+  switch (shape.getNodeType()) {
+    case fcl::GEOM_SPHERE:
+      return require({static_cast<const fcl::Sphere<S>&>(shape).radius}, "sphere");
+    case fcl::GEOM_CAPSULE: {
+      const auto& of = static_cast<const fcl::Capsule<S>&>(shape);
+      return require({of.radius, of.lz}, "capsule");
+    }
+    case fcl::GEOM_BOX: {
+      const auto& side = static_cast<const fcl::Box<S>&>(shape).side;
+      return require({side[0], side[1], side[2]}, "box");
+    }
+    case fcl::GEOM_CYLINDER: {
+      const auto& of = static_cast<const fcl::Cylinder<S>&>(shape);
+      return require({of.radius, of.lz}, "cylinder");
+    }
+    case fcl::GEOM_CONE: {
+      const auto& of = static_cast<const fcl::Cone<S>&>(shape);
+      return require({of.radius, of.lz}, "cone");
+    }
+    case fcl::GEOM_ELLIPSOID: {
+      const auto& radii = static_cast<const fcl::Ellipsoid<S>&>(shape).radii;
+      return require({radii[0], radii[1], radii[2]}, "ellipsoid");
+    }
+    default: return;
+  }
+}
+
 /// Calls take(TriangleShape, ShapeCore) with the geometry of a shape of FCL's. Throws
-/// std::invalid_argument on others, and on shapes that are too small.
+/// std::invalid_argument on others, on shapes that are too small, and where requireSizes does.
 template <typename S, typename Take>
 void visitShape(const fcl::CollisionGeometry<S>& shape, const Take& take) {
   using namespace shape_sets;
@@ -188,6 +227,7 @@ void visitShape(const fcl::CollisionGeometry<S>& shape, const Take& take) {
     take(triangle_shape, core);
   };
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  requireSizes(shape);
   const auto visitRound = [&](const RoundSet& set) { visit(RoundShape(set), coreOf(set)); };
   const auto visitSegment = [&](S radius, S length) {
     const double half = double(length) / 2;

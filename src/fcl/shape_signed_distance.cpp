@@ -15,6 +15,7 @@ namespace {
 /// The inside of a shape, for DepthSearch, in the shape's frame: by planes that it touches.
 class ShapeTarget {
  public:
+  static constexpr bool kIsConvex = true;
   /// A plane n x = d with the shape on its lower side. A point in the shape is no deeper than below
   /// this plane.
   struct Witness {
@@ -41,7 +42,7 @@ class ShapeTarget {
   bool isInside(const fcl::Vector3d& x) const { return shape_.surface(x).distance < 0; }
   bool isClear(const fcl::Vector3d&, double) const { return false; }
   /// Bounds by planes are negative outside, so neither is needed.
-  bool touches(const std::array<fcl::Vector3d, 3>&) const { return true; }
+  bool touches(const std::array<fcl::Vector3d, 3>&, const Bulge&) const { return true; }
   double crossing(const Witness&, const fcl::Vector3d&, const fcl::Vector3d&) const { return -1; }
   fcl::Vector3d outward(const fcl::Vector3d& x) const { return shape_.surface(x).outward; }
   void findNearest(const DepthPoint<Witness>& point, DepthBounds& bounds) const {
@@ -88,8 +89,10 @@ class ShapeSource {
     return charts_[chart].length(a.parameter, b.parameter);
   }
   template <typename Point>
-  double deviation(const Point& a, const Point& b, const Point& c, std::uint8_t chart) const {
-    return charts_[chart].deviation(a.parameter, b.parameter, c.parameter);
+  Bulge bulge(const Point& a, const Point& b, const Point& c, std::uint8_t chart) const {
+    Bulge bulge = charts_[chart].bulge(a.parameter, b.parameter, c.parameter);
+    for (Vector& way : bulge.ways) way = to_target_.R * way;
+    return bulge;
   }
 
  private:
@@ -137,9 +140,13 @@ class MeshAndShape {
               .run();
       in_mesh = DepthBounds::from(in_shape.lower);
     }
-    ShapeSource source(solid, to_mesh_);
-    in_mesh =
-        DepthSearch<ShapeSource, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh).run();
+    if (isRoundContact(solid, gap, in_shape, mesh_target)) {
+      in_mesh.upper = in_shape.upper;
+    } else {
+      ShapeSource source(solid, to_mesh_);
+      in_mesh =
+          DepthSearch<ShapeSource, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh).run();
+    }
     SignedDistance<S> found = in_shape.is_found || in_mesh.is_found
                                   ? result_.inside(in_shape, in_mesh)
                                   : result_.touching(gap, false, target.outward(gap.points.second),
@@ -172,6 +179,14 @@ class MeshAndShape {
   }
 
  private:
+  /// Whether no point of the shape is deeper in the mesh than the mesh is in the shape: what is
+  /// farther inside the shape than the mesh reaches is outside of the mesh, and a ball rolls along
+  /// all of the shape's surface from within. docs/bounds.md, 19.
+  bool isRoundContact(const SolidShape& solid, const TriangleGap& gap, const DepthBounds& in_shape,
+                      MeshTarget<S>& mesh_target) const {
+    return gap.distance == 0 && in_shape.upper + 4 * precision_.error() < solid.rolling_radius &&
+           !mesh_target.isInside(innerPoint());
+  }
   double size() const {
     double shape = 0;
     visitShape(*shape_.geometry, [&](const TriangleShape&, const ShapeCore& core) {
@@ -224,6 +239,7 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireRigid(tf1);
   requireRigid(tf2);
   requireClosed(stateOf(first), "signedDistance");
+  requireSizes(second);
   const auto pair = [&]() -> MeshAndShape<S> { return {{first, tf1}, {&second, tf2}, tolerance}; };
   if (second.getNodeType() == fcl::GEOM_HALFSPACE)
     return pair().distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second));

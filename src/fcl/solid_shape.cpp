@@ -123,7 +123,7 @@ class PatchList {
     for (int i = 0; i < kParts; ++i) {
       const Vector a(0, angle(i), 0), b(0, angle(i + 1), 0), c(1, angle(i), 0),
           d(1, angle(i + 1), 0);
-      patches_.push_back({chart, a, b, c});
+      if (radius0 > 0) patches_.push_back({chart, a, b, c});  // else it is a line
       patches_.push_back({chart, c, b, d});
     }
   }
@@ -148,6 +148,7 @@ SolidShape roundedSegment(double radius, double half) {
   solid.support = [=](const Vector& n) -> Vector {
     return radius * n + Vector(0, 0, n[2] < 0 ? -half : half);
   };
+  solid.rolling_radius = radius;
   const PatchList patches(solid.patches);
   const Vector radii = Vector::Constant(radius);
   patches.addHalf(Vector(0, 0, half), radii, 1);
@@ -194,6 +195,8 @@ SolidShape ellipsoid(const Vector& radii) {
   const shape_sets::Ellipsoid set(radii);
   solid.surface = [=](const Vector& x) { return surfaceOfEllipsoid(x, radii); };
   solid.support = [=](const Vector& n) -> Vector { return set.support(n); };
+  // The least radius of curvature (Blaschke's rolling theorem).
+  solid.rolling_radius = radii.minCoeff() * (radii.minCoeff() / radii.maxCoeff());
   for (const double sign : {1., -1.}) PatchList(solid.patches).addHalf(Vector::Zero(), radii, sign);
   return solid;
 }

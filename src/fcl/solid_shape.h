@@ -20,6 +20,8 @@ struct SolidShape {
 
   std::function<ShapeSurface(const fcl::Vector3d& x)> surface;
   std::function<fcl::Vector3d(const fcl::Vector3d& n)> support;  ///< the farthest point along n
+  /// Every point of the surface is on a ball of this radius inside the shape.
+  double rolling_radius = 0;
   /// They cover the surface. Those of one chart follow each other; of charts there are at most
   /// three.
   std::vector<Patch> patches;

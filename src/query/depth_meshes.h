@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "base/leased.h"
@@ -20,6 +21,7 @@ template <typename S>
 class MeshTarget {
  public:
   using Witness = int;  ///< a triangle
+  static constexpr bool kIsConvex = false;
 
   /// The distance to one triangle: a convex function, and at least the distance to the surface.
   class Reach {
@@ -72,17 +74,17 @@ class MeshTarget {
     }
     return gap * kSlack > radius * tree.scale();
   }
-  /// Whether a triangle touches the surface.
-  bool touches(const TrianglePoints<double>& triangle) {
+  /// Whether a triangle, or what encloses a patch above it, may touch the surface.
+  bool touches(const TrianglePoints<double>& triangle, const Bulge& bulge) {
     const WideTree& tree = mesh_.tree();
+    const double around = bulge.height * tree.scale() / kSlack;
     Float4 low[3], high[3];
     for (int k = 0; k < 3; ++k) low[k] = float4::all(kFar), high[k] = float4::all(-kFar);
     for (const fcl::Vector3d& x : triangle) {
       const fcl::Vector3d y = tree.coordinates()(x);
       for (int k = 0; k < 3; ++k) {
-        const Float4 at = float4::all(static_cast<float>(std::clamp<double>(y[k], -kFar, kFar)));
-        low[k] = float4::lower(low[k], at);
-        high[k] = float4::upper(high[k], at);
+        low[k] = float4::lower(low[k], single(y[k] - around));
+        high[k] = float4::upper(high[k], single(y[k] + around));
       }
     }
     open_.start();
@@ -96,7 +98,9 @@ class MeshTarget {
       for (; node.isLeaf() && lanes; lanes &= lanes - 1) {
         const auto place = static_cast<unsigned>(node.first + __builtin_ctz(lanes));
         const TrianglePoints<double> other = mesh_.pointsAt(place);
-        if (!areSurelyFarther(triangle, other, 0) && touch(triangle, other)) return true;
+        if (areSurelyFarther(triangle, other, bulge.height)) continue;
+        if (bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other))
+          return true;
       }
     }
     return false;
@@ -118,6 +122,26 @@ class MeshTarget {
  private:
   static constexpr double kSlack = 1 - 1e-9;  // for all that is rounded here
   static constexpr float kFar = 1e15f;
+
+  /// Whether a plane is found that is between a triangle of the surface and a patch.
+  static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
+                       const Bulge& bulge) {
+    const auto separates = [&](const fcl::Vector3d& along) {
+      double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, above = 0;
+      for (const fcl::Vector3d& x : face) lowest = std::min(lowest, along.dot(x - face[0]));
+      for (const fcl::Vector3d& x : triangle) highest = std::max(highest, along.dot(x - face[0]));
+      for (int k = 0; k < bulge.count; ++k)
+        above = std::max(above, along.dot(bulge.ways[static_cast<std::size_t>(k)]));
+      return highest + above < lowest;
+    };
+    const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+    if (separates(normal) || separates(-normal)) return true;
+    const auto [p, q] = gapOf(triangle, face).points;
+    return separates(q - p);
+  }
+  static Float4 single(double y) {
+    return float4::all(static_cast<float>(std::clamp<double>(y, -kFar, kFar)));
+  }
 
   const PlacedMesh<S>& mesh_;
   PointSearch<S> search_;
@@ -174,8 +198,8 @@ class MeshSource {
     return (b.x - a.x).norm();
   }
   template <typename Point>
-  double deviation(const Point&, const Point&, const Point&, std::uint8_t) const {
-    return 0;
+  Bulge bulge(const Point&, const Point&, const Point&, std::uint8_t) const {
+    return {};
   }
 
  private:

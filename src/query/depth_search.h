@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "base/leased.h"
+#include "query/cutting_planes.h"
 #include "query/depth_bounds.h"
+#include "triangles/surface_chart.h"
 
 namespace adaptive_bvh {
 
@@ -17,10 +19,11 @@ namespace adaptive_bvh {
 /// of what is inside. docs/bounds.md, 19.
 ///
 /// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
-/// chart), length(a, b, chart), deviation(a, b, c, chart).
-/// Target: Witness, reach(witness), which gives a function of a point that is nowhere less than its
-/// depth and convex, overBox(reach, box), measure(point, hint), isInside(x), isClear(middle,
-/// radius), touches(triangle), crossing(witness, a, b), findNearest(point, bounds).
+/// chart), length(a, b, chart), bulge(a, b, c, chart).
+/// Target: kIsConvex, Witness, reach(witness), which gives a function of a point that is nowhere
+/// less than its depth and convex, overBox(reach, box), measure(point, hint), isInside(x),
+/// isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b), findNearest(point,
+/// bounds).
 template <typename Source, typename Target>
 class DepthSearch {
  public:
@@ -84,7 +87,7 @@ class DepthSearch {
   /// Adds a triangle, or a curved patch, of the source.
   void addTriangle(int a, int b, int c, std::uint8_t chart, int hint) {
     Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_, false};
-    part.upper = std::min(upper_, overTriangle(part, witnessOf(hint)) + deviation(part));
+    part.upper = std::min(upper_, overPatch(part, witnessOf(hint), bulgeOf(part)));
     push(part);
   }
 
@@ -176,6 +179,8 @@ class DepthSearch {
   void openTriangle(Part part) {
     if (part.generation > 1) return isOutside(part) ? drop(tolerance_ / 2) : cut(part);
     if (++part.generation == 1) return pushByMiddle(part);
+    if constexpr (Target::kIsConvex)
+      if (isLevelled(part)) return;
     for (const int i : part.corners) measureCorner(i, part);
     pushMeasured(part);
   }
@@ -185,23 +190,65 @@ class DepthSearch {
     part.hint = addMeasured(middle, part.hint);
     double square = 0;
     for (const int i : part.corners) square = std::max(square, (point(i).x - middle).squaredNorm());
-    const double off = deviation(part), radius = std::sqrt(square) + off;
+    const Bulge bulge = bulgeOf(part);
+    const double radius = std::sqrt(square) + bulge.height;
     upper_ = std::min({part.upper, point(part.hint).distance + radius,
-                       overTriangle(part, witnessOf(part.hint)) + off});
+                       overPatch(part, witnessOf(part.hint), bulge)});
     is_inside_ = part.is_inside;
     if (upper_ > limit() && !is_inside_) useSide(part.hint, radius);
     part.upper = upper_;
     part.is_inside = is_inside_;
     push(part);
   }
-  double deviation(const Part& part) const {
-    return source_.deviation(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
-                             part.chart);
+  /// The depth in a convex target is a concave function: of a flat triangle, cutting planes bound
+  /// it. False where they do not suffice.
+  bool isLevelled(Part& part) {
+    constexpr int kMostPlanes = 100;
+    CuttingPlanes planes;
+    int last = part.hint;
+    for (int i = 0; i < kMostPlanes; ++i) {
+      const auto reach = target_.reach(witnessOf(last));
+      planes.add({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
+                  reach(point(part.corners[2]).x)});
+      part.upper = std::min(part.upper, planes.bound());
+      if (part.upper <= limit()) {
+        drop(part.upper);
+        return true;
+      }
+      fcl::Vector3d x = fcl::Vector3d::Zero();
+      for (int k = 0; k < 3; ++k) x += planes.highest()[k] * point(part.corners[k]).x;
+      last = add(x);
+      measureCorner(last, part);
+    }
+    return false;
   }
-  double overTriangle(const Part& part, const Witness& witness) const {
+  Bulge bulgeOf(const Part& part) const {
+    return source_.bulge(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
+                         part.chart);
+  }
+  /// A convex function is largest at a corner of what encloses the patch.
+  double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
     const auto reach = target_.reach(witness);
-    return std::max({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
-                     reach(point(part.corners[2]).x)});
+    double most = -std::numeric_limits<double>::infinity();
+    for (const int i : part.corners) {
+      const fcl::Vector3d& x = point(i).x;
+      most = std::max(most, reach(x));
+      for (int k = 0; k < bulge.count; ++k)
+        most = std::max(most, reach(x + bulge.ways[static_cast<std::size_t>(k)]));
+    }
+    return most;
+  }
+  /// By how much the bulge raises bounds by corners, at most.
+  double bulgeAbove(const Part& part) const {
+    const Bulge bulge = bulgeOf(part);
+    double most = 0;
+    for (const int i : part.corners) {
+      const auto reach = target_.reach(witnessOf(i));
+      for (int k = 0; k < bulge.count; ++k)
+        most = std::max(
+            most, reach(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - reach(point(i).x));
+    }
+    return most;
   }
   /// The largest distance of a corner to another one.
   double radiusAt(const Part& part, int corner) const {
@@ -212,17 +259,17 @@ class DepthSearch {
   }
   /// Adds a triangle with measured corners, with a bound by all that is known there.
   void pushMeasured(Part& part) {
-    const double off = deviation(part);
+    const Bulge bulge = bulgeOf(part);
     upper_ = part.upper;
     is_inside_ = part.is_inside;
     for (const int i : part.corners) {
       if (upper_ <= limit()) break;
-      upper_ = std::min({upper_, overTriangle(part, witnessOf(i)) + off,
-                         point(i).distance + radiusAt(part, i) + off});
+      upper_ = std::min({upper_, overPatch(part, witnessOf(i), bulge),
+                         point(i).distance + radiusAt(part, i) + bulge.height});
     }
     for (const int i : part.corners) {
       if (upper_ <= limit() || is_inside_) break;
-      useSide(i, radiusAt(part, i) + off);
+      useSide(i, radiusAt(part, i) + bulge.height);
     }
     part.upper = upper_;
     part.is_inside = is_inside_;
@@ -233,18 +280,16 @@ class DepthSearch {
   /// smaller by so much, and then does not touch the surface.
   bool isOutside(Part& part) {
     if (part.is_inside || part.is_clear) return false;
-    const double off = deviation(part);
     fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();
     for (int k = 0; k < 3; ++k) middle += point(part.corners[k]).x / 3;
     double radius = 0;
     for (int k = 0; k < 3; ++k)
       radius = std::max(radius, (point(part.corners[k]).x - middle).norm());
-    const double share = (tolerance_ / 2 - off) / radius;
-    if (!(share > 0)) return false;
+    const double share = tolerance_ / 2 / radius;
     for (int k = 0; k < 3; ++k)
       corners[k] =
           point(part.corners[k]).x + std::min(share, 1.) * (middle - point(part.corners[k]).x);
-    if (target_.touches({corners[0], corners[1], corners[2]})) return false;
+    if (target_.touches({corners[0], corners[1], corners[2]}, bulgeOf(part))) return false;
     part.is_clear = true;
     return !target_.isInside(middle);
   }
@@ -253,11 +298,14 @@ class DepthSearch {
   void cut(const Part& part) {
     const Point* const corners[3] = {&point(part.corners[0]), &point(part.corners[1]),
                                      &point(part.corners[2])};
+    const bool bends = bulgeAbove(part) > tolerance_ / 4;
     const auto length = [&](const Point& p, const Point& q) {
-      return source_.length(p, q, part.chart);
+      return bends ? source_.bulge(p, q, q, part.chart).height : source_.length(p, q, part.chart);
     };
-    // Every third cut halves the longest edge, so that triangles become small.
-    const DepthCut<Target> place(corners, target_, tolerance_, part.generation % 3 == 0, length);
+    // Where a patch bends, the edge that bends most is halved: where features change is known of
+    // flat triangles. Every third cut halves the longest edge, so that triangles become small.
+    const DepthCut<Target> place(corners, target_, tolerance_, bends || part.generation % 3 == 0,
+                                 length);
     const int edge = place.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
               c = part.corners[(edge + 2) % 3];

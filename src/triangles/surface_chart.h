@@ -1,11 +1,25 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fcl/common/types.h>
 
 namespace adaptive_bvh {
+
+/// How a curved patch differs from the triangle with the same corners: every point of the patch is
+/// the sum of one of the triangle and one of the hull of 0 and these vectors.
+struct Bulge {
+  std::array<fcl::Vector3d, 3> ways;
+  int count = 0;      ///< of ways
+  double height = 0;  ///< length of the longest
+
+  void add(const fcl::Vector3d& way) {
+    ways[static_cast<std::size_t>(count++)] = way;
+    height = std::max(height, way.norm());
+  }
+};
 
 /// A part of the surface of a shape, as the image of a flat one: of triangles of parameters.
 class SurfaceChart {
@@ -40,58 +54,84 @@ class SurfaceChart {
     const Vector p = a_ + parameter[0] * (b_ - a_);
     return {p[0] * std::cos(parameter[1]), p[0] * std::sin(parameter[1]), p[2]};
   }
-  /// A parameter on the line between two; those of a triangle cut there cover it.
+  /// A parameter on the edge between two; the patches of a triangle that is cut there cover its
+  /// patch.
   Vector between(const Vector& p, const Vector& q, double share) const {
-    const Vector linear = p + share * (q - p);
+    Vector linear = p + share * (q - p);
+    if (kind_ == Kind::Round) return linear.normalized();
     if (kind_ == Kind::Disk) {
       const bool is_rim = p[2] + q[2] == 2;
       const double out = is_rim ? a_[0] / std::hypot(linear[0], linear[1]) : 1;
       return {out * linear[0], out * linear[1], is_rim ? 1. : 0.};
     }
-    return kind_ == Kind::Round ? Vector(linear.normalized()) : linear;
+    if (kind_ == Kind::Turned) {  // angles count by their radii
+      const double of_p = (1 - share) * radiusAt(p), of_q = share * radiusAt(q);
+      if (of_p + of_q > 0) linear[1] = p[1] + of_q / (of_p + of_q) * (q[1] - p[1]);
+    }
+    return linear;
   }
   /// For which edge of a triangle of parameters to cut.
   double length(const Vector& p, const Vector& q) const {
     if (kind_ == Kind::Round) return b_.maxCoeff() * (q - p).norm();
     return ((*this)(q) - (*this)(p)).norm();
   }
-  /// How far a point of the patch over a triangle of parameters is at most from the triangle with
-  /// the same corners: docs/bounds.md, 19.
-  double deviation(const Vector& p, const Vector& q, const Vector& r) const {
-    if (kind_ == Kind::Flat) return 0;
-    if (kind_ == Kind::Disk)
-      return kSlack * (rimDeviation(p, q) + rimDeviation(q, r) + rimDeviation(r, p));
-    return kSlack * (kind_ == Kind::Round ? roundDeviation(p, q, r) : turnedDeviation(p, q, r));
+  /// Of the patch over a triangle of parameters: docs/bounds.md, 19.
+  Bulge bulge(const Vector& p, const Vector& q, const Vector& r) const {
+    if (kind_ == Kind::Flat) return {};
+    if (kind_ == Kind::Round) return roundBulge(p, q, r);
+    return kind_ == Kind::Disk ? rimBulge(p, q, r) : turnedBulge(p, q, r);
   }
 
  private:
   enum class Kind { Flat, Round, Turned, Disk };
   SurfaceChart(Kind kind, const Vector& a, const Vector& b) : kind_(kind), a_(a), b_(b) {}
 
+  double radiusAt(const Vector& parameter) const { return a_[0] + parameter[0] * (b_[0] - a_[0]); }
+
   /// The patch of the unit sphere is the triangle moved outward along radii. A point of it with the
   /// barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, with the edges e: at
   /// least 1 less a third of the longest one's square.
-  double roundDeviation(const Vector& p, const Vector& q, const Vector& r) const {
+  Bulge roundBulge(const Vector& p, const Vector& q, const Vector& r) const {
     const double square =
         std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
-    return b_.maxCoeff() * square / (1 + std::sqrt(std::max(0., 1 - square)));
+    const double least = std::sqrt(std::max(0., 1 - square)),
+                 share = square / (1 + least) / least;  // 1 / least - 1
+    Bulge bulge;
+    for (const Vector& corner : {p, q, r}) bulge.add(kSlack * share * b_.cwiseProduct(corner));
+    return bulge;
   }
-  /// The height of the arc over an edge whose ends are on the rim.
-  double rimDeviation(const Vector& p, const Vector& q) const {
-    if (p[2] + q[2] != 2) return 0;
-    const double half = std::hypot(q[0] - p[0], q[1] - p[1]) / 2;
-    return half * half / (a_[0] + std::sqrt(std::max(0., (a_[0] - half) * (a_[0] + half))));
-  }
-  /// By the second derivatives: none along the line, the slope of the radius for both, the radius
-  /// around the axis.
-  double turnedDeviation(const Vector& p, const Vector& q, const Vector& r) const {
-    const auto range = [&](int k) {
-      return std::max({p[k], q[k], r[k]}) - std::min({p[k], q[k], r[k]});
+  /// Up to the arc over the edge whose ends are on the rim.
+  Bulge rimBulge(const Vector& p, const Vector& q, const Vector& r) const {
+    Bulge bulge;
+    const auto addArc = [&](const Vector& from, const Vector& to) {
+      const double half = std::hypot(to[0] - from[0], to[1] - from[1]) / 2;
+      if (from[2] + to[2] != 2 || half == 0) return;
+      const Vector out = Vector(from[0] + to[0], from[1] + to[1], 0).normalized();
+      const double inner = std::sqrt(std::max(0., (a_[0] - half) * (a_[0] + half)));
+      bulge.add(kSlack * half * half / (a_[0] + inner) * out);
     };
-    const double slope = b_[0] - a_[0], angle = range(1);
-    const double radius =
-        std::max({a_[0] + p[0] * slope, a_[0] + q[0] * slope, a_[0] + r[0] * slope});
-    return std::abs(slope) * range(0) * angle / 4 + radius * angle * angle / 8;
+    addArc(p, q);
+    addArc(q, r);
+    addArc(r, p);
+    return bulge;
+  }
+  /// By the second derivative along the angle, the radius towards the axis: there is none along the
+  /// line. At the axis there is no angle.
+  Bulge turnedBulge(const Vector& p, const Vector& q, const Vector& r) const {
+    double low = 0, high = 0, radius = 0;
+    for (const Vector& corner : {p, q, r}) {
+      const double at = radiusAt(corner);
+      if (!(at > 0)) continue;
+      low = radius > 0 ? std::min(low, corner[1]) : corner[1];
+      high = radius > 0 ? std::max(high, corner[1]) : corner[1];
+      radius = std::max(radius, at);
+    }
+    const double middle = (low + high) / 2, half = (high - low) / 2,
+                 height = kSlack * radius * half * half / 2, aside = std::tan(half);
+    const Vector out(std::cos(middle), std::sin(middle), 0), around(-out[1], out[0], 0);
+    Bulge bulge;
+    for (const double side : {-aside, aside}) bulge.add(height * (out + side * around));
+    return bulge;
   }
 
   static constexpr double kSlack = 1 + 1e-9;

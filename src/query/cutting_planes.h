@@ -1,0 +1,102 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include <fcl/common/types.h>
+
+namespace adaptive_bvh {
+
+/// The largest value that a concave function has in a triangle, from above: by cutting planes
+/// (Kelley, "The Cutting-Plane Method for Solving Convex Programs", 1960). Each is a linear
+/// function that is nowhere less than the function, given by its values at the three corners. Any
+/// average of them is such a function, too: the least of all their largest values is the bound.
+class CuttingPlanes {
+ public:
+  using Plane = fcl::Vector3d;
+
+  double bound() const { return bound_.value; }
+  /// Where the least of the planes is highest, in barycentric coordinates.
+  const fcl::Vector3d& highest() const { return at_; }
+
+  void add(const Plane& plane) {
+    if (count_ == kMost) forgetOldest();
+    planes_[count_++] = plane;
+    bound_.value = std::numeric_limits<double>::infinity();
+    peak_.value = -bound_.value;
+    for (std::size_t i = 0; i < count_; ++i) {
+      tryOne(i);
+      for (std::size_t j = 0; j < i; ++j) {
+        for (int corner = 0; corner < 3; ++corner) tryTwo(i, j, corner, (corner + 1) % 3);
+        for (std::size_t k = 0; k < j; ++k) tryThree(i, j, k);
+      }
+    }
+  }
+
+ private:
+  using Numbers = std::array<std::size_t, 3>;  ///< of planes; some may be equal
+  /// The largest value of an average of planes, or the least at a place where they meet.
+  struct Found {
+    double value;
+    Numbers planes;
+  };
+  static constexpr std::size_t kMost = 6;
+
+  void tryAverage(const Plane& average, const Numbers& planes) {
+    const double value = average.maxCoeff();
+    if (value < bound_.value) bound_ = {value, planes};
+  }
+  void tryPlace(const fcl::Vector3d& at, const Numbers& planes) {
+    double value = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count_; ++i) value = std::min(value, planes_[i].dot(at));
+    if (!(value > peak_.value)) return;
+    peak_ = {value, planes};
+    at_ = at;
+  }
+
+  void tryOne(std::size_t i) {
+    tryAverage(planes_[i], {i, i, i});
+    int corner;
+    planes_[i].maxCoeff(&corner);
+    tryPlace(fcl::Vector3d::Unit(corner), {i, i, i});
+  }
+  /// The average that is level along an edge, and where both are as high there.
+  void tryTwo(std::size_t i, std::size_t j, int a, int b) {
+    const Plane &p = planes_[i], &q = planes_[j];
+    const double rise_p = p[b] - p[a], rise_q = q[b] - q[a];
+    const double weight = rise_q / (rise_q - rise_p), place = (q[a] - p[a]) / (rise_p - rise_q);
+    if (weight >= 0 && weight <= 1) tryAverage(weight * p + (1 - weight) * q, {i, j, j});
+    if (!(place >= 0 && place <= 1)) return;
+    fcl::Vector3d at = fcl::Vector3d::Zero();
+    at[a] = 1 - place;
+    at[b] = place;
+    tryPlace(at, {i, j, j});
+  }
+  /// The average that is level, and where the three are as high.
+  void tryThree(std::size_t i, std::size_t j, std::size_t k) {
+    fcl::Matrix3d m;
+    m << planes_[i], planes_[j], planes_[k];
+    fcl::Vector3d weights = (m.row(0) - m.row(1)).cross(m.row(0) - m.row(2)).transpose(),
+                  at = (m.col(0) - m.col(1)).cross(m.col(0) - m.col(2));
+    weights /= weights.sum();
+    at /= at.sum();
+    if (weights.minCoeff() >= 0) tryAverage(m * weights, {i, j, k});
+    if (at.minCoeff() >= 0) tryPlace(at, {i, j, k});
+  }
+  /// Forgets the oldest plane that is none of the best average, so that the bound never rises.
+  void forgetOldest() {
+    const Numbers& kept = bound_.planes;
+    std::size_t oldest = 0;
+    while (kept[0] == oldest || kept[1] == oldest || kept[2] == oldest) ++oldest;
+    std::copy(planes_.begin() + oldest + 1, planes_.begin() + count_, planes_.begin() + oldest);
+    --count_;
+  }
+
+  std::array<Plane, kMost> planes_;
+  std::size_t count_ = 0;
+  Found bound_, peak_;
+  fcl::Vector3d at_ = fcl::Vector3d::Constant(1. / 3);
+};
+
+}  // namespace adaptive_bvh
