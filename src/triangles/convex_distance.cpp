@@ -331,7 +331,7 @@ class ExpandingPolytope {
 
   Penetration find() {
     if (!start()) return best_;
-    for (int step = 0; step < search.most_steps; ++step) {
+    for (int step = 0; step < kMostSteps; ++step) {
       const auto nearest =
           std::min_element(faces_.begin(), faces_.end(),
                            [](const Face& a, const Face& b) { return a.offset < b.offset; });
