@@ -46,9 +46,10 @@ struct MeshUpdate {
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude.
 /// There is no smallest one: lengths, normals and decisions are as exact for a body of the size
 /// 1e-300 as for one of the size 1, until results round to the smallest number. A length's error is
-/// relative to the features that it belongs to, so a large mesh may have tiny parts. Two exceptions
-/// are documented with the queries: shapes of FCL's below 2^-204 (3.9e-62) are refused (query.h),
-/// and continuous collision counts lengths below 1e-150 as none (continuous_collision.h).
+/// relative to the features that it belongs to, so a large mesh may have tiny parts. Exceptions are
+/// documented with the queries: shapes of FCL's below 2^-204 (3.9e-62) are refused (query.h),
+/// continuous collision counts lengths below 1e-150 as none (continuous_collision.h), and points
+/// and depths of contacts of two meshes are FCL's, with its tolerance of 1e-5 (query.h).
 ///
 /// **Threads.** A const mesh is only read: any number of threads may query it at once. An update
 /// needs the mesh for itself. A copy is a snapshot: threads may query it while the original is
