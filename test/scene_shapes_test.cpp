@@ -112,8 +112,9 @@ class SceneShapesTest : public testing::Test {
   void expectContact(const JudgedBody<S>& a, const JudgedBody<S>& b,
                      const fcl::Contact<S>& contact) {
     const Point x = exact::of(contact.pos), n = exact::of(contact.normal);
-    EXPECT_LT(a.distance(x), kError);
-    EXPECT_LT(b.distance(x), kError);
+    const double rounding = kError * std::max(1., double(x.norm()));
+    EXPECT_LT(a.distance(x), rounding);
+    EXPECT_LT(b.distance(x), rounding);
     EXPECT_NEAR(1, double(n.norm()), 1e-5);
     const double depth = double(contact.penetration_depth);
     EXPECT_GE(depth, 0);
