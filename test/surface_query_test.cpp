@@ -2,6 +2,8 @@
 // double.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -321,6 +323,32 @@ TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
     }
     EXPECT_EQ(expected, found);
   }
+}
+
+/// Many triangles at one edge: the time grows with their number, not with its square, which would
+/// be 64 times as long here.
+TYPED_TEST(SurfaceQuery, OpenEdgesOfManyTrianglesAtOneEdgeTakeLinearTime) {
+  using S = TypeParam;
+  const auto leastTime = [](unsigned count) {
+    TriangleMesh<S> book;
+    book.vertices = {{0, 0, 0}, {0, 0, 1}};
+    for (unsigned i = 0; i < count; ++i) {
+      const S angle = S(6) * S(i) / S(count);
+      book.vertices.emplace_back(std::cos(angle), std::sin(angle), S(0.5));
+      book.triangles.emplace_back(0, 1, i + 2);
+    }
+    const typename TestFixture::Model model(book);
+    auto least = std::chrono::steady_clock::duration::max();
+    for (int round = 0; round < 5; ++round) {
+      std::vector<OpenEdge> edges;
+      const auto start = std::chrono::steady_clock::now();
+      EXPECT_FALSE(isWatertight(model, &edges));
+      least = std::min(least, std::chrono::steady_clock::now() - start);
+      EXPECT_EQ(edges.size(), 2 * count + 1);
+    }
+    return least;
+  };
+  EXPECT_LT(leastTime(8000), 30 * leastTime(1000));
 }
 
 TYPED_TEST(SurfaceQuery, RefusesWhatItCannotAnswer) {

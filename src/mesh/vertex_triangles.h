@@ -58,10 +58,12 @@ struct EdgeUse {
   int forward = 0, back = 0;
 };
 
-/// Counts the uses of the edge between two different vertices.
+/// Counts the uses of the edge between two different vertices. Where `first` is not the first
+/// triangle that has it, the count stops at that: so the edges of many triangles at one take
+/// linear time.
 template <typename S>
 EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, unsigned from,
-                  unsigned to) {
+                  unsigned to, unsigned first) {
   EdgeUse use{~0u};
   const bool has_less = triangles[from].size() < triangles[to].size();
   for (const unsigned t : triangles[has_less ? from : to]) {
@@ -72,6 +74,7 @@ EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, uns
       if (a == to && b == from) ++use.back;
       if (use.triangle == ~0u && use.forward + use.back > 0) use.triangle = t;
     }
+    if (use.triangle != ~0u && use.triangle != first) return use;
   }
   return use;
 }
@@ -89,7 +92,7 @@ void forEachOpenEdge(const MeshView<S>& mesh, unsigned num_triangles,
       // A triangle a, b, a has the edge from a to b twice.
       const bool is_repeated = k > 0 && (v[k - 1] == to || (k == 2 && v[1] == from));
       if (from == to || is_repeated) continue;
-      const EdgeUse use = useOfEdge(mesh, triangles, from, to);
+      const EdgeUse use = useOfEdge(mesh, triangles, from, to, t);
       if (use.triangle != t || use.forward == use.back) continue;
       const bool turns = use.back > use.forward;
       if (!visit(turns ? to : from, turns ? from : to, use)) return;
