@@ -68,8 +68,8 @@ struct IgnoredPairs {
   const std::vector<FeaturePair>* list = nullptr;
   /// Returns whether to leave a pair out; empty for none. It is called for pairs that may be in the
   /// result, from several threads at once if the query uses several. It must return the same value
-  /// for the same pair. It may run any other query, also of the same meshes. If it throws, the query
-  /// ends with that exception, and its result is valid but unspecified.
+  /// for the same pair. It may run any other query, also of the same meshes. If it throws, the
+  /// query ends with that exception, and its result is valid but unspecified.
   std::function<bool(unsigned first, unsigned second)> test;
 };
 

@@ -251,8 +251,8 @@ class Scene {
   /// Sets a function that is called for each pair whose boxes are near and that is not left out
   /// otherwise. It must be thread-safe. It may run any query that is const, also of this scene, and
   /// on one thread the others; it must not change the scene or its bodies. If it throws, the query
-  /// ends with that exception, and its result is valid but unspecified. An empty function admits all
-  /// pairs.
+  /// ends with that exception, and its result is valid but unspecified. An empty function admits
+  /// all pairs.
   void setFilter(const Filter& filter);
 
   // ---- Steps
