@@ -194,8 +194,9 @@ TYPED_TEST(MeshHistory, KeepsNoAnswerTooLong) {
       const S limit = S(exactly) * random.uniform(S(0.6), S(1.2));
       const std::size_t before = proximity.searches();
       const bool answer = proximity.isNearer(identity, identity, limit);
-      if (std::abs(exactly - limit) > rounding)
+      if (std::abs(exactly - limit) > rounding) {
         ASSERT_EQ(exactly <= limit, answer) << double(exactly) << " " << limit;
+      }
       fcl::DistanceResult<S> result;
       distance.distance(identity, identity, fcl::DistanceRequest<S>(), result);
       EXPECT_NEAR(double(exactly), double(result.min_distance),

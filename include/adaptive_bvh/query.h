@@ -115,8 +115,8 @@ namespace queries {
 /// answers "very far" or "no contact", or crashes.) Also for a DeformableMesh with a plain
 /// fcl::BVHModel or with a model whose mesh was not made, for a model of RSS or OBBRSS without
 /// triangles, and for a transform that is not a rigid motion: not finite, scaled, sheared, or
-/// mirrored. Also for a shape and a mesh if all sizes of the shape are below 2^-204 (3.9e-62) and
-/// not all are 0.
+/// mirrored. Also for a shape and a mesh if a size of the shape is not positive and finite, or if
+/// all its sizes are below 2^-204 (3.9e-62).
 ///
 /// S is float or double. Thread-safe on shared models, like FCL; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: a smaller distance that it already holds is kept.
