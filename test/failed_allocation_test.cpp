@@ -194,7 +194,9 @@ TYPED_TEST(FailedMeshCall, AnAssignment) {
                             to.previousVertices().capacity() >= from.previousVertices().size();
       const int failures = this->failEach(
           "assign", [&] { return Mesh(to); }, [&](Mesh& mesh) { mesh = from; });
-      if (is_roomy) EXPECT_EQ(0, failures);
+      if (is_roomy) {
+        EXPECT_EQ(0, failures);
+      }
     }
 }
 
