@@ -43,13 +43,12 @@ namespace adaptive_bvh {
 /// 16 epsilon of S), and the depth is infinite where no motion separates them. Static shapes that
 /// overlap are pairs as any other: `ignore` and groups leave them out.
 ///
-/// Distances of two shapes or cells are those of the shapes' formulas if one of the two is a
-/// sphere, capsule, plane or half-space. All others lie between bounds that a plane and two points
-/// certify: in all tests at most 4e-11 of the extent of both apart, and off by less than 1e-12.
-/// (Two of boxes, cells, cylinders, cones, ellipsoids and convexes count as touching below 2^-46.)
-/// The depth of a contact always separates the two. In all tests it was the least one up to 1e-9
-/// of the extent; proven lower bounds are less by up to 4e-8, and for two of cylinders and cones
-/// by up to 1e-2.
+/// Distances of two shapes or cells are those of the shapes' formulas if one is a sphere, capsule,
+/// plane or half-space. All others lie between bounds certified by a plane and two points: in all
+/// tests at most 4e-11 of the extent of both apart, and off by less than 1e-12. (Two of boxes,
+/// cells, cylinders, cones, ellipsoids and convexes count as touching below 2^-46.) The depth of a
+/// contact always separates the two. In all tests it was the least one up to 1e-9 of the extent;
+/// proven lower bounds are less by up to 4e-8, and for two of cylinders and cones by up to 1e-2.
 ///
 /// **Order.** Results are sorted by body, the smaller id of a pair first, and do not depend on the
 /// number of threads.
