@@ -28,7 +28,7 @@ class Allocation : public testing::TestWithParam<FitnessCriterion> {};
 
 TEST(AllocationCounter, Counts) {
   const long before = allocationCount();
-  delete new int(1);
+  ::operator delete(::operator new(1));  // not elided, as an expression with `new` may be
   EXPECT_EQ(before + 1, allocationCount());
 }
 

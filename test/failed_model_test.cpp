@@ -78,9 +78,9 @@ class FailedModelCall : public testing::Test {
     if (model.hasMesh()) text << model.mesh().vertices() << model.mesh().previousVertices();
     fcl::DistanceResult<S> result;
     const auto identity = fcl::Transform3<S>::Identity();
+    // Not the triangles: others may be as near, and volumes that are computed anew meet them first.
     text << adaptive_bvh::distance<S>(&model, identity, &tool_, identity, fcl::DistanceRequest<S>(),
-                                      result)
-         << result.b1 << result.b2;
+                                      result);
   }
 
   template <typename Make, typename Call>

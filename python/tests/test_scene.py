@@ -514,7 +514,7 @@ def test_a_filter_may_query():
     )
     nested = (
         lambda: other.scene.collisions().bodies.tolist(),
-        lambda: mesh.closest_points(mesh.vertices[:5] + 1)[0].tolist(),
+        lambda: ab.closest_points(mesh, mesh.vertices[:5] + 1).points.tolist(),
         lambda: len(scene),
         lambda: len(scene.vertex_contacts(0.1)),
         lambda: ab.distance(mesh, other.meshes[1]).distance,

@@ -47,8 +47,8 @@ class LineView {
   }
   /// A lower bound of the distance of the two meshes.
   double gap() const { return gap_ / scale_; }
-  /// The distance that bounds are compared with.
-  void setLimit(double distance) { limit_ = distance * scale_; }
+  /// The distance that bounds are compared with. Its square stays in range.
+  void setLimit(double distance) { limit_ = std::min(distance * scale_, 1e150); }
   /// Keys of nodes that are nearer than the limit are smaller.
   float limitOfKeys() const {
     const double key = (limit_ - base_) * (limit_ + base_) * unit_;
