@@ -36,26 +36,28 @@ Precise operator/(const Precise& a, const Precise& b) {
   return sumOf(first, rest.high / b.high);
 }
 
-struct Vector {
+struct PreciseVector {
   Precise x, y, z;
 };
-Vector difference(const fcl::Vector3d& a, const fcl::Vector3d& b) {
+PreciseVector difference(const fcl::Vector3d& a, const fcl::Vector3d& b) {
   return {sumOf(a[0], -b[0]), sumOf(a[1], -b[1]), sumOf(a[2], -b[2])};
 }
 /// `by`: a power of two.
-Vector scaled(const Vector& v, double by) {
+PreciseVector scaled(const PreciseVector& v, double by) {
   const auto times = [&](const Precise& x) -> Precise { return {by * x.high, by * x.low}; };
   return {times(v.x), times(v.y), times(v.z)};
 }
 /// The edge from a to b, of a length of about 1.
-Vector direction(const fcl::Vector3d& a, const fcl::Vector3d& b) {
+PreciseVector direction(const fcl::Vector3d& a, const fcl::Vector3d& b) {
   constexpr int kMost = std::numeric_limits<double>::max_exponent - 1;
   const double size = (b - a).lpNorm<Eigen::Infinity>();
   const int exponent = size > 0 ? std::min(-std::ilogb(size), kMost) : 0;
   return scaled(difference(b, a), std::ldexp(1., exponent));
 }
-Precise dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector cross(const Vector& a, const Vector& b) {
+Precise dot(const PreciseVector& a, const PreciseVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+PreciseVector cross(const PreciseVector& a, const PreciseVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -63,14 +65,15 @@ Vector cross(const Vector& a, const Vector& b) {
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                         const feature_distance::FacePlace<double>& at, double scale) {
   const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
-  const Vector way = scaled(difference(x, from), scale);
+  const PreciseVector way = scaled(difference(x, from), scale);
   if (at.is_inside) {
-    const Vector normal = cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
+    const PreciseVector normal =
+        cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
     const Precise height = dot(normal, way);
     return height * height / dot(normal, normal);
   }
   if (at.along == 0) return dot(way, way);
-  const Vector edge = direction(from, to), across = cross(way, edge);
+  const PreciseVector edge = direction(from, to), across = cross(way, edge);
   return dot(across, across) / dot(edge, edge);
 }
 
