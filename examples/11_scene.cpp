@@ -53,6 +53,9 @@ int main(int argc, char** argv) {
   Mesh mesh = hose();
   adaptive_bvh::Scened scene;
   const adaptive_bvh::BodyId id = scene.add(mesh);
+  adaptive_bvh::BodyOptions of_part;  // parts pair with the hose, not with each other
+  of_part.group = 2;
+  of_part.mask = 1;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int i = 0; i < 60; ++i) {
@@ -60,7 +63,7 @@ int main(int argc, char** argv) {
     tf.translation() = Point(6 * any(random), 0, 0);
     const double angle = M_PI * any(random), off = 2 + 0.8 * any(random);
     tf.translation() += off * Point(0, std::cos(angle), std::sin(angle));
-    scene.add(part(i), tf);
+    scene.add(part(i), tf, of_part);
   }
   Page page(argc, argv, "A hose in an engine bay");
   page.follow(scene);

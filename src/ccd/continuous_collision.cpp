@@ -42,13 +42,13 @@ double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Tra
 
 /// A mesh's part in a query.
 template <typename S>
-class MovingPart {
+class PlacedMotion {
  public:
   struct Memory {
     std::vector<fcl::Vector3d> start, end;
   };
 
-  MovingPart(const Motion<S>& motion, Memory& memory) : state_(stateOf(*motion.mesh)) {
+  PlacedMotion(const Motion<S>& motion, Memory& memory) : state_(stateOf(*motion.mesh)) {
     const std::size_t count = state_.vertices.size();
     requireRigid(motion.start_tf);
     requireRigid(motion.end_tf);
@@ -81,11 +81,11 @@ class MovingPart {
 /// Calls ask(query) for two meshes, or one with itself.
 template <typename S, typename Ask>
 auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
-  const Leased<std::array<typename MovingPart<S>::Memory, 2>> memory;
+  const Leased<std::array<typename PlacedMotion<S>::Memory, 2>> memory;
   requireSeparation(separation);
-  const MovingPart<S> a(first, (*memory)[0]);
+  const PlacedMotion<S> a(first, (*memory)[0]);
   if (!second) return ask(ContinuousQuery{a.mesh(), a.mesh(), separation, a.threads()});
-  const MovingPart<S> b(*second, (*memory)[1]);
+  const PlacedMotion<S> b(*second, (*memory)[1]);
   return ask(ContinuousQuery{a.mesh(), b.mesh(), separation, std::max(a.threads(), b.threads())});
 }
 

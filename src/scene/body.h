@@ -14,6 +14,12 @@ struct WorldBox {
   bool isBounded() const { return low.allFinite() && high.allFinite(); }
 };
 
+/// The gap of two boxes, a lower bound of the distance of what is in them.
+inline double gapOf(const WorldBox& a, const WorldBox& b) {
+  const fcl::Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0);
+  return gap.norm() * (1 - 1e-14);
+}
+
 /// A body of a scene.
 template <typename S>
 struct Body {

@@ -122,12 +122,6 @@ void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>
   state.visitByDistance(asked.box, tryBody);
 }
 
-/// The gap of two boxes, a lower bound of the distance of what is in them.
-inline double gapOf(const WorldBox& a, const WorldBox& b) {
-  const fcl::Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0);
-  return gap.norm() * (1 - 1e-14);
-}
-
 template <typename S>
 SceneDistance<S> Scene<S>::distance() {
   State& state = *state_;

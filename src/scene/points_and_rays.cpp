@@ -9,7 +9,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// By so much of the coordinates a bound is smaller, for rounding.
-constexpr double kRounding = 1e-12;
+constexpr double kCellRounding = 1e-12;
 
 /// Makes `best` the nearest point of a mesh, if that is nearer.
 template <typename S>
@@ -30,7 +30,7 @@ template <typename S>
 void improveByParts(const Body<S>& body, const fcl::Vector3d& x, double& distance,
                     ScenePoint<S>& best) {
   const auto bound = [&](const CellBall& ball) {
-    const double rounding = kRounding * (x.norm() + ball.middle.norm());
+    const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
     return (ball.middle - x).norm() - ball.radius - rounding;
   };
   visitParts<S>(
@@ -90,7 +90,7 @@ class SceneRay {
  private:
   void testParts(const Body<S>& body) {
     const auto bound = [&](const CellBall& ball) {
-      const double rounding = kRounding * (line_.origin.norm() + ball.middle.norm());
+      const double rounding = kCellRounding * (line_.origin.norm() + ball.middle.norm());
       const LineInterval in_ball = lineInRoundedSegment(
           {line_.origin - ball.middle, line_.direction}, ball.radius + rounding, 0);
       return in_ball.isEmpty() || in_ball.leave < 0 ? kNone : std::max(in_ball.enter, 0.);

@@ -47,11 +47,6 @@ WorldBox sweptBoxOf(const Body<S>& body) {
   return body.box.isBounded() ? around(body.box, boxAround(body, body.start_tf)) : body.box;
 }
 
-/// The gap of two boxes, a lower bound of the distance of what is in them.
-double gapOf(const WorldBox& a, const WorldBox& b) {
-  return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0).norm() * (1 - 1e-14);
-}
-
 /// The convex parts of a body in a step: triangles, a shape, or cells.
 struct MovingParts {
   std::vector<MovingPart> parts;
@@ -72,9 +67,8 @@ void withTriangles(const Body<S>& body, const WorldBox& other, double separation
   const Motion<S> motion = motionOf(body);
   const auto corners = [&](const fcl::Transform3<S>& tf, const fcl::Vector3<S>* positions,
                            const fcl::Triangle& t) -> TrianglePoints<double> {
-    const fcl::Transform3d in_world = tf.template cast<double>();
     const auto corner = [&](int k) -> fcl::Vector3d {
-      return in_world * positions[t[std::size_t(k)]].template cast<double>();
+      return tf.template cast<double>() * positions[t[std::size_t(k)]].template cast<double>();
     };
     return {corner(0), corner(1), corner(2)};
   };

@@ -36,7 +36,7 @@ LineInterval lineInHalfSpace(const Line& line, const fcl::Vector3d& n, double d)
 LineInterval lineInPlane(const Line& line, const fcl::Vector3d& n, double d);
 LineInterval lineInCylinder(const Line& line, double radius, double half);
 /// The base at z = -half, the tip at half.
-LineInterval lineInCone(const Line& line, double radius, double half);
+LineInterval lineInCone(const Line& given, double radius, double half);
 LineInterval lineInEllipsoid(const Line& line, const fcl::Vector3d& radii);
 /// By planes through farthest points, up to the errors of convexGap.
 LineInterval lineInConvexSet(const Line& line, const ConvexSet& set);

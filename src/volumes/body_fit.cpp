@@ -230,7 +230,7 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
 template <typename BV>
 Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup<S>& of) const {
   const Leased<AxisFitMemory> memory;
-  auto& [points, few, local] = *memory;
+  PointArrays<float>& points = memory->points;
   points.clear();
   const unsigned block = of.leaves[0]->block;
   const auto add = [&](unsigned slot) {
@@ -244,7 +244,7 @@ Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup<S>& of) const {
   for (std::uint64_t bits = of.slots[0]; bits != 0; bits &= bits - 1)
     add(block + unsigned(__builtin_ctzll(bits)));
   points.fillUp();
-  const fcl::Matrix3f best = bestAxes(points, few, local);
+  const fcl::Matrix3f best = bestAxes(points, memory->few, memory->local);
   // Orthonormal as all other axes are.
   return axesAlong<Float4>(vectors::all(best.col(0)), vectors::all(best.col(1)));
 }
