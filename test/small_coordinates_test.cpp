@@ -4,6 +4,7 @@
 
 #include <fcl/geometry/shape/sphere.h>
 
+#include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
@@ -231,6 +232,25 @@ TEST_F(SmallCoordinates, LargeBodiesMayHaveTinyParts) {
       featurePairsWithin(body, kStill, other, kStill, 5 * tiny + error, pairs);
       EXPECT_GE(pairs.size(), 3u) << tiny;
     }
+}
+
+/// FCL's managers place a model by it, also where its square underflows.
+TEST_F(SmallCoordinates, RadiiOfModelsReachTheirVertices) {
+  for (const int exponent : {-300, -500, -540, -900}) {
+    const double unit = std::ldexp(1., exponent);
+    TriangleMesh<double> sheet = plate<double>(3, 2);
+    for (fcl::Vector3d& p : sheet.vertices) p *= unit;
+    adaptive_bvh::AdaptiveBVHModel<fcl::RSSd> model;
+    ASSERT_EQ(fcl::BVH_OK, fillModel(sheet, model));
+    for (int step = 0; step < 2; ++step) {
+      const double radius = model.aabb_radius / unit;
+      for (const fcl::Vector3d& p : sheet.vertices)
+        EXPECT_GE(radius * (1 + 1e-12), ((p - model.aabb_center) / unit).norm()) << exponent;
+      EXPECT_LT(radius, 2);
+      for (fcl::Vector3d& p : sheet.vertices) p *= 1.25;
+      model.update(sheet.vertices);
+    }
+  }
 }
 
 TEST_F(SmallCoordinates, TinyShapesAreRefused) {

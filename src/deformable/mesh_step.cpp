@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -66,12 +65,7 @@ void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
               most = std::max(most, copyPoints(points, count, middle, vertices + first));
             });
       });
-  const S squared = memory.squares.sum([](S& all, S part) { all = std::max(all, part); });
-  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
-  const fcl::AABB<S>& box = geometry.aabb_local;
-  geometry.aabb_radius = squared > kLeast  // smaller squares lose digits
-                             ? std::sqrt(squared)
-                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
+  setLocalRadius(geometry, memory.squares.sum([](S& all, S part) { all = std::max(all, part); }));
 }
 
 /// What a step knows of its positions, before anything is written.

@@ -175,6 +175,18 @@ void setLocalBox(fcl::CollisionGeometry<S>& geometry, const fcl::Vector3<S>& low
   geometry.aabb_center = geometry.aabb_local.center();
 }
 
+/// Sets the radius of the ball around the centre of the local box, by the largest square of a
+/// vertex's distance to it; by the box where squares are so small that they lose digits.
+template <typename S>
+void setLocalRadius(fcl::CollisionGeometry<S>& geometry, S squared) {
+  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
+  const fcl::AABB<S>& box = geometry.aabb_local;
+  const fcl::Vector3<S>& middle = geometry.aabb_center;
+  geometry.aabb_radius = squared > kLeast
+                             ? std::sqrt(squared)
+                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
+}
+
 /// Updates the local box of a geometry for new positions of some vertices. If a vertex moves away
 /// from a side of the box, that side has to be computed from all vertices.
 template <typename S>

@@ -215,7 +215,7 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
     const fcl::Vector3<S> d = model.vertices[v] - model.aabb_center;
     squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   }
-  model.aabb_radius = std::sqrt(squared);
+  setLocalRadius<S>(model, squared);
 }
 
 /// Resets all that is kept to FCL's tree as it stands; `start` is to follow.

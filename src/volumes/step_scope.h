@@ -59,8 +59,8 @@ class AllVertices {
                          target_.model.aabb_center, target_.model.vertices + first);
           squared_[thread] = std::max(squared_[thread], found);
         });
-    target_.model.aabb_radius =
-        std::sqrt(squared_.sum([](S& all, S some) { all = std::max(all, some); }));
+    setLocalRadius<S>(target_.model,
+                      squared_.sum([](S& all, S some) { all = std::max(all, some); }));
   }
 
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
