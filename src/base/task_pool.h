@@ -104,8 +104,8 @@ class TaskPool {
   std::unique_ptr<Share[]> shares_;
 };
 
-/// One value for each slot of a TaskPool, on cache lines of their own. Allocates
-/// only when it is made, if there is more than one.
+/// One value for each slot of a TaskPool, on cache lines of their own. Allocates only when it is
+/// made, if there is more than one.
 template <typename T>
 class PerThread {
  public:

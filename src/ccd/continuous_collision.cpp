@@ -1,6 +1,7 @@
 #include "adaptive_bvh/continuous_collision.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>

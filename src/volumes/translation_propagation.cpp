@@ -88,10 +88,12 @@ template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV>& target,
                                                            const RefitPolicy& policy,
                                                            TaskPool& pool) {
-  if (pool.size() > 1) try {
+  if (pool.size() > 1) {
+    try {
       return propagateSubtrees<kMarks>(target, policy, pool);
     } catch (const std::bad_alloc&) {  // for its lists: nothing was moved yet
     }
+  }
   RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
                              target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
