@@ -42,6 +42,7 @@ void NearestPair<S>::setLimit() {
   const auto least = static_cast<double>(result_.min_distance);
   limit_ = std::max(least - static_cast<double>(request_.abs_err),
                     least / (1 + static_cast<double>(request_.rel_err)));
+  least_enough_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();
 }
 
 /// Measures along the line between the nearest points of two triangles.
@@ -156,23 +157,27 @@ void NearestPair<S>::testPair(const Int4& first, const Int4& second, double boun
   lookAlong(gap, a, b);
 }
 
-/// Stops at the first vertex that is too near.
+/// Stops at the first vertex that is too near. A few of both meshes come first: they often say so.
 template <typename S>
 bool NearestPair<S>::areSeparated() {
   if (!isClear()) return false;
+  constexpr std::size_t kFew = 32;  // one of so many
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
   const auto reach = [](const std::vector<fcl::Vector3<S>>& vertices, const fcl::Vector3d& from,
-                        const fcl::Vector3d& along, double most) -> double {
+                        const fcl::Vector3d& along, double most, std::size_t stride) -> double {
     double reach = 0;
-    for (std::size_t i = 0; i < vertices.size() && reach <= most; ++i)
+    for (std::size_t i = 0; i < vertices.size() && reach <= most; i += stride)
       reach = std::max(reach, along.dot(vertices[i].template cast<double>() - from));
     return reach;
   };
-  const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest);
-  if (!(reach1 <= rest)) return false;
-  const double rest2 = rest - reach1;
-  if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2) <= rest2)) return false;
+  for (const std::size_t stride : {kFew, std::size_t(1)}) {
+    const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest, stride);
+    if (!(reach1 <= rest)) return false;
+    const double rest2 = rest - reach1;
+    if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
+      return false;
+  }
   raiseLeast(limitWithinRounding());
   return true;
 }

@@ -28,9 +28,7 @@ class NearestPair {
   void addWitness(int triangle1, int triangle2);
 
   /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
-  bool isDone() const {
-    return result_.min_distance <= enough_ || (isClear() && least_ >= limitWithinRounding());
-  }
+  bool isDone() const { return result_.min_distance <= enough_ || least_ >= least_enough_; }
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes<S>& boxes() const { return boxes_; }
@@ -83,6 +81,7 @@ class NearestPair {
   const double rounding_;  ///< of the distance of two triangles
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
+  double least_enough_ = std::numeric_limits<double>::infinity();  ///< that ends the search
   /// What the line belongs to.
   VertexIndices near1_{}, near2_{};
   double near_distance_ = 0;

@@ -57,8 +57,47 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
   next_view_ = testsBeforeView(trees_);
-  next_check_ = std::max<long>(kMany, next_supports_ / 4);
+  next_check_ = std::max<long>(kMany, first.mesh.vertices.size() + second.mesh.vertices.size());
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
+}
+
+template <typename S>
+const Boxes4& NearestSearch<S>::secondBoxes(int node) {
+  if (is_same_) return nodes2_[node].boxes;
+  if (node != turned_node_)
+    turned_ = trees_.frame().isInRange() ? trees_.frame()(nodes2_[node].boxes)
+                                         : boxesInRange(trees_.frame(), nodes2_[node]);
+  turned_node_ = node;
+  return turned_;
+}
+
+/// Which boxes of two nodes are near along the line. Apart from the others, which take less time.
+template <typename S>
+unsigned NearestSearch<S>::nearInView(int first, int second, const LineSeparation* supports,
+                                      Gaps4x4& gaps) {
+  return view_.near(first, second, supports, gaps);
+}
+
+/// Which boxes of two nodes are near, by themselves.
+template <typename S>
+unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
+  if (has_view_) return nearInView(first, second, nullptr, gaps);
+  gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
+  return gaps.below(limit2_);
+}
+
+/// By supports as well.
+template <typename S>
+unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
+  box_tests_ += nodes1_[first].count * nodes2_[second].count;
+  if (has_view_) return nearInView(first, second, has_supports_ ? &line_ : nullptr, gaps);
+  unsigned open = nearBoxes(first, second, gaps);
+  if (has_supports_ && open) {
+    open &= ~line_.apart(first, second);
+    ++near_pairs_;
+    apart_pairs_ += !open;
+  }
+  return open;
 }
 
 template <typename S>
@@ -190,7 +229,9 @@ void NearestSearch<S>::trySupports() {
   }
   near_pairs_ = apart_pairs_ = 0;
   const bool is_apart = has_view_ || isApart();
-  if (is_apart && !has_supports_) nearest_.lookAlongHulls();
+  // A search that begins with supports does so before they could pay.
+  const bool may_pay = !supports_first_ || box_tests_ >= costOfHulls();
+  if (is_apart && !has_supports_ && may_pay) nearest_.lookAlongHulls();
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
@@ -203,46 +244,22 @@ void NearestSearch<S>::trySupports() {
   }
 }
 
-/// Whether the distance is not small beside the smaller body: then what is between nodes across the
+/// What it takes to look along the hulls, in box tests: all vertices are read many times.
+template <typename S>
+long NearestSearch<S>::costOfHulls() const {
+  constexpr long kTimes = 32;
+  return kTimes * static_cast<long>(trees_.firstMesh().mesh.vertices.size() +
+                                    trees_.secondMesh().mesh.vertices.size());
+}
+
+/// Whether the distance is large beside the smaller body: then what is between nodes across the
 /// line counts as well.
 template <typename S>
 bool NearestSearch<S>::isApart() const {
-  constexpr double kApart = 2;
+  constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
   const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
   return trees_.frame().isInRange() &&
          limit_ > kApart * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
-}
-
-template <typename S>
-const Boxes4& NearestSearch<S>::secondBoxes(int node) {
-  if (is_same_) return nodes2_[node].boxes;
-  if (node != turned_node_)
-    turned_ = trees_.frame().isInRange() ? trees_.frame()(nodes2_[node].boxes)
-                                         : boxesInRange(trees_.frame(), nodes2_[node]);
-  turned_node_ = node;
-  return turned_;
-}
-
-/// Which boxes of two nodes are near, by themselves.
-template <typename S>
-unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
-  if (has_view_) return view_.near(first, second, nullptr, gaps);
-  gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
-  return gaps.below(limit2_);
-}
-
-/// By supports as well.
-template <typename S>
-unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
-  box_tests_ += nodes1_[first].count * nodes2_[second].count;
-  if (has_view_) return view_.near(first, second, has_supports_ ? &line_ : nullptr, gaps);
-  unsigned open = nearBoxes(first, second, gaps);
-  if (has_supports_ && open) {
-    open &= ~line_.apart(first, second);
-    ++near_pairs_;
-    apart_pairs_ += !open;
-  }
-  return open;
 }
 
 template <typename S>

@@ -180,10 +180,13 @@ class NearestSearch {
   bool check();
   void tryBoxes();
   bool isApart() const;
+  long costOfHulls() const;
   void trySupports();
   long setSupportParts();
-  unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
-  unsigned nearLanes(int first, int second, Gaps4x4& gaps);
+  [[gnu::noinline]] unsigned nearInView(int first, int second, const LineSeparation* supports,
+                                        Gaps4x4& gaps);
+  ADAPTIVE_BVH_INLINE unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
+  ADAPTIVE_BVH_INLINE unsigned nearLanes(int first, int second, Gaps4x4& gaps);
   void visit(const Pair& pair);
   void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
   void testLeaves(const Pair& pair, unsigned open);
