@@ -1,6 +1,6 @@
 #include <limits>
 
-#include "fcl/mesh_pairs.h"
+#include "fcl/separating_motion.h"
 #include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
 #include "fcl/solid_shape.h"
@@ -123,35 +123,24 @@ class MeshAndShape {
         result_(mesh.tf, shape.tf, precision_) {}
 
   SignedDistance<S> distanceTo(const SolidShape& solid) const {
-    ShapeTarget target(solid);
-    const TriangleGap gap = nearest();
-    const double tolerance = precision_.tolerance();
+    const ShapeTarget target(solid);
+    const Nearest nearest = findNearest();
+    const TriangleGap& gap = nearest.gap;
     MeshTarget<S> mesh_target(mesh_);
-    if (gap.distance > 0 && !mesh_target.isInside(innerPoint()))
+    if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.inner)))
       return result_.apart(gap, false, target.outward(gap.points.second));
-    DepthBounds in_shape = DepthBounds::from(precision_.error()), in_mesh = in_shape;
-    if (gap.distance > 0) {
-      in_mesh = depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error());
-    } else {
-      MeshSource<S> source(mesh_, to_shape_);
-      in_shape =
-          DepthSearch<MeshSource<S>, ShapeTarget>(
-              source, target, tolerance, depthAt(gap.points.first, target, precision_.error()))
-              .run();
-      in_mesh = DepthBounds::from(in_shape.lower);
-    }
-    if (isRoundContact(solid, gap, in_shape, mesh_target)) {
-      in_mesh.upper = in_shape.upper;
-    } else {
-      ShapeSource source(solid, to_mesh_);
-      in_mesh =
-          DepthSearch<ShapeSource, MeshTarget<S>>(source, mesh_target, tolerance, in_mesh).run();
-    }
-    SignedDistance<S> found = in_shape.is_found || in_mesh.is_found
-                                  ? result_.inside(in_shape, in_mesh)
-                                  : result_.touching(gap, false, target.outward(gap.points.second),
-                                                     std::max(in_shape.upper, in_mesh.upper));
-    found.searches = in_shape.searches + in_mesh.searches;
+    Depths depths;
+    if (gap.distance > 0)
+      depths.in_mesh =
+          depthInMesh(solid, depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error()));
+    else
+      depths = depthsOf(solid, nearest);
+    SignedDistance<S> found =
+        depths.in_shape.is_found || depths.in_mesh.is_found
+            ? result_.inside(depths.in_shape, depths.in_mesh)
+            : result_.touching(gap, false, target.outward(gap.points.second),
+                               std::max(depths.in_shape.upper, depths.in_mesh.upper));
+    found.searches = depths.in_shape.searches + depths.in_mesh.searches;
     return found;
   }
   /// The deepest point of the mesh's surface is a vertex. A point of the plane is no deeper: from
@@ -179,13 +168,44 @@ class MeshAndShape {
   }
 
  private:
-  /// Whether no point of the shape is deeper in the mesh than the mesh is in the shape: what is
-  /// farther inside the shape than the mesh reaches is outside of the mesh, and a ball rolls along
-  /// all of the shape's surface from within. docs/bounds.md, 19.
-  bool isRoundContact(const SolidShape& solid, const TriangleGap& gap, const DepthBounds& in_shape,
-                      MeshTarget<S>& mesh_target) const {
-    return gap.distance == 0 && in_shape.upper + 4 * precision_.error() < solid.rolling_radius &&
-           !mesh_target.isInside(innerPoint());
+  /// How deep the surface of the mesh is in the shape, and that of the shape in the mesh.
+  struct Depths {
+    DepthBounds in_shape, in_mesh;
+  };
+  struct Nearest {
+    TriangleGap gap;  ///< in the frame of the shape
+    unsigned triangle;
+  };
+
+  /// Of surfaces that touch.
+  Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
+    SeparatingMotion<S> motion(mesh_, shape_, solid, precision_);
+    const double none = precision_.error();
+    if (motion.isFound(SurfaceNormals<S>(mesh_.mesh).ofFace(nearest.triangle), none))
+      return {{}, motion.deepest()};
+    Depths depths;
+    DepthBounds& in_shape = depths.in_shape;
+    in_shape = depthInShape(solid, nearest.gap.points.first, motion.deepest().lower);
+    if (in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward, in_shape.lower)) {
+      depths.in_mesh = motion.deepest();
+      return depths;
+    }
+    depths.in_mesh = depthInMesh(solid, motion.deepest());
+    depths.in_mesh.searches += motion.deepest().searches;
+    return depths;
+  }
+  DepthBounds depthInShape(const SolidShape& solid, const fcl::Vector3d& x, double known) const {
+    MeshSource<S> source(mesh_, to_shape_);
+    ShapeTarget target(solid);
+    return DepthSearch<MeshSource<S>, ShapeTarget>(source, target, precision_.tolerance(),
+                                                   depthAt(x, target, known))
+        .run();
+  }
+  DepthBounds depthInMesh(const SolidShape& solid, const DepthBounds& known) const {
+    ShapeSource source(solid, to_mesh_);
+    MeshTarget<S> target(mesh_);
+    return DepthSearch<ShapeSource, MeshTarget<S>>(source, target, precision_.tolerance(), known)
+        .run();
   }
   double size() const {
     double shape = 0;
@@ -197,27 +217,17 @@ class MeshAndShape {
     return double(mesh.aabb_center.norm()) + double(mesh.aabb_radius) + shape + to_shape_.T.norm();
   }
 
-  /// The nearest points, in the frame of the shape.
-  TriangleGap nearest() const {
+  Nearest findNearest() const {
     const fcl::DistanceRequest<S> request;
     fcl::DistanceResult<S> result;
     meshShapeDistance<S>(mesh_, shape_, {request, result});
-    TriangleGap gap;
+    Nearest nearest;
+    nearest.triangle = static_cast<unsigned>(result.b1);
     visitShape(*shape_.geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
       const MeshShapeSearch<S> search(mesh_, shape, core, shape_.tf);
-      gap = search.triangles.gap(static_cast<int>(result.b1));
+      nearest.gap = search.triangles.gap(static_cast<int>(result.b1));
     });
-    return gap;
-  }
-
-  /// A point in the shape, where the mesh sees it.
-  fcl::Vector3d innerPoint() const {
-    fcl::Vector3d middle = fcl::Vector3d::Zero();
-    if (shape_.geometry->getNodeType() == fcl::GEOM_CONVEX)
-      middle = static_cast<const fcl::Convex<S>&>(*shape_.geometry)
-                   .getInteriorPoint()
-                   .template cast<double>();
-    return to_mesh_(middle);
+    return nearest;
   }
 
   const PlacedMesh<S> mesh_;

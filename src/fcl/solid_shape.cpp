@@ -207,6 +207,7 @@ SolidShape convex(const fcl::Convex<S>& shape) {
   const auto faces = std::make_shared<const ConvexFaces<S>>(shape);
   solid.surface = [=](const Vector& x) { return (*faces)(x); };
   solid.support = [=](const Vector& n) -> Vector { return faces->support(n); };
+  solid.inner = shape.getInteriorPoint().template cast<double>();
   const PatchList patches(solid.patches);
   for (const auto& t : faces->triangles()) patches.addTriangle(t[0], t[1], t[2]);
   return solid;

@@ -20,6 +20,7 @@ struct SolidShape {
 
   std::function<ShapeSurface(const fcl::Vector3d& x)> surface;
   std::function<fcl::Vector3d(const fcl::Vector3d& n)> support;  ///< the farthest point along n
+  fcl::Vector3d inner = fcl::Vector3d::Zero();                   ///< a point in the shape
   /// Every point of the surface is on a ball of this radius inside the shape.
   double rolling_radius = 0;
   /// They cover the surface. Those of one chart follow each other; of charts there are at most
