@@ -25,13 +25,19 @@ class SeparatingMotion {
         target_(mesh_),
         deepest_(DepthBounds::from(precision.error())) {}
 
+  /// A depth that is certain, of any surface in the other body: less does not matter.
+  void raiseTo(double depth) {
+    if (!(depth > deepest_.lower)) return;
+    const std::size_t searches = deepest_.searches;
+    deepest_ = DepthBounds::from(depth);
+    deepest_.searches = searches;
+  }
   /// Whether a motion is found that is longer than a known depth by no more than the tolerance.
-  /// Tries `n`, of length 1, and from there the outward directions of the mesh where the shape
-  /// reaches into it. In the mesh's frame. May find that the shape is deeper than `known`.
-  bool isFound(fcl::Vector3d n, double known) {
+  /// Tries the mesh's outward directions where the shape reaches into it, the first time against
+  /// `n`, of length 1, in the mesh's frame. May find that the shape is deeper than was known.
+  bool isFound(fcl::Vector3d n) {
     constexpr int kMostTries = 3;
     constexpr double kSame = 1 - 1e-12;
-    if (known > deepest_.lower) resetTo(known);
     for (int i = 0; i < kMostTries && !n.isZero(0); ++i) {
       const fcl::Vector3d last = n;
       n = outwardNear(n);
@@ -45,11 +51,6 @@ class SeparatingMotion {
   const DepthBounds& deepest() const { return deepest_; }
 
  private:
-  void resetTo(double known) {
-    const std::size_t searches = deepest_.searches;
-    deepest_ = DepthBounds::from(known);
-    deepest_.searches = searches;
-  }
   /// Measures the shape's farthest point against n. Returns the mesh's outward direction there.
   fcl::Vector3d outwardNear(const fcl::Vector3d& n) {
     constexpr double kShort = 1e-8;
@@ -78,14 +79,16 @@ class SeparatingMotion {
         (mesh_.tf.linear().template cast<double>() * (length * n)).template cast<S>();
     const double travel =
         (moved.tf.translation() - shape_.tf.translation()).template cast<double>().norm();
-    if (!(travel <= most) || isNear(moved)) return false;
-    if (target_.isInside(RelativePlacement(mesh_.tf, moved.tf)(solid_.inner))) return false;
+    const RelativePlacement to_mesh(mesh_.tf, moved.tf);
+    if (!(travel <= most) || target_.isInside(to_mesh(solid_.inner)) || isNear(moved)) return false;
     deepest_.upper = std::max(travel, deepest_.lower);
     return true;
   }
+  /// Whether the shape is not certainly apart from the mesh's surface.
   bool isNear(const PlacedGeometry<S>& moved) const {
     const fcl::DistanceRequest<S> request;
     const auto near = static_cast<S>(2 * precision_.error());
+    if (!(near > 0)) return true;  // it underflows
     fcl::DistanceResult<S> result(near);
     meshShapeDistance<S>(mesh_, moved, {request, result}, near);
     return result.o1 != nullptr;

@@ -179,19 +179,24 @@ class MeshAndShape {
 
   /// Of surfaces that touch.
   Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
+    const bool is_round = solid.rolling_radius > 0;
     SeparatingMotion<S> motion(mesh_, shape_, solid, precision_);
-    const double none = precision_.error();
-    if (motion.isFound(SurfaceNormals<S>(mesh_.mesh).ofFace(nearest.triangle), none))
+    if (!is_round && motion.isFound(SurfaceNormals<S>(mesh_.mesh).ofFace(nearest.triangle)))
       return {{}, motion.deepest()};
     Depths depths;
-    DepthBounds& in_shape = depths.in_shape;
+    DepthBounds &in_shape = depths.in_shape, &in_mesh = depths.in_mesh;
     in_shape = depthInShape(solid, nearest.gap.points.first, motion.deepest().lower);
-    if (in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward, in_shape.lower)) {
-      depths.in_mesh = motion.deepest();
-      return depths;
+    motion.raiseTo(in_shape.lower);
+    const bool is_out = !is_round || !MeshTarget<S>(mesh_).isInside(to_mesh_(solid.inner));
+    if (is_out && in_shape.upper + 4 * precision_.error() < solid.rolling_radius) {
+      in_mesh.upper = in_shape.upper;
+    } else if (is_out && in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward)) {
+      in_mesh = motion.deepest();
+      in_shape.upper = in_mesh.upper;
+    } else {
+      in_mesh = depthInMesh(solid, motion.deepest());
+      in_mesh.searches += motion.deepest().searches;
     }
-    depths.in_mesh = depthInMesh(solid, motion.deepest());
-    depths.in_mesh.searches += motion.deepest().searches;
     return depths;
   }
   DepthBounds depthInShape(const SolidShape& solid, const fcl::Vector3d& x, double known) const {

@@ -105,6 +105,12 @@ class MeshTarget {
     }
     return false;
   }
+  fcl::Vector3d outward(int triangle) const {
+    return SurfaceNormals<S>(mesh_.mesh).ofFace(static_cast<unsigned>(triangle));
+  }
+  double heightOf(int triangle, const fcl::Vector3d& n) const {
+    return n.dot(mesh_.pointsOf(static_cast<unsigned>(triangle))[0]);
+  }
   /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
     const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));

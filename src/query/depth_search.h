@@ -177,7 +177,10 @@ class DepthSearch {
 
   /// A triangle comes three times: its middle is measured, then its corners, then it is cut.
   void openTriangle(Part part) {
-    if (part.generation > 1) return isOutside(part) ? drop(tolerance_ / 2) : cut(part);
+    if (part.generation > 1) {
+      if (isOutside(part)) return drop(tolerance_ / 2);
+      return isOutsideMoved(part) ? drop(limit()) : cut(part);
+    }
     if (++part.generation == 1) return pushByMiddle(part);
     if constexpr (Target::kIsConvex)
       if (isLevelled(part)) return;
@@ -292,6 +295,31 @@ class DepthSearch {
     if (target_.touches({corners[0], corners[1], corners[2]}, bulgeOf(part))) return false;
     part.is_clear = true;
     return !target_.isInside(middle);
+  }
+
+  /// Whether a triangle is outside once it is moved along the outward direction at a corner: so no
+  /// point of it is deeper than that is long.
+  bool isOutsideMoved(const Part& part) {
+    if constexpr (!Target::kIsConvex) {
+    const Bulge bulge = bulgeOf(part);
+    for (const int i : part.corners) {
+      const fcl::Vector3d outward = target_.outward(witnessOf(i)), motion = limit() * outward;
+      const auto height = [&](const fcl::Vector3d& x) { return outward.dot(x); };
+      const double lowest = target_.heightOf(witnessOf(i), outward);
+      double least = 1e300;
+      fcl::Vector3d corners[3];
+      for (int k = 0; k < 3; ++k) {
+        corners[k] = point(part.corners[k]).x + motion;
+        least = std::min(least, height(corners[k]));
+      }
+      for (int k = 0; k < bulge.count; ++k)
+        least = std::min(least, least + height(bulge.ways[std::size_t(k)]));
+      if (!(least > lowest)) continue;
+      if (target_.touches({corners[0], corners[1], corners[2]}, bulge)) continue;
+      if (!target_.isInside((corners[0] + corners[1] + corners[2]) / 3)) return true;
+    }
+    }
+    return false;
   }
 
   /// Cuts a triangle in two through a corner.
