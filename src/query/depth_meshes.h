@@ -105,11 +105,15 @@ class MeshTarget {
     }
     return false;
   }
-  fcl::Vector3d outward(int triangle) const {
-    return SurfaceNormals<S>(mesh_.mesh).ofFace(static_cast<unsigned>(triangle));
-  }
-  double heightOf(int triangle, const fcl::Vector3d& n) const {
-    return n.dot(mesh_.pointsOf(static_cast<unsigned>(triangle))[0]);
+  /// The plane n x = d of a triangle, n its outward direction, of length 1 or 0.
+  struct Plane {
+    fcl::Vector3d n;
+    double d;
+  };
+  Plane planeOf(int triangle) const {
+    const auto number = static_cast<unsigned>(triangle);
+    const fcl::Vector3d n = SurfaceNormals<S>(mesh_.mesh).ofFace(number);
+    return {n, n.dot(mesh_.pointsOf(number)[0])};
   }
   /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {

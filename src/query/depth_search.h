@@ -23,7 +23,7 @@ namespace adaptive_bvh {
 /// Target: kIsConvex, Witness, reach(witness), which gives a function of a point that is nowhere
 /// less than its depth and convex, overBox(reach, box), measure(point, hint), isInside(x),
 /// isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b), findNearest(point,
-/// bounds).
+/// bounds); planeOf(witness), of an outward direction n and its offset d, unless it is convex.
 template <typename Source, typename Target>
 class DepthSearch {
  public:
@@ -118,6 +118,9 @@ class DepthSearch {
   /// What need not be searched.
   double limit() const { return bounds_.lower + tolerance_; }
 
+  /// How far a part is moved: less than the limit by what is rounded, and more.
+  double motionLength() const { return bounds_.lower + 15. / 16 * tolerance_; }
+
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   void push(const Part& part) {
     if (part.upper <= limit()) return drop(part.upper);
@@ -179,7 +182,9 @@ class DepthSearch {
   void openTriangle(Part part) {
     if (part.generation > 1) {
       if (isOutside(part)) return drop(tolerance_ / 2);
-      return isOutsideMoved(part) ? drop(limit()) : cut(part);
+      if constexpr (!Target::kIsConvex)
+        if (isOutsideMoved(part)) return drop(motionLength());
+      return cut(part);
     }
     if (++part.generation == 1) return pushByMiddle(part);
     if constexpr (Target::kIsConvex)
@@ -298,26 +303,25 @@ class DepthSearch {
   }
 
   /// Whether a triangle is outside once it is moved along the outward direction at a corner: so no
-  /// point of it is deeper than that is long.
+  /// point of it is deeper than that motion is long. Tried where the triangle gets beyond the plane
+  /// of that direction's feature.
   bool isOutsideMoved(const Part& part) {
-    if constexpr (!Target::kIsConvex) {
+    if (part.is_inside) return false;  // its features bound it as well
     const Bulge bulge = bulgeOf(part);
     for (const int i : part.corners) {
-      const fcl::Vector3d outward = target_.outward(witnessOf(i)), motion = limit() * outward;
-      const auto height = [&](const fcl::Vector3d& x) { return outward.dot(x); };
-      const double lowest = target_.heightOf(witnessOf(i), outward);
-      double least = 1e300;
-      fcl::Vector3d corners[3];
-      for (int k = 0; k < 3; ++k) {
-        corners[k] = point(part.corners[k]).x + motion;
-        least = std::min(least, height(corners[k]));
+      const auto plane = target_.planeOf(witnessOf(i));
+      const fcl::Vector3d motion = motionLength() * plane.n;
+      std::array<fcl::Vector3d, 3> moved;
+      double lowest = std::numeric_limits<double>::infinity(), below = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        moved[k] = point(part.corners[k]).x + motion;
+        lowest = std::min(lowest, plane.n.dot(moved[k]));
       }
       for (int k = 0; k < bulge.count; ++k)
-        least = std::min(least, least + height(bulge.ways[std::size_t(k)]));
-      if (!(least > lowest)) continue;
-      if (target_.touches({corners[0], corners[1], corners[2]}, bulge)) continue;
-      if (!target_.isInside((corners[0] + corners[1] + corners[2]) / 3)) return true;
-    }
+        below = std::min(below, plane.n.dot(bulge.ways[static_cast<std::size_t>(k)]));
+      if (lowest + below > plane.d && !target_.touches(moved, bulge) &&
+          !target_.isInside((moved[0] + moved[1] + moved[2]) / 3))
+        return true;
     }
     return false;
   }
