@@ -177,7 +177,8 @@ class MeshAndShape {
     unsigned triangle;
   };
 
-  /// Of surfaces that touch.
+  /// Of surfaces that touch. A ball that rolls along a round shape from within, or a motion that
+  /// separates, bounds the depth of the shape's surface; else that is searched. docs/bounds.md, 19.
   Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
     const bool is_round = solid.rolling_radius > 0;
     SeparatingMotion<S> motion(mesh_, shape_, solid, precision_);
