@@ -40,8 +40,9 @@ class NearestPair {
   void refineLine();
   /// Whether all vertices are at least the limit apart along the line: then the search is over.
   bool areSeparated();
-  /// Looks along the line between the convex hulls of the meshes, where these are apart.
-  void lookAlongHulls();
+  /// Looks along the line between the convex hulls of the meshes, if these are apart by more than
+  /// half of the limit.
+  bool lookAlongHulls();
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
