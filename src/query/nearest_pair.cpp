@@ -61,7 +61,7 @@ template <typename S>
 void NearestPair<S>::refineLine() {
   is_refined_ = true;
   if (triangles_.direction() == fcl::Vector3d::Zero()) return;
-  triangles_.preferNormals(near1_, near2_, near_distance_ - rounding_);
+  triangles_.preferNormals(near1_, near2_, near_distance_ - tolerance());
   raiseLeast();
 }
 
@@ -80,8 +80,9 @@ bool NearestPair<S>::lookAlongHulls() {
     };
   };
   const fcl::Vector3d way = wayBetween(to_first_, farthestOf(first_), farthestOf(second_));
+  constexpr double kMost = 1 - 1. / 64;
   const double gap = way.stableNorm();
-  if (!(gap > limit_ / 2)) return false;
+  if (!(gap > kMost * limit_)) return false;
   triangles_.turnLine(way / gap);
   raiseLeast();
   return true;

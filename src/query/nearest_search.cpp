@@ -268,12 +268,13 @@ void NearestSearch<S>::trySupports() {
   }
 }
 
-/// Looks along the line between the convex hulls, by supports, if that separates the bodies by a
-/// good part of the distance. No other line is better then.
+/// Looks along the line between the convex hulls, by supports, if that separates the bodies by
+/// nearly the distance. No other line is better then.
 template <typename S>
 bool NearestSearch<S>::tryHulls() {
   next_hulls_ = kNever;
-  if (!trees_.frame().isInRange() || !nearest_.isClear() || !nearest_.lookAlongHulls())
+  constexpr double kNear = 1. / 64;  // nearer, lines between triangles are as good
+  if (!trees_.frame().isInRange() || !isFartherThan(kNear) || !nearest_.lookAlongHulls())
     return false;
   setSupportParts();
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
@@ -284,14 +285,18 @@ bool NearestSearch<S>::tryHulls() {
   return true;
 }
 
-/// Whether the distance is large beside the smaller body: then what is between nodes across the
-/// line counts as well.
+/// Whether the distance is more than so many radii of the smaller body.
+template <typename S>
+bool NearestSearch<S>::isFartherThan(double radii) const {
+  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
+  return limit_ > radii * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+}
+
+/// Whether what is between nodes across the line counts as well.
 template <typename S>
 bool NearestSearch<S>::isApart() const {
   constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
-  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
-  return trees_.frame().isInRange() &&
-         limit_ > kApart * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+  return trees_.frame().isInRange() && isFartherThan(kApart);
 }
 
 template <typename S>

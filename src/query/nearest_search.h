@@ -180,6 +180,7 @@ class NearestSearch {
   void lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1, double reach2);
   bool check();
   void tryBoxes();
+  bool isFartherThan(double radii) const;
   bool isApart() const;
   void trySupports();
   bool tryHulls();
