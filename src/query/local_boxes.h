@@ -9,11 +9,11 @@
 namespace adaptive_bvh {
 
 /// The way between the nearest points of two convex sets, from the first to the second, in the
-/// first's frame; zero where they touch. `farthest1`, `farthest2`: a point that is farthest
-/// along a direction, each in the frame of its set.
+/// first's frame; zero where they touch, or are not `least` apart. `farthest1`, `farthest2`: a
+/// point that is farthest along a direction, each in the frame of its set.
 template <typename Farthest1, typename Farthest2>
 fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
-                         const Farthest2& farthest2) {
+                         const Farthest2& farthest2, double least = 0) {
   class Difference final : public ConvexSet {
    public:
     Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
@@ -34,8 +34,8 @@ fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& far
   const fcl::Vector3d origin = fcl::Vector3d::Zero();
   const ConvexGap gap =
       convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2),
-                {kError, kMostSteps, false});
-  return gap.distance > 0 ? gap.points.second : origin;
+                {kError, kMostSteps, false, least});
+  return gap.distance > 0 && gap.distance >= least ? gap.points.second : origin;
 }
 
 /// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the

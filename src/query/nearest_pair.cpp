@@ -79,10 +79,11 @@ bool NearestPair<S>::lookAlongHulls() {
       return farthestPoint(mesh.tree(), mesh.mesh.vertices.data(), along);
     };
   };
-  const fcl::Vector3d way = wayBetween(to_first_, farthestOf(first_), farthestOf(second_));
   constexpr double kMost = 1 - 1. / 64;
+  const fcl::Vector3d way =
+      wayBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
   const double gap = way.stableNorm();
-  if (!(gap > kMost * limit_)) return false;
+  if (!(gap > 0)) return false;
   triangles_.turnLine(way / gap);
   raiseLeast();
   return true;

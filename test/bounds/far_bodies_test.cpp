@@ -147,15 +147,17 @@ TEST_F(FarBodies, DistanceIsThatOfAllPairs) {
     }
 }
 
-/// Also where all triangles of a face are as near as each other.
+/// Also where all triangles of a face are as near as each other. Below 1e-12 positions are rounded
+/// by as much as the gap: a contact, which every pair that touches decides.
 TEST_F(FarBodies, WorkDoesNotGrowWithTheDistance) {
-  const unsigned pairs = isLongMode() ? 1000 : 16;
+  const unsigned pairs = isLongMode() ? 700 : 16;
   for (unsigned seed = 1; seed <= pairs; ++seed) {
     constexpr int kSide = 24;
     const Parts near = parts(1, seed, kSide);
     const auto size = long(near.first.triangles.size() + near.second.triangles.size());
     const long most = 10 * std::max(askedOf(near).work, size / 2);
-    for (const double gap : {1e-6, 1e-2, 10., 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e10, 1e12})
+    for (const double gap :
+         {1e-12, 1e-9, 1e-6, 1e-2, 3., 10., 30., 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e10, 1e12})
       EXPECT_LE(askedOf(parts(gap, seed, kSide)).work, most) << seed << ' ' << gap;
   }
 }
@@ -223,7 +225,7 @@ TEST_F(FarBodies, BoundsAlongALineAreThoseOfTriangles) {
       }
     ASSERT_LE(Real(view.gap()), distanceOf(parts) + error);
   }
-  EXPECT_GT(pruned, all / 16);
+  EXPECT_GT(pruned, all / 64);
 }
 
 }  // namespace far_bodies_test
