@@ -47,6 +47,14 @@ inline ShapeCore coreOfSlab(const fcl::Vector3d& n, double least, double most) {
   return core;
 }
 
+/// Distances from here on do not matter, as FCL prunes.
+template <typename S>
+double limitOf(const DistanceQuery<S>& query) {
+  const S found = query.result.min_distance;
+  return static_cast<double>(
+      std::max(found - query.request.abs_err, found / (1 + query.request.rel_err)));
+}
+
 /// The triangles of an object of a query, as a shape sees them.
 template <typename S>
 class ShapeTriangles {
@@ -69,6 +77,39 @@ class ShapeTriangles {
   TriangleGap gap(int triangle) const { return shape_.gap(corners(triangle)); }
   bool touches(int triangle, ShapeContact& contact) const {
     return shape_.touches(corners(triangle), contact);
+  }
+  /// Whether no triangle is nearer than `distance` along the line between the nearest points of one
+  /// and the shape, up to rounding. No where that could hide a touch.
+  bool areSeparated(const TriangleGap& nearest, double distance) const {
+    const PointPair<double>& at = nearest.points;
+    const double radius = double(triangles_.geometry->aabb_radius),
+                 center =
+                     triangles_.geometry->aabb_center.template cast<double>().template lpNorm<1>(),
+                 numbers = 2 * at.first.template lpNorm<1>() + at.second.template lpNorm<1>() +
+                           4 * (center + 2 * radius);
+    constexpr double kOfNumbers = 8 * 0x1p-52, kOfDistance = 18 * 0x1p-52;
+    const double rounding = kOfNumbers * numbers;
+    if (!(distance > 4 * rounding)) return false;
+    fcl::Vector3d along = (at.first - at.second).stableNormalized();
+    const FlatShape* const flat = shape_.flat();
+    double reach;
+    if (flat) {
+      const double side = flat->normal().dot(along) < 0 ? -1 : 1;
+      along = side * flat->normal();
+      reach = side * flat->offset();
+    } else {
+      reach = along.dot(shape_.support(along));
+    }
+    const double least = reach + distance - rounding - kOfDistance * distance;
+    // In the frame of the triangles. A few of them come first: they often say so.
+    const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
+    const double least_in_mesh = least - along.dot(to_shape_.T);
+    constexpr int kFew = 32;  // one of so many
+    for (const int stride : {kFew, 1})
+      for (int i = 0; i < count_; i += stride)
+        for (const fcl::Vector3<S>& x : triangles_[i])
+          if (!(in_mesh.dot(x.template cast<double>()) >= least_in_mesh)) return false;
+    return true;
   }
   fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
     return (shape_tf_.template cast<double>() * x).template cast<S>();
