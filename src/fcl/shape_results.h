@@ -52,7 +52,8 @@ class ShapeDistance {
   bool isOver() {
     if (++tests_ < next_check_ || nearest_.distance < 0) return false;
     next_check_ = 2 * tests_;
-    return search_.triangles.areSeparated(nearest_, std::min(nearest_.distance, limitOf(query_)));
+    return search_.triangles.areSeparated(static_cast<int>(query_.result.b1), nearest_.points,
+                                          std::min(nearest_.distance, limitOf(query_)));
   }
 
   /// The deepest triangle's depth, negative.
