@@ -25,7 +25,7 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
 constexpr long kFew = 96;
 constexpr long kMany = 256;
 /// What it takes to look along the convex hulls, in box tests.
-constexpr long kHulls = 1 << 16;
+constexpr long kHulls = 6144;
 constexpr long kNever = std::numeric_limits<long>::max();
 
 /// After how many tests of boxes to look along the line between two bodies: at once where single
