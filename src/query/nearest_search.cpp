@@ -25,7 +25,7 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
 constexpr long kFew = 96;
 constexpr long kMany = 256;
 /// What it takes to look along the convex hulls, in box tests.
-constexpr long kHulls = 6144;
+constexpr long kHulls = 20000;
 constexpr long kNever = std::numeric_limits<long>::max();
 
 /// After how many tests of boxes to look along the line between two bodies: at once where single
@@ -273,7 +273,7 @@ void NearestSearch<S>::trySupports() {
 template <typename S>
 bool NearestSearch<S>::tryHulls() {
   next_hulls_ = kNever;
-  constexpr double kNear = 1. / 64;  // nearer, lines between triangles are as good
+  constexpr double kNear = 1;  // nearer, lines between triangles are as good
   if (!trees_.frame().isInRange() || !isFartherThan(kNear) || !nearest_.lookAlongHulls())
     return false;
   setSupportParts();
