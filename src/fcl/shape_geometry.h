@@ -47,6 +47,14 @@ inline ShapeCore coreOfSlab(const fcl::Vector3d& n, double least, double most) {
   return core;
 }
 
+/// Distances from here on do not matter, as FCL prunes.
+template <typename S>
+double limitOf(const DistanceQuery<S>& query) {
+  const S found = query.result.min_distance;
+  return static_cast<double>(
+      std::max(found - query.request.abs_err, found / (1 + query.request.rel_err)));
+}
+
 /// The triangles of an object of a query, as a shape sees them.
 template <typename S>
 class ShapeTriangles {
@@ -70,6 +78,26 @@ class ShapeTriangles {
   bool touches(int triangle, ShapeContact& contact) const {
     return shape_.touches(corners(triangle), contact);
   }
+  /// Whether no triangle is nearer than `distance`, up to rounding, along the line between the
+  /// nearest points of one and the shape or, if that is nearly the same, along the normal of the
+  /// triangle. No where that could hide a touch.
+  bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
+    constexpr double kNearly = 0.999, kOfNumbers = 8 * 0x1p-52, kOfDistance = 18 * 0x1p-52;
+    const auto& geometry = *triangles_.geometry;
+    const double numbers = 2 * nearest.first.template lpNorm<1>() +
+                           nearest.second.template lpNorm<1>() +
+                           4 * geometry.aabb_center.template cast<double>().template lpNorm<1>() +
+                           8 * double(geometry.aabb_radius);
+    const double rounding = kOfNumbers * numbers,
+                 least = distance - rounding - kOfDistance * distance;
+    if (!(distance > 4 * rounding)) return false;
+    const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
+    const TrianglePoints<double> x = corners(triangle);
+    const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
+    const double cosine = normal.dot(line);
+    return areApart(line, least) ||
+           (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
+  }
   fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
     return (shape_tf_.template cast<double>() * x).template cast<S>();
   }
@@ -78,6 +106,27 @@ class ShapeTriangles {
   }
 
  private:
+  /// Whether all triangles are at least so far from the shape along a direction of length 1, in its
+  /// frame. A few of them come first: they often say so.
+  bool areApart(fcl::Vector3d along, double least) const {
+    double reach;
+    if (const FlatShape* const flat = shape_.flat()) {
+      const double side = flat->normal().dot(along) < 0 ? -1 : 1;
+      along = side * flat->normal();
+      reach = side * flat->offset();
+    } else {
+      reach = along.dot(shape_.support(along));
+    }
+    const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
+    const double from = reach + least - along.dot(to_shape_.T);
+    constexpr int kFew = 32;  // one of so many
+    for (const int stride : {kFew, 1})
+      for (int i = 0; i < count_; i += stride)
+        for (const fcl::Vector3<S>& x : triangles_[i])
+          if (!(in_mesh.dot(x.template cast<double>()) >= from)) return false;
+    return true;
+  }
+
   const PlacedTriangles<S> triangles_;
   const int count_;
   const TriangleShape& shape_;

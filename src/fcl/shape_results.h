@@ -22,9 +22,13 @@ class ShapeDistance {
   /// Ends where the distance is at most `enough`.
   ShapeDistance(const PlacedGeometry<S>& shape, const Search& search, const DistanceQuery<S>& query,
                 S enough)
-      : shape_(shape), search_(search), query_(query), enough_(enough) {}
+      : shape_(shape),
+        search_(search),
+        query_(query),
+        enough_(enough),
+        next_check_(std::max(kMany, search.triangles.count() / kShare)) {}
 
-  void run() const {
+  void run() {
     search_.nearest(query_, [&](int triangle) { return take(triangle); });
     const fcl::DistanceResult<S>& result = query_.result;
     if (result.o1 != object() || result.o2 != shape_.geometry) return;
@@ -34,13 +38,22 @@ class ShapeDistance {
  private:
   const fcl::CollisionGeometry<S>* object() const { return search_.triangles.placed().geometry; }
 
-  bool take(int triangle) const {
+  bool take(int triangle) {
     const TriangleGap gap = search_.triangles.gap(triangle);
-    if (!(gap.distance < double(query_.result.min_distance))) return false;
+    if (!(gap.distance < double(query_.result.min_distance))) return isOver();
+    nearest_ = gap;
     query_.result.update(distanceAs<S>(gap.distance), object(), shape_.geometry, triangle,
                          fcl::DistanceResult<S>::NONE, search_.triangles.inWorld(gap.points.first),
                          search_.triangles.inWorld(gap.points.second));
-    return query_.isSatisfied() || query_.result.min_distance <= enough_;
+    return query_.isSatisfied() || query_.result.min_distance <= enough_ || isOver();
+  }
+  /// Whether the triangles as a whole are as far from the shape as the nearest one so far. Looks
+  /// only after many tests.
+  bool isOver() {
+    if (++tests_ < next_check_ || nearest_.distance < 0) return false;
+    next_check_ = 2 * tests_;
+    return search_.triangles.areSeparated(static_cast<int>(query_.result.b1), nearest_.points,
+                                          std::min(nearest_.distance, limitOf(query_)));
   }
 
   /// The deepest triangle's depth, negative.
@@ -63,6 +76,9 @@ class ShapeDistance {
   const Search& search_;
   const DistanceQuery<S>& query_;
   const S enough_;
+  static constexpr int kMany = 64, kShare = 128;
+  TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
+  int tests_ = 0, next_check_;
 };
 
 /// A box along the world's axes around a shape in its place, as FCL has it; infinite where it is.

@@ -132,12 +132,7 @@ class MeshShapeSearch {
   template <typename Test>
   void nearest(const DistanceQuery<S>& query, const Test& test) const {
     if (!in_tree_.isPrecise()) return testAll(test);
-    // As FCL prunes.
-    const auto squaredLimit = [&]() -> float {
-      const S found = query.result.min_distance;
-      return in_tree_.squaredLimit(static_cast<double>(
-          std::max(found - query.request.abs_err, found / (1 + query.request.rel_err))));
-    };
+    const auto squaredLimit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
     const WideTree& tree = mesh_.tree();
     float limit = squaredLimit();
     OpenNodes open(tree.depth());

@@ -8,12 +8,12 @@
 
 namespace adaptive_bvh {
 
-/// The direction between the nearest points of two convex sets, from the first to the second, in
-/// the first's frame; zero where they touch. `farthest1`, `farthest2`: a point that is farthest
-/// along a direction, each in the frame of its set.
+/// The way between the nearest points of two convex sets, from the first to the second, in the
+/// first's frame; zero where they touch, or are not `least` apart. `farthest1`, `farthest2`: a
+/// point that is farthest along a direction, each in the frame of its set.
 template <typename Farthest1, typename Farthest2>
-fcl::Vector3d lineBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
-                          const Farthest2& farthest2) {
+fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
+                         const Farthest2& farthest2, double least = 0) {
   class Difference final : public ConvexSet {
    public:
     Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
@@ -34,8 +34,8 @@ fcl::Vector3d lineBetween(const RelativePlacement& to_first, const Farthest1& fa
   const fcl::Vector3d origin = fcl::Vector3d::Zero();
   const ConvexGap gap =
       convexGap({origin, origin, origin}, Difference(to_first, farthest1, farthest2),
-                {kError, kMostSteps, false});
-  return gap.distance > 0 ? gap.points.second.stableNormalized() : origin;
+                {kError, kMostSteps, false, least});
+  return gap.distance > 0 && gap.distance >= least ? gap.points.second : origin;
 }
 
 /// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the
@@ -59,9 +59,10 @@ class LocalBoxes {
   /// The direction from the first box to the second between their nearest points, in the first
   /// mesh's frame; zero where they touch.
   fcl::Vector3d line() const {
-    return lineBetween(
-        to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
-        [&](const fcl::Vector3d& along) { return corner(second_, along); });
+    return wayBetween(
+               to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
+               [&](const fcl::Vector3d& along) { return corner(second_, along); })
+        .stableNormalized();
   }
 
  private:

@@ -1,5 +1,6 @@
 #include "query/nearest_pair.h"
 
+#include "query/farthest_point.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -60,7 +61,7 @@ template <typename S>
 void NearestPair<S>::refineLine() {
   is_refined_ = true;
   if (triangles_.direction() == fcl::Vector3d::Zero()) return;
-  triangles_.preferNormals(near1_, near2_, near_distance_ - rounding_);
+  triangles_.preferNormals(near1_, near2_, near_distance_ - tolerance());
   raiseLeast();
 }
 
@@ -72,24 +73,20 @@ void NearestPair<S>::raiseLeast() {
 }
 
 template <typename S>
-void NearestPair<S>::lookAlongHulls() {
-  const auto farthestOf = [](const std::vector<fcl::Vector3<S>>& vertices) {
-    return [&](const fcl::Vector3d& along) -> fcl::Vector3d {
-      std::size_t best = 0;
-      double most = -std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < vertices.size(); ++i) {
-        const double reach = along.dot(vertices[i].template cast<double>());
-        if (reach > most) best = i;
-        most = std::max(most, reach);
-      }
-      return vertices[best].template cast<double>();
+bool NearestPair<S>::lookAlongHulls() {
+  const auto farthestOf = [](const PlacedMesh<S>& mesh) {
+    return [&mesh](const fcl::Vector3d& along) -> fcl::Vector3d {
+      return farthestPoint(mesh.tree(), mesh.mesh.vertices.data(), along);
     };
   };
-  const fcl::Vector3d along =
-      lineBetween(to_first_, farthestOf(first_.mesh.vertices), farthestOf(second_.mesh.vertices));
-  if (along == fcl::Vector3d::Zero()) return;
-  triangles_.turnLine(along);
+  constexpr double kMost = 1 - 1. / 64;
+  const fcl::Vector3d way =
+      wayBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
+  const double gap = way.stableNorm();
+  if (!(gap > 0)) return false;
+  triangles_.turnLine(way / gap);
   raiseLeast();
+  return true;
 }
 
 template <typename S>

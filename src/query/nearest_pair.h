@@ -40,15 +40,16 @@ class NearestPair {
   void refineLine();
   /// Whether all vertices are at least the limit apart along the line: then the search is over.
   bool areSeparated();
-  /// Looks along the line between the convex hulls of the meshes, where these are apart.
-  void lookAlongHulls();
+  /// Looks along the line between the convex hulls of the meshes, if these are nearly as far apart
+  /// as the nearest pair.
+  bool lookAlongHulls();
   /// Distances from here on do not matter.
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
   /// so parallel faces prune. Not where that would hide a touch.
-  double limitWithinRounding() const { return isClear() ? limit_ - rounding_ : limit_; }
+  double limitWithinRounding() const { return isClear() ? limit_ - tolerance() : limit_; }
   /// For bounds that may be off by as much as distances are.
-  double limitOfBounds() const { return isClear() ? limit_ - rounding_ : limit_ + rounding_; }
+  double limitOfBounds() const { return isClear() ? limit_ - tolerance() : limit_ + rounding_; }
   /// Whether what is as near as the limit, up to rounding, surely does not touch.
   bool isClear() const { return limit_ > 4 * rounding_; }
   /// The line between the nearest points.
@@ -66,6 +67,12 @@ class NearestPair {
   long triangleTests() const { return triangle_tests_; }
 
  private:
+  /// By so much distances are rounded: separations, and nearest points, which may be farther apart
+  /// than the triangles by a share of the distance.
+  double tolerance() const {
+    constexpr double kOfDistance = 18 * 0x1p-52;
+    return rounding_ + kOfDistance * limit_;
+  }
   void setLimit();
   void raiseLeast();
   void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
@@ -78,7 +85,7 @@ class NearestPair {
   const RelativePlacement to_first_;
   const LocalBoxes<S> boxes_;
   TriangleSeparation<S> triangles_;
-  const double rounding_;  ///< of the distance of two triangles
+  const double rounding_;  ///< of separations of two triangles
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
   double least_enough_ = std::numeric_limits<double>::infinity();  ///< that ends the search

@@ -24,6 +24,9 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
 /// whole.
 constexpr long kFew = 96;
 constexpr long kMany = 256;
+/// What it takes to look along the convex hulls, in box tests.
+constexpr long kHulls = 20000;
+constexpr long kNever = std::numeric_limits<long>::max();
 
 /// After how many tests of boxes to look along the line between two bodies: at once where single
 /// precision hardly distinguishes the boxes, so far apart they are; never where they are near, as
@@ -33,7 +36,7 @@ long testsBeforeView(const TreePair<S>& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
   const double apart = trees.frame().t().template lpNorm<1>();
   if (apart > kFar) return 0;
-  return apart > kNear ? kMany : std::numeric_limits<long>::max();
+  return apart > kNear ? kMany : kNever;
 }
 
 }  // namespace
@@ -57,6 +60,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
   next_view_ = testsBeforeView(trees_);
+  next_hulls_ = kHulls;
   next_check_ = std::max<long>(kMany, first.mesh.vertices.size() + second.mesh.vertices.size());
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
@@ -130,20 +134,38 @@ void NearestSearch<S>::run() {
     if (box_tests_ >= next_view_) tryBoxes();
     if (box_tests_ >= next_check_ && check()) break;
     if (box_tests_ >= next_alignment_) align();
+    if (box_tests_ >= next_hulls_ && tryHulls()) continue;
     if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
       trySupports();
       continue;  // perhaps there is no pair left
     }
-    const Pair pair = open_.back();
-    open_.pop_back();
+    const Pair pair = takeNext();
     if (pair.gap < limit2_) visit(pair);
   }
+}
+
+/// The nearest of the two nodes that were visited last; where these led to none, along a line the
+/// nearest of all: among nodes that are hardly nearer than others a search would else go through
+/// many before it comes to the nearest.
+template <typename S>
+typename NearestSearch<S>::Pair NearestSearch<S>::takeNext() {
+  if (has_view_ && has_supports_ && !has_next_) {
+    const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
+    while (heap_ < open_.size())
+      std::push_heap(open_.begin(), open_.begin() + std::ptrdiff_t(++heap_), isFarther);
+    std::pop_heap(open_.begin(), open_.end(), isFarther);
+    --heap_;
+  }
+  has_next_ = false;
+  const Pair pair = open_.back();
+  open_.pop_back();
+  return pair;
 }
 
 /// The nodes stay the same, and gaps lower bounds.
 template <typename S>
 void NearestSearch<S>::align() {
-  next_alignment_ = std::numeric_limits<long>::max();
+  next_alignment_ = kNever;
   trees_.align();
   nodes1_ = trees_.first().nodes();
   nodes2_ = trees_.second().nodes();
@@ -168,7 +190,7 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
                                  double reach2) {
   view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
   has_view_ = true;
-  next_alignment_ = next_view_ = std::numeric_limits<long>::max();
+  next_alignment_ = next_view_ = kNever;
   nearest_.raiseLeast(view_.gap());
   limit_ = -1;
   setLimit();
@@ -177,13 +199,14 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
     const unsigned near = nearLanes(pair.first, pair.second, keys);
     pair.gap = near ? packs::smallest(keys.least()) : std::numeric_limits<float>::infinity();
   }
-  std::sort(open_.begin(), open_.end(), [](const Pair& a, const Pair& b) { return a.gap > b.gap; });
+  heap_ = 0;
+  has_next_ = false;
 }
 
 /// Looks along the line between the local boxes of the meshes, which may separate them.
 template <typename S>
 void NearestSearch<S>::tryBoxes() {
-  next_view_ = std::numeric_limits<long>::max();
+  next_view_ = kNever;
   if (has_supports_ || !trees_.frame().isInRange()) return;
   const LocalBoxes<S>& boxes = nearest_.boxes();
   typename TriangleSeparation<S>::Line line;
@@ -195,7 +218,7 @@ void NearestSearch<S>::tryBoxes() {
   lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
 }
 
-/// Returns the cost of supports of the parts of both meshes that may be nearer than the limit.
+/// Leaves out what is not nearer than the limit. Returns the cost of supports of the rest.
 template <typename S>
 long NearestSearch<S>::setSupportParts() {
   Gaps4x4 gaps;
@@ -209,7 +232,12 @@ long NearestSearch<S>::setSupportParts() {
     for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
     return lanes;
   };
-  return line_.setParts(trees_.first(), near1, trees_.second(), near2);
+  const long cost = line_.setParts(trees_.first(), near1, trees_.second(), near2);
+  const auto isLeftOut = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
+  heap_ = 0;
+  has_next_ = false;
+  return cost;
 }
 
 /// Computes supports if the search has taken as long; again along another line where the last one
@@ -217,25 +245,21 @@ long NearestSearch<S>::setSupportParts() {
 template <typename S>
 void NearestSearch<S>::trySupports() {
   if (has_supports_ && !has_view_ && !supportsPaid()) {
-    next_supports_ = std::numeric_limits<long>::max();
+    next_supports_ = kNever;
     return;
   }
   const long cost = setSupportParts();
-  const auto isLeftOut = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
-  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
   if (cost > box_tests_ && !supports_first_) {
     next_supports_ = cost;
     return;
   }
+  // A search that begins with supports does so before the hulls could pay.
+  if (next_hulls_ != kNever && isApart() && !supports_first_ && tryHulls()) return;
   near_pairs_ = apart_pairs_ = 0;
-  const bool is_apart = has_view_ || isApart();
-  // A search that begins with supports does so before they could pay.
-  const bool may_pay = !supports_first_ || box_tests_ >= costOfHulls();
-  if (is_apart && !has_supports_ && may_pay) nearest_.lookAlongHulls();
   line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
-  if (is_apart) {
+  if (has_view_ || isApart()) {
     const auto& line = nearest_.triangles().line();
     lookAlong(line, line_.reach1(), line_.reach2());
   } else {
@@ -244,22 +268,35 @@ void NearestSearch<S>::trySupports() {
   }
 }
 
-/// What it takes to look along the hulls, in box tests: all vertices are read many times.
+/// Looks along the line between the convex hulls, by supports, if that separates the bodies by
+/// nearly the distance. No other line is better then.
 template <typename S>
-long NearestSearch<S>::costOfHulls() const {
-  constexpr long kTimes = 32;
-  return kTimes * static_cast<long>(trees_.firstMesh().mesh.vertices.size() +
-                                    trees_.secondMesh().mesh.vertices.size());
+bool NearestSearch<S>::tryHulls() {
+  next_hulls_ = kNever;
+  constexpr double kNear = 1;  // nearer, lines between triangles are as good
+  if (!trees_.frame().isInRange() || !isFartherThan(kNear) || !nearest_.lookAlongHulls())
+    return false;
+  setSupportParts();
+  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
+  has_supports_ = true;
+  next_supports_ = kNever;
+  const auto& line = nearest_.triangles().line();
+  lookAlong(line, line_.reach1(), line_.reach2());
+  return true;
 }
 
-/// Whether the distance is large beside the smaller body: then what is between nodes across the
-/// line counts as well.
+/// Whether the distance is more than so many radii of the smaller body.
+template <typename S>
+bool NearestSearch<S>::isFartherThan(double radii) const {
+  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
+  return limit_ > radii * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+}
+
+/// Whether what is between nodes across the line counts as well.
 template <typename S>
 bool NearestSearch<S>::isApart() const {
   constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
-  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
-  return trees_.frame().isInRange() &&
-         limit_ > kApart * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+  return trees_.frame().isInRange() && isFartherThan(kApart);
 }
 
 template <typename S>
@@ -300,6 +337,7 @@ void NearestSearch<S>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pair
     }
   }
   std::swap(open_[begin], open_.back());
+  has_next_ = true;
 }
 
 template <typename S>

@@ -175,13 +175,15 @@ class NearestSearch {
   };
 
   void setLimit();
+  Pair takeNext();
   void align();
   void lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1, double reach2);
   bool check();
   void tryBoxes();
+  bool isFartherThan(double radii) const;
   bool isApart() const;
-  long costOfHulls() const;
   void trySupports();
+  bool tryHulls();
   long setSupportParts();
   [[gnu::noinline]] unsigned nearInView(int first, int second, const LineSeparation* supports,
                                         Gaps4x4& gaps);
@@ -208,7 +210,9 @@ class NearestSearch {
   LineView view_;
   bool has_view_ = false;  ///< of the boxes along a line
   bool has_supports_ = false;
-  long next_view_, next_check_;
+  bool has_next_ = false;  ///< whether the last of `open_` is below the nodes visited last
+  std::size_t heap_ = 0;   ///< so many of `open_`, along a line, are a heap
+  long next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
   static constexpr long kManyOf = 8;       ///< one of so many
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports

@@ -310,6 +310,7 @@ ConvexGap findGap(const Differences& differences, const GapSearch& search) {
     const double length = nearest.norm();
     if (length <= touching || simplex.squaredNorm() == 0)
       return {simplex.points(), 0, 0, Vector::Zero()};
+    if (length < search.least) break;
     const Difference next = plane.tryNormal(nearest / length, differences);
     if (length - plane.gap <= error) break;
     if (simplex.has(next)) return finish(next);

@@ -49,6 +49,7 @@ struct GapSearch {
   /// Whether to go on where rounding hides progress: between faces that are nearly parallel or
   /// flat.
   bool finishes_flat = true;
+  double least = 0;  ///< ends where the distance is surely less
 };
 
 /// By the algorithm of Gilbert, Johnson and Keerthi (1988). Nearer than 2^-46 of the extent of both

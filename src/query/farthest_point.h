@@ -1,0 +1,50 @@
+#pragma once
+
+#include "boxes/open_nodes.h"
+#include "boxes/wide_tree.h"
+
+namespace adaptive_bvh {
+
+/// A vertex of a mesh that is farthest along a direction, or nearly so: the best of those that a
+/// walk over a bounded number of nodes meets, those first whose boxes reach the farthest. So it
+/// takes as long for a large mesh as for a small one, whose bounds along the direction need all
+/// vertices.
+template <typename S>
+fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3<S>* vertices,
+                            const fcl::Vector3d& along) {
+  constexpr int kMostNodes = 48;
+  const fcl::Vector3f in_tree = (tree.toBody() * along).stableNormalized().template cast<float>();
+  const auto reachOf = [&](const Boxes4& boxes) -> Float4 {
+    Float4 reach = float4::all(0);
+    for (int k = 0; k < 3; ++k)
+      reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? boxes.high[k] : boxes.low[k]);
+    return reach;
+  };
+  OpenNodes open(tree.depth());
+  open.start();
+  fcl::Vector3d best = vertices[tree.corners(0)[0]].template cast<double>();
+  float most = -std::numeric_limits<float>::infinity();
+  for (int visited = 0; visited < kMostNodes && !open.isEmpty(); ++visited) {
+    const OpenNodes::Node next = open.pop();
+    if (visited > 0 && -next.key <= most) continue;
+    const WideNode& node = tree.nodes()[next.number];
+    const Float4 reach = reachOf(node.boxes);
+    if (!node.isLeaf()) {
+      open.push(node, (1u << node.count) - 1, -reach);
+      continue;
+    }
+    for (unsigned i = 0; i < node.count; ++i) {
+      if (reach[i] <= most) continue;
+      const Int4& corners = tree.corners(static_cast<unsigned>(node.first) + i);
+      for (int k = 0; k < 3; ++k) {
+        const fcl::Vector3d x = vertices[corners[k]].template cast<double>();
+        const float at = in_tree.dot((tree.toBody() * (x - tree.origin())).template cast<float>());
+        if (at > most) best = x;
+        most = std::max(most, at);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace adaptive_bvh
