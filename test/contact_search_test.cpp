@@ -113,13 +113,16 @@ class ContactSearch : public testing::Test {
         extra_ += !touches && reported != found.end();
         touching_ += touches;
         if (touches && reported != found.end()) {
-          const TriangleContact<S> expected = adaptive_bvh::contactOf(p, pointsAs<S>(q));
+          const TriangleContact expected = adaptive_bvh::contactOf(pointsAs<double>(p), q);
           ASSERT_EQ(expected.count, reported->second.size());
           for (unsigned i = 0; i < expected.count; ++i) {
             const fcl::Contact<S>& contact = *reported->second[i];
-            EXPECT_LE((tf1 * expected.points[i] - contact.pos).norm(), kFieldError);
-            EXPECT_LE((tf1.linear() * expected.normal - contact.normal).norm(), kFieldError);
-            EXPECT_NEAR(expected.depth, contact.penetration_depth, kFieldError);
+            const Vector3<S> point = tf1 * Vector3<S>(expected.points[i].template cast<S>());
+            EXPECT_LE((point - contact.pos).norm(), kFieldError * (1 + point.norm()));
+            EXPECT_LE((tf1.linear() * expected.normal.template cast<S>() - contact.normal).norm(),
+                      kFieldError);
+            EXPECT_NEAR(expected.depth, contact.penetration_depth,
+                        kFieldError * (1 + std::abs(expected.depth)));
           }
         }
       }

@@ -719,13 +719,13 @@ TEST(DeformableTwoFrames, FromFarAwayDistancesAreExactInSinglePrecision) {
 
 TYPED_TEST(Deformable, ValidateFindsWhatIsWrong) {
   using S = TypeParam;
-  using State = adaptive_bvh::MeshState<S>;
+  using State = adaptive_bvh::MeshState;
   DeformableMesh<S> mesh(this->sheet_);
   auto& state = const_cast<State&>(adaptive_bvh::detail::MeshAccess<S>::state(std::as_const(mesh)));
   std::string reason;
   ASSERT_TRUE(mesh.validate(&reason)) << reason;
-  const Vector3<S> kept = state.vertices[11];
-  state.vertices[11] += Vector3<S>(0, 0, 5);
+  const fcl::Vector3d kept = state.vertices[11];
+  state.vertices[11] += fcl::Vector3d(0, 0, 5);
   EXPECT_FALSE(mesh.validate(&reason));
   EXPECT_TRUE(contains(reason, "does not contain triangle")) << reason;
   EXPECT_FALSE(mesh.validate());

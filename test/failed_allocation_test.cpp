@@ -94,14 +94,15 @@ TYPED_TEST(FailedMeshCall, AnUpdateOfAllVertices) {
   using Rows = Eigen::Matrix<S, Eigen::Dynamic, 3, Eigen::RowMajor>;
   const auto to = this->moved(2);
   EXPECT_EQ(0, this->failEach("all", [&](Mesh& mesh) { mesh.update(to); }));
-  EXPECT_EQ(1, this->failEach("two frames", [&](Mesh& mesh) { mesh.updateTwoFrames(to); }))
-      << "the positions of the frame before";
+  // The positions of the frame before, in single precision in both.
+  const int frames = std::is_same<S, float>::value ? 2 : 1;
+  EXPECT_EQ(frames, this->failEach("two frames", [&](Mesh& mesh) { mesh.updateTwoFrames(to); }));
   Rows rows(to.size(), 3);
   for (std::size_t v = 0; v < to.size(); ++v) rows.row(Eigen::Index(v)) = to[v].transpose();
   EXPECT_EQ(0, this->failEach("rows", [&](Mesh& mesh) { mesh.update(rows); }));
   // At rest, and after two frames.
   const auto rest = this->moved(1);
-  EXPECT_EQ(1, this->failEach("none moves", [&](Mesh& mesh) { mesh.updateTwoFrames(rest); }));
+  EXPECT_EQ(frames, this->failEach("none moves", [&](Mesh& mesh) { mesh.updateTwoFrames(rest); }));
   const auto twoFrames = [&] {
     Mesh mesh = this->make();
     mesh.updateTwoFrames(this->moved(3));

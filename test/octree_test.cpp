@@ -385,7 +385,7 @@ TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
     for (Vector3<S>& p : mesh.vertices) p += S(0.1) * this->point();
     const adaptive_bvh::DeformableMesh<S> body(mesh);
     const BodyView<S> model(body);
-    const Nodes nodes(adaptive_bvh::PlacedMesh<S>(body, placement.mesh_tf));
+    const Nodes nodes(adaptive_bvh::MeshObject<S>(body, placement.mesh_tf));
     const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
     // Returns the triangles below; each judges the box of the node.
     const std::function<std::vector<int>(typename Nodes::Node)> judge =

@@ -16,7 +16,7 @@
 namespace adaptive_bvh {
 
 template <typename S>
-struct MeshState;
+struct HeldMesh;
 
 namespace detail {
 template <typename S>
@@ -60,14 +60,17 @@ struct MeshUpdate {
 /// assignment, `load`. A query that throws it leaves its result valid, with unspecified contents.
 ///
 /// **Copies** share the topology, which never changes; positions and boxes are copied (about 90
-/// bytes a triangle in double precision).
+/// bytes a triangle).
 ///
 /// **FCL.** It is a fcl::CollisionGeometry: fcl::CollisionObject and FCL's broad-phase managers
 /// take it (broadphase.h), and adaptive_bvh::distance and collide (query.h), which have FCL's
 /// signatures. FCL's own distance and collide do not know the type: they print that they do not
 /// support it. Use AdaptiveBVHModel for them.
 ///
-/// S is float or double. Queries compute in double precision for both.
+/// S is float or double, the number type of what goes in and comes out. A mesh holds its positions
+/// in double precision, and every query computes in it. In single precision it holds them a second
+/// time, for `vertices`, and answers what a mesh in double precision with the same numbers does,
+/// rounded once: a distance to 0 only where it is 0, bounds outward.
 template <typename S>
 class DeformableMesh final : public fcl::CollisionGeometry<S> {
  public:
@@ -243,6 +246,7 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     return triangles;
   }
 
+  explicit DeformableMesh(std::unique_ptr<HeldMesh<S>> held);
   explicit DeformableMesh(std::istream& in);
   void setPrevious(std::vector<Point> positions);
   const MeshUpdate& updateStrided(const S* data, Eigen::Index count, Eigen::Index stride,
@@ -251,7 +255,7 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   [[noreturn]] static void refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns);
   [[noreturn]] static void refuseLengths(std::size_t indices, std::size_t positions);
 
-  std::unique_ptr<MeshState<S>> state_;
+  std::unique_ptr<HeldMesh<S>> held_;
 };
 
 using DeformableMeshf = DeformableMesh<float>;   ///< single precision

@@ -111,8 +111,7 @@ void WideTree::reserve(const WideTree& other) {
   later_.reserve(other.later_.size());
 }
 
-template <typename S>
-void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
+void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coordinates,
                      const TaskPool& pool) {
   reserve(pool);
   coordinates_ = coordinates;
@@ -132,15 +131,13 @@ void WideTree::refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coo
       refitInner(nodes_[static_cast<std::size_t>(laterOf(part)[i])], nodes_.data());
 }
 
-template <typename S>
-void WideTree::refitNode(const fcl::Vector3<S>* vertices, int node) {
+void WideTree::refitNode(const fcl::Vector3d* vertices, int node) {
   WideNode& at = nodes_[static_cast<std::size_t>(node)];
   if (!at.isLeaf()) return refitInner(at, nodes_.data());
   const RoundedCoordinates coordinates(coordinates_);
   for (int i = 0; i < at.count; ++i)
     for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(at.first) + std::size_t(i)))
-      coordinates(vertices[slots().vertices()[slot]].template cast<double>(), positions_[slot],
-                  residuals_[slot]);
+      coordinates(vertices[slots().vertices()[slot]], positions_[slot], residuals_[slot]);
   refitLeaf(at);
 }
 
@@ -166,15 +163,12 @@ std::size_t WideTree::firstSlot(int node) const {
   return slots().block(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
 }
 
-template <typename S>
-void WideTree::readPositions(const fcl::Vector3<S>* vertices, std::size_t begin, std::size_t end,
+void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,
                              bool is_shared) {
   constexpr std::size_t kAhead = 32, kInALine = 4;
   const std::vector<unsigned>& of_slot = slots().vertices();
   const RoundedCoordinates coordinates(coordinates_);
-  const auto at = [&](std::size_t slot) -> fcl::Vector3d {
-    return vertices[of_slot[slot]].template cast<double>();
-  };
+  const auto at = [&](std::size_t slot) -> fcl::Vector3d { return vertices[of_slot[slot]]; };
   std::size_t i = begin;
   for (; i + 2 <= end; i += 2) {
     if (is_shared && (i - begin) % kInALine == 0 && i + kAhead < end) {
@@ -237,10 +231,5 @@ void WideTree::refitLeaf(WideNode& node) const {
   set(1, lows.y, highs.y);
   set(2, lows.z, highs.z);
 }
-
-template void WideTree::refit(const fcl::Vector3<float>*, const BodyCoordinates&, const TaskPool&);
-template void WideTree::refit(const fcl::Vector3<double>*, const BodyCoordinates&, const TaskPool&);
-template void WideTree::refitNode(const fcl::Vector3<float>*, int);
-template void WideTree::refitNode(const fcl::Vector3<double>*, int);
 
 }  // namespace adaptive_bvh

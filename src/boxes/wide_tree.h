@@ -156,8 +156,7 @@ struct LeafTriangles {
   /// By place in the order of the leaves: the three vertices of a triangle, and its index.
   std::vector<Int4> corners;
 
-  template <typename S>
-  void adopt(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_triangles,
+  void adopt(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_triangles,
              std::size_t num_vertices) {
     slots.adopt(tree, mesh, num_vertices);
     corners.resize(num_triangles);
@@ -199,14 +198,12 @@ class WideTree {
   void reserve(const WideTree& other);
 
   /// Computes all positions and boxes anew, in these coordinates.
-  template <typename S>
-  void refit(const fcl::Vector3<S>* vertices, const BodyCoordinates& coordinates,
+  void refit(const fcl::Vector3d* vertices, const BodyCoordinates& coordinates,
              const TaskPool& pool);
 
   /// Refits one node. A leaf reads its positions first; the children of an inner node must have
   /// been refitted. All positions must lie within the coordinates.
-  template <typename S>
-  void refitNode(const fcl::Vector3<S>* vertices, int node);
+  void refitNode(const fcl::Vector3d* vertices, int node);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -236,8 +233,7 @@ class WideTree {
  private:
   int blockBegin(int node) const;
   std::size_t firstSlot(int node) const;
-  template <typename S>
-  void readPositions(const fcl::Vector3<S>* vertices, std::size_t begin, std::size_t end,
+  void readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,
                      bool is_shared);
   int refitNodes(int begin, int end, bool is_shared, int* later);
   void refitLeaf(WideNode& node) const;

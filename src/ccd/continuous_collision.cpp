@@ -75,7 +75,7 @@ class PlacedMotion {
   int threads() const { return state_.query_threads; }
 
  private:
-  const MeshState<S>& state_;
+  const MeshState& state_;
   MovingMesh mesh_;
 };
 

@@ -5,12 +5,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
-#include "mesh/vertex_summary.h"
+#include "mesh/local_bounds.h"
 
 namespace adaptive_bvh {
 
-template <typename S>
-void BestFitTurn::start(const fcl::Vector3<S>* positions, const VertexSlots& slots,
+void BestFitTurn::start(const fcl::Vector3d* positions, const VertexSlots& slots,
                         const fcl::Matrix3d& axes, double scale) {
   axes_ = axes;
   scale_ = scale;
@@ -22,19 +21,17 @@ void BestFitTurn::start(const fcl::Vector3<S>* positions, const VertexSlots& slo
   rest_ = last_ = samplesOf(positions);
 }
 
-template <typename S>
-bool BestFitTurn::turn(const fcl::Vector3<S>* positions, fcl::Matrix3d& axes) {
+bool BestFitTurn::turn(const fcl::Vector3d* positions, fcl::Matrix3d& axes) {
   return turn(samplesOf(positions), axes);
 }
 
 /// The samples relative to their middle.
-template <typename S>
-auto BestFitTurn::samplesOf(const fcl::Vector3<S>* positions) const -> Samples {
+auto BestFitTurn::samplesOf(const fcl::Vector3d* positions) const -> Samples {
   Samples samples(3, vertices_.size());
   if (vertices_.size() == 0) return samples;
-  const fcl::Vector3d from = positions[vertices_[0]].template cast<double>();
+  const fcl::Vector3d from = positions[vertices_[0]];
   for (Eigen::Index i = 0; i < vertices_.size(); ++i)
-    samples.col(i) = (positions[vertices_[i]].template cast<double>() - from) * scale_;
+    samples.col(i) = (positions[vertices_[i]] - from) * scale_;
   samples.colwise() -= fcl::Vector3d(samples.rowwise().mean());
   return samples;
 }
@@ -60,25 +57,16 @@ bool BestFitTurn::turn(const Samples& now, fcl::Matrix3d& axes) {
   return true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                            \
-  template void BestFitTurn::start(const fcl::Vector3<S>*, const VertexSlots&, \
-                                   const fcl::Matrix3d&, double);              \
-  template bool BestFitTurn::turn(const fcl::Vector3<S>*, fcl::Matrix3d&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
-
 namespace {
 
 /// About half of the surface of the box around all vertices along some axes.
-template <typename S>
-double boxArea(const std::vector<fcl::Vector3<S>>& vertices, const fcl::Matrix3d& axes,
+double boxArea(const std::vector<fcl::Vector3d>& vertices, const fcl::Matrix3d& axes,
                double scale) {
   const fcl::Matrix3d to_axes = scale * axes.transpose();
-  const fcl::Vector3d from = vertices[0].template cast<double>();
+  const fcl::Vector3d from = vertices[0];
   fcl::Vector3d low = fcl::Vector3d::Zero(), high = low;
-  for (const fcl::Vector3<S>& v : vertices) {
-    const fcl::Vector3d x = to_axes * (v.template cast<double>() - from);
+  for (const fcl::Vector3d& v : vertices) {
+    const fcl::Vector3d x = to_axes * (v - from);
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
@@ -87,21 +75,18 @@ double boxArea(const std::vector<fcl::Vector3<S>>& vertices, const fcl::Matrix3d
 }
 
 /// 1 / the largest extent of the body, or 1.
-template <typename S>
-double scaleOf(const std::vector<fcl::Vector3<S>>& vertices) {
-  const LocalBox<S> box(vertices.data(), vertices.size());
-  const double size =
-      (box.high.template cast<double>() - box.low.template cast<double>()).maxCoeff();
+double scaleOf(const std::vector<fcl::Vector3d>& vertices) {
+  const LocalBox<double> box(vertices.data(), vertices.size());
+  const double size = (box.high - box.low).maxCoeff();
   return size > 1e-290 ? 1 / size : 1;
 }
 
-template <typename S>
-fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3<S>>& vertices, double scale) {
-  const fcl::Vector3d from = vertices[0].template cast<double>();
+fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3d>& vertices, double scale) {
+  const fcl::Vector3d from = vertices[0];
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   fcl::Matrix3d products = fcl::Matrix3d::Zero();
-  for (const fcl::Vector3<S>& v : vertices) {
-    const fcl::Vector3d x = scale * (v.template cast<double>() - from);
+  for (const fcl::Vector3d& v : vertices) {
+    const fcl::Vector3d x = scale * (v - from);
     sum += x;
     products += x * x.transpose();
   }
@@ -117,8 +102,7 @@ fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3<S>>& vertices, double
 
 }  // namespace
 
-template <typename S>
-void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots) {
+void BodyAxes::start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots) {
   const double scale = scaleOf(vertices);
   constexpr double kWorth = 0.8;  // a share of the area
   const fcl::Matrix3d principal = principalAxes(vertices, scale), own = fcl::Matrix3d::Identity();
@@ -127,19 +111,10 @@ void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexS
   start(vertices, slots, is_worth ? principal : own);
 }
 
-template <typename S>
-void BodyAxes::start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots,
+void BodyAxes::start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots,
                      const fcl::Matrix3d& axes) {
   axes_ = axes;
   turn_.start(vertices.data(), slots, axes_, scaleOf(vertices));
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                       \
-  template void BodyAxes::start(const std::vector<fcl::Vector3<S>>&, const VertexSlots&); \
-  template void BodyAxes::start(const std::vector<fcl::Vector3<S>>&, const VertexSlots&,  \
-                                const fcl::Matrix3d&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -17,15 +17,13 @@ class BestFitTurn {
   /// Begins anew, with the body as it stands with these `axes`. `scale` brings the body's size to
   /// about 1. Of its triangles another corner in turn: the first ones of long slivers may all lie
   /// on one line.
-  template <typename S>
-  void start(const fcl::Vector3<S>* positions, const VertexSlots& slots, const fcl::Matrix3d& axes,
+  void start(const fcl::Vector3d* positions, const VertexSlots& slots, const fcl::Matrix3d& axes,
              double scale);
 
   /// Replaces `axes`, those in use, when the body in these positions has turned away from them by
   /// more than 11 degrees. Looks only when the samples have moved against each other by a fortieth
   /// of their distances since it looked last. Returns whether it did.
-  template <typename S>
-  bool turn(const fcl::Vector3<S>* positions, fcl::Matrix3d& axes);
+  bool turn(const fcl::Vector3d* positions, fcl::Matrix3d& axes);
 
   static constexpr std::size_t kSamples = 12;
   /// A few vertices, spread over the body.
@@ -35,8 +33,7 @@ class BestFitTurn {
  private:
   using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
 
-  template <typename S>
-  Samples samplesOf(const fcl::Vector3<S>* positions) const;
+  Samples samplesOf(const fcl::Vector3d* positions) const;
   bool turn(const Samples& now, fcl::Matrix3d& axes);
 
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();
@@ -50,18 +47,15 @@ class BestFitTurn {
 class BodyAxes {
  public:
   /// Chooses the axes of a body.
-  template <typename S>
-  void start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots);
+  void start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots);
   /// Begins with these.
-  template <typename S>
-  void start(const std::vector<fcl::Vector3<S>>& vertices, const VertexSlots& slots,
+  void start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots,
              const fcl::Matrix3d& axes);
 
   const fcl::Matrix3d& axes() const { return axes_; }
 
   /// Turns the axes with the body (BestFitTurn::turn).
-  template <typename S>
-  bool turn(const std::vector<fcl::Vector3<S>>& vertices) {
+  bool turn(const std::vector<fcl::Vector3d>& vertices) {
     return turn_.turn(vertices.data(), axes_);
   }
 

@@ -45,8 +45,7 @@ bool findPlaces(const WideTree& tree, int triangles, Places& places, std::string
 }
 
 /// DeformableMesh::validate.
-template <typename S>
-bool checkMesh(const MeshState<S>& state, std::string* reason) {
+bool checkMesh(const MeshState& state, std::string* reason) {
   using Vector3l = Eigen::Matrix<long double, 3, 1>;
   const WideTree& tree = state.tree;
   Places places;
@@ -60,7 +59,7 @@ bool checkMesh(const MeshState<S>& state, std::string* reason) {
   const auto holds = [&](const Boxes4& boxes, int lane, int place) {
     const Int4& corners = tree.corners(static_cast<unsigned>(place));
     for (int c = 0; c < 3; ++c) {
-      const Vector3l x = state.vertices[std::size_t(corners[c])].template cast<long double>();
+      const Vector3l x = state.vertices[std::size_t(corners[c])].cast<long double>();
       const Vector3l y = to_body * (x - tree.origin().cast<long double>());
       for (int k = 0; k < 3; ++k)
         if (!(boxes.low[k][lane] <= y[k] && y[k] <= boxes.high[k][lane])) return false;
@@ -97,12 +96,25 @@ void requireCount(std::size_t count, std::size_t vertices) {
                                 " positions given for " + std::to_string(vertices) + " vertices");
 }
 
+void setUserPrevious(const HeldMesh<double>&, const std::vector<fcl::Vector3d>&) {}
+void setUserPrevious(HeldMesh<float>& mesh, std::vector<fcl::Vector3f> positions) {
+  mesh.own_previous = std::move(positions);
+}
+
+std::size_t userBytes(const HeldMesh<double>&) { return 0; }
+std::size_t userBytes(const HeldMesh<float>& mesh) {
+  return (mesh.own_vertices.capacity() + mesh.own_previous.capacity()) * sizeof(fcl::Vector3f);
+}
+
 }  // namespace
 
 template <typename S>
+DeformableMesh<S>::DeformableMesh(std::unique_ptr<HeldMesh<S>> held) : held_(std::move(held)) {}
+
+template <typename S>
 DeformableMesh<S>::DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles)
-    : state_(std::make_unique<MeshState<S>>()) {
-  build(std::move(vertices), std::move(triangles), *state_, *this);
+    : held_(std::make_unique<HeldMesh<S>>()) {
+  build(std::move(vertices), std::move(triangles), *held_, *this);
 }
 
 template <typename S>
@@ -111,20 +123,20 @@ DeformableMesh<S>::DeformableMesh(TriangleMesh<S> mesh)
 
 template <typename S>
 DeformableMesh<S>::DeformableMesh(const DeformableMesh& other)
-    : fcl::CollisionGeometry<S>(other), state_(std::make_unique<MeshState<S>>(*other.state_)) {
-  state_->is_copy = true;
+    : fcl::CollisionGeometry<S>(other), held_(std::make_unique<HeldMesh<S>>(*other.held_)) {
+  held_->state().is_copy = true;
 }
 
 template <typename S>
 DeformableMesh<S>& DeformableMesh<S>::operator=(const DeformableMesh& other) {
   if (this == &other) return *this;
-  if (state_) {
-    state_->reserve(*other.state_);
-    *state_ = *other.state_;
+  if (held_) {
+    held_->reserve(*other.held_);
+    *held_ = *other.held_;
   } else {
-    state_ = std::make_unique<MeshState<S>>(*other.state_);
+    held_ = std::make_unique<HeldMesh<S>>(*other.held_);
   }
-  state_->is_copy = true;
+  held_->state().is_copy = true;
   fcl::CollisionGeometry<S>::operator=(other);
   return *this;
 }
@@ -138,17 +150,17 @@ DeformableMesh<S>::~DeformableMesh() = default;
 
 template <typename S>
 auto DeformableMesh<S>::vertices() const -> const std::vector<Point>& {
-  return state_->vertices;
+  return held_->vertices();
 }
 
 template <typename S>
 auto DeformableMesh<S>::previousVertices() const -> const std::vector<Point>& {
-  return state_->previous;
+  return held_->previous();
 }
 
 template <typename S>
 const std::vector<fcl::Triangle>& DeformableMesh<S>::triangles() const {
-  return state_->topology->triangles;
+  return held_->state().topology->triangles;
 }
 
 template <typename S>
@@ -161,59 +173,61 @@ const MeshUpdate& DeformableMesh<S>::update(const Point* positions, std::size_t 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index count,
                                                    Eigen::Index stride, Eigen::Index component) {
-  requireCount(static_cast<std::size_t>(count), state_->vertices.size());
-  StepMemory<S> memory(*state_, StepOf::All);
-  takeStep<S>(*state_, *this, {data, stride, component}, false, memory);
-  return state_->report;
+  requireCount(static_cast<std::size_t>(count), held_->state().vertices.size());
+  StepMemory memory(*held_, StepOf::All);
+  takeStep<S>(*held_, *this, {data, stride, component}, false, memory);
+  return held_->state().report;
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point* positions,
                                             std::size_t count) {
-  takeStep<S>(*state_, *this, indices, positions, count, {*state_, StepOf::Some});
-  return state_->report;
+  takeStep<S>(*held_, *this, indices, positions, count, {*held_, StepOf::Some});
+  return held_->state().report;
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
-  requireCount(count, state_->vertices.size());
-  StepMemory<S> memory(*state_, StepOf::TwoFrames);
-  takeStep<S>(*state_, *this, {reinterpret_cast<const S*>(positions)}, true, memory);
-  return state_->report;
+  requireCount(count, held_->state().vertices.size());
+  StepMemory memory(*held_, StepOf::TwoFrames);
+  takeStep<S>(*held_, *this, {reinterpret_cast<const S*>(positions)}, true, memory);
+  return held_->state().report;
 }
 
 template <typename S>
 void DeformableMesh<S>::setPrevious(std::vector<Point> positions) {
-  state_->previous = std::move(positions);
+  held_->state().previous = inDouble(positions);
+  setUserPrevious(*held_, std::move(positions));
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::lastUpdate() const {
-  return state_->report;
+  return held_->state().report;
 }
 
 template <typename S>
 bool DeformableMesh<S>::validate(std::string* reason) const {
-  return checkMesh(*state_, reason);
+  return checkMesh(held_->state(), reason);
 }
 
 template <typename S>
 void DeformableMesh<S>::setUpdateThreads(int threads) {
   requireThreads("setUpdateThreads", threads);
-  state_->update_threads = threads;
+  held_->state().update_threads = threads;
 }
 
 template <typename S>
 void DeformableMesh<S>::setQueryThreads(int threads) {
   requireThreads("setQueryThreads", threads);
-  state_->query_threads = threads;
+  held_->state().query_threads = threads;
 }
 
 template <typename S>
 std::size_t DeformableMesh<S>::bytes() const {
   const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return sizeof(*this) + sizeof(*state_) + state_->topology->bytes() + size(state_->vertices) +
-         size(state_->previous) + state_->tree.bytes() + state_->moved.bytes();
+  return sizeof(*this) + sizeof(*held_) + held_->state().topology->bytes() +
+         size(held_->state().vertices) + size(held_->state().previous) +
+         held_->state().tree.bytes() + held_->state().moved.bytes() + userBytes(*held_);
 }
 
 template <typename S>
@@ -224,7 +238,7 @@ void DeformableMesh<S>::refuseShape(Eigen::Index rows, Eigen::Index columns) con
       (rows == 3 && columns == 3
            ? "only its type can state whether its rows or its columns are the vertices: pass an "
              "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
-           : "3 x N or N x 3 is needed, for " + std::to_string(state_->vertices.size()) +
+           : "3 x N or N x 3 is needed, for " + std::to_string(held_->state().vertices.size()) +
                  " vertices"));
 }
 

@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "boxes/wide_tree.h"
 #include "hierarchy/bottom_up.h"
+#include "mesh/local_bounds.h"
 #include "mesh/vertex_summary.h"
 
 namespace adaptive_bvh {
@@ -41,81 +42,107 @@ void requireUsable(const Positions& positions, std::size_t count, const IndexOf&
 
 /// Along the body's axes, from its middle. Those of the body are below a half: there is room for
 /// another body of its size beside it (TreePair::align).
-template <typename S>
-BodyCoordinates coordinatesOf(const MeshState<S>& state,
-                              const fcl::CollisionGeometry<S>& geometry) {
+BodyCoordinates coordinatesOf(const MeshState& state) {
   constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
-  return BodyCoordinates::about(geometry.aabb_center.template cast<double>(), state.axes.axes(),
-                                4 * kSlack * static_cast<double>(geometry.aabb_radius));
+  return BodyCoordinates::about(state.bounds.aabb_center, state.axes.axes(),
+                                4 * kSlack * state.bounds.aabb_radius);
 }
 
 /// Writes the positions, and sets the radius of the ball around the middle that holds them.
 template <typename S>
-void writeAll(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, StepMemory<S>& memory) {
-  const fcl::Vector3<S> middle = geometry.aabb_center;
-  fcl::Vector3<S>* const vertices = state.vertices.data();
+void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& memory) {
+  const fcl::Vector3d middle = state.bounds.aabb_center;
+  fcl::Vector3d* const vertices = state.vertices.data();
   const TaskPool& pool = memory.pool;
   pool.forEachPart(
       static_cast<int>(state.vertices.size()), pool.parts(), [&](int begin, int end, int slot) {
-        S& most = memory.squares[slot];
+        double& most = memory.squares[slot];
         positions.forEachRun(
             std::size_t(begin), std::size_t(end),
-            [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+            [&](const fcl::Vector3d* points, std::size_t first, std::size_t count) {
               most = std::max(most, copyPoints(points, count, middle, vertices + first));
             });
       });
-  setLocalRadius(geometry, memory.squares.sum([](S& all, S part) { all = std::max(all, part); }));
+  setLocalRadius(state.bounds,
+                 memory.squares.sum([](double& all, double part) { all = std::max(all, part); }));
 }
 
 /// What a step knows of its positions, before anything is written.
 template <typename S>
-VertexSummary<S> summaryOf(const MeshState<S>& state, const PositionArray<S>& positions,
-                           StepMemory<S>& memory) {
-  const fcl::Vector3<S>* const vertices = state.vertices.data();
+VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& positions,
+                                StepMemory& memory) {
+  const fcl::Vector3d* const vertices = state.vertices.data();
   const TaskPool& pool = memory.pool;
   pool.forEachPart(static_cast<int>(state.vertices.size()), pool.parts(),
                    [&](int begin, int end, int slot) {
                      positions.forEachRun(
                          std::size_t(begin), std::size_t(end),
-                         [&](const fcl::Vector3<S>* points, std::size_t first, std::size_t count) {
+                         [&](const fcl::Vector3d* points, std::size_t first, std::size_t count) {
                            memory.seen[slot].add(points, vertices + first, count);
                          });
                    });
   return memory.seen.sum(
-      [](VertexSummary<S>& all, const VertexSummary<S>& part) { all.add(part); });
+      [](VertexSummary<double>& all, const VertexSummary<double>& part) { all.add(part); });
 }
 
-template <typename S>
-void refit(MeshState<S>& state, const fcl::CollisionGeometry<S>& geometry, const TaskPool& pool) {
-  state.tree.refit(state.vertices.data(), coordinatesOf(state, geometry), pool);
+void refit(MeshState& state, const TaskPool& pool) {
+  state.tree.refit(state.vertices.data(), coordinatesOf(state), pool);
   state.positions = newNumber();
 }
 
 /// Adds a motion, rounded up.
-template <typename S>
-void addTravel(MeshState<S>& state) {
+void addTravel(MeshState& state) {
   if (state.is_copy) state.lineage = newNumber();
   state.is_copy = false;
   state.travel = rounding::sum(state.travel, state.report.largest_displacement);
 }
 
 /// With fewer triangles, handing tasks to threads costs more than they gain.
-template <typename S>
-int threadsOf(const MeshState<S>& state) {
+int threadsOf(const MeshState& state) {
   constexpr std::size_t kParallelTriangles = 50000;
   return state.topology->triangles.size() >= kParallelTriangles ? state.update_threads : 1;
+}
+
+void narrow(const std::vector<fcl::Vector3d>& from, std::vector<fcl::Vector3f>& to) {
+  to.resize(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].cast<float>();
+}
+
+/// What the user of a mesh sees follows its state.
+void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry) {
+  copyBounds(mesh.own.bounds, geometry);
+}
+void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
+  copyBounds(mesh.state().bounds, mesh.mesh);
+  copyBounds(mesh.state().bounds, geometry);
+  narrow(mesh.state().vertices, mesh.own_vertices);
+  narrow(mesh.state().previous, mesh.own_previous);
+}
+/// After a step of some vertices.
+void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
+             std::size_t) {
+  publish(mesh, geometry);
+}
+void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry, const unsigned* indices,
+             std::size_t count) {
+  copyBounds(mesh.state().bounds, mesh.mesh);
+  copyBounds(mesh.state().bounds, geometry);
+  for (std::size_t i = 0; i < count; ++i)
+    mesh.own_vertices[indices[i]] = mesh.state().vertices[indices[i]].cast<float>();
+  mesh.own_previous.clear();
 }
 
 }  // namespace
 
 template <typename S>
-StepMemory<S>::StepMemory(MeshState<S>& state, StepOf of)
-    : pool(threadsOf(state)), seen(pool.size()), squares(pool.size()) {
+StepMemory::StepMemory(HeldMesh<S>& mesh, StepOf of)
+    : pool(threadsOf(mesh.state())), seen(pool.size()), squares(pool.size()) {
+  MeshState& state = mesh.state();
   state.tree.reserve(pool);
   if (of == StepOf::TwoFrames) state.previous.reserve(state.vertices.size());
   if (of == StepOf::Some && state.moved.isEmpty())
     state.moved = MovedLeaves(state.tree, state.vertices.size());
+  mesh.reserve();
 }
 
 template <typename S>
@@ -138,18 +165,18 @@ void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
 
 template <typename S>
 void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-           MeshState<S>& state, fcl::CollisionGeometry<S>& geometry) {
+           HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry) {
   requireBuildable(vertices, triangles);
-  const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
-  const OrderedTree order(buildBottomUp(mesh, static_cast<unsigned>(triangles.size())));
-  assemble(std::move(vertices), std::move(triangles), order, nullptr, state, geometry);
+  const MeshView<S> view{vertices.data(), nullptr, triangles.data()};
+  const OrderedTree order(buildBottomUp(view, static_cast<unsigned>(triangles.size())));
+  assemble(std::move(vertices), std::move(triangles), order, nullptr, mesh, geometry);
 }
 
-template <typename S>
-void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-              const OrderedTree& order, const fcl::Matrix3d* axes, MeshState<S>& state,
-              fcl::CollisionGeometry<S>& geometry) {
-  const MeshView<S> mesh{vertices.data(), nullptr, triangles.data()};
+namespace {
+
+void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
+                   const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
+  const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
   topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
@@ -165,39 +192,52 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
   state.lineage = newNumber();
   const VertexSlots& slots = state.topology->leaves.slots;
   axes ? state.axes.start(state.vertices, slots, *axes) : state.axes.start(state.vertices, slots);
+  const LocalBox<double> box(state.vertices.data(), state.vertices.size());
+  setLocalBox(state.bounds, box.low, box.high);
+}
 
-  const LocalBox<S> box(state.vertices.data(), state.vertices.size());
-  setLocalBox(geometry, box.low, box.high);
-  StepMemory<S> memory(state, StepOf::All);
-  writeAll(state, geometry, PositionArray<S>{state.vertices[0].data()}, memory);
-  refit(state, geometry, memory.pool);
+}  // namespace
+
+template <typename S>
+void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+              const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
+              fcl::CollisionGeometry<S>& geometry) {
+  MeshState& state = mesh.state();
+  assembleState(inDouble(std::move(vertices)), std::move(triangles), order, axes, state);
+  StepMemory memory(mesh, StepOf::All);
+  writeAll(state, PositionArray<double>{state.vertices[0].data()}, memory);
+  refit(state, memory.pool);
+  publish(mesh, geometry);
 }
 
 template <typename S>
-void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, bool two_frames, StepMemory<S>& memory) {
+void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
+              const PositionArray<S>& positions, bool two_frames, StepMemory& memory) {
   Stopwatch watch;
+  MeshState& state = mesh.state();
   const std::size_t count = state.vertices.size();
-  const VertexSummary<S> seen = summaryOf(state, positions, memory);
-  if (!seen.isSurelyUsable()) requireUsable<S>(positions, count, [](std::size_t i) { return i; });
+  const VertexSummary<double> seen = summaryOf(state, positions, memory);
+  if (!seen.isSurelyUsable(rounding::largestCoordinate<S>()))
+    requireUsable<S>(positions, count, [](std::size_t i) { return i; });
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
-  state.report.largest_displacement = static_cast<double>(seen.largestDisplacement());
+  state.report.largest_displacement = seen.largestDisplacement();
   if (two_frames) {
     state.previous.resize(count);
     state.previous.swap(state.vertices);
   }
   if (seen.moved()) {
-    setLocalBox(geometry, seen.low, seen.high);
-    writeAll(state, geometry, positions, memory);
+    setLocalBox(state.bounds, seen.low, seen.high);
+    writeAll(state, positions, memory);
     state.report.turned = state.axes.turn(state.vertices);
-    refit(state, geometry, memory.pool);
+    refit(state, memory.pool);
     addTravel(state);
   } else if (two_frames) {
     state.vertices = state.previous;
   }
   if (!two_frames) state.previous.clear();
+  publish(mesh, geometry);
   state.report.seconds = watch.lap();
 }
 
@@ -210,7 +250,7 @@ bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
 
 /// Throws unless the indices name vertices and the positions can be used.
 template <typename S>
-void requireUsable(const MeshState<S>& state, const unsigned* indices,
+void requireUsable(const MeshState& state, const unsigned* indices,
                    const fcl::Vector3<S>* positions, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     if (indices[i] >= state.vertices.size())
@@ -220,68 +260,85 @@ void requireUsable(const MeshState<S>& state, const unsigned* indices,
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
 }
 
+/// Moves some vertices, and the box around all.
+template <typename S>
+class MovedVertices {
+ public:
+  explicit MovedVertices(MeshState& state) : state_(state), box_(state.bounds.aabb_local) {}
+
+  void move(const unsigned* indices, const fcl::Vector3<S>* positions, std::size_t count) {
+    state_.moved.forEachLast(indices, count, [&](std::size_t i) {
+      fcl::Vector3d& vertex = state_.vertices[indices[i]];
+      const fcl::Vector3d to = positions[i].template cast<double>();
+      if (vertex == to) return;
+      box_.move(vertex, to);
+      vertex = to;
+      state_.moved.add(indices[i]);
+      has_moved_ = true;
+      has_room_ = has_room_ && fits(state_.tree.coordinates(), to);
+    });
+  }
+  bool hasMoved() const { return has_moved_; }
+  void finish(const TaskPool& pool) {
+    box_.finish(state_.vertices.data(), state_.vertices.size(), state_.bounds);
+    state_.report.turned = state_.axes.turn(state_.vertices);
+    if (!has_room_ || state_.report.turned) {
+      state_.moved.refitAll([](int) {});
+      refit(state_, pool);
+    } else {
+      state_.moved.refitAll([&](int node) { state_.tree.refitNode(state_.vertices.data(), node); });
+      state_.positions = newNumber();
+    }
+    state_.report.largest_displacement =
+        std::sqrt(box_.squaredDisplacement()) * (1 + 8 * rounding::epsilon<double>()) +
+        rounding::tiny<double>();
+    addTravel(state_);
+  }
+
+ private:
+  MeshState& state_;
+  BoxAfterSome<double> box_;
+  bool has_moved_ = false, has_room_ = true;
+};
+
 }  // namespace
 
 template <typename S>
-void takeStep(MeshState<S>& state, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
-              const fcl::Vector3<S>* positions, std::size_t count, const StepMemory<S>& memory) {
+void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
+              const fcl::Vector3<S>* positions, std::size_t count, const StepMemory& memory) {
   Stopwatch watch;
+  MeshState& state = mesh.state();
   requireUsable(state, indices, positions, count);
   std::vector<fcl::Vector3<S>> aside;
-  if (overlap(positions, count, state.vertices.data(), state.vertices.size())) {
+  if (overlap(positions, count, mesh.vertices().data(), mesh.vertices().size())) {
     aside.assign(positions, positions + count);
     positions = aside.data();
   }
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
-  BoxAfterSome<S> box(geometry);
-  bool has_moved = false, has_room = true;
-  state.moved.forEachLast(indices, count, [&](std::size_t i) {
-    fcl::Vector3<S>& vertex = state.vertices[indices[i]];
-    const fcl::Vector3<S> to = positions[i];
-    if (vertex == to) return;
-    box.move(vertex, to);
-    vertex = to;
-    state.moved.add(indices[i]);
-    has_moved = true;
-    has_room = has_room && fits(state.tree.coordinates(), to.template cast<double>());
-  });
+  MovedVertices<S> moved(state);
+  moved.move(indices, positions, count);
   state.previous.clear();
-  if (!has_moved) {
-    state.report.seconds = watch.lap();
-    return;
-  }
-  box.finish(state.vertices.data(), state.vertices.size(), geometry);
-  state.report.turned = state.axes.turn(state.vertices);
-  if (!has_room || state.report.turned) {
-    state.moved.refitAll([](int) {});
-    refit(state, geometry, memory.pool);
-  } else {
-    state.moved.refitAll([&](int node) { state.tree.refitNode(state.vertices.data(), node); });
-    state.positions = newNumber();
-  }
-  const S largest =
-      std::sqrt(box.squaredDisplacement()) * (1 + 8 * rounding::epsilon<S>()) + rounding::tiny<S>();
-  state.report.largest_displacement = static_cast<double>(largest);
-  addTravel(state);
+  if (moved.hasMoved()) moved.finish(memory.pool);
+  publish(mesh, geometry, indices, count);
   state.report.seconds = watch.lap();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                                \
-  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, MeshState<S>&,     \
-                      fcl::CollisionGeometry<S>&);                                                 \
-  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                              \
-                                 const std::vector<fcl::Triangle>&);                               \
-  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                                \
-  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,                 \
-                         const OrderedTree&, const fcl::Matrix3d*, MeshState<S>&,                  \
-                         fcl::CollisionGeometry<S>&);                                              \
-  template StepMemory<S>::StepMemory(MeshState<S>&, StepOf);                                       \
-  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&, bool, \
-                         StepMemory<S>&);                                                          \
-  template void takeStep(MeshState<S>&, fcl::CollisionGeometry<S>&, const unsigned*,               \
-                         const fcl::Vector3<S>*, std::size_t, const StepMemory<S>&);
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, HeldMesh<S>&,     \
+                      fcl::CollisionGeometry<S>&);                                                \
+  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                             \
+                                 const std::vector<fcl::Triangle>&);                              \
+  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                               \
+  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,                \
+                         const OrderedTree&, const fcl::Matrix3d*, HeldMesh<S>&,                  \
+                         fcl::CollisionGeometry<S>&);                                             \
+  template StepMemory::StepMemory(HeldMesh<S>&, StepOf);                                          \
+  template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&, bool, \
+                         StepMemory&);                                                            \
+  template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const unsigned*,               \
+                         const fcl::Vector3<S>*, std::size_t, const StepMemory&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

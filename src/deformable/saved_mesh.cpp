@@ -167,7 +167,7 @@ fcl::Matrix3d axesFrom(const double* numbers) {
 
 template <typename S>
 void DeformableMesh<S>::save(std::ostream& out) const {
-  const MeshState<S>& state = *state_;
+  const MeshState& state = held_->state();
   const MeshTopology& topology = *state.topology;
   SavedHeader header{kMeshVersion,
                      kMeshByteOrder,
@@ -188,8 +188,8 @@ void DeformableMesh<S>::save(std::ostream& out) const {
   MeshWriter writer(out);
   writer.write(kMeshMagic<S>.data(), kMeshMagic<S>.size());
   writer.write(&header, 1);
-  writer.write(state.vertices.data(), state.vertices.size());
-  writer.write(state.previous.data(), state.previous.size());
+  writer.write(held_->vertices().data(), held_->vertices().size());
+  writer.write(held_->previous().data(), held_->previous().size());
   writer.write(corners.data(), corners.size());
   writer.write(order.data(), order.size());
   writer.write(shape.data(), shape.size());
@@ -197,7 +197,7 @@ void DeformableMesh<S>::save(std::ostream& out) const {
 }
 
 template <typename S>
-DeformableMesh<S>::DeformableMesh(std::istream& in) : state_(std::make_unique<MeshState<S>>()) {
+DeformableMesh<S>::DeformableMesh(std::istream& in) : held_(std::make_unique<HeldMesh<S>>()) {
   MeshReader reader(in);
   const SavedHeader header = readHeader<S>(reader);
   const fcl::Matrix3d axes = axesFrom(header.axes);
@@ -225,7 +225,7 @@ DeformableMesh<S>::DeformableMesh(std::istream& in) : state_(std::make_unique<Me
   } catch (const std::invalid_argument& error) {
     failToLoad(std::string("the data are damaged: ") + error.what());
   }
-  assemble(std::move(vertices), std::move(triangles), tree, &axes, *state_, *this);
+  assemble(std::move(vertices), std::move(triangles), tree, &axes, *held_, *this);
   setPrevious(std::move(previous));
 }
 

@@ -329,15 +329,15 @@ namespace {
 
 /// Lets the mesh follow a step that the model has taken. `moved`: room for the positions of some.
 template <typename S>
-void stepMesh(DeformableMesh<S>& mesh, StepMemory<S>& memory, const StepInput<S>& input,
+void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& input,
               const fcl::Vector3<S>* vertices, std::vector<fcl::Vector3<S>>& moved) {
-  auto& state = const_cast<MeshState<S>&>(stateOf(mesh));
+  auto& held = detail::MeshAccess<S>::held(mesh);
   if (!input.indices)
-    return takeStep<S>(state, mesh, PositionArray<S>{vertices[0].data()},
+    return takeStep<S>(held, mesh, PositionArray<S>{vertices[0].data()},
                        input.kind == StepKind::TwoFrames, memory);
   // The positions that were given may have lain in the model's own arrays.
   for (std::size_t i = 0; i < input.count; ++i) moved[i] = vertices[input.indices[i]];
-  takeStep<S>(state, mesh, input.indices, moved.data(), input.count, memory);
+  takeStep<S>(held, mesh, input.indices, moved.data(), input.count, memory);
 }
 
 StepOf stepOf(StepKind kind, bool is_of_some) {
@@ -358,7 +358,7 @@ bool AdaptiveBVHModel<BV>::step(StepKind kind, const Point* positions, std::size
   UpdateReport report;
   report.resynchronised = repairIfChanged(target, state.update);
   std::vector<Point> aside;  // of positions that may lie in the mesh
-  std::optional<StepMemory<S>> memory;
+  std::optional<StepMemory> memory;
   if (state.mesh) {
     if (!meshIsCurrent()) {
       aside.assign(positions, positions + count);
@@ -366,8 +366,7 @@ bool AdaptiveBVHModel<BV>::step(StepKind kind, const Point* positions, std::size
       renewMesh();
     }
     if (indices) state.moved.resize(count);
-    memory.emplace(const_cast<MeshState<S>&>(stateOf(*state.mesh)),
-                   stepOf(kind, indices != nullptr));
+    memory.emplace(detail::MeshAccess<S>::held(*state.mesh), stepOf(kind, indices != nullptr));
   }
   const StepInput<S> input{kind, positions, count, indices};
   if (!takeStep<BV>(target, state.update, state.policy, input, report)) return false;

@@ -11,8 +11,8 @@ namespace {
 template <typename S>
 class InsideContact {
  public:
-  InsideContact(const PlacedMesh<S>& around, const fcl::Vector3d& x, MeshTarget<S>& target)
-      : tf_(around.tf.template cast<double>()) {
+  InsideContact(const MeshObject<S>& around, const fcl::Vector3d& x, MeshTarget& target)
+      : tf_(around.placed.tf) {
     point_.x = x;
     target.measure(point_, 0);
     target.findNearest(point_, bounds_);
@@ -52,45 +52,45 @@ fcl::Vector3<S> pointOf(const fcl::CollisionGeometry<S>& shape) {
 
 /// Calls visit(x, target) where a shape is inside of a mesh, with a point of it.
 template <typename S, typename Visit>
-void visitShapeInside(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around,
+void visitShapeInside(const PlacedGeometry<S>& shape, const MeshObject<S>& around,
                       const Visit& visit) {
   const fcl::NODE_TYPE type = shape.geometry->getNodeType();
   if (type == fcl::GEOM_PLANE || type == fcl::GEOM_HALFSPACE) return;
   const fcl::Vector3d x = RelativePlacement(around.tf, shape.tf)(pointOf(*shape.geometry));
-  MeshTarget<S> target(around);
+  MeshTarget target(around.placed);
   if (!target.isClear(x, 0) && target.isInside(x)) visit(x, target);
 }
 
 }  // namespace
 
 template <typename S>
-void addContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, bool is_around_first,
+void addContained(const MeshObject<S>& mesh, const MeshObject<S>& around, bool is_around_first,
                   const CollisionQuery<S>& query) {
   if (!mesh.geometry->isOccupied() || !around.geometry->isOccupied()) return;
-  visitContained(mesh, around, [&](int triangle, const fcl::Vector3d& x, MeshTarget<S>& target) {
-    const InsideContact<S> inside(around, x, target);
-    const int at = inside.nearestTriangle();
-    const fcl::CollisionGeometry<S>*one = mesh.geometry, *other = around.geometry;
-    add(is_around_first ? fcl::Contact<S>(other, one, at, triangle)
-                        : fcl::Contact<S>(one, other, triangle, at),
-        inside, is_around_first ? 1 : -1, query);
-    return !query.isSatisfied() && query.result.numContacts() < query.request.num_max_contacts;
-  });
+  visitContained(
+      mesh.placed, around.placed, [&](int triangle, const fcl::Vector3d& x, MeshTarget& target) {
+        const InsideContact<S> inside(around, x, target);
+        const int at = inside.nearestTriangle();
+        const fcl::CollisionGeometry<S>*one = mesh.geometry, *other = around.geometry;
+        add(is_around_first ? fcl::Contact<S>(other, one, at, triangle)
+                            : fcl::Contact<S>(one, other, triangle, at),
+            inside, is_around_first ? 1 : -1, query);
+        return !query.isSatisfied() && query.result.numContacts() < query.request.num_max_contacts;
+      });
 }
 
 template <typename S>
-bool isContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around) {
+bool isContained(const PlacedGeometry<S>& shape, const MeshObject<S>& around) {
   bool is_contained = false;
-  visitShapeInside(shape, around,
-                   [&](const fcl::Vector3d&, MeshTarget<S>&) { is_contained = true; });
+  visitShapeInside(shape, around, [&](const fcl::Vector3d&, MeshTarget&) { is_contained = true; });
   return is_contained;
 }
 
 template <typename S>
-void addContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around,
+void addContained(const PlacedGeometry<S>& shape, const MeshObject<S>& around,
                   const CollisionQuery<S>& query) {
   if (!shape.geometry->isOccupied() || !around.geometry->isOccupied()) return;
-  visitShapeInside(shape, around, [&](const fcl::Vector3d& x, MeshTarget<S>& target) {
+  visitShapeInside(shape, around, [&](const fcl::Vector3d& x, MeshTarget& target) {
     const InsideContact<S> inside(around, x, target);
     add(fcl::Contact<S>(around.geometry, shape.geometry, inside.nearestTriangle(),
                         fcl::Contact<S>::NONE),
@@ -99,10 +99,10 @@ void addContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around,
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                            \
-  template void addContained(const PlacedMesh<S>&, const PlacedMesh<S>&, bool, \
+  template void addContained(const MeshObject<S>&, const MeshObject<S>&, bool, \
                              const CollisionQuery<S>&);                        \
-  template bool isContained(const PlacedGeometry<S>&, const PlacedMesh<S>&);   \
-  template void addContained(const PlacedGeometry<S>&, const PlacedMesh<S>&,   \
+  template bool isContained(const PlacedGeometry<S>&, const MeshObject<S>&);   \
+  template void addContained(const PlacedGeometry<S>&, const MeshObject<S>&,   \
                              const CollisionQuery<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -42,10 +42,11 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   }
 
   void leafTesting(int b1, int b2) const override {
-    addContactsOf<S>({this->model1, viewOf(*this->model1), this->tf1},
-                     {this->model2, viewOf(*this->model2), this->tf2}, to_first_,
-                     this->model1->getBV(b1).primitiveId(), this->model2->getBV(b2).primitiveId(),
-                     false, 2, this->request, *this->result);
+    addContactsOf<S, S>({this->model1, viewOf(*this->model1), this->tf1},
+                        {this->model2, viewOf(*this->model2), this->tf2}, to_first_,
+                        this->model1->getBV(b1).primitiveId(),
+                        this->model2->getBV(b2).primitiveId(), false, 2, this->request,
+                        *this->result);
   }
 
  private:

@@ -204,7 +204,7 @@ std::size_t searchContacts(const Placed& mesh, const PlacedGeometry<S>& octree,
 }  // namespace
 
 template <typename S>
-S meshOctreeDistance(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree,
+S meshOctreeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
                      const DistanceQuery<S>& query) {
   return searchDistance<WideNodes<S>>(mesh, octree, query);
 }
@@ -216,7 +216,7 @@ typename BV::S modelOctreeDistance(const PlacedModel<BV>& model,
 }
 
 template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree,
+std::size_t meshOctreeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
                               const CollisionQuery<S>& query) {
   return searchContacts<WideNodes<S>>(mesh, octree, query);
 }
@@ -236,7 +236,7 @@ namespace {
 }  // namespace
 
 template <typename S>
-S meshOctreeDistance(const PlacedMesh<S>&, const PlacedGeometry<S>&, const DistanceQuery<S>&) {
+S meshOctreeDistance(const MeshObject<S>&, const PlacedGeometry<S>&, const DistanceQuery<S>&) {
   refuseOctree();
 }
 template <typename BV>
@@ -245,7 +245,7 @@ typename BV::S modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry<
   refuseOctree();
 }
 template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<S>&, const PlacedGeometry<S>&,
+std::size_t meshOctreeCollide(const MeshObject<S>&, const PlacedGeometry<S>&,
                               const CollisionQuery<S>&) {
   refuseOctree();
 }
@@ -258,9 +258,9 @@ std::size_t modelOctreeCollide(const PlacedModel<BV>&, const PlacedGeometry<type
 #endif
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                      \
-  template S meshOctreeDistance(const PlacedMesh<S>&, const PlacedGeometry<S>&,          \
+  template S meshOctreeDistance(const MeshObject<S>&, const PlacedGeometry<S>&,          \
                                 const DistanceQuery<S>&);                                \
-  template std::size_t meshOctreeCollide(const PlacedMesh<S>&, const PlacedGeometry<S>&, \
+  template std::size_t meshOctreeCollide(const MeshObject<S>&, const PlacedGeometry<S>&, \
                                          const CollisionQuery<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

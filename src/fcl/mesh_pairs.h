@@ -62,7 +62,7 @@ std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV
 /// first object, as in FCL for both orders. Throw std::logic_error where FCL was built without
 /// octomap: there no octree can exist.
 template <typename S>
-S meshOctreeDistance(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree,
+S meshOctreeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
                      const DistanceQuery<S>& query);
 template <typename BV>
 typename BV::S modelOctreeDistance(const PlacedModel<BV>& model,
@@ -70,7 +70,7 @@ typename BV::S modelOctreeDistance(const PlacedModel<BV>& model,
                                    const DistanceQuery<typename BV::S>& query);
 
 template <typename S>
-std::size_t meshOctreeCollide(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree,
+std::size_t meshOctreeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
                               const CollisionQuery<S>& query);
 template <typename BV>
 std::size_t modelOctreeCollide(const PlacedModel<BV>& model,
@@ -81,7 +81,7 @@ std::size_t modelOctreeCollide(const PlacedModel<BV>& model,
 /// each triangle. The mesh is the first object, as FCL orders the pair. Ends where the distance is
 /// at most `enough`.
 template <typename S>
-S meshShapeDistance(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape,
+S meshShapeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
                     const DistanceQuery<S>& query, S enough = 0);
 template <typename BV>
 typename BV::S modelShapeDistance(const PlacedModel<BV>& model,
@@ -89,7 +89,7 @@ typename BV::S modelShapeDistance(const PlacedModel<BV>& model,
                                   const DistanceQuery<typename BV::S>& query);
 
 template <typename S>
-std::size_t meshShapeCollide(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape,
+std::size_t meshShapeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
                              const CollisionQuery<S>& query);
 template <typename BV>
 std::size_t modelShapeCollide(const PlacedModel<BV>& model,
@@ -102,17 +102,17 @@ std::size_t modelShapeCollide(const PlacedModel<BV>& model,
 /// Adds a contact for each component of `mesh` that is inside of `around`: of its first vertex. In
 /// the contact, `around` is the first object or the second.
 template <typename S>
-void addContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, bool is_around_first,
+void addContained(const MeshObject<S>& mesh, const MeshObject<S>& around, bool is_around_first,
                   const CollisionQuery<S>& query);
 
 /// Whether a shape that does not touch a closed mesh is inside of it. Never a plane or half-space.
 template <typename S>
-bool isContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around);
+bool isContained(const PlacedGeometry<S>& shape, const MeshObject<S>& around);
 
 /// Adds a contact if a shape is inside of a mesh: of a point of the shape. The mesh is the first
 /// object.
 template <typename S>
-void addContained(const PlacedGeometry<S>& shape, const PlacedMesh<S>& around,
+void addContained(const PlacedGeometry<S>& shape, const MeshObject<S>& around,
                   const CollisionQuery<S>& query);
 /// \}
 

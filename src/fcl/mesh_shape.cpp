@@ -181,7 +181,7 @@ std::size_t collideBy(const Placed& mesh, const PlacedGeometry<S>& shape,
 }  // namespace
 
 template <typename S>
-S meshShapeDistance(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape,
+S meshShapeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
                     const DistanceQuery<S>& query, S enough) {
   return distanceBy<MeshShapeSearch<S>>(mesh, shape, query, enough);
 }
@@ -194,7 +194,7 @@ typename BV::S modelShapeDistance(const PlacedModel<BV>& model,
 }
 
 template <typename S>
-std::size_t meshShapeCollide(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape,
+std::size_t meshShapeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
                              const CollisionQuery<S>& query) {
   return collideBy<MeshShapeSearch<S>>(mesh, shape, query);
 }
@@ -215,15 +215,15 @@ bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
   if (solid) requireClosed(stateOf(mesh), "isNearer of solid bodies");
   const fcl::DistanceRequest<S> request;
   fcl::DistanceResult<S> result(std::nextafter(distance, std::numeric_limits<S>::infinity()));
-  meshShapeDistance<S>(PlacedMesh<S>(mesh, tf1), {&shape, tf2}, {request, result}, distance);
+  meshShapeDistance<S>(MeshObject<S>(mesh, tf1), {&shape, tf2}, {request, result}, distance);
   return result.o1 != nullptr ||
-         (solid && isContained(PlacedGeometry<S>{&shape, tf2}, PlacedMesh<S>(mesh, tf1)));
+         (solid && isContained(PlacedGeometry<S>{&shape, tf2}, MeshObject<S>(mesh, tf1)));
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
-  template S meshShapeDistance(const PlacedMesh<S>&, const PlacedGeometry<S>&,          \
+  template S meshShapeDistance(const MeshObject<S>&, const PlacedGeometry<S>&,          \
                                const DistanceQuery<S>&, S);                             \
-  template std::size_t meshShapeCollide(const PlacedMesh<S>&, const PlacedGeometry<S>&, \
+  template std::size_t meshShapeCollide(const MeshObject<S>&, const PlacedGeometry<S>&, \
                                         const CollisionQuery<S>&);                      \
   template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
                          const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, S, bool);

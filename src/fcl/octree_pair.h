@@ -15,6 +15,7 @@ template <typename BV>
 class FclNodes {
  public:
   using S = typename BV::S;
+  using P = S;  ///< of positions
   using Node = int;
 
   explicit FclNodes(const PlacedModel<BV>& model)
@@ -46,13 +47,14 @@ template <typename Scalar>
 class WideNodes {
  public:
   using S = Scalar;
+  using P = double;  ///< of positions
   /// A box of a node; lane -1: all of them.
   struct Node {
     int wide, lane;
   };
 
-  explicit WideNodes(const PlacedMesh<S>& mesh)
-      : tree_(mesh.tree()), axes_(tree_.coordinates().axes().template cast<S>()) {}
+  explicit WideNodes(const MeshObject<S>& mesh)
+      : tree_(mesh.placed.tree()), axes_(tree_.coordinates().axes().template cast<S>()) {}
 
   static Node root() { return {0, -1}; }
   bool isLeaf(Node node) const { return node.lane >= 0 && wide(node).isLeaf(); }
@@ -109,8 +111,8 @@ PlacedTriangles<typename BV::S> trianglesOf(const PlacedModel<BV>& model) {
   return model.triangles();
 }
 template <typename S>
-PlacedTriangles<S> trianglesOf(const PlacedMesh<S>& mesh) {
-  return {mesh.geometry, mesh.mesh.view(), mesh.tf};
+PlacedTriangles<S, double> trianglesOf(const MeshObject<S>& mesh) {
+  return {mesh.geometry, mesh.placed.mesh.view(), mesh.tf};
 }
 
 /// What both queries need of a mesh and an octree. `Nodes`: FclNodes or WideNodes of the mesh.
@@ -158,8 +160,10 @@ class MeshOctreePair {
   template <typename Bound>
   Bound triangle(MeshNode leaf) const {
     const VertexIndices v = triangles_.verticesOf(static_cast<unsigned>(nodes_.triangle(leaf)));
-    return {triangles_.vertices[v[0]], triangles_.vertices[v[1]], triangles_.vertices[v[2]],
-            into_octree_};
+    const auto point = [&](std::size_t k) -> fcl::Vector3<S> {
+      return triangles_.vertices[v[k]].template cast<S>();
+    };
+    return {point(0), point(1), point(2), into_octree_};
   }
 
   void addTest() { Nodes::addTest(work_); }
@@ -204,7 +208,7 @@ class MeshOctreePair {
   std::intptr_t id(const Cell<S>& cell) const { return octree_.id(cell); }
 
  private:
-  const MeshView<S> triangles_;
+  const MeshView<typename Nodes::P> triangles_;
   const Nodes nodes_;
   const OctreeCells<S> octree_;
   const fcl::Transform3d octree_tf_;

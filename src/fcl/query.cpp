@@ -12,6 +12,7 @@
 #include "query/contacts.h"
 #include "query/nearest_search.h"
 #include "query/placed_mesh.h"
+#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -86,7 +87,7 @@ bool runModels(const Object<BV>& first, const Object<BV>& second, const Run& run
 
 /// A DeformableMesh and something else.
 template <typename S, typename Run>
-void runMesh(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& other, const Run& run) {
+void runMesh(const MeshObject<S>& mesh, const PlacedGeometry<S>& other, const Run& run) {
   const fcl::NODE_TYPE type = other.geometry->getNodeType();
   if (isShape(type)) return run.meshShape(mesh, other);
   if (type == fcl::GEOM_OCTREE) return run.meshOctree(mesh, other);
@@ -100,12 +101,12 @@ bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, c
   if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
     const DeformableMesh<S>*a = anyMeshOf(*first.geometry), *b = anyMeshOf(*second.geometry);
     if (a && b)
-      run.meshes(PlacedMesh<S>(*a, first.tf, *first.geometry),
-                 PlacedMesh<S>(*b, second.tf, *second.geometry));
+      run.meshes(MeshObject<S>(*a, first.tf, *first.geometry),
+                 MeshObject<S>(*b, second.tf, *second.geometry));
     else if (a)
-      runMesh(PlacedMesh<S>(*a, first.tf), second, run);
+      runMesh(MeshObject<S>(*a, first.tf), second, run);
     else
-      runMesh(PlacedMesh<S>(*b, second.tf), first, run);
+      runMesh(MeshObject<S>(*b, second.tf), first, run);
     return true;
   }
   const fcl::NODE_TYPE type1 = first.geometry->getNodeType(),
@@ -117,6 +118,17 @@ bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, c
   return runModels(Object<fcl::RSS<S>>(first, type1), Object<fcl::RSS<S>>(second, type2), run);
 }
 
+void searchNearest(const PlacedMesh& first, const PlacedMesh& second,
+                   const DistanceQuery<double>& query) {
+  NearestPair nearest(first, second, query);
+  constexpr int kMany = 1024;  // else it takes as long as it gains
+  if (first.mesh.numTriangles() + second.mesh.numTriangles() > kMany) {
+    const TrianglePair close = closeTriangles(PairOfMeshes(first, second));
+    nearest.addWitness(int(close.first), int(close.second));
+  }
+  NearestSearch(first, second, nearest).run();
+}
+
 template <typename S>
 struct RunDistance {
   const DistanceQuery<S>& query;
@@ -124,20 +136,17 @@ struct RunDistance {
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireDistance(first, second);
   }
-  void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
+  void meshes(const MeshObject<S>& first, const MeshObject<S>& second) const {
     if (query.isSatisfied()) return;
-    NearestPair<S> nearest(first, second, query);
-    constexpr int kMany = 1024;  // else it takes as long as it gains
-    if (first.mesh.numTriangles() + second.mesh.numTriangles() > kMany) {
-      const TrianglePair close = closeTriangles(PairOfMeshes<S>(first, second));
-      nearest.addWitness(int(close.first), int(close.second));
-    }
-    NearestSearch<S>(first, second, nearest).run();
+    answerInDouble(query, first.geometry, second.geometry,
+                   [&](const DistanceQuery<double>& in_double) {
+                     searchNearest(first.placed, second.placed, in_double);
+                   });
   }
-  void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+  void meshShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape) const {
     meshShapeDistance(mesh, shape, query);
   }
-  void meshOctree(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree) const {
+  void meshOctree(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree) const {
     if (query.request.enable_signed_distance)
       refuse("a DeformableMesh and an octree have no signed distance");
     meshOctreeDistance(mesh, octree, query);
@@ -180,27 +189,31 @@ struct RunCollision {
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
-  void requireClosedIfSolid(const PlacedMesh<S>& mesh) const {
-    if (solid) requireClosed(mesh.mesh, "collide of solid bodies");
+  void requireClosedIfSolid(const MeshObject<S>& mesh) const {
+    if (solid) requireClosed(mesh.placed.mesh, "collide of solid bodies");
   }
-  void meshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second) const {
+  void meshes(const MeshObject<S>& first, const MeshObject<S>& second) const {
     requireClosedIfSolid(first);
     requireClosedIfSolid(second);
     const std::size_t before = query.result.numContacts();
     if (query.isSatisfied()) return;
-    collideMeshes(first, second, query);
+    answerInDouble(query, first.geometry, second.geometry,
+                   [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                       const CollisionQuery<double>& in_double) {
+                     collideMeshes({o1, first.placed}, {o2, second.placed}, in_double);
+                   });
     if (!solid || query.result.numContacts() > before) return;
     addContained(first, second, false, query);
     if (!query.isSatisfied()) addContained(second, first, true, query);
   }
-  void meshShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape) const {
+  void meshShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape) const {
     requireClosedIfSolid(mesh);
     const std::size_t before = query.result.numContacts();
     if (query.isSatisfied()) return;
     meshShapeCollide(mesh, shape, query);
     if (solid && query.result.numContacts() == before) addContained(shape, mesh, query);
   }
-  void meshOctree(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& octree) const {
+  void meshOctree(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree) const {
     if (query.request.enable_cost) refuse("a DeformableMesh and an octree have no costs");
     meshOctreeCollide(mesh, octree, query);
   }

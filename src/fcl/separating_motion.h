@@ -15,14 +15,14 @@ namespace adaptive_bvh {
 template <typename S>
 class SeparatingMotion {
  public:
-  SeparatingMotion(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape,
+  SeparatingMotion(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
                    const SolidShape& solid, const DepthPrecision& precision)
       : mesh_(mesh),
         shape_(shape),
         solid_(solid),
         precision_(precision),
         to_mesh_(mesh.tf, shape.tf),
-        target_(mesh_),
+        target_(mesh.placed),
         deepest_(DepthBounds::from(precision.error())) {}
 
   /// A depth that is certain, of any surface in the other body: less does not matter.
@@ -94,12 +94,12 @@ class SeparatingMotion {
     return result.o1 != nullptr;
   }
 
-  const PlacedMesh<S>& mesh_;
+  const MeshObject<S>& mesh_;
   const PlacedGeometry<S>& shape_;
   const SolidShape& solid_;
   const DepthPrecision& precision_;
   const RelativePlacement to_mesh_;
-  MeshTarget<S> target_;
+  MeshTarget target_;
   DepthBounds deepest_;
 };
 

@@ -4,6 +4,7 @@
 #include "base/rigid.h"
 #include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
+#include "query/single_precision.h"
 #include "query/vertex_contacts.h"
 
 namespace adaptive_bvh {
@@ -11,8 +12,7 @@ namespace {
 
 /// Fills in the vertices that may be at most `margin` from a shape: those of triangles whose boxes
 /// are.
-template <typename S>
-void findCandidates(const PlacedMesh<S>& mesh, const ShapeInTree& shape, double margin,
+void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double margin,
                     std::vector<VertexCandidate>& candidates) {
   const WideTree& tree = mesh.tree();
   const FeatureLeaves& features = mesh.mesh.topology->features;
@@ -35,10 +35,9 @@ void findCandidates(const PlacedMesh<S>& mesh, const ShapeInTree& shape, double 
 }
 
 template <typename S>
-std::size_t contactsOf(const PlacedMesh<S>& mesh, const fcl::CollisionGeometry<S>& geometry,
-                       const fcl::Transform3<S>& shape_tf, double margin,
-                       VertexContacts<S>& result) {
-  ContactWriter<S> writer(mesh, shape_tf);
+void contactsOf(const PlacedMesh& mesh, const fcl::CollisionGeometry<S>& geometry,
+                const fcl::Transform3d& shape_tf, double margin, VertexContacts<double>& result) {
+  ContactWriter writer(mesh, shape_tf);
   const RelativePlacement to_shape(shape_tf, mesh.tf);
   visitShape(geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
     const ShapeInTree in_tree(core, shape_tf, mesh.tree(), mesh.tf);
@@ -54,7 +53,6 @@ std::size_t contactsOf(const PlacedMesh<S>& mesh, const fcl::CollisionGeometry<S
     writer.write(
         mesh.mesh.query_threads, [&] { return test; }, result);
   });
-  return result.size();
 }
 
 }  // namespace
@@ -69,7 +67,11 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
   requireDistance(margin);
   requireRigid(tf);
   requireRigid(other_tf);
-  return contactsOf<S>({mesh, tf}, other, other_tf, static_cast<double>(margin), result);
+  answerInDouble(result, [&](VertexContacts<double>& contacts) {
+    contactsOf({mesh, tf}, other, other_tf.template cast<double>(), static_cast<double>(margin),
+               contacts);
+  });
+  return result.size();
 }
 
 template std::size_t vertexContacts(const DeformableMesh<float>&, const fcl::Transform3<float>&,

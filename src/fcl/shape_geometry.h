@@ -56,10 +56,10 @@ double limitOf(const DistanceQuery<S>& query) {
 }
 
 /// The triangles of an object of a query, as a shape sees them.
-template <typename S>
+template <typename S, typename P = S>
 class ShapeTriangles {
  public:
-  ShapeTriangles(const PlacedTriangles<S>& triangles, int count, const TriangleShape& shape,
+  ShapeTriangles(const PlacedTriangles<S, P>& triangles, int count, const TriangleShape& shape,
                  const fcl::Transform3<S>& shape_tf)
       : triangles_(triangles),
         count_(count),
@@ -67,11 +67,11 @@ class ShapeTriangles {
         shape_tf_(shape_tf),
         to_shape_(shape_tf, triangles.tf) {}
 
-  const PlacedTriangles<S>& placed() const { return triangles_; }
+  const PlacedTriangles<S, P>& placed() const { return triangles_; }
   int count() const { return count_; }
   /// In the shape's frame.
   TrianglePoints<double> corners(int triangle) const {
-    const TrianglePoints<S> points = triangles_[triangle];
+    const TrianglePoints<double> points = triangles_[triangle];
     return {to_shape_(points[0]), to_shape_(points[1]), to_shape_(points[2])};
   }
   TriangleGap gap(int triangle) const { return shape_.gap(corners(triangle)); }
@@ -122,12 +122,12 @@ class ShapeTriangles {
     constexpr int kFew = 32;  // one of so many
     for (const int stride : {kFew, 1})
       for (int i = 0; i < count_; i += stride)
-        for (const fcl::Vector3<S>& x : triangles_[i])
-          if (!(in_mesh.dot(x.template cast<double>()) >= from)) return false;
+        for (const fcl::Vector3d& x : triangles_[i])
+          if (!(in_mesh.dot(x) >= from)) return false;
     return true;
   }
 
-  const PlacedTriangles<S> triangles_;
+  const PlacedTriangles<S, P> triangles_;
   const int count_;
   const TriangleShape& shape_;
   const fcl::Transform3<S> shape_tf_;

@@ -153,8 +153,8 @@ class ShapeContacts {
   }
 
   fcl::AABB<S> boxOf(int triangle) const {
-    const PlacedTriangles<S>& placed = search_.triangles.placed();
-    const TrianglePoints<S> x = placed[triangle];
+    const auto& placed = search_.triangles.placed();
+    const TrianglePoints<S> x = pointsAs<S>(placed[triangle]);
     return fcl::AABB<S>(placed.tf * x[0], placed.tf * x[1], placed.tf * x[2]);
   }
   void addCost(const fcl::AABB<S>& of_mesh) const {

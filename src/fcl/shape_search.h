@@ -99,14 +99,15 @@ class ShapeInTree {
 template <typename S>
 class MeshShapeSearch {
  public:
-  MeshShapeSearch(const PlacedMesh<S>& mesh, const TriangleShape& shape, const ShapeCore& core,
+  MeshShapeSearch(const MeshObject<S>& mesh, const TriangleShape& shape, const ShapeCore& core,
                   const fcl::Transform3<S>& shape_tf)
-      : triangles({mesh.geometry, mesh.mesh.view(), mesh.tf}, mesh.mesh.numTriangles(), shape,
-                  shape_tf),
-        mesh_(mesh),
-        in_tree_(core, shape_tf, mesh.tree(), mesh.tf) {}
+      : triangles({mesh.geometry, mesh.placed.mesh.view(), mesh.tf},
+                  mesh.placed.mesh.numTriangles(), shape, shape_tf),
+        mesh_(mesh.placed),
+        tf_(mesh.tf),
+        in_tree_(core, shape_tf, mesh.placed.tree(), mesh.tf) {}
 
-  const ShapeTriangles<S> triangles;
+  const ShapeTriangles<S, double> triangles;
 
   /// Calls test(triangle) for those whose boxes touch the shape, in the order of the leaves, until
   /// it returns true.
@@ -155,10 +156,10 @@ class MeshShapeSearch {
 
   /// Box of the whole mesh, for FCL's approximate cost.
   void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
-    const fcl::AABB<S>& local = mesh_.geometry->aabb_local;
-    box = fcl::Box<S>(fcl::Vector3<S>(local.max_ - local.min_));
-    box_tf = mesh_.tf;
-    box_tf.translation() = mesh_.tf * local.center();
+    const fcl::AABBd& local = mesh_.bounds().aabb_local;
+    box = fcl::Box<S>(fcl::Vector3<S>((local.max_ - local.min_).template cast<S>()));
+    box_tf = tf_;
+    box_tf.translation() = tf_ * fcl::Vector3<S>(local.center().template cast<S>());
   }
 
  private:
@@ -180,7 +181,8 @@ class MeshShapeSearch {
     return mesh_.tree().triangle(static_cast<unsigned>(leaf.first + lane));
   }
 
-  const PlacedMesh<S>& mesh_;
+  const PlacedMesh& mesh_;
+  const fcl::Transform3<S>& tf_;
   const ShapeInTree in_tree_;
 };
 

@@ -8,6 +8,7 @@
 #include "query/depth_meshes.h"
 #include "query/depth_search.h"
 #include "query/signed_distance.h"
+#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -114,19 +115,21 @@ class ShapeSource {
 template <typename S>
 class MeshAndShape {
  public:
-  MeshAndShape(const PlacedMesh<S>& mesh, const PlacedGeometry<S>& shape, S tolerance)
-      : mesh_(mesh),
+  MeshAndShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape, S tolerance)
+      : object_(mesh),
+        mesh_(object_.placed),
         shape_(shape),
-        to_shape_(shape.tf, mesh.tf),
-        to_mesh_(mesh.tf, shape.tf),
-        precision_(mesh.tf, shape.tf, size(), tolerance),
-        result_(mesh.tf, shape.tf, precision_) {}
+        shape_tf_(shape.tf.template cast<double>()),
+        to_shape_(shape_tf_, mesh_.tf),
+        to_mesh_(mesh_.tf, shape_tf_),
+        precision_(mesh_.tf, shape_tf_, size(), static_cast<double>(tolerance)),
+        result_(mesh_.tf, shape_tf_, precision_) {}
 
-  SignedDistance<S> distanceTo(const SolidShape& solid) const {
+  SignedDistance<double> distanceTo(const SolidShape& solid) const {
     const ShapeTarget target(solid);
     const Nearest nearest = findNearest();
     const TriangleGap& gap = nearest.gap;
-    MeshTarget<S> mesh_target(mesh_);
+    MeshTarget mesh_target(mesh_);
     if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.inner)))
       return result_.apart(gap, false, target.outward(gap.points.second));
     Depths depths;
@@ -135,7 +138,7 @@ class MeshAndShape {
           depthInMesh(solid, depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error()));
     else
       depths = depthsOf(solid, nearest);
-    SignedDistance<S> found =
+    SignedDistance<double> found =
         depths.in_shape.is_found || depths.in_mesh.is_found
             ? result_.inside(depths.in_shape, depths.in_mesh)
             : result_.touching(gap, false, target.outward(gap.points.second),
@@ -145,7 +148,7 @@ class MeshAndShape {
   }
   /// The deepest point of the mesh's surface is a vertex. A point of the plane is no deeper: from
   /// there straight on into the half-space the mesh's surface is reached, which is deeper.
-  SignedDistance<S> distanceToHalfSpace(const fcl::Halfspace<S>& solid) const {
+  SignedDistance<double> distanceToHalfSpace(const fcl::Halfspace<S>& solid) const {
     const fcl::Vector3d n = solid.n.template cast<double>() / double(solid.n.norm());
     const double d = double(solid.d) / double(solid.n.norm());
     TriangleGap lowest;
@@ -181,14 +184,14 @@ class MeshAndShape {
   /// separates, bounds the depth of the shape's surface; else that is searched. docs/bounds.md, 19.
   Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
     const bool is_round = solid.rolling_radius > 0;
-    SeparatingMotion<S> motion(mesh_, shape_, solid, precision_);
-    if (!is_round && motion.isFound(SurfaceNormals<S>(mesh_.mesh).ofFace(nearest.triangle)))
+    SeparatingMotion<S> motion(object_, shape_, solid, precision_);
+    if (!is_round && motion.isFound(SurfaceNormals(mesh_.mesh).ofFace(nearest.triangle)))
       return {{}, motion.deepest()};
     Depths depths;
     DepthBounds &in_shape = depths.in_shape, &in_mesh = depths.in_mesh;
     in_shape = depthInShape(solid, nearest.gap.points.first, motion.deepest().lower);
     motion.raiseTo(in_shape.lower);
-    const bool is_out = !is_round || !MeshTarget<S>(mesh_).isInside(to_mesh_(solid.inner));
+    const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.inner));
     if (is_out && in_shape.upper + 4 * precision_.error() < solid.rolling_radius) {
       in_mesh.upper = in_shape.upper;
     } else if (is_out && in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward)) {
@@ -201,16 +204,16 @@ class MeshAndShape {
     return depths;
   }
   DepthBounds depthInShape(const SolidShape& solid, const fcl::Vector3d& x, double known) const {
-    MeshSource<S> source(mesh_, to_shape_);
+    MeshSource source(mesh_, to_shape_);
     ShapeTarget target(solid);
-    return DepthSearch<MeshSource<S>, ShapeTarget>(source, target, precision_.tolerance(),
+    return DepthSearch<MeshSource, ShapeTarget>(source, target, precision_.tolerance(),
                                                    depthAt(x, target, known))
         .run();
   }
   DepthBounds depthInMesh(const SolidShape& solid, const DepthBounds& known) const {
     ShapeSource source(solid, to_mesh_);
-    MeshTarget<S> target(mesh_);
-    return DepthSearch<ShapeSource, MeshTarget<S>>(source, target, precision_.tolerance(), known)
+    MeshTarget target(mesh_);
+    return DepthSearch<ShapeSource, MeshTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
   double size() const {
@@ -219,28 +222,30 @@ class MeshAndShape {
       const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
       shape = core.isBounded() ? far.norm() + core.radius : 0;
     });
-    const auto& mesh = *mesh_.geometry;
-    return double(mesh.aabb_center.norm()) + double(mesh.aabb_radius) + shape + to_shape_.T.norm();
+    return mesh_.bounds().aabb_center.norm() + mesh_.bounds().aabb_radius + shape +
+           to_shape_.T.norm();
   }
 
   Nearest findNearest() const {
     const fcl::DistanceRequest<S> request;
     fcl::DistanceResult<S> result;
-    meshShapeDistance<S>(mesh_, shape_, {request, result});
+    meshShapeDistance<S>(object_, shape_, {request, result});
     Nearest nearest;
     nearest.triangle = static_cast<unsigned>(result.b1);
     visitShape(*shape_.geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
-      const MeshShapeSearch<S> search(mesh_, shape, core, shape_.tf);
+      const MeshShapeSearch<S> search(object_, shape, core, shape_.tf);
       nearest.gap = search.triangles.gap(static_cast<int>(result.b1));
     });
     return nearest;
   }
 
-  const PlacedMesh<S> mesh_;
+  const MeshObject<S> object_;
+  const PlacedMesh& mesh_;
   const PlacedGeometry<S> shape_;
+  const fcl::Transform3d shape_tf_;
   const RelativePlacement to_shape_, to_mesh_;
   const DepthPrecision precision_;
-  const SignedDistanceResult<S> result_;
+  const SignedDistanceResult result_;
 };
 
 }  // namespace
@@ -257,10 +262,13 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireClosed(stateOf(first), "signedDistance");
   requireSizes(second);
   const auto pair = [&]() -> MeshAndShape<S> { return {{first, tf1}, {&second, tf2}, tolerance}; };
-  if (second.getNodeType() == fcl::GEOM_HALFSPACE)
-    return pair().distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second));
-  const SolidShape solid = solidOf(second);  // refuses others
-  return pair().distanceTo(solid);
+  SignedDistance<S> result;
+  answerInDouble(result, [&](SignedDistance<double>& found) {
+    found = second.getNodeType() == fcl::GEOM_HALFSPACE
+                ? pair().distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second))
+                : pair().distanceTo(solidOf(second));  // which refuses others
+  });
+  return result;
 }
 
 template SignedDistance<float> signedDistance(const DeformableMesh<float>&,

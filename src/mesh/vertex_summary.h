@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-#include <fcl/geometry/collision_geometry.h>
+#include <fcl/common/types.h>
 
 #include "base/pack.h"
 #include "base/rounding.h"
@@ -117,8 +117,7 @@ struct VertexSummary {
 
   /// True: all positions are finite and within the limits. May be false although they are, when an
   /// old position was not finite.
-  bool isSurelyUsable() const {
-    const S limit = rounding::largestCoordinate<S>();
+  bool isSurelyUsable(S limit = rounding::largestCoordinate<S>()) const {
     return std::isfinite(way) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
   }
 
@@ -151,83 +150,5 @@ S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<
   }
   return most;
 }
-
-/// The box around some positions, at least one.
-template <typename S>
-struct LocalBox {
-  LocalBox(const fcl::Vector3<S>* positions, std::size_t count)
-      : low(positions[0]), high(positions[0]) {
-    for (std::size_t i = 1; i < count; ++i) {
-      low = low.cwiseMin(positions[i]);
-      high = high.cwiseMax(positions[i]);
-    }
-  }
-
-  fcl::Vector3<S> low, high;
-};
-
-/// Sets the local box of a geometry, and its centre.
-template <typename S>
-void setLocalBox(fcl::CollisionGeometry<S>& geometry, const fcl::Vector3<S>& low,
-                 const fcl::Vector3<S>& high) {
-  geometry.aabb_local.min_ = low;
-  geometry.aabb_local.max_ = high;
-  geometry.aabb_center = geometry.aabb_local.center();
-}
-
-/// Sets the radius of the ball around the centre of the local box, by the largest square of a
-/// vertex's distance to it; by the box where squares are so small that they lose digits.
-template <typename S>
-void setLocalRadius(fcl::CollisionGeometry<S>& geometry, S squared) {
-  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
-  const fcl::AABB<S>& box = geometry.aabb_local;
-  const fcl::Vector3<S>& middle = geometry.aabb_center;
-  geometry.aabb_radius = squared > kLeast
-                             ? std::sqrt(squared)
-                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
-}
-
-/// Updates the local box of a geometry for new positions of some vertices. If a vertex moves away
-/// from a side of the box, that side has to be computed from all vertices.
-template <typename S>
-class BoxAfterSome {
- public:
-  explicit BoxAfterSome(const fcl::CollisionGeometry<S>& geometry)
-      : low_(geometry.aabb_local.min_), high_(geometry.aabb_local.max_) {}
-
-  /// A vertex moves.
-  void move(const fcl::Vector3<S>& from, const fcl::Vector3<S>& to) {
-    for (int k = 0; k < 3; ++k) {
-      leaves_side_ = leaves_side_ || (from[k] == low_[k] && to[k] > from[k]) ||
-                     (from[k] == high_[k] && to[k] < from[k]);
-      low_[k] = std::min(low_[k], to[k]);
-      high_[k] = std::max(high_[k], to[k]);
-    }
-    squared_ = std::max(squared_, (to - from).squaredNorm());
-  }
-  /// The largest one.
-  S squaredDisplacement() const { return squared_; }
-
-  /// After the last position is written: sets box, centre and radius. The radius is half the box's
-  /// diagonal, rounded up: it holds all vertices, though not tightly.
-  void finish(const fcl::Vector3<S>* vertices, std::size_t count,
-              fcl::CollisionGeometry<S>& geometry) const {
-    fcl::Vector3<S> low = low_, high = high_;
-    if (leaves_side_) {
-      const LocalBox<S> all(vertices, count);
-      low = all.low;
-      high = all.high;
-    }
-    setLocalBox(geometry, low, high);
-    const fcl::Vector3<S>& center = geometry.aabb_center;
-    geometry.aabb_radius =
-        rounding::norm<S>(fcl::Vector3<S>((high - center).cwiseMax(center - low)));
-  }
-
- private:
-  fcl::Vector3<S> low_, high_;
-  bool leaves_side_ = false;
-  S squared_ = 0;
-};
 
 }  // namespace adaptive_bvh

@@ -24,10 +24,10 @@ namespace adaptive_bvh {
 ///   node.add(i, j)           adds the contacts of two that touch
 ///   node.isDone()            whether there are contacts enough
 ///   node.needsFew()          whether a few are enough
-template <typename S, typename Frame, typename Node>
+template <typename Frame, typename Node>
 class CandidateTests {
  public:
-  CandidateTests(Node& node, const PairInput<S>& input, const Frame& frame)
+  CandidateTests(Node& node, const PairInput& input, const Frame& frame)
       : in_(input),
         frame_(frame),
         node_(node),
@@ -143,7 +143,7 @@ class CandidateTests {
     return differences.pairs();
   }
 
-  const PairInput<S> in_;
+  const PairInput in_;
   const Frame& frame_;
   Node& node_;
   const PairErrors errors_;
@@ -154,12 +154,12 @@ class CandidateTests {
 };
 
 /// Its sink is a node, which takes the contacts.
-template <typename S, typename Frame, typename Node>
-using CandidateSearch = TriangleSearch<CandidateTests<S, Frame, Node>>;
+template <typename Frame, typename Node>
+using CandidateSearch = TriangleSearch<CandidateTests<Frame, Node>>;
 
 /// Every pair, where single precision cannot express how the meshes lie.
-template <typename S, typename Node>
-void testAllCandidates(const PairInput<S>& input, Node& node) {
+template <typename Node>
+void testAllCandidates(const PairInput& input, Node& node) {
   if (areBallsFarther(input.first, input.second, input.to_first, 0)) return;
   for (int i = 0; i < input.first.mesh.numTriangles(); ++i)
     for (int j = 0; j < input.second.mesh.numTriangles() && !node.isDone(); ++j) node.test(i, j);

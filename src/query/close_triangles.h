@@ -12,9 +12,8 @@ namespace adaptive_bvh {
 /// Two triangles that are close to each other, by and large: level by level of the four-wide trees,
 /// the few pairs of nodes are kept whose middles are nearest. Their distance is an upper bound of
 /// the meshes'.
-template <typename S>
-TrianglePair closeTriangles(const PairOfMeshes<S>& meshes) {
-  const TreePair<S> trees(meshes.first, meshes.second);
+inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
+  const TreePair trees(meshes.first, meshes.second);
   constexpr std::size_t kFew = 8;
   constexpr float kFar = 1e30f;
   struct Pair {

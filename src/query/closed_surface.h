@@ -16,8 +16,7 @@ inline std::string times(int count) {
 
 /// Throws std::invalid_argument unless the triangles of a mesh traverse every edge equally often in
 /// both directions. `what` is the query that needs a closed mesh.
-template <typename S>
-void requireClosed(const MeshState<S>& mesh, const char* what) {
+inline void requireClosed(const MeshState& mesh, const char* what) {
   if (mesh.topology->owners.isClosed()) return;
   std::string edge;
   forEachOpenEdge(mesh.view(), static_cast<unsigned>(mesh.numTriangles()),

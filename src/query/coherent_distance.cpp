@@ -4,32 +4,61 @@
 
 #include "base/rigid.h"
 #include "query/nearest_search.h"
-#include "query/placed_mesh.h"
+#include "query/single_precision.h"
 
 namespace adaptive_bvh {
+namespace {
+
+/// The distance of two meshes, call after call.
+class CoherentNearest {
+ public:
+  /// Lowers the query's distance to that of the meshes.
+  void search(const PlacedMesh& first, const PlacedMesh& second,
+              const DistanceQuery<double>& query) {
+    if (!isAnswered(first, second, query.request)) {
+      result_ = fcl::DistanceResultd();
+      NearestPair nearest(first, second, {query.request, result_});
+      nearest.addWitness(static_cast<int>(witness1_), static_cast<int>(witness2_));
+      NearestSearch search(first, second, nearest, supports_paid_);
+      search.run();
+      supports_paid_ = search.supportsPaid();
+      witness1_ = result_.b1;
+      witness2_ = result_.b2;
+      positions_[0] = first.mesh.positions;
+      positions_[1] = second.mesh.positions;
+      tf1_ = first.tf;
+      tf2_ = second.tf;
+      request_ = query.request;
+    }
+    if (result_.min_distance < query.result.min_distance) query.result = result_;
+  }
+
+ private:
+  bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
+                  const fcl::DistanceRequestd& asked) const {
+    return positions_[0] == first.mesh.positions && positions_[1] == second.mesh.positions &&
+           tf1_.matrix() == first.tf.matrix() && tf2_.matrix() == second.tf.matrix() &&
+           request_.enable_nearest_points == asked.enable_nearest_points &&
+           request_.abs_err == asked.abs_err && request_.rel_err == asked.rel_err;
+  }
+
+  std::intptr_t witness1_ = 0, witness2_ = 0;  ///< the triangles that were nearest last
+  bool supports_paid_ = false;                 ///< in the last search
+  /// The arguments of the last call, and its answer.
+  std::uint64_t positions_[2] = {0, 0};
+  fcl::Transform3d tf1_, tf2_;
+  fcl::DistanceRequestd request_;
+  fcl::DistanceResultd result_;
+};
+
+}  // namespace
 
 template <typename S>
 struct CoherentDistance<S>::State {
   State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
 
   const DeformableMesh<S>&first, &second;
-  /// The triangles that were nearest last.
-  int witness1 = 0, witness2 = 0;
-  bool supports_paid = false;  ///< in the last search
-  /// The arguments of the last call, and its answer.
-  std::uint64_t positions[2] = {0, 0};
-  fcl::Transform3<S> tf1, tf2;
-  fcl::DistanceRequest<S> request;
-  fcl::DistanceResult<S> result;
-
-  bool isAnswered(const fcl::Transform3<S>& to1, const fcl::Transform3<S>& to2,
-                  const fcl::DistanceRequest<S>& asked) const {
-    const auto now = [](const DeformableMesh<S>& mesh) { return stateOf(mesh).positions; };
-    return positions[0] == now(first) && positions[1] == now(second) &&
-           tf1.matrix() == to1.matrix() && tf2.matrix() == to2.matrix() &&
-           request.enable_nearest_points == asked.enable_nearest_points &&
-           request.abs_err == asked.abs_err && request.rel_err == asked.rel_err;
-  }
+  CoherentNearest nearest;
 };
 
 template <typename S>
@@ -49,24 +78,11 @@ S CoherentDistance<S>::distance(const fcl::Transform3<S>& tf1, const fcl::Transf
   requireRigid(tf2);
   State& state = *state_;
   if (request.isSatisfied(result)) return result.min_distance;
-  if (!state.isAnswered(tf1, tf2, request)) {
-    const PlacedMesh<S> first(state.first, tf1), second(state.second, tf2);
-    state.result = fcl::DistanceResult<S>();
-    NearestPair<S> nearest(first, second, {request, state.result});
-    nearest.addWitness(state.witness1, state.witness2);
-    NearestSearch<S> search(first, second, nearest, state.supports_paid);
-    search.run();
-    state.supports_paid = search.supportsPaid();
-    state.witness1 = static_cast<int>(state.result.b1);
-    state.witness2 = static_cast<int>(state.result.b2);
-    state.positions[0] = first.mesh.positions;
-    state.positions[1] = second.mesh.positions;
-    state.tf1 = tf1;
-    state.tf2 = tf2;
-    state.request = request;
-  }
   if (!result.o1) unsetPoints(result);
-  if (state.result.min_distance < result.min_distance) result = state.result;
+  answerInDouble(DistanceQuery<S>{request, result}, &state.first, &state.second,
+                 [&](const DistanceQuery<double>& query) {
+                   state.nearest.search({state.first, tf1}, {state.second, tf2}, query);
+                 });
   return result.min_distance;
 }
 

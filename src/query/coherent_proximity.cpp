@@ -12,12 +12,12 @@
 #include "query/tree_pair.h"
 
 namespace adaptive_bvh {
+namespace {
 
 /// At which place in the order of the leaves each triangle of a mesh is.
 class PlacesOfTriangles {
  public:
-  template <typename S>
-  void adopt(const MeshState<S>& mesh) {
+  void adopt(const MeshState& mesh) {
     if (topology_ == mesh.topology) return;
     topology_.reset();  // until the places are those of the new one
     places_.resize(mesh.topology->triangles.size());
@@ -34,10 +34,9 @@ class PlacesOfTriangles {
 
 /// The triangles around a pair of leaves, some before and behind each in the order of the tree:
 /// when two bodies stay in touch, where they touch moves on, but rarely far.
-template <typename S>
 class Surroundings {
  public:
-  Surroundings(const PairOfMeshes<S>& meshes, const LeafPair& around)
+  Surroundings(const PairOfMeshes& meshes, const LeafPair& around)
       : first_(meshes.first, around.first), second_(meshes.second, around.second) {
     for (auto& t : second_.triangles)
       for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
@@ -67,7 +66,7 @@ class Surroundings {
       fcl::AABBd box;
     };
 
-    Side(const PlacedMesh<S>& mesh, unsigned around) {
+    Side(const PlacedMesh& mesh, unsigned around) {
       constexpr unsigned kBeside = 64;
       const auto size = static_cast<unsigned>(mesh.mesh.numTriangles());
       const unsigned end = std::min(around + kBeside, size);
@@ -97,14 +96,11 @@ class Surroundings {
   Side first_, second_;
 };
 
-template <typename S>
-struct CoherentProximity<S>::State {
-  using Meshes = PairOfMeshes<S>;
+/// What is known of two meshes from call to call.
+struct KnownProximity {
+  using Meshes = PairOfMeshes;
 
-  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
-
-  const DeformableMesh<S>&first, &second;
-  RigidMotion<S> rigid;
+  RigidMotion rigid;
   /// How far the meshes have moved, in all, when the bound was found; and at the last call.
   double moved_then = 0, moved = 0;
   double step = 0, last_step = 0;  ///< of the last two calls
@@ -129,7 +125,7 @@ struct CoherentProximity<S>::State {
   }
   /// Whether around those leaves there still are some that are near.
   bool isStillNear(const Meshes& meshes, double distance) {
-    if (near && Surroundings<S>(meshes, *near).find(distance, *near)) return true;
+    if (near && Surroundings(meshes, *near).find(distance, *near)) return true;
     near.reset();
     return false;
   }
@@ -139,7 +135,7 @@ struct CoherentProximity<S>::State {
   bool haveGoneOn(const Meshes& meshes) {
     bool have_gone_on = true;
     for (int i = 0; i < 2; ++i) {
-      const MeshState<S>& mesh = (i == 0 ? meshes.first : meshes.second).mesh;
+      const MeshState& mesh = (i == 0 ? meshes.first : meshes.second).mesh;
       have_gone_on = have_gone_on && mesh.lineage == lineages[i] && mesh.travel >= travels[i];
       lineages[i] = mesh.lineage;
       travels[i] = mesh.travel;
@@ -150,7 +146,7 @@ struct CoherentProximity<S>::State {
   /// Takes note of how far the meshes have moved since the last call.
   void move(const Meshes& meshes) {
     const bool have_gone_on = haveGoneOn(meshes);
-    const bool moves_on = rigid.moveTo(meshes.first.tf, first, meshes.second.tf, second);
+    const bool moves_on = rigid.moveTo(meshes.first, meshes.second);
     const double before = moved;
     moved = rounding::sum(rounding::sum(rigid.sum(), travels[0]), travels[1]);
     const bool goes_on = have_gone_on && moves_on;
@@ -208,8 +204,8 @@ struct CoherentProximity<S>::State {
   bool searchByDistance(const Meshes& meshes, double distance, double least) {
     const double room = meshes.gap(witness).distance - distance;
     if (room <= 0) return setNear(meshes, witness);
-    S farther = static_cast<S>(distance + std::max(2 * kSteps * usualStep(), room / 2));
-    if (!compare(meshes, static_cast<S>(least), witness, farther)) {
+    double farther = distance + std::max(2 * kSteps * usualStep(), room / 2);
+    if (!compare(meshes, least, witness, farther)) {
       ++searches;
       setBound(static_cast<double>(farther));
       return false;
@@ -234,6 +230,25 @@ struct CoherentProximity<S>::State {
   }
 };
 
+/// Whether two meshes are at most `distance` apart.
+bool areWithin(const PairOfMeshes& meshes, double distance, KnownProximity& known) {
+  known.move(meshes);
+  if (known.isStillNear(meshes, distance)) return true;
+  if (known.isSurelyFarther(distance)) return false;
+  if (!known.isBoundWorth(meshes, distance)) return known.searchNear(meshes, distance);
+  return known.searchBound(meshes, distance);
+}
+
+}  // namespace
+
+template <typename S>
+struct CoherentProximity<S>::State {
+  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
+
+  const DeformableMesh<S>&first, &second;
+  KnownProximity known;
+};
+
 template <typename S>
 CoherentProximity<S>::CoherentProximity(const DeformableMesh<S>& first,
                                         const DeformableMesh<S>& second)
@@ -244,23 +259,17 @@ template <typename S>
 CoherentProximity<S>::CoherentProximity(CoherentProximity&&) noexcept = default;
 template <typename S>
 std::size_t CoherentProximity<S>::searches() const {
-  return state_->searches;
+  return state_->known.searches;
 }
 
 template <typename S>
 bool CoherentProximity<S>::isNearer(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
                                     S distance) {
-  State& state = *state_;
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  const PairOfMeshes<S> meshes(state.first, tf1, state.second, tf2);
-  const auto limit = static_cast<double>(distance);
-  state.move(meshes);
-  if (state.isStillNear(meshes, limit)) return true;
-  if (state.isSurelyFarther(limit)) return false;
-  if (!state.isBoundWorth(meshes, limit)) return state.searchNear(meshes, limit);
-  return state.searchBound(meshes, limit);
+  const PairOfMeshes meshes(state_->first, tf1, state_->second, tf2);
+  return areWithin(meshes, static_cast<double>(distance), state_->known);
 }
 
 template class CoherentProximity<float>;

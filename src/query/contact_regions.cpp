@@ -10,6 +10,7 @@
 #include "query/contact_regions_coinciding.h"
 #include "query/contact_regions_patches.h"
 #include "query/point_search.h"
+#include "query/single_precision.h"
 #include "query/winding_number.h"
 
 namespace adaptive_bvh {
@@ -106,11 +107,10 @@ struct RegionSums {
 };
 
 /// Finds the deepest of points that lie on one surface inside the other body.
-template <typename S>
 class RegionDepth {
  public:
   /// `to_other`: takes points to the other mesh's frame. They are enlarged by `scale`.
-  RegionDepth(const MeshState<S>& other, const RelativePlacement& to_other, double scale)
+  RegionDepth(const MeshState& other, const RelativePlacement& to_other, double scale)
       : to_other_(to_other), scale_(scale), search_(other), winding_(other) {}
 
   /// `is_inside`: whether the point is known to be inside.
@@ -118,7 +118,7 @@ class RegionDepth {
     // A distance changes by no more than the point moves.
     if (last_ >= 0 && last_distance_ + (point - last_point_).norm() <= region.depth) return;
     const fcl::Vector3d x = to_other_(fcl::Vector3d(point * (1 / scale_)));
-    typename PointSearch<S>::Nearest nearest;
+    PointSearch::Nearest nearest;
     if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
     // No point is farther from the surface than from one of its triangles.
     search_.search(x, nearest, region.depth / scale_);
@@ -134,20 +134,19 @@ class RegionDepth {
  private:
   const RelativePlacement to_other_;
   const double scale_;
-  PointSearch<S> search_;
-  WindingNumber<S> winding_;
+  PointSearch search_;
+  WindingNumber winding_;
   int last_ = -1;  ///< the nearest triangle of the last point
   double last_distance_ = 0;
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
 };
 
 /// The triangles of a mesh near a ray.
-template <typename S>
 class MeshRays final : public RayCandidates {
  public:
   /// `place`: takes points of the mesh to where they are, then enlarged by `scale`. `rounding`: how
   /// far off they are, before they are enlarged.
-  MeshRays(const MeshState<S>& mesh, const RelativePlacement& place, double scale, double rounding)
+  MeshRays(const MeshState& mesh, const RelativePlacement& place, double scale, double rounding)
       : place_(place), back_(place.R.inverse()), scale_(scale), rounding_(rounding), rays_(mesh) {}
 
   void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
@@ -160,7 +159,7 @@ class MeshRays final : public RayCandidates {
   const RelativePlacement place_;
   const fcl::Matrix3d back_;
   const double scale_, rounding_;
-  RayWalk<S> rays_;
+  RayWalk rays_;
 };
 
 /// What a query keeps for the next one on its thread.
@@ -173,33 +172,31 @@ struct RegionMemory {
   std::vector<CoincidingFaces> coinciding;
   std::vector<RegionSums> sums;
   int exponent = 0;     ///< points in `bodies` are enlarged by 2^exponent
-  double rounding = 0;  ///< how far off they are by the rounding of positions to S
+  double rounding = 0;  ///< how far off they are by the rounding of positions
 
   double scale() const { return std::ldexp(1., exponent); }
 };
 
-template <typename S>
-void collectCandidates(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
+void collectCandidates(const PlacedMesh& first, const PlacedMesh& second,
                        std::vector<TrianglePair>& pairs) {
   pairs.clear();
   const PairCollector collector{pairs};
-  TreePair<S> trees(first, second);
+  TreePair trees(first, second);
   alignIfNear(trees, 0);
-  const PairInput<S> input(trees);
+  const PairInput input(trees);
   searchInFrame(
       trees,
       [&](const auto& frame) {
         using Frame = std::decay_t<decltype(frame)>;
-        CandidateSearch<S, Frame, const PairCollector>(input.trees(frame), collector, input, frame)
+        CandidateSearch<Frame, const PairCollector>(input.trees(frame), collector, input, frame)
             .runFromRoots();
       },
       [&] { testAllCandidates(input, collector); });
 }
 
 /// The largest coordinate of a mesh.
-template <typename S>
-double extentOf(const PlacedMesh<S>& body) {
-  const fcl::AABB<S>& box = body.geometry->aabb_local;
+double extentOf(const PlacedMesh& body) {
+  const fcl::AABBd& box = body.bounds().aabb_local;
   return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
 }
 
@@ -210,20 +207,19 @@ int enlargementOf(double extent) {
   return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
 }
 
-template <typename S>
-void placeSurface(const MeshState<S>& mesh, const RelativePlacement& place, double scale,
+void placeSurface(const MeshState& mesh, const RelativePlacement& place, double scale,
                   ClosedSurface& surface) {
   surface.topology = mesh.topology.get();
   surface.points.resize(mesh.vertices.size());
   const fcl::Vector3d by = scale * place.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    surface.points[v] = place.R * (scale * mesh.vertices[v].template cast<double>()) + by;
+    surface.points[v] = place.R * (scale * mesh.vertices[v]) + by;
 }
 
 /// Finds crossings, what is inside, and the parts of both surfaces.
-template <typename S>
-void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                 const RelativePlacement& to_first, RegionMemory& m) {
+/// `epsilon`: of the numbers that positions were rounded to.
+void findPatches(const PlacedMesh& first, const PlacedMesh& second,
+                 const RelativePlacement& to_first, double epsilon, RegionMemory& m) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
   m.coinciding.clear();
   if (has_none || areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
@@ -234,8 +230,8 @@ void findPatches(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
   placeSurface(first.mesh, RelativePlacement(), m.scale(), m.bodies[0]);
   placeSurface(second.mesh, to_first, m.scale(), m.bodies[1]);
   constexpr double kUnits = 16;
-  m.rounding = kUnits * double(std::numeric_limits<S>::epsilon()) * in_world * m.scale();
-  MeshRays<S> first_rays(first.mesh, RelativePlacement(), m.scale(), 0),
+  m.rounding = kUnits * epsilon * in_world * m.scale();
+  MeshRays first_rays(first.mesh, RelativePlacement(), m.scale(), 0),
       second_rays(second.mesh, to_first, m.scale(), 0x1p-45 * extent);
   m.bodies[0].rays = &first_rays;
   m.bodies[1].rays = &second_rays;
@@ -257,10 +253,9 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
 }
 
 /// Tries the points of one body that are inside the other.
-template <typename S>
-void findDepths(Operand body, const MeshState<S>& other, const RelativePlacement& to_other,
+void findDepths(Operand body, const MeshState& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
-  RegionDepth<S> search(other, to_other, m.scale());
+  RegionDepth search(other, to_other, m.scale());
   const ClosedSurface& surface = m.bodies[indexOf(body)];
   // First a few: the deeper the deepest of them, the fewer of the others need a search.
   constexpr unsigned kStride = 13;
@@ -298,16 +293,15 @@ void faceOutward(RegionMemory& m) {
   for (RegionSums& sums : m.sums) sums.faceOutward(senses);
 }
 
-template <typename S>
-void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionMemory& m) {
+void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& m) {
   m.sums.assign(m.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
   for (const CoincidingFaces& faces : m.coinciding) m.sums[faces.region].leaveOut(faces);
   faceOutward(m);
   for (RegionSums& sums : m.sums) sums.finish(m.rounding);
   if (m.sums.empty()) return;
-  findDepths<S>(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
-  findDepths<S>(Operand::Second, first.mesh, RelativePlacement(), m);
+  findDepths(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
+  findDepths(Operand::Second, first.mesh, RelativePlacement(), m);
   for (RegionSums& sums : m.sums) {
     if (sums.depth >= 0) continue;
     sums.depth = 0;
@@ -316,13 +310,13 @@ void sumRegions(const PlacedMesh<S>& first, const PlacedMesh<S>& second, RegionM
 }
 
 /// Takes what was found to the world, and into a result.
-template <typename S>
 class RegionWriter {
  public:
-  RegionWriter(const RegionMemory& memory, const fcl::Transform3<S>& tf, ContactRegions<S>& result)
+  RegionWriter(const RegionMemory& memory, const fcl::Transform3d& tf,
+               ContactRegions<double>& result)
       : m_(memory),
-        turn_(tf.linear().template cast<double>()),
-        shift_(tf.translation().template cast<double>()),
+        turn_(tf.linear()),
+        shift_(tf.translation()),
         scale_(memory.scale()),
         result_(result) {}
 
@@ -334,12 +328,12 @@ class RegionWriter {
   }
 
  private:
-  fcl::Vector3<S> placed(const fcl::Vector3d& x) const {
-    return (turn_ * (x * (1 / scale_)) + shift_).template cast<S>();
+  fcl::Vector3d placed(const fcl::Vector3d& x) const {
+    return (turn_ * (x * (1 / scale_)) + shift_);
   }
   /// A length, an area or a volume.
-  S reduced(double size, int dimension) const {
-    return static_cast<S>(std::ldexp(size, -dimension * m_.exponent));
+  double reduced(double size, int dimension) const {
+    return std::ldexp(size, -dimension * m_.exponent);
   }
 
   void writeRegions() {
@@ -353,11 +347,11 @@ class RegionWriter {
       result_.volumes[r] = reduced(sums.volume, 3);
       result_.depths[r] = reduced(sums.depth, 1);
       result_.deepest_points[r] = placed(sums.deepest);
-      result_.normals[r] = (turn_ * sums.meanNormal(m_.rounding)).template cast<S>().normalized();
+      result_.normals[r] = (turn_ * sums.meanNormal(m_.rounding)).normalized();
     }
   }
 
-  void writePatches(Operand body, ContactPatches<S>& patches) const {
+  void writePatches(Operand body, ContactPatches<double>& patches) const {
     const std::size_t side = indexOf(body), count = m_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);
@@ -401,7 +395,7 @@ class RegionWriter {
   const fcl::Matrix3d turn_;
   const fcl::Vector3d shift_;
   const double scale_;
-  ContactRegions<S>& result_;
+  ContactRegions<double>& result_;
 };
 
 }  // namespace
@@ -416,19 +410,21 @@ std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3
   requireClosed(stateOf(second), "contactRegions");
   const Leased<RegionMemory> leased;
   RegionMemory& memory = *leased;
-  const PlacedMesh<S> one(first, tf1), two(second, tf2);
-  findPatches(one, two, RelativePlacement(tf1, tf2), memory);
+  const PlacedMesh one(first, tf1), two(second, tf2);
+  findPatches(one, two, RelativePlacement(one.tf, two.tf),
+              double(std::numeric_limits<S>::epsilon()), memory);
   sumRegions(one, two, memory);
-  RegionWriter<S>(memory, tf1, result).write();
+  answerInDouble(result, [&](ContactRegions<double>& regions) {
+    RegionWriter(memory, one.tf, regions).write();
+  });
   return result.size();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                        \
-  template std::size_t contactRegions(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                                      ContactRegions<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
+template std::size_t contactRegions(const DeformableMesh<float>&, const fcl::Transform3<float>&,
+                                    const DeformableMesh<float>&, const fcl::Transform3<float>&,
+                                    ContactRegions<float>&);
+template std::size_t contactRegions(const DeformableMesh<double>&, const fcl::Transform3<double>&,
+                                    const DeformableMesh<double>&, const fcl::Transform3<double>&,
+                                    ContactRegions<double>&);
 
 }  // namespace adaptive_bvh

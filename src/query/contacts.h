@@ -15,16 +15,18 @@
 
 namespace adaptive_bvh {
 
-/// The triangles of an object of a query, and where it is.
-template <typename S>
+/// The triangles of an object of a query, and where it is. P: number type of its positions, that of
+/// a model is S, that of a mesh is double.
+template <typename S, typename P = S>
 struct PlacedTriangles {
   const fcl::CollisionGeometry<S>* geometry;
-  MeshView<S> view;
+  MeshView<P> view;
   const fcl::Transform3<S>& tf;
 
-  TrianglePoints<S> operator[](int triangle) const {
+  TrianglePoints<double> operator[](int triangle) const {
     const VertexIndices t = view.verticesOf(static_cast<unsigned>(triangle));
-    return {view.vertices[t[0]], view.vertices[t[1]], view.vertices[t[2]]};
+    return pointsAs<double>(
+        TrianglePoints<P>{view.vertices[t[0]], view.vertices[t[1]], view.vertices[t[2]]});
   }
 };
 
@@ -33,8 +35,8 @@ struct PlacedTriangles {
 /// of rounded numbers. When a triangle is a segment or a point, it reads a plane that it did not
 /// set.) `touching`: they are known to touch, neither is thin. At most `most` contacts. `to_first`
 /// takes the second object to the first's frame.
-template <typename S>
-void addContactsOf(const PlacedTriangles<S>& first, const PlacedTriangles<S>& second,
+template <typename S, typename P>
+void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, P>& second,
                    const RelativePlacement& to_first, int id1, int id2, bool touching,
                    unsigned most, const fcl::CollisionRequest<S>& request,
                    fcl::CollisionResult<S>& result) {
@@ -50,15 +52,16 @@ void addContactsOf(const PlacedTriangles<S>& first, const PlacedTriangles<S>& se
                                         unsetPoint<S>(), std::numeric_limits<S>::quiet_NaN()));
   };
   if (touching && occupied && !request.enable_contact && !request.enable_cost) return addPair();
-  const TrianglePoints<S> p = first[id1], q = second[id2];
+  const TrianglePoints<double> p = first[id1], q = second[id2];
   const TrianglePoints<double> in_first = {to_first(q[0]), to_first(q[1]), to_first(q[2])};
-  if (!touching && !touch(pointsAs<double>(p), in_first)) return;
+  if (!touching && !touch(p, in_first)) return;
   if (occupied && request.enable_contact) {
-    const TriangleContact<S> contact = contactOf(p, pointsAs<S>(in_first));
+    const TriangleContact contact = contactOf(p, in_first);
     for (unsigned i = 0; i < contact.count && i < most && hasRoom(); ++i)
-      result.addContact(fcl::Contact<S>(first.geometry, second.geometry, id1, id2,
-                                        first.tf * contact.points[i],
-                                        first.tf.linear() * contact.normal, contact.depth));
+      result.addContact(fcl::Contact<S>(
+          first.geometry, second.geometry, id1, id2,
+          first.tf * fcl::Vector3<S>(contact.points[i].template cast<S>()),
+          first.tf.linear() * contact.normal.template cast<S>(), static_cast<S>(contact.depth)));
   } else if (occupied) {
     addPair();
   }
@@ -67,7 +70,7 @@ void addContactsOf(const PlacedTriangles<S>& first, const PlacedTriangles<S>& se
     return fcl::AABB<S>(tf * t[0], tf * t[1], tf * t[2]);
   };
   fcl::AABB<S> common;
-  boxOf(first.tf, p).overlap(boxOf(second.tf, q), common);
+  boxOf(first.tf, pointsAs<S>(p)).overlap(boxOf(second.tf, pointsAs<S>(q)), common);
   const S density = first.geometry->cost_density * second.geometry->cost_density;
   result.addCostSource(fcl::CostSource<S>(common, density), request.num_max_cost_sources);
 }
@@ -110,9 +113,16 @@ class ContactLimit {
   std::atomic<std::size_t> last_;
 };
 
+/// A mesh of a query for contacts, and the object that contacts name.
+struct ContactMesh {
+  const fcl::CollisionGeometryd& geometry;
+  const PlacedMesh& placed;
+
+  PlacedTriangles<double> triangles() const { return {&geometry, placed.mesh.view(), placed.tf}; }
+};
+
 /// Adds the contacts of two meshes to the result.
-template <typename S>
-void collideMeshes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                   const CollisionQuery<S>& query);
+void collideMeshes(const ContactMesh& first, const ContactMesh& second,
+                   const CollisionQuery<double>& query);
 
 }  // namespace adaptive_bvh

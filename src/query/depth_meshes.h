@@ -17,7 +17,6 @@
 namespace adaptive_bvh {
 
 /// The body of a closed mesh, for DepthSearch: how deep points are in it. In the mesh's frame.
-template <typename S>
 class MeshTarget {
  public:
   using Witness = int;  ///< a triangle
@@ -36,7 +35,7 @@ class MeshTarget {
     feature_distance::Face<double> face_;
   };
 
-  explicit MeshTarget(const PlacedMesh<S>& mesh)
+  explicit MeshTarget(const PlacedMesh& mesh)
       : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), open_(mesh.tree().depth()) {}
 
   Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
@@ -51,7 +50,7 @@ class MeshTarget {
   }
 
   void measure(DepthPoint<int>& point, int hint) {
-    typename PointSearch<S>::Nearest nearest;
+    PointSearch::Nearest nearest;
     search_.tryTriangle(point.x, hint, nearest);
     search_.search(point.x, nearest);
     point.distance = nearest.distance;
@@ -112,7 +111,7 @@ class MeshTarget {
   };
   Plane planeOf(int triangle) const {
     const auto number = static_cast<unsigned>(triangle);
-    const fcl::Vector3d n = SurfaceNormals<S>(mesh_.mesh).ofFace(number);
+    const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(number);
     return {n, n.dot(mesh_.pointsOf(number)[0])};
   }
   /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
@@ -124,7 +123,7 @@ class MeshTarget {
   }
   void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
     const auto triangle = static_cast<unsigned>(point.witness);
-    const SurfaceNormals<S> normals(mesh_.mesh);
+    const SurfaceNormals normals(mesh_.mesh);
     bounds.nearest = vertexFaceDistance<double>(point.x, mesh_.pointsOf(triangle)).second;
     bounds.outward = normals.at(normals.nearestPlace(point.x, triangle));
   }
@@ -153,17 +152,16 @@ class MeshTarget {
     return float4::all(static_cast<float>(std::clamp<double>(y, -kFar, kFar)));
   }
 
-  const PlacedMesh<S>& mesh_;
-  PointSearch<S> search_;
-  WindingNumber<S> winding_;
+  const PlacedMesh& mesh_;
+  PointSearch search_;
+  WindingNumber winding_;
   OpenNodes open_;
 };
 
 /// The surface of a mesh, for DepthSearch, in the target's frame.
-template <typename S>
 class MeshSource {
  public:
-  MeshSource(const PlacedMesh<S>& mesh, const RelativePlacement& to_target)
+  MeshSource(const PlacedMesh& mesh, const RelativePlacement& to_target)
       : mesh_(mesh), to_target_(to_target) {
     const BodyCoordinates& body = mesh.tree().coordinates();
     turn_ = to_target.R * body.axes() / body.scale;
@@ -241,7 +239,7 @@ class MeshSource {
     return point = search.add(to_target_(mesh_.mesh.vertices[v]));
   }
 
-  const PlacedMesh<S>& mesh_;
+  const PlacedMesh& mesh_;
   const RelativePlacement to_target_;
   const Leased<Memory> memory_;
   fcl::Matrix3d turn_;  ///< takes the tree's coordinates to the target
@@ -252,12 +250,11 @@ class MeshSource {
 /// until `visit` returns false; x is the first corner of that triangle, in the frame of `around`.
 /// The surfaces must not touch, so one vertex decides for its component. If they are nearer than
 /// the rounding error of a transformed vertex, either answer is possible.
-template <typename S, typename Visit>
-void visitContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, const Visit& visit) {
+template <typename Visit>
+void visitContained(const PlacedMesh& mesh, const PlacedMesh& around, const Visit& visit) {
   const RelativePlacement to_around(around.tf, mesh.tf);
-  MeshTarget<S> target(around);
-  if (target.isClear(to_around(mesh.geometry->aabb_center),
-                     1.01 * double(mesh.geometry->aabb_radius)))
+  MeshTarget target(around);
+  if (target.isClear(to_around(mesh.bounds().aabb_center), 1.01 * mesh.bounds().aabb_radius))
     return;
   for (const unsigned triangle : mesh.mesh.topology->components.firstTriangles()) {
     const fcl::Vector3d x = to_around(mesh.mesh.vertices[mesh.mesh.view().verticesOf(triangle)[0]]);
@@ -266,10 +263,9 @@ void visitContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around, cons
 }
 
 /// Whether a component of a mesh is inside of a closed one. The surfaces must not touch.
-template <typename S>
-bool isContained(const PlacedMesh<S>& mesh, const PlacedMesh<S>& around) {
+inline bool isContained(const PlacedMesh& mesh, const PlacedMesh& around) {
   bool is_contained = false;
-  visitContained(mesh, around, [&](int, const fcl::Vector3d&, MeshTarget<S>&) {
+  visitContained(mesh, around, [&](int, const fcl::Vector3d&, MeshTarget&) {
     is_contained = true;
     return false;
   });

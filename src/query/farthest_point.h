@@ -9,9 +9,8 @@ namespace adaptive_bvh {
 /// walk over a bounded number of nodes meets, those first whose boxes reach the farthest. So it
 /// takes as long for a large mesh as for a small one, whose bounds along the direction need all
 /// vertices.
-template <typename S>
-fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3<S>* vertices,
-                            const fcl::Vector3d& along) {
+inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* vertices,
+                                   const fcl::Vector3d& along) {
   constexpr int kMostNodes = 48;
   const fcl::Vector3f in_tree = (tree.toBody() * along).stableNormalized().template cast<float>();
   const auto reachOf = [&](const Boxes4& boxes) -> Float4 {
@@ -22,7 +21,7 @@ fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3<S>* vertice
   };
   OpenNodes open(tree.depth());
   open.start();
-  fcl::Vector3d best = vertices[tree.corners(0)[0]].template cast<double>();
+  fcl::Vector3d best = vertices[tree.corners(0)[0]];
   float most = -std::numeric_limits<float>::infinity();
   for (int visited = 0; visited < kMostNodes && !open.isEmpty(); ++visited) {
     const OpenNodes::Node next = open.pop();
@@ -37,7 +36,7 @@ fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3<S>* vertice
       if (reach[i] <= most) continue;
       const Int4& corners = tree.corners(static_cast<unsigned>(node.first) + i);
       for (int k = 0; k < 3; ++k) {
-        const fcl::Vector3d x = vertices[corners[k]].template cast<double>();
+        const fcl::Vector3d x = vertices[corners[k]];
         const float at = in_tree.dot((tree.toBody() * (x - tree.origin())).template cast<float>());
         if (at > most) best = x;
         most = std::max(most, at);

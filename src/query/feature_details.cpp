@@ -5,6 +5,7 @@
 #include "base/rigid.h"
 #include "query/placed_mesh.h"
 #include "query/point_search.h"
+#include "query/single_precision.h"
 #include "query/surface_normals.h"
 #include "triangles/feature_distance.h"
 #include "triangles/triangle_gap.h"
@@ -44,10 +45,9 @@ double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
 }
 
 /// A mesh as the first mesh sees it.
-template <typename S>
 class SeenMesh {
  public:
-  SeenMesh(const MeshState<S>& mesh, const RelativePlacement& to_first)
+  SeenMesh(const MeshState& mesh, const RelativePlacement& to_first)
       : mesh_(mesh), normals_(mesh), to_first_(to_first) {}
 
   fcl::Vector3d point(unsigned vertex) const { return to_first_(mesh_.vertices[vertex]); }
@@ -68,20 +68,19 @@ class SeenMesh {
   }
 
  private:
-  const MeshState<S>& mesh_;
-  const SurfaceNormals<S> normals_;
+  const MeshState& mesh_;
+  const SurfaceNormals normals_;
   const RelativePlacement to_first_;
 };
 
 /// Details of a vertex (first) and a face.
-template <typename S>
-Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh<S>& mesh, unsigned triangle) {
+Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned triangle) {
   const Corners corners = mesh.face(triangle);
   Detail found;
   feature_distance::FacePlace<double> at;
   found.first = x;
   found.distance = feature_distance::Face<double>(corners).distance(x, found.second, at);
-  const SurfacePlace place = SurfaceNormals<S>::placeOf(at, triangle);
+  const SurfacePlace place = SurfaceNormals::placeOf(at, triangle);
   found.coordinates = place.barycentric;
   const double size = std::max(x.lpNorm<Eigen::Infinity>(), sizeOf(corners));
   if (found.distance > kTouching * size)
@@ -104,8 +103,7 @@ fcl::Vector3d directionOfTouching(const Segment& a, const Segment& b, const fcl:
   return rest.norm() > kParallel ? fcl::Vector3d(rest.normalized()) : fcl::Vector3d::Zero();
 }
 
-template <typename S>
-Detail edgeEdgeDetail(const SeenMesh<S>& first, unsigned edge1, const SeenMesh<S>& second,
+Detail edgeEdgeDetail(const SeenMesh& first, unsigned edge1, const SeenMesh& second,
                       unsigned edge2) {
   const Segment a = first.edge(edge1), b = second.edge(edge2);
   std::array<double, 2> along;
@@ -123,8 +121,7 @@ Detail edgeEdgeDetail(const SeenMesh<S>& first, unsigned edge1, const SeenMesh<S
 struct FeatureCounts {
   std::size_t vertices, triangles, edges;
 };
-template <typename S>
-FeatureCounts countsOf(const MeshState<S>& mesh) {
+FeatureCounts countsOf(const MeshState& mesh) {
   const std::size_t triangles = mesh.topology->triangles.size();
   return {mesh.vertices.size(), triangles, 3 * triangles};
 }
@@ -146,42 +143,39 @@ void requireNumbers(const FeaturePairs& pairs, const FeatureCounts& first,
 }
 
 /// Writes what detailOf(pair) returns of each pair, placed in the world.
-template <typename S, typename DetailOf>
-void writeDetails(int threads, const fcl::Transform3<S>& tf, const std::vector<FeaturePair>& pairs,
-                  const DetailOf& detailOf, FeatureDetails<S>& result) {
-  const RelativePlacement to_world(fcl::Transform3<S>::Identity(), tf);
+template <typename DetailOf>
+void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
+                  const DetailOf& detailOf, FeatureDetails<double>& result) {
   result.resize(pairs.size());
   forEachBatch(threads, pairs.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Detail detail = detailOf(pairs[i]);
-      result.distances[i] = distanceAs<S>(detail.distance);
-      result.nearest_points[i] = {to_world(detail.first).template cast<S>(),
-                                  to_world(detail.second).template cast<S>()};
-      result.coordinates[i] = detail.coordinates.template cast<S>();
-      result.normals[i] = (to_world.R * detail.normal).template cast<S>();
+      result.distances[i] = detail.distance;
+      result.nearest_points[i] = {tf * detail.first, tf * detail.second};
+      result.coordinates[i] = detail.coordinates;
+      result.normals[i] = tf.linear() * detail.normal;
     }
   });
 }
 
-template <typename S>
-void writeDetails(const MeshState<S>& first, const fcl::Transform3<S>& tf1,
-                  const MeshState<S>& second, const RelativePlacement& to_first,
-                  const FeaturePairs& pairs, FeaturePairDetails<S>& result) {
-  requireNumbers(pairs, countsOf(first), countsOf(second));
-  const SeenMesh<S> a(first, RelativePlacement()), b(second, to_first);
-  const int threads = std::max(first.query_threads, second.query_threads);
+void writeDetails(const PlacedMesh& first, const MeshState& second,
+                  const RelativePlacement& to_first, const FeaturePairs& pairs,
+                  FeaturePairDetails<double>& result) {
+  requireNumbers(pairs, countsOf(first.mesh), countsOf(second));
+  const SeenMesh a(first.mesh, RelativePlacement()), b(second, to_first);
+  const int threads = std::max(first.mesh.query_threads, second.query_threads);
   writeDetails(
-      threads, tf1, pairs.vertex_face,
+      threads, first.tf, pairs.vertex_face,
       [&](const FeaturePair& p) { return vertexFaceDetail(a.point(p.first), b, p.second); },
       result.vertex_face);
   writeDetails(
-      threads, tf1, pairs.face_vertex,
+      threads, first.tf, pairs.face_vertex,
       [&](const FeaturePair& p) {
         return vertexFaceDetail(b.point(p.second), a, p.first).swapped();
       },
       result.face_vertex);
   writeDetails(
-      threads, tf1, pairs.edge_edge,
+      threads, first.tf, pairs.edge_edge,
       [&](const FeaturePair& p) { return edgeEdgeDetail(a, p.first, b, p.second); },
       result.edge_edge);
 }
@@ -194,14 +188,19 @@ void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>
                         const FeaturePairs& pairs, FeaturePairDetails<S>& result) {
   requireRigid(tf1);
   requireRigid(tf2);
-  writeDetails(stateOf(first), tf1, stateOf(second), RelativePlacement(tf1, tf2), pairs, result);
+  const PlacedMesh one(first, tf1), two(second, tf2);
+  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
+    writeDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, details);
+  });
 }
 
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
                         FeaturePairDetails<S>& result) {
-  writeDetails(stateOf(mesh), fcl::Transform3<S>(fcl::Transform3<S>::Identity()), stateOf(mesh),
-               RelativePlacement(), pairs, result);
+  const PlacedMesh in_place(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
+  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
+    writeDetails(in_place, in_place.mesh, RelativePlacement(), pairs, details);
+  });
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \

@@ -18,8 +18,7 @@ class LineView {
   /// `along`: the direction from the first to the second, of length 1, in the first mesh's frame;
   /// `from`, `to`: a point of each mesh in its own frame; `reach1`, `reach2`: how far no point of
   /// the meshes lies beyond them, toward the other. Only where RelativeFrame::isInRange.
-  template <typename S>
-  void set(const TreePair<S>& trees, const fcl::Vector3d& along, const fcl::Vector3d& from,
+  void set(const TreePair& trees, const fcl::Vector3d& along, const fcl::Vector3d& from,
            const fcl::Vector3d& to, double reach1, double reach2) {
     const BodyCoordinates &first = trees.first().coordinates(),
                           &second = trees.second().coordinates();

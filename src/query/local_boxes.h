@@ -40,12 +40,10 @@ fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& far
 
 /// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the
 /// distance that take no time. The boxes of many parts are flat where the parts are.
-template <typename S>
 class LocalBoxes {
  public:
-  LocalBoxes(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-             const RelativePlacement& to_first)
-      : first_(*first.geometry), second_(*second.geometry), to_first_(to_first) {}
+  LocalBoxes(const PlacedMesh& first, const PlacedMesh& second, const RelativePlacement& to_first)
+      : first_(first.bounds()), second_(second.bounds()), to_first_(to_first) {}
 
   fcl::Vector3d middle1() const { return middleOf(first_); }
   fcl::Vector3d middle2() const { return middleOf(second_); }
@@ -66,19 +64,17 @@ class LocalBoxes {
   }
 
  private:
-  using Geometry = fcl::CollisionGeometry<S>;
+  using Bounds = LocalBounds<double>;
 
-  static fcl::Vector3d middleOf(const Geometry& geometry) {
-    return geometry.aabb_center.template cast<double>();
-  }
-  static fcl::Vector3d corner(const Geometry& geometry, const fcl::Vector3d& along) {
-    const fcl::AABB<S>& box = geometry.aabb_local;
+  static fcl::Vector3d middleOf(const Bounds& bounds) { return bounds.aabb_center; }
+  static fcl::Vector3d corner(const Bounds& bounds, const fcl::Vector3d& along) {
+    const fcl::AABBd& box = bounds.aabb_local;
     fcl::Vector3d corner;
     for (int k = 0; k < 3; ++k) corner[k] = double(along[k] > 0 ? box.max_[k] : box.min_[k]);
     return corner;
   }
 
-  const Geometry &first_, &second_;
+  const Bounds &first_, &second_;
   const RelativePlacement& to_first_;
 };
 

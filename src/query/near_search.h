@@ -33,15 +33,14 @@ struct AnyPair {
 };
 
 /// Writes near pairs into a result.
-template <typename S>
 class PairSink {
  public:
-  using Result = TrianglePairs<S>;
+  using Result = TrianglePairs<double>;
   static constexpr int kBatch = 256;
   static constexpr bool kStopsAtFirst = false;
 
   /// `is_self`: the smaller index comes first.
-  PairSink(const PairInput<S>& input, const ProximityRequest<S>& request, bool is_self,
+  PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,
            Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
 
@@ -56,7 +55,7 @@ class PairSink {
     if (isIgnored(request_.ignored, swaps ? second : first, swaps ? first : second)) return;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
     if (!gap) return;  // neither distances nor points are requested
-    if (request_.enable_distances) result_.distances.push_back(distanceAs<S>(gap->distance));
+    if (request_.enable_distances) result_.distances.push_back(gap->distance);
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
 
@@ -80,27 +79,25 @@ class PairSink {
 
  private:
   void addPoints(const PointPair<double>& points, bool swaps) {
-    const auto placed = [&](const fcl::Vector3d& x) -> fcl::Vector3<S> {
+    const auto placed = [&](const fcl::Vector3d& x) -> fcl::Vector3d {
       const auto& tf = in_.first.tf.matrix();
-      return (tf.template topLeftCorner<3, 3>().template cast<double>() * x +
-              tf.template topRightCorner<3, 1>().template cast<double>())
-          .template cast<S>();
+      return (tf.template topLeftCorner<3, 3>() * x + tf.template topRightCorner<3, 1>());
     };
     result_.nearest_points.push_back({placed(points.first), placed(points.second)});
     if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
   }
 
-  const PairInput<S>& in_;
-  const ProximityRequest<S>& request_;
+  const PairInput& in_;
+  const ProximityRequest<double>& request_;
   const bool is_self_;
   Result& result_;
 };
 
 /// Every pair, where single precision cannot express how the meshes lie.
-template <typename S, typename Sink>
-void testAllPairs(const PairInput<S>& input, Sink& sink) {
+template <typename Sink>
+void testAllPairs(const PairInput& input, Sink& sink) {
   const SameFrame frame;  // of no use here
-  const WithinTests<S, SameFrame, Sink> tests(sink, input, frame);
+  const WithinTests<SameFrame, Sink> tests(sink, input, frame);
   sink.clear();
   if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
   const auto size1 = static_cast<unsigned>(input.first.mesh.numTriangles()),
@@ -114,17 +111,15 @@ void testAllPairs(const PairInput<S>& input, Sink& sink) {
 
 /// Whether there is a pair at most so far apart, by boxes grown by that distance; `found` is the
 /// first.
-template <typename S>
-bool searchAny(const PairOfMeshes<S>& meshes, double distance, TrianglePair& found) {
-  TreePair<S> trees(meshes.first, meshes.second);
+inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair& found) {
+  TreePair trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
-  const PairInput<S> input(trees, distance);
+  const PairInput input(trees, distance);
   AnyPair any;
   searchInFrame(
       trees,
       [&](const auto& frame) {
-        WithinSearch<S, std::decay_t<decltype(frame)>, AnyPair>(input.trees(frame), any, input,
-                                                                frame)
+        WithinSearch<std::decay_t<decltype(frame)>, AnyPair>(input.trees(frame), any, input, frame)
             .runFromRoots();
       },
       [&] { testAllPairs(input, any); });
@@ -135,49 +130,44 @@ bool searchAny(const PairOfMeshes<S>& meshes, double distance, TrianglePair& fou
 }
 
 /// The mean length of edges, of a sample.
-template <typename S>
-double meanEdge(const MeshState<S>& mesh) {
+inline double meanEdge(const MeshState& mesh) {
   constexpr int kSample = 32;
   const int step = mesh.numTriangles() / kSample + 1;
   double sum = 0;
   int count = 0;
   for (int t = 0; t < mesh.numTriangles(); t += step, ++count) {
     const auto ends = edgeVertices(mesh.topology->triangles.data(), 3 * unsigned(t));
-    sum += double((mesh.vertices[ends[1]] - mesh.vertices[ends[0]]).norm());
+    sum += (mesh.vertices[ends[1]] - mesh.vertices[ends[0]]).norm();
   }
   return sum / count;
 }
 
 /// Whether the distance is so small, for the triangles, that to search with grown boxes is the
 /// faster way: these let everything pass that is as near along each axis.
-template <typename S>
-bool isFewEdges(const PairOfMeshes<S>& meshes, double distance) {
+inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
   constexpr double kFew = 3;
   return distance <= kFew * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
-/// Whether `compare` is the faster way to compare the distance with one. Its result is rounded to
-/// S, so that must be double.
-template <typename S>
-bool canCompare(const PairOfMeshes<S>& meshes, double distance) {
+/// Whether `compare` is the faster way to compare the distance with one.
+inline bool canCompare(const PairOfMeshes& meshes, double distance) {
   constexpr double kNothing = 1e-9;
-  const auto size =
-      double(meshes.first.geometry->aabb_radius) + double(meshes.second.geometry->aabb_radius);
-  return std::is_same<S, double>::value && distance > kNothing * size;
+  const auto size = meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius;
+  return distance > kNothing * size;
 }
 
 /// Whether the distance is at most `enough`. When it is not, `farther` is a lower bound of it: what
 /// was passed, or the distance where it is less. `witness`: a pair that may be near; then the
 /// nearest that was found.
-template <typename S>
-bool compare(const PairOfMeshes<S>& meshes, S enough, TrianglePair& witness, S& farther) {
-  const fcl::DistanceRequest<S> request;
-  fcl::DistanceResult<S> result(
-      std::max(farther, std::nextafter(enough, std::numeric_limits<S>::max())));
-  NearestPair<S> nearest(meshes.first, meshes.second, {request, result});
+inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
+                    double& farther) {
+  const fcl::DistanceRequestd request;
+  fcl::DistanceResultd result(
+      std::max(farther, std::nextafter(enough, std::numeric_limits<double>::max())));
+  NearestPair nearest(meshes.first, meshes.second, {request, result});
   nearest.stopAt(enough);
   nearest.addWitness(int(witness.first), int(witness.second));
-  NearestSearch<S>(meshes.first, meshes.second, nearest).run();
+  NearestSearch(meshes.first, meshes.second, nearest).run();
   if (nearest.isImproved()) witness = {unsigned(result.b1), unsigned(result.b2)};
   farther = result.min_distance;
   return result.min_distance <= enough;

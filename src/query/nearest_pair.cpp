@@ -8,11 +8,9 @@ namespace {
 
 /// The distance of two triangles is off by some epsilon of what their coordinates are made of: the
 /// second's are placed in the first's frame.
-template <typename S>
-double roundingOf(const fcl::Vector3d& T, const PlacedMesh<S>& first, const PlacedMesh<S>& second) {
-  const auto size = [](const PlacedMesh<S>& mesh) -> double {
-    return mesh.geometry->aabb_center.template cast<double>().template lpNorm<1>() +
-           2 * double(mesh.geometry->aabb_radius);
+double roundingOf(const fcl::Vector3d& T, const PlacedMesh& first, const PlacedMesh& second) {
+  const auto size = [](const PlacedMesh& mesh) -> double {
+    return mesh.bounds().aabb_center.template lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
   };
   return 8 * rounding::epsilon<double>() * (T.template lpNorm<1>() + size(first) + size(second));
 }
@@ -23,9 +21,8 @@ VertexIndices verticesOf(const Int4& corners) {
 
 }  // namespace
 
-template <typename S>
-NearestPair<S>::NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                            const DistanceQuery<S>& query)
+NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
+                         const DistanceQuery<double>& query)
     : first_(first),
       second_(second),
       request_(query.request),
@@ -38,8 +35,7 @@ NearestPair<S>::NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& sec
 }
 
 /// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
-template <typename S>
-void NearestPair<S>::setLimit() {
+void NearestPair::setLimit() {
   const auto least = static_cast<double>(result_.min_distance);
   limit_ = std::max(least - static_cast<double>(request_.abs_err),
                     least / (1 + static_cast<double>(request_.rel_err)));
@@ -47,9 +43,8 @@ void NearestPair<S>::setLimit() {
 }
 
 /// Measures along the line between the nearest points of two triangles.
-template <typename S>
-void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
-                               const VertexIndices& b) {
+void NearestPair::lookAlong(const TriangleGap& gap, const VertexIndices& a,
+                            const VertexIndices& b) {
   triangles_.lookAlong(gap.points.first, gap.points.second);
   near1_ = a;
   near2_ = b;
@@ -57,24 +52,21 @@ void NearestPair<S>::lookAlong(const TriangleGap& gap, const VertexIndices& a,
   is_refined_ = false;
 }
 
-template <typename S>
-void NearestPair<S>::refineLine() {
+void NearestPair::refineLine() {
   is_refined_ = true;
   if (triangles_.direction() == fcl::Vector3d::Zero()) return;
   triangles_.preferNormals(near1_, near2_, near_distance_ - tolerance());
   raiseLeast();
 }
 
-template <typename S>
-void NearestPair<S>::raiseLeast() {
+void NearestPair::raiseLeast() {
   const auto& line = triangles_.line();
   raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
              boxes_.reach2(line.to, -line.along2));
 }
 
-template <typename S>
-bool NearestPair<S>::lookAlongHulls() {
-  const auto farthestOf = [](const PlacedMesh<S>& mesh) {
+bool NearestPair::lookAlongHulls() {
+  const auto farthestOf = [](const PlacedMesh& mesh) {
     return [&mesh](const fcl::Vector3d& along) -> fcl::Vector3d {
       return farthestPoint(mesh.tree(), mesh.mesh.vertices.data(), along);
     };
@@ -89,14 +81,10 @@ bool NearestPair<S>::lookAlongHulls() {
   return true;
 }
 
-template <typename S>
-void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle2) {
-  result_.update(distanceAs<S>(gap.distance), first_.geometry, second_.geometry, triangle1,
-                 triangle2);
+void NearestPair::improve(const TriangleGap& gap, int triangle1, int triangle2) {
+  result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller names them
   if (request_.enable_nearest_points) {
-    const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3<S> {
-      return (first_.tf.template cast<double>() * x).template cast<S>();
-    };
+    const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d { return (first_.tf * x); };
     result_.nearest_points[0] = inWorld(gap.points.first);
     result_.nearest_points[1] = inWorld(gap.points.second);
   } else {
@@ -106,21 +94,19 @@ void NearestPair<S>::improve(const TriangleGap& gap, int triangle1, int triangle
   setLimit();
 }
 
-template <typename S>
-void NearestPair<S>::addWitness(int triangle1, int triangle2) {
+void NearestPair::addWitness(int triangle1, int triangle2) {
   if (triangle1 < 0 || triangle1 >= first_.mesh.numTriangles() || triangle2 < 0 ||
       triangle2 >= second_.mesh.numTriangles())
     return;
   const VertexIndices a = first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
                       b = second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2));
   const TriangleGap gap = triangles_.gap(a, b);
-  if (distanceAs<S>(gap.distance) < result_.min_distance) improve(gap, triangle1, triangle2);
+  if (gap.distance < result_.min_distance) improve(gap, triangle1, triangle2);
   lookAlong(gap, a, b);
 }
 
-template <typename S>
-void NearestPair<S>::test(unsigned open, const TriangleBlock& block, double unit, double error,
-                          const WideNode& leaf1, const WideNode& leaf2) {
+void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, double error,
+                       const WideNode& leaf1, const WideNode& leaf2) {
   const double off = rounding_ + error, slack = double(block.slack()) * unit + 2 * off;
   const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));
   Float4 bounds[4];
@@ -139,8 +125,7 @@ void NearestPair<S>::test(unsigned open, const TriangleBlock& block, double unit
 
 /// `bound`: a lower bound of their distance in single precision; `slack`: by so much one along the
 /// same lines may be larger in double precision.
-template <typename S>
-void NearestPair<S>::testPair(const Int4& first, const Int4& second, double bound, double slack) {
+void NearestPair::testPair(const Int4& first, const Int4& second, double bound, double slack) {
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
   ++triangle_tests_;
   if (bound + slack >= limit_) {
@@ -149,23 +134,22 @@ void NearestPair<S>::testPair(const Int4& first, const Int4& second, double boun
       return;
   }
   const TriangleGap gap = triangles_.gap(a, b);
-  if (!(distanceAs<S>(gap.distance) < result_.min_distance)) return;
+  if (!(gap.distance < result_.min_distance)) return;
   improve(gap, first[3], second[3]);
   lookAlong(gap, a, b);
 }
 
 /// Stops at the first vertex that is too near. A few of both meshes come first: they often say so.
-template <typename S>
-bool NearestPair<S>::areSeparated() {
+bool NearestPair::areSeparated() {
   if (!isClear()) return false;
   constexpr std::size_t kFew = 32;  // one of so many
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
-  const auto reach = [](const std::vector<fcl::Vector3<S>>& vertices, const fcl::Vector3d& from,
+  const auto reach = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
                         const fcl::Vector3d& along, double most, std::size_t stride) -> double {
     double reach = 0;
     for (std::size_t i = 0; i < vertices.size() && reach <= most; i += stride)
-      reach = std::max(reach, along.dot(vertices[i].template cast<double>() - from));
+      reach = std::max(reach, along.dot(vertices[i] - from));
     return reach;
   };
   for (const std::size_t stride : {kFew, std::size_t(1)}) {
@@ -178,8 +162,5 @@ bool NearestPair<S>::areSeparated() {
   raiseLeast(limitWithinRounding());
   return true;
 }
-
-template class NearestPair<float>;
-template class NearestPair<double>;
 
 }  // namespace adaptive_bvh

@@ -13,17 +13,16 @@ namespace adaptive_bvh {
 /// The nearest pair of triangles that a distance query has found so far, and its tests of others:
 /// cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's query
 /// does, but by our own distance of two triangles (gapOf).
-template <typename S>
 class NearestPair {
  public:
-  NearestPair(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-              const DistanceQuery<S>& query);
+  NearestPair(const PlacedMesh& first, const PlacedMesh& second,
+              const DistanceQuery<double>& query);
   NearestPair(const NearestPair&) = delete;
   NearestPair& operator=(const NearestPair&) = delete;
 
   /// Ends the search with the first pair whose distance is at most `enough`. Call it before the
   /// search if only that matters.
-  void stopAt(S enough) { enough_ = enough; }
+  void stopAt(double enough) { enough_ = enough; }
   /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
   void addWitness(int triangle1, int triangle2);
 
@@ -31,7 +30,7 @@ class NearestPair {
   bool isDone() const { return result_.min_distance <= enough_ || least_ >= least_enough_; }
   /// The distance of the meshes is not less than that, but for rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
-  const LocalBoxes<S>& boxes() const { return boxes_; }
+  const LocalBoxes& boxes() const { return boxes_; }
   /// Whether `refineLine` has nothing to do.
   bool isRefined() const { return is_refined_; }
   /// Improves the line between the nearest points, which rounding turns where they are near each
@@ -53,7 +52,7 @@ class NearestPair {
   /// Whether what is as near as the limit, up to rounding, surely does not touch.
   bool isClear() const { return limit_ > 4 * rounding_; }
   /// The line between the nearest points.
-  const TriangleSeparation<S>& triangles() const { return triangles_; }
+  const TriangleSeparation<double>& triangles() const { return triangles_; }
 
   /// Tests pairs: bit 4 j + i of `open` for triangle i of a leaf of the first tree and j of one of
   /// the second, which are in `block` in single precision, `unit` in the first mesh's numbers, off
@@ -79,12 +78,12 @@ class NearestPair {
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   void testPair(const Int4& first, const Int4& second, double bound, double slack);
 
-  const PlacedMesh<S>&first_, &second_;
-  const fcl::DistanceRequest<S>& request_;
-  fcl::DistanceResult<S>& result_;
+  const PlacedMesh &first_, &second_;
+  const fcl::DistanceRequestd& request_;
+  fcl::DistanceResultd& result_;
   const RelativePlacement to_first_;
-  const LocalBoxes<S> boxes_;
-  TriangleSeparation<S> triangles_;
+  const LocalBoxes boxes_;
+  TriangleSeparation<double> triangles_;
   const double rounding_;  ///< of separations of two triangles
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
@@ -93,12 +92,9 @@ class NearestPair {
   VertexIndices near1_{}, near2_{};
   double near_distance_ = 0;
   bool is_refined_ = true;
-  S enough_ = 0;  ///< a distance that ends the search
+  double enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false;
   long triangle_tests_ = 0;
 };
-
-extern template class NearestPair<float>;
-extern template class NearestPair<double>;
 
 }  // namespace adaptive_bvh

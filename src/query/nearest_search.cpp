@@ -31,8 +31,7 @@ constexpr long kNever = std::numeric_limits<long>::max();
 /// After how many tests of boxes to look along the line between two bodies: at once where single
 /// precision hardly distinguishes the boxes, so far apart they are; never where they are near, as
 /// trees with the same coordinates are better there.
-template <typename S>
-long testsBeforeView(const TreePair<S>& trees) {
+long testsBeforeView(const TreePair& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
   const double apart = trees.frame().t().template lpNorm<1>();
   if (apart > kFar) return 0;
@@ -41,9 +40,8 @@ long testsBeforeView(const TreePair<S>& trees) {
 
 }  // namespace
 
-template <typename S>
-NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                                NearestPair<S>& nearest, bool supports_first)
+NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
+                             NearestPair& nearest, bool supports_first)
     : nearest_(nearest),
       trees_(first, second),
       nodes1_(trees_.first().nodes()),
@@ -65,8 +63,7 @@ NearestSearch<S>::NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>&
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
 }
 
-template <typename S>
-const Boxes4& NearestSearch<S>::secondBoxes(int node) {
+const Boxes4& NearestSearch::secondBoxes(int node) {
   if (is_same_) return nodes2_[node].boxes;
   if (node != turned_node_)
     turned_ = trees_.frame().isInRange() ? trees_.frame()(nodes2_[node].boxes)
@@ -76,23 +73,20 @@ const Boxes4& NearestSearch<S>::secondBoxes(int node) {
 }
 
 /// Which boxes of two nodes are near along the line. Apart from the others, which take less time.
-template <typename S>
-unsigned NearestSearch<S>::nearInView(int first, int second, const LineSeparation* supports,
-                                      Gaps4x4& gaps) {
+unsigned NearestSearch::nearInView(int first, int second, const LineSeparation* supports,
+                                   Gaps4x4& gaps) {
   return view_.near(first, second, supports, gaps);
 }
 
 /// Which boxes of two nodes are near, by themselves.
-template <typename S>
-unsigned NearestSearch<S>::nearBoxes(int first, int second, Gaps4x4& gaps) {
+unsigned NearestSearch::nearBoxes(int first, int second, Gaps4x4& gaps) {
   if (has_view_) return nearInView(first, second, nullptr, gaps);
   gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
   return gaps.below(limit2_);
 }
 
 /// By supports as well.
-template <typename S>
-unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
+unsigned NearestSearch::nearLanes(int first, int second, Gaps4x4& gaps) {
   box_tests_ += nodes1_[first].count * nodes2_[second].count;
   if (has_view_) return nearInView(first, second, has_supports_ ? &line_ : nullptr, gaps);
   unsigned open = nearBoxes(first, second, gaps);
@@ -104,8 +98,7 @@ unsigned NearestSearch<S>::nearLanes(int first, int second, Gaps4x4& gaps) {
   return open;
 }
 
-template <typename S>
-void NearestSearch<S>::setLimit() {
+void NearestSearch::setLimit() {
   if (limit_ == nearest_.limit()) return;
   limit_ = nearest_.limit();
   limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
@@ -118,8 +111,7 @@ void NearestSearch<S>::setLimit() {
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
 
-template <typename S>
-void NearestSearch<S>::run() {
+void NearestSearch::run() {
   open_.clear();
   open_.push_back({0, 0, 0});
   limit_ = -1;
@@ -147,8 +139,7 @@ void NearestSearch<S>::run() {
 /// The nearest of the two nodes that were visited last; where these led to none, along a line the
 /// nearest of all: among nodes that are hardly nearer than others a search would else go through
 /// many before it comes to the nearest.
-template <typename S>
-typename NearestSearch<S>::Pair NearestSearch<S>::takeNext() {
+NearestSearch::Pair NearestSearch::takeNext() {
   if (has_view_ && has_supports_ && !has_next_) {
     const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
     while (heap_ < open_.size())
@@ -163,8 +154,7 @@ typename NearestSearch<S>::Pair NearestSearch<S>::takeNext() {
 }
 
 /// The nodes stay the same, and gaps lower bounds.
-template <typename S>
-void NearestSearch<S>::align() {
+void NearestSearch::align() {
   next_alignment_ = kNever;
   trees_.align();
   nodes1_ = trees_.first().nodes();
@@ -178,16 +168,14 @@ void NearestSearch<S>::align() {
 }
 
 /// Whether the bodies as a whole are as far apart as the nearest pair so far.
-template <typename S>
-bool NearestSearch<S>::check() {
+bool NearestSearch::check() {
   next_check_ = 2 * box_tests_;
   return nearest_.areSeparated();
 }
 
 /// From here on looks at boxes along a line.
-template <typename S>
-void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1,
-                                 double reach2) {
+void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double reach1,
+                              double reach2) {
   view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
   has_view_ = true;
   next_alignment_ = next_view_ = kNever;
@@ -204,12 +192,11 @@ void NearestSearch<S>::lookAlong(const typename TriangleSeparation<S>::Line& lin
 }
 
 /// Looks along the line between the local boxes of the meshes, which may separate them.
-template <typename S>
-void NearestSearch<S>::tryBoxes() {
+void NearestSearch::tryBoxes() {
   next_view_ = kNever;
   if (has_supports_ || !trees_.frame().isInRange()) return;
-  const LocalBoxes<S>& boxes = nearest_.boxes();
-  typename TriangleSeparation<S>::Line line;
+  const LocalBoxes& boxes = nearest_.boxes();
+  TriangleSeparation<double>::Line line;
   line.along1 = boxes.line();
   if (line.along1 == fcl::Vector3d::Zero()) return;
   line.along2 = trees_.toFirst().R.transpose() * line.along1;
@@ -219,8 +206,7 @@ void NearestSearch<S>::tryBoxes() {
 }
 
 /// Leaves out what is not nearer than the limit. Returns the cost of supports of the rest.
-template <typename S>
-long NearestSearch<S>::setSupportParts() {
+long NearestSearch::setSupportParts() {
   Gaps4x4 gaps;
   const auto near1 = [&](int node) -> unsigned {
     const unsigned pairs = nearBoxes(node, 0, gaps);
@@ -242,8 +228,7 @@ long NearestSearch<S>::setSupportParts() {
 
 /// Computes supports if the search has taken as long; again along another line where the last one
 /// separated many pairs of nodes.
-template <typename S>
-void NearestSearch<S>::trySupports() {
+void NearestSearch::trySupports() {
   if (has_supports_ && !has_view_ && !supportsPaid()) {
     next_supports_ = kNever;
     return;
@@ -270,8 +255,7 @@ void NearestSearch<S>::trySupports() {
 
 /// Looks along the line between the convex hulls, by supports, if that separates the bodies by
 /// nearly the distance. No other line is better then.
-template <typename S>
-bool NearestSearch<S>::tryHulls() {
+bool NearestSearch::tryHulls() {
   next_hulls_ = kNever;
   constexpr double kNear = 1;  // nearer, lines between triangles are as good
   if (!trees_.frame().isInRange() || !isFartherThan(kNear) || !nearest_.lookAlongHulls())
@@ -286,21 +270,18 @@ bool NearestSearch<S>::tryHulls() {
 }
 
 /// Whether the distance is more than so many radii of the smaller body.
-template <typename S>
-bool NearestSearch<S>::isFartherThan(double radii) const {
-  const auto radius = [](const PlacedMesh<S>& mesh) { return double(mesh.geometry->aabb_radius); };
+bool NearestSearch::isFartherThan(double radii) const {
+  const auto radius = [](const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; };
   return limit_ > radii * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
 }
 
 /// Whether what is between nodes across the line counts as well.
-template <typename S>
-bool NearestSearch<S>::isApart() const {
+bool NearestSearch::isApart() const {
   constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
   return trees_.frame().isInRange() && isFartherThan(kApart);
 }
 
-template <typename S>
-void NearestSearch<S>::visit(const Pair& pair) {
+void NearestSearch::visit(const Pair& pair) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
   Gaps4x4 gaps;
   const unsigned open = nearLanes(pair.first, pair.second, gaps);
@@ -312,8 +293,7 @@ void NearestSearch<S>::visit(const Pair& pair) {
 }
 
 /// What is below the two nodes; a leaf stays whole. The nearest is next.
-template <typename S>
-void NearestSearch<S>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) {
+void NearestSearch::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
   const std::size_t begin = open_.size();
   const auto add = [&](int first, int second, float gap) {
@@ -340,8 +320,7 @@ void NearestSearch<S>::push(const Pair& pair, const Gaps4x4& gaps, unsigned pair
   has_next_ = true;
 }
 
-template <typename S>
-void NearestSearch<S>::testLeaves(const Pair& pair, unsigned open) {
+void NearestSearch::testLeaves(const Pair& pair, unsigned open) {
   open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
   if (!open) return;
   const double unit = 1 / trees_.first().scale();
@@ -349,10 +328,5 @@ void NearestSearch<S>::testLeaves(const Pair& pair, unsigned open) {
                 nodes1_[pair.first], nodes2_[pair.second]);
   setLimit();
 }
-
-template class LeafBlocks<float>;
-template class LeafBlocks<double>;
-template class NearestSearch<float>;
-template class NearestSearch<double>;
 
 }  // namespace adaptive_bvh

@@ -15,11 +15,9 @@ namespace adaptive_bvh {
 /// The triangles of a leaf of each of two trees for TriangleBlock: in the first tree's coordinates,
 /// from the first corner of the second leaf. Positions of the first tree count with their
 /// residuals; those of the second are placed in double precision. docs/bounds.md, 5.
-template <typename S>
 class LeafBlocks {
  public:
-  LeafBlocks(const PlacedMesh<S>& second, const TreePair<S>& trees)
-      : placed2_(second), trees_(trees) {}
+  LeafBlocks(const PlacedMesh& second, const TreePair& trees) : placed2_(second), trees_(trees) {}
   LeafBlocks(const LeafBlocks&) = delete;
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
@@ -111,8 +109,8 @@ class LeafBlocks {
     side2_ = TriangleSides(block2_, direction_);
   }
 
-  const PlacedMesh<S>& placed2_;
-  const TreePair<S>& trees_;
+  const PlacedMesh& placed2_;
+  const TreePair& trees_;
   Vector4x3 direction_;
   fcl::Matrix3d from_second_;  ///< takes the second mesh to the first tree's coordinates
   fcl::Vector3d origin_of_second_;
@@ -123,9 +121,6 @@ class LeafBlocks {
   double slab_limit_ = 0;
   LeafSlab slab_;
 };
-
-extern template class LeafBlocks<float>;
-extern template class LeafBlocks<double>;
 
 /// What gaps of boxes say, of two four-wide trees seen in the coordinates of the first. Boxes reach
 /// farther than their triangles by more than all that is rounded in both and in their differences,
@@ -149,11 +144,10 @@ class BoxGaps {
 
 /// The exact distance of two meshes: branch and bound on their four-wide trees, the nearest pair of
 /// nodes first.
-template <typename S>
 class NearestSearch {
  public:
   /// `supports_first`: begins with supports, in place of a search that shows whether they pay.
-  NearestSearch(const PlacedMesh<S>& first, const PlacedMesh<S>& second, NearestPair<S>& nearest,
+  NearestSearch(const PlacedMesh& first, const PlacedMesh& second, NearestPair& nearest,
                 bool supports_first = false);
 
   /// All pairs of triangles, until the nearest pair is enough.
@@ -177,7 +171,7 @@ class NearestSearch {
   void setLimit();
   Pair takeNext();
   void align();
-  void lookAlong(const typename TriangleSeparation<S>::Line& line, double reach1, double reach2);
+  void lookAlong(const TriangleSeparation<double>::Line& line, double reach1, double reach2);
   bool check();
   void tryBoxes();
   bool isFartherThan(double radii) const;
@@ -194,15 +188,15 @@ class NearestSearch {
   void testLeaves(const Pair& pair, unsigned open);
   const Boxes4& secondBoxes(int node);
 
-  NearestPair<S>& nearest_;
-  TreePair<S> trees_;
+  NearestPair& nearest_;
+  TreePair trees_;
   const WideNode *nodes1_, *nodes2_;
   const bool supports_first_;
   bool is_same_;  ///< whether both trees have the same coordinates
   const Leased<Memory> memory_;
   std::vector<Pair>& open_;
   LineSeparation& line_;
-  LeafBlocks<S> blocks_;
+  LeafBlocks blocks_;
   double limit_ = -1;  ///< as `nearest_` has it
   float limit2_ = 0;   ///< as a squared gap
   /// Between the nearest points, in the first tree's coordinates.
@@ -220,8 +214,5 @@ class NearestSearch {
   Boxes4 turned_;
   long box_tests_ = 0;
 };
-
-extern template class NearestSearch<float>;
-extern template class NearestSearch<double>;
 
 }  // namespace adaptive_bvh

@@ -14,20 +14,16 @@
 namespace adaptive_bvh {
 
 /// A mesh of a query, and where it is.
-template <typename S>
 struct PlacedMesh {
+  template <typename S>
   PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement)
-      : PlacedMesh(placed, placement, placed) {}
-  /// `reported`: what results name, with the same triangles.
-  PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement,
-             const fcl::CollisionGeometry<S>& reported)
-      : geometry(&reported), mesh(stateOf(placed)), tf(placement) {}
+      : mesh(stateOf(placed)), tf(placement.template cast<double>()) {}
 
-  const fcl::CollisionGeometry<S>* geometry;
-  const MeshState<S>& mesh;
-  fcl::Transform3<S> tf;
+  const MeshState& mesh;
+  fcl::Transform3d tf;
 
   const WideTree& tree() const { return mesh.tree; }
+  const LocalBounds<double>& bounds() const { return mesh.bounds; }
   /// A triangle, by its place in the order of the leaves, or by its index: its corners in the
   /// mesh's frame.
   TrianglePoints<double> pointsAt(unsigned place) const {
@@ -41,9 +37,24 @@ struct PlacedMesh {
 
  private:
   template <typename Index>
-  fcl::Vector3d point(Index vertex) const {
-    return mesh.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
+  const fcl::Vector3d& point(Index vertex) const {
+    return mesh.vertices[static_cast<std::size_t>(vertex)];
   }
+};
+
+/// A mesh as FCL's queries are given it.
+template <typename S>
+struct MeshObject {
+  MeshObject(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& placement)
+      : MeshObject(mesh, placement, mesh) {}
+  /// `reported`: what results name, with the same triangles.
+  MeshObject(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& placement,
+             const fcl::CollisionGeometry<S>& reported)
+      : geometry(&reported), tf(placement), placed(mesh, placement) {}
+
+  const fcl::CollisionGeometry<S>* geometry;
+  fcl::Transform3<S> tf;
+  PlacedMesh placed;
 };
 
 /// The other object of a query, a shape or an octree.

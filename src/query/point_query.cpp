@@ -25,7 +25,7 @@ void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
 /// Calls each(i, x) for all points, on the threads of the mesh's queries; each thread has its own
 /// makeEach().
 template <typename S, typename MakeEach>
-void forEachPoint(const MeshState<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
+void forEachPoint(const MeshState& mesh, const fcl::Vector3<S>* points, std::size_t count,
                   const MakeEach& makeEach) {
   forEachBatch(mesh.query_threads, count, [&](std::size_t begin, std::size_t end) {
     auto each = makeEach();
@@ -34,13 +34,12 @@ void forEachPoint(const MeshState<S>& mesh, const fcl::Vector3<S>* points, std::
 }
 
 template <typename S>
-ClosestPoint<S> pointOf(const typename PointSearch<S>::Nearest& nearest) {
+ClosestPoint<S> pointOf(const PointSearch::Nearest& nearest) {
   return {nearest.point.template cast<S>(), static_cast<S>(nearest.distance), nearest.triangle};
 }
 
 template <typename S>
-ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals,
-                            const typename PointSearch<S>::Nearest& nearest) {
+ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Nearest& nearest) {
   if (nearest.triangle < 0)
     return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
             std::numeric_limits<S>::infinity(),
@@ -50,7 +49,7 @@ ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals,
             0,
             fcl::Vector3<S>::Zero()};
   const SurfacePlace place =
-      SurfaceNormals<S>::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
+      SurfaceNormals::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
   return {nearest.point.template cast<S>(),
           static_cast<S>(nearest.distance),
           nearest.triangle,
@@ -62,13 +61,12 @@ ClosestFeature<S> featureOf(const SurfaceNormals<S>& normals,
 
 /// Calls sign(x), for each vertex x where it is in the other's frame, for the sign of its distance.
 template <typename S, typename MakeSign>
-void findDistances(const MeshState<S>& mesh, const RelativePlacement& to_other,
-                   const MeshState<S>& other, S limit, const MakeSign& makeSign,
-                   std::vector<S>& result) {
+void findDistances(const MeshState& mesh, const RelativePlacement& to_other, const MeshState& other,
+                   S limit, const MakeSign& makeSign, std::vector<S>& result) {
   result.resize(mesh.vertices.size());
   forEachPoint(other, mesh.vertices.data(), result.size(), [&] {
-    return [&, search = NearestInTurn<S>(other), sign = makeSign()](
-               std::size_t i, const fcl::Vector3d& x) mutable {
+    return [&, search = NearestInTurn(other), sign = makeSign()](std::size_t i,
+                                                                 const fcl::Vector3d& x) mutable {
       const fcl::Vector3d at = to_other(x);
       result[i] = sign(at) * static_cast<S>(search(at, static_cast<double>(limit)).distance);
     };
@@ -82,9 +80,9 @@ void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
                    std::vector<ClosestPoint<S>>& result) {
   requireFinite(points, count);
   result.resize(count);
-  const MeshState<S>& state = stateOf(mesh);
+  const MeshState& state = stateOf(mesh);
   forEachPoint(state, points, count, [&] {
-    return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+    return [&, search = NearestInTurn(state)](std::size_t i, const fcl::Vector3d& x) mutable {
       result[i] = pointOf<S>(search(x));
     };
   });
@@ -93,7 +91,7 @@ void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
 template <typename S>
 ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point) {
   requireFinite(&point, 1);
-  return pointOf<S>(NearestInTurn<S>(stateOf(mesh))(point.template cast<double>()));
+  return pointOf<S>(NearestInTurn(stateOf(mesh))(point.template cast<double>()));
 }
 
 template <typename S>
@@ -102,10 +100,10 @@ void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
   requireDistance(limit);
   requireFinite(points, count);
   result.resize(count);
-  const MeshState<S>& state = stateOf(mesh);
-  const SurfaceNormals<S> normals(state);
+  const MeshState& state = stateOf(mesh);
+  const SurfaceNormals normals(state);
   forEachPoint(state, points, count, [&] {
-    return [&, search = NearestInTurn<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+    return [&, search = NearestInTurn(state)](std::size_t i, const fcl::Vector3d& x) mutable {
       result[i] = featureOf<S>(normals, search(x, static_cast<double>(limit)));
     };
   });
@@ -114,12 +112,12 @@ void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
 template <typename S>
 void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
                      std::size_t count, std::vector<S>& result) {
-  const MeshState<S>& state = stateOf(mesh);
+  const MeshState& state = stateOf(mesh);
   requireClosed(state, "signedDistances");
   requireFinite(points, count);
   result.resize(count);
   forEachPoint(state, points, count, [&] {
-    return [&, search = NearestInTurn<S>(state), winding = WindingNumber<S>(state)](
+    return [&, search = NearestInTurn(state), winding = WindingNumber(state)](
                std::size_t i, const fcl::Vector3d& x) mutable {
       const double distance = search(x).distance;
       const bool is_inside = distance > 0 && winding.of(x) != 0;
@@ -134,10 +132,10 @@ void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points
   requireTolerance(tolerance);
   requireFinite(points, count);
   result.resize(count);
-  const MeshState<S>& state = stateOf(mesh);
+  const MeshState& state = stateOf(mesh);
   if (state.topology->owners.isClosed()) {
     forEachPoint(state, points, count, [&] {
-      return [&, winding = WindingNumber<S>(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+      return [&, winding = WindingNumber(state)](std::size_t i, const fcl::Vector3d& x) mutable {
         result[i] = static_cast<S>(winding.of(x));
       };
     });
@@ -155,7 +153,7 @@ void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points
 
 template <typename S>
 bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edges) {
-  const MeshState<S>& state = stateOf(mesh);
+  const MeshState& state = stateOf(mesh);
   const bool is_closed = state.topology->owners.isClosed();
   if (!open_edges) return is_closed;
   open_edges->clear();
@@ -188,10 +186,10 @@ void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf
   requireDistance(limit);
   requireRigid(tf);
   requireRigid(other_tf);
-  const MeshState<S>& closed = stateOf(other);
+  const MeshState& closed = stateOf(other);
   requireClosed(closed, "a signed clearance");
   const auto byWinding = [&] {
-    return [number = WindingNumber<S>(closed)](const fcl::Vector3d& x) mutable {
+    return [number = WindingNumber(closed)](const fcl::Vector3d& x) mutable {
       return number.of(x) != 0 ? S(-1) : S(1);
     };
   };

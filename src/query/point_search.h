@@ -33,7 +33,6 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
 /// single precision, and so are the triangles of a leaf. That excludes triangles that are certainly
 /// farther; the others are tested in double: docs/bounds.md, 16.
-template <typename S>
 class PointSearch {
  public:
   struct Nearest {
@@ -45,7 +44,7 @@ class PointSearch {
     double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
   };
 
-  explicit PointSearch(const MeshState<S>& mesh)
+  explicit PointSearch(const MeshState& mesh)
       : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
 
   /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
@@ -178,7 +177,7 @@ class PointSearch {
   /// Distances of two triangles are off by less, together, in units of the tree.
   static constexpr double kRounding = 0x1p-45;
 
-  const MeshState<S>& mesh_;
+  const MeshState& mesh_;
   const WideTree& tree_;
   OpenNodes open_;
   Float4 point_[3], error_;
@@ -187,12 +186,11 @@ class PointSearch {
 };
 
 /// Nearest points of points that follow each other.
-template <typename S>
 class NearestInTurn {
  public:
-  using Nearest = typename PointSearch<S>::Nearest;
+  using Nearest = PointSearch::Nearest;
 
-  explicit NearestInTurn(const MeshState<S>& mesh) : search_(mesh) {}
+  explicit NearestInTurn(const MeshState& mesh) : search_(mesh) {}
 
   /// No triangle where none is nearer than `limit`.
   Nearest operator()(const fcl::Vector3d& x,
@@ -206,7 +204,7 @@ class NearestInTurn {
   }
 
  private:
-  PointSearch<S> search_;
+  PointSearch search_;
   int last_ = -1;
 };
 

@@ -9,6 +9,7 @@
 #include "query/depth_meshes.h"
 #include "query/found_parts.h"
 #include "query/near_search.h"
+#include "query/single_precision.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
 #include "query/within_tests.h"
@@ -20,7 +21,6 @@ namespace {
 
 /// Writes the near features of near pairs of triangles into a result. Only features that the
 /// triangles own are written, so each pair occurs once.
-template <typename S>
 class FeatureSink {
  public:
   using Result = FeaturePairs;
@@ -28,7 +28,7 @@ class FeatureSink {
   static constexpr bool kStopsAtFirst = false;
 
   /// `is_self`: features with a vertex in common are left out.
-  FeatureSink(const PairInput<S>& input, const FeatureProximityRequest<S>& request, bool is_self,
+  FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
               Result& result)
       : in_(input),
         request_(request),
@@ -83,9 +83,7 @@ class FeatureSink {
                      std::vector<FeaturePair>& pairs) {
     if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
   }
-  static double sizeOf(const PlacedMesh<S>& mesh) {
-    return static_cast<double>(mesh.geometry->aabb_radius);
-  }
+  static double sizeOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
   /// `touches()`: whether the features have a common point, without error. It decides where
   /// rounding could hide that.
   template <typename Touches>
@@ -126,8 +124,8 @@ class FeatureSink {
     append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
   }
 
-  const PairInput<S>& in_;
-  const FeatureProximityRequest<S>& request_;
+  const PairInput& in_;
+  const FeatureProximityRequest<double>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
   /// More than distances of touching features are computed to be, in parts of the bodies' sizes.
@@ -136,19 +134,19 @@ class FeatureSink {
   Result& result_;
 };
 
-template <typename S, typename Frame, typename Sink>
-void collect(const PairInput<S>& input, const Frame& frame, Sink& sink) {
-  searchAll<WithinTests<S, Frame, Sink>>(
+template <typename Frame, typename Sink>
+void collect(const PairInput& input, const Frame& frame, Sink& sink) {
+  searchAll<WithinTests<Frame, Sink>>(
       std::max(input.first.mesh.query_threads, input.second.mesh.query_threads), input.trees(frame),
       sink, input, frame);
 }
 
 /// Collects pairs of two meshes.
-template <typename S, typename MakeSink>
-void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink& makeSink) {
-  TreePair<S> trees(meshes.first, meshes.second);
+template <typename MakeSink>
+void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink) {
+  TreePair trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
-  const PairInput<S> input(trees, distance);
+  const PairInput input(trees, distance);
   auto sink = makeSink(input);
   searchInFrame(
       trees, [&](const auto& frame) { collect(input, frame, sink); },
@@ -157,12 +155,11 @@ void collectPairs(const PairOfMeshes<S>& meshes, double distance, const MakeSink
 
 /// Collects pairs of one mesh with itself. `skips_flat`: whether pairs with a common vertex do not
 /// count, so that flat patches have none.
-template <typename S, typename MakeSink>
-void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFilter filter,
+template <typename MakeSink>
+void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
                      bool skips_flat, const MakeSink& makeSink) {
-  const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
-  PairInput<S> input(placed, filter, distance);
+  PairInput input(placed, filter, distance);
   // At least the heights of longer triangles have to exceed the distance.
   if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
   auto sink = makeSink(input);
@@ -170,7 +167,11 @@ void collectOwnPairs(const DeformableMesh<S>& mesh, double distance, NeighbourFi
 }
 
 template <typename S>
-void requireFeatures(const FeatureProximityRequest<S>& request, bool is_self) {
+PlacedMesh inItsFrame(const DeformableMesh<S>& mesh) {
+  return {mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity())};
+}
+
+void requireFeatures(const FeatureProximityRequest<double>& request, bool is_self) {
   requireDistance(request.distance);
   requireSorted(request.vertex_face);
   requireSorted(request.face_vertex);
@@ -183,13 +184,16 @@ template <typename S>
 std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                         const ProximityRequest<S>& request, TrianglePairs<S>& result) {
-  requireDistance(request.distance);
-  requireSorted(request.ignored);
+  const ProximityRequest<double>& asked = inDouble(request);
+  requireDistance(asked.distance);
+  requireSorted(asked.ignored);
   requireRigid(tf1);
   requireRigid(tf2);
-  collectPairs(
-      PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
-      [&](const PairInput<S>& input) { return PairSink<S>(input, request, false, result); });
+  const PairOfMeshes meshes(first, tf1, second, tf2);
+  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
+    collectPairs(meshes, asked.distance,
+                 [&](const PairInput& input) { return PairSink(input, asked, false, pairs); });
+  });
   return result.size();
 }
 
@@ -199,11 +203,14 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
   if (filter == NeighbourFilter::BeyondShared)
     throw std::invalid_argument(
         "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
-  requireDistance(request.distance);
-  requireSortedOfSelf(request.ignored);
-  collectOwnPairs(
-      mesh, double(request.distance), filter, filter == NeighbourFilter::SharedVertex,
-      [&](const PairInput<S>& input) { return PairSink<S>(input, request, true, result); });
+  const ProximityRequest<double>& asked = inDouble(request);
+  requireDistance(asked.distance);
+  requireSortedOfSelf(asked.ignored);
+  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
+    collectOwnPairs(inItsFrame(mesh), asked.distance, filter,
+                    filter == NeighbourFilter::SharedVertex,
+                    [&](const PairInput& input) { return PairSink(input, asked, true, pairs); });
+  });
   return result.size();
 }
 
@@ -211,12 +218,12 @@ template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  requireFeatures(request, false);
+  const FeatureProximityRequest<double>& asked = inDouble(request);
+  requireFeatures(asked, false);
   requireRigid(tf1);
   requireRigid(tf2);
-  collectPairs(
-      PairOfMeshes<S>(first, tf1, second, tf2), double(request.distance),
-      [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, false, result); });
+  collectPairs(PairOfMeshes(first, tf1, second, tf2), asked.distance,
+               [&](const PairInput& input) { return FeatureSink(input, asked, false, result); });
   return result.size();
 }
 
@@ -232,10 +239,10 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  requireFeatures(request, true);
-  collectOwnPairs(
-      mesh, double(request.distance), NeighbourFilter::None, true,
-      [&](const PairInput<S>& input) { return FeatureSink<S>(input, request, true, result); });
+  const FeatureProximityRequest<double>& asked = inDouble(request);
+  requireFeatures(asked, true);
+  collectOwnPairs(inItsFrame(mesh), asked.distance, NeighbourFilter::None, true,
+                  [&](const PairInput& input) { return FeatureSink(input, asked, true, result); });
   return result.size();
 }
 
@@ -244,6 +251,31 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, Featur
   FeatureProximityRequest<S> request;
   request.distance = distance;
   return featurePairsWithin(mesh, request, result);
+}
+
+template <typename S>
+bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
+              bool solid) {
+  requireDistance(distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
+  if (solid) {
+    for (const DeformableMesh<S>* mesh : {&first, &second})
+      requireClosed(stateOf(*mesh), "isNearer of solid bodies");
+    if (isNearer(first, tf1, second, tf2, distance, false)) return true;
+    const PlacedMesh one(first, tf1), two(second, tf2);
+    return isContained(one, two) || isContained(two, one);
+  }
+  const PairOfMeshes meshes(first, tf1, second, tf2);
+  const auto limit = static_cast<double>(distance);
+  if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, limit)) return false;
+  TrianglePair pair{0, 0};
+  if (!isFewEdges(meshes, limit) && canCompare(meshes, limit)) {
+    double farther = limit;
+    return compare(meshes, limit, pair, farther);
+  }
+  return searchAny(meshes, limit, pair);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
@@ -260,38 +292,8 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, Featur
                                           FeaturePairs&);                                         \
   template std::size_t featurePairsWithin(const DeformableMesh<S>&,                               \
                                           const FeatureProximityRequest<S>&, FeaturePairs&);      \
-  template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
-
-template <typename S>
-bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
-              bool solid) {
-  requireDistance(distance);
-  requireRigid(tf1);
-  requireRigid(tf2);
-  if (solid) {
-    for (const DeformableMesh<S>* mesh : {&first, &second})
-      requireClosed(stateOf(*mesh), "isNearer of solid bodies");
-    if (isNearer(first, tf1, second, tf2, distance, false)) return true;
-    const PlacedMesh<S> one(first, tf1), two(second, tf2);
-    return isContained(one, two) || isContained(two, one);
-  }
-  const PairOfMeshes<S> meshes(first, tf1, second, tf2);
-  const auto limit = static_cast<double>(distance);
-  if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, limit)) return false;
-  TrianglePair pair{0, 0};
-  if (!isFewEdges(meshes, limit) && canCompare(meshes, limit)) {
-    S farther = distance;
-    return compare(meshes, distance, pair, farther);
-  }
-  return searchAny(meshes, limit, pair);
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                           \
-  template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);            \
+  template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&,                     \
                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S, bool);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)

@@ -54,7 +54,7 @@ double keepAny(const RayRange<S>& range, const RayTriangle::Hit& hit, std::uint8
 template <typename S, typename Found>
 void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
             const fcl::Vector3<S>& direction, const RayRange<S>& range, const Found& found) {
-  RayWalk<S>(stateOf(mesh))
+  RayWalk(stateOf(mesh))
       .search(origin.template cast<double>(), direction.template cast<double>(),
               double(range.begin), double(range.end), found);
 }
@@ -69,10 +69,10 @@ void searchMany(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
   requireRange(range);
   result.resize(count);
   forEachBatch(stateOf(mesh).query_threads, count, [&](std::size_t begin, std::size_t end) {
-    RayBatch<S>(stateOf(mesh))
+    RayBatch(stateOf(mesh))
         .search(
             begin, end,
-            [&](RayWalk<S>& walk, std::size_t i) -> bool {
+            [&](RayWalk& walk, std::size_t i) -> bool {
               result[i] = none;
               return walk.start(origins[i].template cast<double>(),
                                 directions[i].template cast<double>(), double(range.begin),

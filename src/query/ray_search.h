@@ -143,10 +143,9 @@ class RayInTree {
 /// A ray on its way through the four-wide tree of a mesh, node by node, so that several rays can
 /// be processed in turn, which hides the latency of memory. Boxes are tested in
 /// single precision, triangles exactly.
-template <typename S>
 class RayWalk {
  public:
-  explicit RayWalk(const MeshState<S>& mesh)
+  explicit RayWalk(const MeshState& mesh)
       : mesh_(mesh),
         nodes_(mesh.tree.nodes()),
         open_(static_cast<std::size_t>(3 * mesh.tree.depth() + 4)) {}
@@ -237,7 +236,7 @@ class RayWalk {
     for (; lanes != 0; lanes &= lanes - 1) {
       const auto place = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
       const Int4& v = mesh_.tree.corners(place);
-      const fcl::Vector3<S>* const x = mesh_.vertices.data();
+      const fcl::Vector3d* const x = mesh_.vertices.data();
       RayTriangle::Hit hit;
       if (!test_->meets(x[v[0]], x[v[1]], x[v[2]], hit)) continue;
       setEnd(found(v[3], hit));
@@ -265,7 +264,7 @@ class RayWalk {
     number_ = node.below[nearest];
   }
 
-  const MeshState<S>& mesh_;
+  const MeshState& mesh_;
   const WideNode* const nodes_;
   Scratch<Open> open_;
   Open* top_ = nullptr;
@@ -277,10 +276,9 @@ class RayWalk {
 };
 
 /// The triangles that many rays meet, several rays in turn.
-template <typename S>
 class RayBatch {
  public:
-  explicit RayBatch(const MeshState<S>& mesh) : turns_{mesh, mesh, mesh, mesh} {}
+  explicit RayBatch(const MeshState& mesh) : turns_{mesh, mesh, mesh, mesh} {}
 
   /// Rays from number `first` to `last`: start(walk, i) returns what RayWalk::start does, and
   /// found(i, triangle, hit) is called as in RayWalk::step.
@@ -315,9 +313,9 @@ class RayBatch {
   static constexpr int kAtOnce = 4;
 
   struct Turn {
-    Turn(const MeshState<S>& mesh) : walk(mesh) {}
+    Turn(const MeshState& mesh) : walk(mesh) {}
 
-    RayWalk<S> walk;
+    RayWalk walk;
     std::size_t ray = 0;
   };
   Turn turns_[kAtOnce];

@@ -15,9 +15,8 @@ namespace adaptive_bvh {
 class DepthPrecision {
  public:
   /// `size`: of all coordinates of both bodies, seen from either.
-  template <typename S>
-  DepthPrecision(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, double size,
-                 S tolerance)
+  DepthPrecision(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double size,
+                 double tolerance)
       : size_(size),
         error_(size * (0x1p-42 + 1.5 * std::max(defectOf(tf1), defectOf(tf2)))),
         tolerance_(std::max({static_cast<double>(tolerance), 4 * error_, size * 0x1p-30})) {}
@@ -29,9 +28,8 @@ class DepthPrecision {
   double tolerance() const { return tolerance_ - 2 * error_; }
 
  private:
-  template <typename S>
-  static double defectOf(const fcl::Transform3<S>& tf) {
-    const fcl::Matrix3d R = tf.linear().template cast<double>();
+  static double defectOf(const fcl::Transform3d& tf) {
+    const fcl::Matrix3d R = tf.linear();
     return (R.transpose() * R - fcl::Matrix3d::Identity()).norm();
   }
 
@@ -39,29 +37,26 @@ class DepthPrecision {
 };
 
 /// Makes the result for two placed bodies.
-template <typename S>
 class SignedDistanceResult {
  public:
-  SignedDistanceResult(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+  SignedDistanceResult(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
                        const DepthPrecision& precision)
-      : tf1_(tf1.template cast<double>()),
-        tf2_(tf2.template cast<double>()),
-        precision_(precision) {}
+      : tf1_(tf1), tf2_(tf2), precision_(precision) {}
 
   /// Result for bodies that are apart. The points are in the frame of one of them, and `outward` is
   /// the direction of the second's surface there.
-  SignedDistance<S> apart(const TriangleGap& gap, bool is_in_first,
-                          const fcl::Vector3d& outward) const {
-    SignedDistance<S> result = touching(gap, is_in_first, outward, 0);
+  SignedDistance<double> apart(const TriangleGap& gap, bool is_in_first,
+                               const fcl::Vector3d& outward) const {
+    SignedDistance<double> result = touching(gap, is_in_first, outward, 0);
     setBounds(gap.distance, gap.distance, result);
-    result.lower = std::max(result.lower, S(0));
+    result.lower = std::max(result.lower, double(0));
     return result;
   }
   /// Result for bodies that touch without a point inside; the depth is at most `depth`.
-  SignedDistance<S> touching(const TriangleGap& gap, bool is_in_first, const fcl::Vector3d& outward,
-                             double depth) const {
+  SignedDistance<double> touching(const TriangleGap& gap, bool is_in_first,
+                                  const fcl::Vector3d& outward, double depth) const {
     const auto& tf = is_in_first ? tf1_ : tf2_;
-    SignedDistance<S> result;
+    SignedDistance<double> result;
     result.deep_body = DeepBody::None;
     setPoints(tf * gap.points.first, tf * gap.points.second, 1, tf.linear() * -outward, result);
     setBounds(-depth, 0, result);
@@ -71,9 +66,9 @@ class SignedDistanceResult {
   }
   /// Result for bodies one of which has a point inside of the other. Both bounds are in the frame
   /// of the target, the other body; one of them may be empty.
-  SignedDistance<S> inside(const DepthBounds& first_in_second,
-                           const DepthBounds& second_in_first) const {
-    SignedDistance<S> result;
+  SignedDistance<double> inside(const DepthBounds& first_in_second,
+                                const DepthBounds& second_in_first) const {
+    SignedDistance<double> result;
     if (second_in_first.is_found) {
       const DepthBounds& at = second_in_first;
       result.deep_body = DeepBody::Second;
@@ -85,27 +80,26 @@ class SignedDistanceResult {
     }
     setBounds(-std::max(first_in_second.upper, second_in_first.upper),
               -std::max(first_in_second.lower, second_in_first.lower), result);
-    result.upper = std::min(result.upper, S(0));
+    result.upper = std::min(result.upper, double(0));
     return result;
   }
 
  private:
   /// `sign`: whether the line between the points leads from the first body to the second.
   void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
-                 const fcl::Vector3d& otherwise, SignedDistance<S>& result) const {
+                 const fcl::Vector3d& otherwise, SignedDistance<double>& result) const {
     constexpr double kShort = 1e-8;
-    result.points = {fcl::Vector3<S>(first.template cast<S>()),
-                     fcl::Vector3<S>(second.template cast<S>())};
+    result.points = {fcl::Vector3d(first), fcl::Vector3d(second)};
     fcl::Vector3d normal = sign * (second - first);
     if (!(normal.norm() > kShort * precision_.size())) normal = otherwise;
     if (normal.isZero(0)) normal = fcl::Vector3d::UnitZ();
-    result.normal = normal.stableNormalized().template cast<S>();
+    result.normal = normal.stableNormalized();
   }
-  void setBounds(double lower, double upper, SignedDistance<S>& result) const {
-    constexpr S kInfinity = std::numeric_limits<S>::infinity();
+  void setBounds(double lower, double upper, SignedDistance<double>& result) const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const double low = lower - precision_.error(), high = upper + precision_.error();
-    result.lower = static_cast<S>(low);
-    result.upper = static_cast<S>(high);
+    result.lower = low;
+    result.upper = high;
     if (double(result.lower) > low) result.lower = std::nextafter(result.lower, -kInfinity);
     if (double(result.upper) < high) result.upper = std::nextafter(result.upper, kInfinity);
   }

@@ -72,14 +72,13 @@ inline void Supports::computeNode(const WideTree& tree, int n) {
   }
 }
 
-template <typename S>
-void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
+void Supports::compute(const WideTree& tree, const fcl::Vector3d* vertices,
                        const fcl::Vector3d& from, const fcl::Vector3d& direction) {
   const std::vector<unsigned>& vertex_of = tree.slots().vertices();
   of_slot_.resize(vertex_of.size());
   for (const Run& run : runs_)
     for (std::size_t i = run.first_slot; i < run.end_slot; ++i)
-      of_slot_[i] = direction.dot(vertices[vertex_of[i]].template cast<double>() - from);
+      of_slot_[i] = direction.dot(vertices[vertex_of[i]] - from);
   reaches_.resize(static_cast<std::size_t>(tree.size()));
   for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
     for (int n = run->end; n-- > run->begin;) computeNode(tree, n);
@@ -88,23 +87,13 @@ void Supports::compute(const WideTree& tree, const fcl::Vector3<S>* vertices,
   }
 }
 
-template <typename S>
 void LineSeparation::compute(const WideTree& first, const WideTree& second,
-                             const TriangleSeparation<S>& triangles) {
-  const typename TriangleSeparation<S>::Line& line = triangles.line();
+                             const TriangleSeparation<double>& triangles) {
+  const TriangleSeparation<double>::Line& line = triangles.line();
   first_.compute(first, triangles.vertices1(), line.from, line.along1);
   second_.compute(second, triangles.vertices2(), line.to, -line.along2);
   offset_ = line.offset;
   setLimit(std::numeric_limits<double>::infinity());
 }
-
-template void LineSeparation::compute(const WideTree&, const WideTree&,
-                                      const TriangleSeparation<float>&);
-template void LineSeparation::compute(const WideTree&, const WideTree&,
-                                      const TriangleSeparation<double>&);
-template void Supports::compute(const WideTree&, const fcl::Vector3f*, const fcl::Vector3d&,
-                                const fcl::Vector3d&);
-template void Supports::compute(const WideTree&, const fcl::Vector3d*, const fcl::Vector3d&,
-                                const fcl::Vector3d&);
 
 }  // namespace adaptive_bvh

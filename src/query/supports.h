@@ -28,8 +28,7 @@ class Supports {
   std::size_t setPart(const WideTree& tree, const NearLanes& near);
   /// From the point `from`, along a direction of length 1, in the mesh's frame and unit. Off by as
   /// much as TriangleSeparation::separation.
-  template <typename S>
-  void compute(const WideTree& tree, const fcl::Vector3<S>* vertices, const fcl::Vector3d& from,
+  void compute(const WideTree& tree, const fcl::Vector3d* vertices, const fcl::Vector3d& from,
                const fcl::Vector3d& direction);
   /// Whether a node is in that part.
   bool covers(int node) const;
@@ -66,9 +65,8 @@ class LineSeparation {
   static long largestCost(const WideTree& first, const WideTree& second) {
     return static_cast<long>(first.slots().size() + second.slots().size()) / 2;
   }
-  template <typename S>
   void compute(const WideTree& first, const WideTree& second,
-               const TriangleSeparation<S>& triangles);
+               const TriangleSeparation<double>& triangles);
   /// Whether two nodes may be near each other. `apart` can be asked about those only, and about
   /// what is below them.
   bool covers(int first, int second) const {

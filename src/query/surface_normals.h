@@ -18,10 +18,9 @@ struct SurfacePlace {
 };
 
 /// Outward directions of a mesh in its present state. Triangles are taken to face outward.
-template <typename S>
 class SurfaceNormals {
  public:
-  explicit SurfaceNormals(const MeshState<S>& mesh) : mesh_(mesh) {}
+  explicit SurfaceNormals(const MeshState& mesh) : mesh_(mesh) {}
 
   /// Where the point of a triangle is that is nearest to x.
   SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
@@ -135,7 +134,7 @@ class SurfaceNormals {
     return sum.norm() > kNone * weights ? fcl::Vector3d(sum.normalized()) : first;
   }
 
-  const MeshState<S>& mesh_;
+  const MeshState& mesh_;
 };
 
 }  // namespace adaptive_bvh

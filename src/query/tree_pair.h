@@ -108,10 +108,9 @@ class RelativeFrame {
 /// The trees of two placed meshes of one query. Their coordinates differ in general, and boxes grow
 /// when they are turned from one to the other. Where so much is to be searched that it pays, the
 /// smaller tree is made anew in the other's coordinates; it has the same nodes.
-template <typename S>
 class TreePair {
  public:
-  TreePair(const PlacedMesh<S>& first, const PlacedMesh<S>& second)
+  TreePair(const PlacedMesh& first, const PlacedMesh& second)
       : placed1_(first),
         placed2_(second),
         to_first_(first.tf, second.tf),
@@ -124,8 +123,8 @@ class TreePair {
   /// Takes the second tree to the first.
   const RelativeFrame& frame() const { return frame_; }
   const RelativePlacement& toFirst() const { return to_first_; }
-  const PlacedMesh<S>& firstMesh() const { return placed1_; }
-  const PlacedMesh<S>& secondMesh() const { return placed2_; }
+  const PlacedMesh& firstMesh() const { return placed1_; }
+  const PlacedMesh& secondMesh() const { return placed2_; }
 
   /// So many tests of boxes take as long as to align the trees; none where that is of no use.
   long costOfAlignment() const {
@@ -137,8 +136,8 @@ class TreePair {
   void align() {
     if (frame_.isSame()) return;
     const bool is_first_smaller = placed1_.mesh.numTriangles() < placed2_.mesh.numTriangles();
-    const PlacedMesh<S>&smaller = is_first_smaller ? placed1_ : placed2_,
-          &larger = is_first_smaller ? placed2_ : placed1_;
+    const PlacedMesh &smaller = is_first_smaller ? placed1_ : placed2_,
+                     &larger = is_first_smaller ? placed2_ : placed1_;
     const RelativePlacement to_larger(larger.tf, smaller.tf);
     const BodyCoordinates& common = larger.tree().coordinates();
     if (!holds(common, to_larger, smaller)) return;
@@ -156,15 +155,15 @@ class TreePair {
  private:
   /// Whether a mesh has room in another's coordinates: they are below 2.
   static bool holds(const BodyCoordinates& common, const RelativePlacement& to_common,
-                    const PlacedMesh<S>& mesh) {
+                    const PlacedMesh& mesh) {
     constexpr double kLargest = 2 - 1. / (1 << 10);
     constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
-    const fcl::Vector3d middle = common(to_common(mesh.geometry->aabb_center));
-    const double radius = static_cast<double>(mesh.geometry->aabb_radius) * kSlack;
+    const fcl::Vector3d middle = common(to_common(mesh.bounds().aabb_center));
+    const double radius = mesh.bounds().aabb_radius * kSlack;
     return middle.cwiseAbs().maxCoeff() + common.scale * radius < kLargest;
   }
 
-  const PlacedMesh<S>&placed1_, &placed2_;
+  const PlacedMesh &placed1_, &placed2_;
   const RelativePlacement to_first_;
   const WideTree *first_, *second_;
   RelativeFrame frame_;
@@ -177,12 +176,12 @@ struct TrianglePair {
 };
 
 /// Two meshes, placed.
-template <typename S>
 struct PairOfMeshes {
+  template <typename S>
   PairOfMeshes(const DeformableMesh<S>& mesh1, const fcl::Transform3<S>& tf1,
                const DeformableMesh<S>& mesh2, const fcl::Transform3<S>& tf2)
-      : PairOfMeshes(PlacedMesh<S>(mesh1, tf1), PlacedMesh<S>(mesh2, tf2)) {}
-  PairOfMeshes(const PlacedMesh<S>& mesh1, const PlacedMesh<S>& mesh2)
+      : PairOfMeshes(PlacedMesh(mesh1, tf1), PlacedMesh(mesh2, tf2)) {}
+  PairOfMeshes(const PlacedMesh& mesh1, const PlacedMesh& mesh2)
       : first(mesh1), second(mesh2), to_first(mesh1.tf, mesh2.tf) {}
 
   /// Gap of two triangles; triangle 0 replaces indices that do not exist.
@@ -192,20 +191,19 @@ struct PairOfMeshes {
     return gapOf(corners(first, triangles.first), q);
   }
 
-  const PlacedMesh<S> first, second;
+  const PlacedMesh first, second;
   const RelativePlacement to_first;
 
  private:
-  static TrianglePoints<double> corners(const PlacedMesh<S>& mesh, unsigned triangle) {
+  static TrianglePoints<double> corners(const PlacedMesh& mesh, unsigned triangle) {
     return mesh.pointsOf(triangle < unsigned(mesh.mesh.numTriangles()) ? triangle : 0u);
   }
 };
 
 /// What a search for pairs of triangles is given of a query.
-template <typename S>
 struct PairInput {
   /// Two meshes, and the largest distance that counts.
-  explicit PairInput(const TreePair<S>& trees, double largest_distance = 0)
+  explicit PairInput(const TreePair& trees, double largest_distance = 0)
       : first(trees.firstMesh()),
         second(trees.secondMesh()),
         tree1(trees.first()),
@@ -213,7 +211,7 @@ struct PairInput {
         to_first(trees.toFirst()),
         distance(largest_distance) {}
   /// One mesh with itself: each pair is found once.
-  PairInput(const PlacedMesh<S>& mesh, NeighbourFilter left_out, double largest_distance = 0)
+  PairInput(const PlacedMesh& mesh, NeighbourFilter left_out, double largest_distance = 0)
       : first(mesh),
         second(mesh),
         tree1(mesh.tree()),
@@ -221,7 +219,7 @@ struct PairInput {
         filter(left_out),
         distance(largest_distance) {}
 
-  const PlacedMesh<S>&first, &second;
+  const PlacedMesh &first, &second;
   const WideTree &tree1, &tree2;
   const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
   const NeighbourFilter filter = NeighbourFilter::None;
@@ -248,18 +246,17 @@ struct PairInput {
 };
 
 /// Aligns the trees where so many pairs of boxes are at most so far apart that it is worth it.
-template <typename S>
-void alignIfNear(TreePair<S>& trees, double distance) {
+inline void alignIfNear(TreePair& trees, double distance) {
   constexpr int kMany = 64;
   if (!trees.frame().isPrecise()) return;
-  const PairInput<S> input(trees, distance);
+  const PairInput input(trees, distance);
   if (WideSearch(input.trees(trees.frame())).hasMorePairs(kMany)) trees.align();
 }
 
 /// Calls search(frame) with how the second tree lies in the first: SameFrame or RelativeFrame; or
 /// testAll() where single precision cannot express it.
-template <typename S, typename Search, typename TestAll>
-void searchInFrame(const TreePair<S>& trees, const Search& search, const TestAll& testAll) {
+template <typename Search, typename TestAll>
+void searchInFrame(const TreePair& trees, const Search& search, const TestAll& testAll) {
   if (!trees.frame().isPrecise())
     testAll();
   else if (trees.frame().isSame())
@@ -269,12 +266,11 @@ void searchInFrame(const TreePair<S>& trees, const Search& search, const TestAll
 }
 
 /// Whether the bounding spheres of two meshes are farther apart than `distance`.
-template <typename S>
-bool areBallsFarther(const PlacedMesh<S>& first, const PlacedMesh<S>& second,
-                     const RelativePlacement& to_first, double distance) {
+inline bool areBallsFarther(const PlacedMesh& first, const PlacedMesh& second,
+                            const RelativePlacement& to_first, double distance) {
   constexpr double kSlack = 1 + 1e-6;
-  const auto &a = *first.geometry, &b = *second.geometry;
-  const fcl::Vector3d middle = a.aabb_center.template cast<double>();
+  const auto &a = first.bounds(), &b = second.bounds();
+  const fcl::Vector3d middle = a.aabb_center;
   const double apart = (to_first(b.aabb_center) - middle).stableNorm();
   const double radii = double(a.aabb_radius) + double(b.aabb_radius);
   return apart > (distance + radii) * kSlack + 1e-12 * to_first.T.norm();

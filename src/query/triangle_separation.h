@@ -14,7 +14,8 @@ namespace adaptive_bvh {
 
 /// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance.
 /// All in the frame of the first mesh, in double precision.
-template <typename S>
+/// P: number type of the positions.
+template <typename P>
 class TriangleSeparation {
  public:
   using Point = fcl::Vector3d;
@@ -27,7 +28,7 @@ class TriangleSeparation {
     double offset = 0;  ///< of the points, along the line
   };
 
-  TriangleSeparation(const fcl::Vector3<S>* vertices1, const fcl::Vector3<S>* vertices2,
+  TriangleSeparation(const fcl::Vector3<P>* vertices1, const fcl::Vector3<P>* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
@@ -63,8 +64,8 @@ class TriangleSeparation {
   const Line& line() const { return line_; }
   /// The line's direction in the first mesh's frame.
   const Point& direction() const { return line_.along1; }
-  const fcl::Vector3<S>* vertices1() const { return vertices1_; }
-  const fcl::Vector3<S>* vertices2() const { return vertices2_; }
+  const fcl::Vector3<P>* vertices1() const { return vertices1_; }
+  const fcl::Vector3<P>* vertices2() const { return vertices2_; }
 
   /// How far apart two triangles are along that line: a lower bound of their distance. Everything
   /// is measured from the two points, so that near them, where it matters, hardly any digit is
@@ -121,7 +122,7 @@ class TriangleSeparation {
   Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
   Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
 
-  const fcl::Vector3<S>*vertices1_, *vertices2_;
+  const fcl::Vector3<P>*vertices1_, *vertices2_;
   const RelativePlacement to_first_;
   Line line_;
 };

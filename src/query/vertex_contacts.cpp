@@ -7,6 +7,7 @@
 #include "base/rigid.h"
 #include "base/rounding.h"
 #include "query/closed_surface.h"
+#include "query/single_precision.h"
 #include "query/surface_normals.h"
 #include "query/tree_pair.h"
 #include "query/winding_number.h"
@@ -53,11 +54,10 @@ class KnownSides {
 };
 
 /// Whether a vertex is a contact with a closed mesh.
-template <typename S>
 class MeshContactTest {
  public:
-  MeshContactTest(const MeshState<S>& mesh, const MeshState<S>& other,
-                  const RelativePlacement& to_other, double margin)
+  MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,
+                  double margin)
       : mesh_(mesh),
         other_(other),
         to_other_(to_other),
@@ -70,7 +70,7 @@ class MeshContactTest {
 
   bool operator()(const VertexCandidate& candidate, VertexContact& contact) {
     const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
-    typename PointSearch<S>::Nearest nearest;
+    PointSearch::Nearest nearest;
     bool is_inside = candidate.is_inside;
     const bool is_known = is_inside || sides_.find(x, 0, is_inside);
     if (!is_known || !is_inside) {
@@ -93,10 +93,10 @@ class MeshContactTest {
     return is_inside;
   }
 
-  void set(const fcl::Vector3d& x, const typename PointSearch<S>::Nearest& nearest, bool is_inside,
+  void set(const fcl::Vector3d& x, const PointSearch::Nearest& nearest, bool is_inside,
            VertexContact& contact) const {
     const SurfacePlace place =
-        SurfaceNormals<S>::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
+        SurfaceNormals::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
     contact.distance = is_inside ? -nearest.distance : nearest.distance;
     contact.nearest = nearest.point;
     contact.triangle = nearest.triangle;
@@ -124,43 +124,42 @@ class MeshContactTest {
   /// More than what is rounded in a distance, in parts of the size.
   static constexpr double kRounding = 0x1p-40;
   /// The largest coordinate of a mesh, or more.
-  static double sizeOf(const MeshState<S>& mesh) {
+  static double sizeOf(const MeshState& mesh) {
     return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
   }
 
-  const MeshState<S>&mesh_, &other_;
+  const MeshState &mesh_, &other_;
   const RelativePlacement& to_other_;
   const double margin_;
-  NearestInTurn<S> search_;
-  WindingNumber<S> winding_;
-  const SurfaceNormals<S> normals_;
+  NearestInTurn search_;
+  WindingNumber winding_;
+  const SurfaceNormals normals_;
   const double far_;
   KnownSides sides_;
 };
 
-template <typename S>
-std::size_t contactsOf(const PlacedMesh<S>& mesh, const PlacedMesh<S>& other, double margin,
-                       VertexContacts<S>& result) {
+std::size_t contactsOf(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
+                       VertexContacts<double>& result) {
   const RelativePlacement to_other(other.tf, mesh.tf);
-  ContactWriter<S> writer(mesh, other.tf);
-  TreePair<S> trees(mesh, other);
+  ContactWriter writer(mesh, other.tf);
+  TreePair trees(mesh, other);
   alignIfNear(trees, margin);
   if (trees.frame().isPrecise()) {
     const auto search = [&](const auto& frame) {
-      WindingNumber<S> winding(other.mesh);
+      WindingNumber winding(other.mesh);
       const auto isInside = [&](unsigned vertex) {
         return winding.of(to_other(mesh.mesh.vertices[vertex])) != 0;
       };
       const BoxFrame boxes(frame.change(), margin * trees.first().scale());
-      VertexSearch<S, decltype(isInside)>(mesh.mesh, trees.first(), trees.second(), boxes, isInside,
-                                          writer.candidates())
+      VertexSearch<decltype(isInside)>(mesh.mesh, trees.first(), trees.second(), boxes, isInside,
+                                       writer.candidates())
           .run();
     };
     searchInFrame(trees, search, [] {});
   } else {
     writer.addAll();
   }
-  const auto makeTest = [&] { return MeshContactTest<S>(mesh.mesh, other.mesh, to_other, margin); };
+  const auto makeTest = [&] { return MeshContactTest(mesh.mesh, other.mesh, to_other, margin); };
   const int threads = std::max(mesh.mesh.query_threads, other.mesh.query_threads);
   return writer.write(threads, makeTest, result);
 }
@@ -180,7 +179,10 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
                            S margin, VertexContacts<S>& result) {
   requirePlaced(tf, other_tf, margin);
   requireClosed(stateOf(other), "vertexContacts");
-  return contactsOf<S>({mesh, tf}, {other, other_tf}, static_cast<double>(margin), result);
+  answerInDouble(result, [&](VertexContacts<double>& contacts) {
+    contactsOf({mesh, tf}, {other, other_tf}, static_cast<double>(margin), contacts);
+  });
+  return result.size();
 }
 
 template <typename S>
@@ -190,9 +192,14 @@ std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3
   requirePlaced(tf1, tf2, margin);
   requireClosed(stateOf(first), "vertexContacts");
   requireClosed(stateOf(second), "vertexContacts");
-  const PlacedMesh<S> one(first, tf1), two(second, tf2);
-  return contactsOf(one, two, static_cast<double>(margin), of_first) +
-         contactsOf(two, one, static_cast<double>(margin), of_second);
+  const PlacedMesh one(first, tf1), two(second, tf2);
+  answerInDouble(of_first, [&](VertexContacts<double>& contacts) {
+    contactsOf(one, two, static_cast<double>(margin), contacts);
+  });
+  answerInDouble(of_second, [&](VertexContacts<double>& contacts) {
+    contactsOf(two, one, static_cast<double>(margin), contacts);
+  });
+  return of_first.size() + of_second.size();
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \

@@ -26,10 +26,9 @@ struct VertexContact {
 };
 
 /// Makes contacts of candidates, and writes them into a result by increasing vertex.
-template <typename S>
 class ContactWriter {
  public:
-  ContactWriter(const PlacedMesh<S>& mesh, const fcl::Transform3<S>& other_tf)
+  ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& other_tf)
       : mesh_(mesh), other_tf_(other_tf) {
     memory_->candidates.clear();
   }
@@ -48,7 +47,7 @@ class ContactWriter {
   /// makeTest() returns test(candidate, contact), which says whether it is one; each thread has its
   /// own.
   template <typename MakeTest>
-  std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<S>& result) const {
+  std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
     Memory& m = *memory_;
     const std::size_t count = m.candidates.size();
     m.contacts.resize(count);
@@ -78,7 +77,7 @@ class ContactWriter {
     std::vector<std::uint64_t> order;  ///< vertex, and number of the candidate
   };
 
-  static void resize(VertexContacts<S>& result, std::size_t count) {
+  static void resize(VertexContacts<double>& result, std::size_t count) {
     result.vertices.resize(count);
     result.distances.resize(count);
     result.positions.resize(count);
@@ -88,31 +87,29 @@ class ContactWriter {
     result.barycentric.resize(count);
     result.areas.resize(count);
   }
-  void set(VertexContacts<S>& result, std::size_t i, unsigned vertex,
+  void set(VertexContacts<double>& result, std::size_t i, unsigned vertex,
            const VertexContact& contact) const {
-    const auto turn = other_tf_.linear().template cast<double>();
+    const auto turn = other_tf_.linear();
     result.vertices[i] = vertex;
-    result.distances[i] = static_cast<S>(contact.distance);
+    result.distances[i] = contact.distance;
     result.positions[i] = mesh_.tf * mesh_.mesh.vertices[vertex];
-    result.nearest_points[i] =
-        (turn * contact.nearest + other_tf_.translation().template cast<double>())
-            .template cast<S>();
-    result.normals[i] = (turn * contact.normal).template cast<S>().normalized();
+    result.nearest_points[i] = (turn * contact.nearest + other_tf_.translation());
+    result.normals[i] = (turn * contact.normal).normalized();
     result.triangles[i] = contact.triangle;
-    result.barycentric[i] = contact.barycentric.template cast<S>();
+    result.barycentric[i] = contact.barycentric;
     result.areas[i] = areaOf(vertex);
   }
-  S areaOf(unsigned vertex) const {
+  double areaOf(unsigned vertex) const {
     double sum = 0;
     for (const unsigned t : mesh_.mesh.topology->vertex_triangles[vertex]) {
       const TrianglePoints<double> p = mesh_.pointsOf(t);
       sum += (p[1] - p[0]).cross(p[2] - p[0]).stableNorm();
     }
-    return static_cast<S>(sum / 6);
+    return sum / 6;
   }
 
-  const PlacedMesh<S>& mesh_;
-  const fcl::Transform3<S>& other_tf_;
+  const PlacedMesh& mesh_;
+  const fcl::Transform3d& other_tf_;
   const Leased<Memory> memory_;
 };
 
@@ -121,12 +118,12 @@ class ContactWriter {
 /// time. A box with an empty list is clear of the other's surface. So all vertices in that box are
 /// on one side, and one test of one of them decides for all. Each vertex is visited once, with the
 /// triangle that owns it.
-template <typename S, typename IsInside>
+template <typename IsInside>
 class VertexSearch {
  public:
   /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: takes boxes of `other` to those and
   /// lets them grow by the margin. `is_inside(v)`: whether a vertex of `mesh` is inside.
-  VertexSearch(const MeshState<S>& mesh, const WideTree& tree, const WideTree& other,
+  VertexSearch(const MeshState& mesh, const WideTree& tree, const WideTree& other,
                const BoxFrame& frame, IsInside is_inside, std::vector<VertexCandidate>& candidates)
       : mesh_(mesh),
         tree_(tree),
@@ -211,7 +208,7 @@ class VertexSearch {
     return static_cast<std::size_t>(at->first) + at->count - 1;
   }
 
-  const MeshState<S>& mesh_;
+  const MeshState& mesh_;
   const WideTree &tree_, &other_;
   const BoxFrame& frame_;
   IsInside is_inside_;

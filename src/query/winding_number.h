@@ -14,10 +14,9 @@ namespace adaptive_bvh {
 /// That ends: a point that is not on the surface has a side or a corner of the surface only in
 /// directions of no area, as a side whose line has the point does not count unless the point is on
 /// the side itself. 0 where the point is on a triangle.
-template <typename S>
 class WindingNumber {
  public:
-  explicit WindingNumber(const MeshState<S>& mesh) : middle_(mesh.tree.origin()), rays_(mesh) {}
+  explicit WindingNumber(const MeshState& mesh) : middle_(mesh.tree.origin()), rays_(mesh) {}
 
   int of(const fcl::Vector3d& x) {
     int number = 0;
@@ -57,7 +56,7 @@ class WindingNumber {
   }
 
   const fcl::Vector3d middle_;
-  RayWalk<S> rays_;
+  RayWalk rays_;
 };
 
 }  // namespace adaptive_bvh

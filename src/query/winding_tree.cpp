@@ -104,8 +104,7 @@ void WindingTree::write(const Moments& m, int lane, Node& to) {
   to.traces[2][lane] = static_cast<float>(m.third[2] + m.third[7] + m.third[9]);
 }
 
-template <typename S>
-void WindingTree::refit(const MeshState<S>& mesh) {
+void WindingTree::refit(const MeshState& mesh) {
   const WideTree& tree = mesh.tree;
   nodes_.assign(static_cast<std::size_t>(tree.size()), Node());
   moments_.resize(nodes_.size());
@@ -117,8 +116,7 @@ void WindingTree::refit(const MeshState<S>& mesh) {
         const Int4& v = tree.corners(static_cast<unsigned>(node.first + i));
         Vector corners[3];
         for (int k = 0; k < 3; ++k)
-          corners[k] = tree.coordinates()(
-              mesh.vertices[static_cast<std::size_t>(v[k])].template cast<double>());
+          corners[k] = tree.coordinates()(mesh.vertices[static_cast<std::size_t>(v[k])]);
         parts[i] = ofTriangle(corners);
       } else {
         parts[i] = moments_[static_cast<std::size_t>(node.below[i])];
@@ -162,8 +160,7 @@ ADAPTIVE_BVH_INLINE unsigned WindingTree::evaluate(const Node& node, const Vecto
   return lanes;
 }
 
-template <typename S>
-WindingTree::Sum WindingTree::walk(const MeshState<S>& mesh, const Vector& x, const Vector& in_tree,
+WindingTree::Sum WindingTree::walk(const MeshState& mesh, const Vector& x, const Vector& in_tree,
                                    float limit) const {
   const WideTree& tree = mesh.tree;
   const Vector4x3 at = vectors::all(in_tree);
@@ -179,7 +176,7 @@ WindingTree::Sum WindingTree::walk(const MeshState<S>& mesh, const Vector& x, co
     if (!node.isLeaf()) open.push(node, near, in_order);
     for (unsigned lanes = node.isLeaf() ? near : 0; lanes; lanes &= lanes - 1) {
       const Int4& v = tree.corners(static_cast<unsigned>(node.first + __builtin_ctz(lanes)));
-      const auto corner = [&](int k) -> const fcl::Vector3<S>& {
+      const auto corner = [&](int k) -> const fcl::Vector3d& {
         return mesh.vertices[static_cast<std::size_t>(v[k])];
       };
       sum.number += solidAngle(corner(0), corner(1), corner(2), x, tree.scale()) / kFourPi;
@@ -188,8 +185,7 @@ WindingTree::Sum WindingTree::walk(const MeshState<S>& mesh, const Vector& x, co
   return sum;
 }
 
-template <typename S>
-double WindingTree::of(const MeshState<S>& mesh, const Vector& x, double tolerance) const {
+double WindingTree::of(const MeshState& mesh, const Vector& x, double tolerance) const {
   const Vector in_tree = mesh.tree.coordinates()(x);
   constexpr double kFar = 1e9;  // less than 1e-17 of the sphere is seen from there
   if (!(in_tree.lpNorm<Eigen::Infinity>() < kFar)) return 0;
@@ -201,10 +197,5 @@ double WindingTree::of(const MeshState<S>& mesh, const Vector& x, double toleran
     if (sum.error <= tolerance) return sum.number;
   }
 }
-
-template void WindingTree::refit(const MeshState<float>&);
-template void WindingTree::refit(const MeshState<double>&);
-template double WindingTree::of(const MeshState<float>&, const Vector&, double) const;
-template double WindingTree::of(const MeshState<double>&, const Vector&, double) const;
 
 }  // namespace adaptive_bvh

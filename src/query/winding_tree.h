@@ -19,12 +19,10 @@ namespace adaptive_bvh {
 class WindingTree {
  public:
   /// Computes the moments of a mesh in its present state: 30 ns a triangle.
-  template <typename S>
-  void refit(const MeshState<S>& mesh);
+  void refit(const MeshState& mesh);
 
   /// The winding number at a point, up to `tolerance` and the rounding of windingNumbers.
-  template <typename S>
-  double of(const MeshState<S>& mesh, const fcl::Vector3d& x, double tolerance) const;
+  double of(const MeshState& mesh, const fcl::Vector3d& x, double tolerance) const;
 
  private:
   /// Moments of the triangles below a box, divided by 4 pi, in the tree's coordinates.
@@ -52,8 +50,7 @@ class WindingTree {
   static void write(const Moments& moments, int lane, Node& to);
   /// Evaluates four boxes, and sums those whose error is at most `limit`. Returns a bit for each.
   static unsigned evaluate(const Node& node, const Vector4x3& x, float limit, Sum& sum);
-  template <typename S>
-  Sum walk(const MeshState<S>& mesh, const fcl::Vector3d& x, const fcl::Vector3d& in_tree,
+  Sum walk(const MeshState& mesh, const fcl::Vector3d& x, const fcl::Vector3d& in_tree,
            float limit) const;
 
   std::vector<Node> nodes_;

@@ -23,10 +23,10 @@ namespace adaptive_bvh {
 ///   sink.isDone()         whether that is enough
 ///   Sink::kStopsAtFirst   whether one pair is enough; so most tested pairs are farther apart
 ///   Sink::kBatch          how many pairs are tested together, at least 32
-template <typename S, typename Frame, typename Sink>
+template <typename Frame, typename Sink>
 class WithinTests {
  public:
-  WithinTests(Sink& sink, const PairInput<S>& input, const Frame& frame)
+  WithinTests(Sink& sink, const PairInput& input, const Frame& frame)
       : in_(input),
         frame_(frame),
         sink_(sink),
@@ -177,7 +177,7 @@ class WithinTests {
     return {TriangleDistances4::Seen(p), q, frame_.error()};
   }
 
-  const PairInput<S>& in_;
+  const PairInput& in_;
   const Frame& frame_;
   Sink& sink_;
   const float limit_;  ///< in the first tree's units
@@ -193,7 +193,7 @@ class WithinTests {
 };
 
 /// Its output is a sink, which takes the near pairs.
-template <typename S, typename Frame, typename Sink>
-using WithinSearch = TriangleSearch<WithinTests<S, Frame, Sink>>;
+template <typename Frame, typename Sink>
+using WithinSearch = TriangleSearch<WithinTests<Frame, Sink>>;
 
 }  // namespace adaptive_bvh

@@ -26,7 +26,7 @@ Vector3d turnedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
 
 /// Boxes of four nodes below the root, in the mesh's own axes, turned into the world.
 template <typename S>
-WorldBox boxOfMesh(const MeshState<S>& mesh, const fcl::Transform3<S>& tf) {
+WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3<S>& tf) {
   const BodyCoordinates& coordinates = mesh.tree.coordinates();
   const fcl::Matrix3d turn = tf.linear().template cast<double>() * coordinates.axes();
   const Vector3d origin = tf.linear().template cast<double>() * coordinates.origin +

@@ -7,6 +7,7 @@
 #include "fcl/shape_search.h"
 #include "query/depth_meshes.h"
 #include "query/nearest_search.h"
+#include "query/single_precision.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -21,11 +22,14 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
   fcl::DistanceResult<S> result(best.distance);
   bool is_in_order = true;
   if (a.mesh && b.mesh) {
-    const PlacedMesh<S> first(*a.mesh, a.tf), second(*b.mesh, b.tf);
-    NearestPair<S> nearest(first, second, {request, result});
-    nearest.addWitness(witness[0], witness[1]);
-    NearestSearch<S>(first, second, nearest).run();
-    if (!nearest.isImproved()) return false;
+    const PlacedMesh first(*a.mesh, a.tf), second(*b.mesh, b.tf);
+    answerInDouble(DistanceQuery<S>{request, result}, a.geometry, b.geometry,
+                   [&](const DistanceQuery<double>& query) {
+                     NearestPair nearest(first, second, query);
+                     nearest.addWitness(witness[0], witness[1]);
+                     NearestSearch(first, second, nearest).run();
+                   });
+    if (!result.o1) return false;
   } else if (!a.mesh && !b.mesh) {
     shapePairDistance<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {request, result});
     if (!(result.min_distance < best.distance)) return false;
@@ -171,8 +175,8 @@ namespace {
 template <typename S>
 bool isInside(const Body<S>& inner, const Body<S>& around) {
   if (!around.options.solid) return false;
-  const PlacedMesh<S> solid(*around.mesh, around.tf);
-  if (inner.mesh) return isContained(PlacedMesh<S>(*inner.mesh, inner.tf), solid);
+  const MeshObject<S> solid(*around.mesh, around.tf);
+  if (inner.mesh) return isContained(PlacedMesh(*inner.mesh, inner.tf), solid.placed);
   return isShape(inner.geometry->getNodeType()) &&
          isContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid);
 }

@@ -128,9 +128,9 @@ template <typename S>
 void addInside(const Body<S>& inner, const Body<S>& around, bool is_around_first,
                const CollisionQuery<S>& query) {
   if (!around.options.solid || query.isSatisfied()) return;
-  const PlacedMesh<S> solid(*around.mesh, around.tf);
+  const MeshObject<S> solid(*around.mesh, around.tf);
   if (inner.mesh)
-    addContained(PlacedMesh<S>(*inner.mesh, inner.tf), solid, is_around_first, query);
+    addContained(MeshObject<S>(*inner.mesh, inner.tf), solid, is_around_first, query);
   else if (isShape(inner.geometry->getNodeType()))
     addContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid, query);
 }

@@ -15,10 +15,10 @@ constexpr double kCellRounding = 1e-12;
 template <typename S>
 void improve(const Body<S>& body, const fcl::Transform3d& tf, const fcl::Vector3d& x,
              double& distance, ScenePoint<S>& best) {
-  typename PointSearch<S>::Nearest nearest;
+  PointSearch::Nearest nearest;
   nearest.distance = distance;
   const fcl::Vector3d seen = tf.linear().transpose() * (x - tf.translation());
-  PointSearch<S>(stateOf(*body.mesh)).search(seen, nearest);
+  PointSearch(stateOf(*body.mesh)).search(seen, nearest);
   if (nearest.triangle < 0 || !(nearest.distance < distance)) return;
   distance = nearest.distance;
   best = {body.id, static_cast<S>(distance), (tf * nearest.point).template cast<S>(),

@@ -21,30 +21,22 @@ struct PointPair {
 };
 
 /// The point of the triangle that is nearest to `x`. The triangle may be a segment or a point.
-template <typename S>
-fcl::Vector3<S> nearestPoint(const TrianglePoints<S>& triangle, const fcl::Vector3<S>& x);
-
-/// The nearest points of two triangles, of gapOf.
-template <typename S>
-PointPair<S> nearestPoints(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
+fcl::Vector3d nearestPoint(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
 
 /// Is the triangle so close to a segment or a point that its normal is mostly rounding?
-template <typename S>
-bool isThin(const TrianglePoints<S>& triangle);
+bool isThin(const TrianglePoints<double>& triangle);
 
 /// The fields of FCL's contact, in the frame of the triangles.
-template <typename S>
 struct TriangleContact {
   unsigned count;  ///< of points: 1 or 2
-  fcl::Vector3<S> points[2];
-  fcl::Vector3<S> normal;
-  S depth;
+  fcl::Vector3d points[2];
+  fcl::Vector3d normal;
+  double depth;
 };
 
 /// The contact of two triangles that touch: FCL's, if it computes one. (It needs the planes of both
 /// triangles, and points on either side.) Else the middle of their nearest points, with depth 0 and
 /// the normal of one of them or, when both are thin, a direction across their edges.
-template <typename S>
-TriangleContact<S> contactOf(const TrianglePoints<S>& a, const TrianglePoints<S>& b);
+TriangleContact contactOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
 }  // namespace adaptive_bvh

@@ -209,13 +209,13 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
   using S = typename BV::S;
   VertexSummary<S> seen;
   seen.add(model.vertices, model.vertices, static_cast<std::size_t>(model.num_vertices));
-  setLocalBox<S>(model, seen.low, seen.high);
+  setLocalBox(model, seen.low, seen.high);
   S squared = 0;
   for (int v = 0; v < model.num_vertices; ++v) {
     const fcl::Vector3<S> d = model.vertices[v] - model.aabb_center;
     squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   }
-  setLocalRadius<S>(model, squared);
+  setLocalRadius(model, squared);
 }
 
 /// Resets all that is kept to FCL's tree as it stands; `start` is to follow.

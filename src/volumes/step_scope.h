@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/task_pool.h"
+#include "mesh/local_bounds.h"
 #include "mesh/vertex_summary.h"
 #include "volumes/refit.h"
 #include "volumes/vertex_leaf_map.h"
@@ -51,7 +52,7 @@ class AllVertices {
 
   /// Also the local bounds.
   void write(const VertexSummary<S>& seen) {
-    setLocalBox<S>(target_.model, seen.low, seen.high);
+    setLocalBox(target_.model, seen.low, seen.high);
     pool_.forEachPart(
         target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
           const S found =
@@ -59,8 +60,7 @@ class AllVertices {
                          target_.model.aabb_center, target_.model.vertices + first);
           squared_[thread] = std::max(squared_[thread], found);
         });
-    setLocalRadius<S>(target_.model,
-                      squared_.sum([](S& all, S some) { all = std::max(all, some); }));
+    setLocalRadius(target_.model, squared_.sum([](S& all, S some) { all = std::max(all, some); }));
   }
 
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
@@ -119,7 +119,7 @@ class SomeVertices {
         input_(input),
         leaves_(leaves),
         dirty_(dirty),
-        box_(target.model) {}
+        box_(target.model.aabb_local) {}
 
   Method& method() const { return method_; }
 

@@ -48,11 +48,11 @@ struct Answer {
 
 Answer askedOf(const Parts& parts) {
   const DeformableMesh<double> mesh1(parts.first), mesh2(parts.second);
-  const PlacedMesh<double> first(mesh1, parts.tf1), second(mesh2, parts.tf2);
+  const PlacedMesh first(mesh1, parts.tf1), second(mesh2, parts.tf2);
   const fcl::DistanceRequest<double> request(true);
   fcl::DistanceResult<double> result;
-  NearestPair<double> nearest(first, second, {request, result});
-  NearestSearch<double> search(first, second, nearest);
+  NearestPair nearest(first, second, {request, result});
+  NearestSearch search(first, second, nearest);
   search.run();
   return {result.min_distance, search.boxTests() + nearest.triangleTests()};
 }
@@ -207,7 +207,7 @@ struct CountingSearch {
 Answer askedOf(const Mesh& mesh, const Transform& tf, const fcl::ShapeBase<double>& shape,
                const Transform& shape_tf) {
   const DeformableMesh<double> deformable(mesh);
-  const PlacedMesh<double> placed(deformable, tf);
+  const adaptive_bvh::MeshObject<double> placed(deformable, tf);
   const fcl::DistanceRequest<double> request(true);
   fcl::DistanceResult<double> result;
   long tests = 0;
@@ -267,9 +267,9 @@ TEST_F(FarBodies, BoundsAlongALineAreThoseOfTriangles) {
     const double gap = round % 4 ? random_.size(-2, 9) : 0;
     const Parts parts = this->parts(gap, unsigned(1000 + round), 4);
     const DeformableMesh<double> mesh1(parts.first), mesh2(parts.second);
-    const PlacedMesh<double> first(mesh1, parts.tf1), second(mesh2, parts.tf2);
-    const TreePair<double> trees(first, second);
-    const LocalBoxes<double> boxes(first, second, trees.toFirst());
+    const PlacedMesh first(mesh1, parts.tf1), second(mesh2, parts.tf2);
+    const TreePair trees(first, second);
+    const LocalBoxes boxes(first, second, trees.toFirst());
     const exact::Placement placed{exact::of(trees.toFirst().R), exact::of(trees.toFirst().T)};
     fcl::Vector3d along = round % 3 ? boxes.line() : fcl::Vector3d(random_.direction());
     if (along.isZero(0)) along = random_.direction();
@@ -277,7 +277,7 @@ TEST_F(FarBodies, BoundsAlongALineAreThoseOfTriangles) {
     const fcl::Vector3d back = trees.toFirst().R.transpose() * -along;
     view.set(trees, along, boxes.middle1(), boxes.middle2(), boxes.reach1(boxes.middle1(), along),
              boxes.reach2(boxes.middle2(), back));
-    const auto corners = [](const PlacedMesh<double>& mesh, int place) -> exact::Triangle {
+    const auto corners = [](const PlacedMesh& mesh, int place) -> exact::Triangle {
       const auto points = mesh.pointsAt(unsigned(place));
       return {exact::of(points[0]), exact::of(points[1]), exact::of(points[2])};
     };

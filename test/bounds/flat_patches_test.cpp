@@ -59,7 +59,7 @@ class FlatNodes {
     EXPECT_EQ(touching, 0) << "pairs among " << patch.count << " triangles from " << patch.first;
   }
 
-  const adaptive_bvh::MeshState<double>& mesh_;
+  const adaptive_bvh::MeshState& mesh_;
   const adaptive_bvh::WideTree& wide_;
   const adaptive_bvh::Contours& contours_;
   const FlatPatches flat_;

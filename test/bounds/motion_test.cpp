@@ -38,9 +38,12 @@ class Motion : public testing::Test {
     fillModel(hose, second_);
   }
 
-  /// The second's vertices seen from the first, exactly, and as a query computes it in S.
+  adaptive_bvh::PlacedMesh first(const Pose& tf) { return {first_.mesh(), tf}; }
+  adaptive_bvh::PlacedMesh second(const Pose& tf) { return {second_.mesh(), tf}; }
+  /// The second's vertices seen from the first, exactly, and as a query computes it.
   std::vector<exact::Point> seen(const Pose& tf1, const Pose& tf2, bool as_computed) const {
-    const Pose computed = tf1.inverse(Eigen::Isometry) * tf2;
+    const fcl::Transform3d computed =
+        tf1.template cast<double>().inverse(Eigen::Isometry) * tf2.template cast<double>();
     std::vector<exact::Point> points;
     for (int v = 0; v < second_.num_vertices; ++v) {
       const exact::Point p = exact::of(second_.vertices[v]);
@@ -77,9 +80,9 @@ TYPED_TEST_SUITE(Motion, Scalars);
 /// moves of either of 1e-12 to 1e3, turns included; both exactly and as a query rounds it.
 TYPED_TEST(Motion, RigidMotionIsNeverLessThanAnyVertexsWay) {
   using S = TypeParam;
-  RigidMotion<S> motion;
+  RigidMotion motion;
   fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
-  motion.moveTo(tf1, this->first_, tf2, this->second_);
+  motion.moveTo(this->first(tf1), this->second(tf2));
   std::vector<exact::Point> last[2];
   std::vector<Real> way[2];
   for (const bool computed : {false, true}) {
@@ -90,7 +93,7 @@ TYPED_TEST(Motion, RigidMotionIsNeverLessThanAnyVertexsWay) {
   const int steps = manySteps(100000);
   for (int step = 0; step < steps; ++step) {
     this->move(step % 5 < 2 ? tf1 : tf2);
-    const bool goes_on = motion.moveTo(tf1, this->first_, tf2, this->second_);
+    const bool goes_on = motion.moveTo(this->first(tf1), this->second(tf2));
     restarts += !goes_on;
     for (const bool computed : {false, true}) {
       const auto now = this->seen(tf1, tf2, computed);
@@ -112,13 +115,13 @@ TYPED_TEST(Motion, EachStepOfRigidMotionIsBoundedByItself) {
   for (int round = 0; round < 20000; ++round) {
     fcl::Transform3<S> tf1 = this->random_.pose(this->random_.size(-6, 3)), tf2 = tf1;
     tf2.linear() = this->random_.rotation();
-    RigidMotion<S> motion;
-    motion.moveTo(tf1, this->first_, tf2, this->second_);
+    RigidMotion motion;
+    motion.moveTo(this->first(tf1), this->second(tf2));
     const double before = motion.sum();
     std::vector<exact::Point> was[2];
     for (const bool computed : {false, true}) was[computed] = this->seen(tf1, tf2, computed);
     this->move(tf1);
-    if (!motion.moveTo(tf1, this->first_, tf2, this->second_)) continue;
+    if (!motion.moveTo(this->first(tf1), this->second(tf2))) continue;
     Real farthest = 0;
     for (const bool computed : {false, true}) {
       const auto now = this->seen(tf1, tf2, computed);
@@ -138,23 +141,23 @@ TYPED_TEST(Motion, EachStepOfRigidMotionIsBoundedByItself) {
 /// Where nothing moves the sum stays, bit by bit; the least move shows in it, however large it is.
 TYPED_TEST(Motion, RigidMotionGrowsWithEveryMoveAndOnlyThen) {
   using S = TypeParam;
-  RigidMotion<S> motion;
+  RigidMotion motion;
   fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
   for (const S away : {S(1e5), S(0)}) {  // and back: a large sum to begin with
     tf2.translation()[0] = away;
-    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+    EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
   }
   for (int step = 0; step < 20000; ++step) {
     const double before = motion.sum();
-    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+    EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
     ASSERT_EQ(before, motion.sum());
     S& moved = (step % 2 ? tf1 : tf2).translation()[step % 3];
     moved = std::nextafter(moved, S(1));
-    EXPECT_TRUE(motion.moveTo(tf1, this->first_, tf2, this->second_));
+    EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
     ASSERT_GT(motion.sum(), before);
   }
   tf1.translation()[0] = std::numeric_limits<S>::quiet_NaN();
-  EXPECT_FALSE(motion.moveTo(tf1, this->first_, tf2, this->second_)) << "no number";
+  EXPECT_FALSE(motion.moveTo(this->first(tf1), this->second(tf2))) << "no number";
   EXPECT_EQ(0, motion.sum());
 }
 

@@ -65,11 +65,10 @@ Real farthestBelow(const WideTree& tree, int number, int lane, const Along& alon
 
 /// Two meshes, placed, with the distances of all pairs of triangles in the first one's frame, once
 /// they are computed, and how far what lies below each box reaches along a line.
-template <typename S>
 class JudgedPair {
  public:
-  JudgedPair(const TriangleMesh<S>& triangles1, const fcl::Transform3<S>& tf1,
-             const TriangleMesh<S>& triangles2, const fcl::Transform3<S>& tf2)
+  JudgedPair(const TriangleMesh<double>& triangles1, const fcl::Transform3<double>& tf1,
+             const TriangleMesh<double>& triangles2, const fcl::Transform3<double>& tf2)
       : mesh1_(triangles1),
         mesh2_(triangles2),
         first(mesh1_, tf1),
@@ -118,9 +117,8 @@ class JudgedPair {
 
   /// By so much a separation of nodes may be off: section 18 of docs/bounds.md.
   double separationError() const {
-    const auto size = [](const PlacedMesh<S>& mesh) -> double {
-      return mesh.geometry->aabb_center.template cast<double>().template lpNorm<1>() +
-             2 * double(mesh.geometry->aabb_radius);
+    const auto size = [](const PlacedMesh& mesh) -> double {
+      return mesh.bounds().aabb_center.template lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
     };
     return 8 * std::numeric_limits<double>::epsilon() *
            (trees.toFirst().T.template lpNorm<1>() + size(first) + size(second));
@@ -132,25 +130,25 @@ class JudgedPair {
     const exact::Triangle p = corners(first, nearest_.first),
                           q = placed_(corners(second, nearest_.second));
     for (std::size_t k = 0; k < 3; ++k) along += q[k] - p[k];
-    return along.norm() > 0 ? fcl::Vector3d(along.normalized().template cast<double>())
+    return along.norm() > 0 ? fcl::Vector3d(along.normalized().cast<double>())
                             : fcl::Vector3d(fcl::Vector3d::UnitX());
   }
 
  private:
-  const DeformableMesh<S> mesh1_, mesh2_;
+  const DeformableMesh<double> mesh1_, mesh2_;
 
  public:
-  const PlacedMesh<S> first, second;
-  TreePair<S> trees;
+  const PlacedMesh first, second;
+  TreePair trees;
 
  private:
   int size1() const { return numTriangles(mesh1_); }
   int size2() const { return numTriangles(mesh2_); }
   template <typename Along>
-  static std::vector<std::array<Real, 4>> reaches(const DeformableMesh<S>& mesh,
+  static std::vector<std::array<Real, 4>> reaches(const DeformableMesh<double>& mesh,
                                                   const WideTree& tree, const Along& along) {
     std::vector<Real> of_vertex;
-    for (const Vector3<S>& x : mesh.vertices()) of_vertex.push_back(along(exact::of(x)));
+    for (const Vector3<double>& x : mesh.vertices()) of_vertex.push_back(along(exact::of(x)));
     std::vector<std::array<Real, 4>> of_node(std::size_t(tree.size()));
     for (int number = 0; number < tree.size(); ++number)
       for (int lane = 0; lane < int(tree.nodes()[number].count); ++lane)
@@ -158,7 +156,7 @@ class JudgedPair {
             tree, number, lane, [&](std::size_t vertex) -> Real { return of_vertex[vertex]; });
     return of_node;
   }
-  static exact::Triangle corners(const PlacedMesh<S>& mesh, int place) {
+  static exact::Triangle corners(const PlacedMesh& mesh, int place) {
     const auto points = mesh.pointsAt(unsigned(place));
     return {exact::of(points[0]), exact::of(points[1]), exact::of(points[2])};
   }
@@ -170,18 +168,18 @@ class JudgedPair {
   std::pair<int, int> nearest_{0, 0};
 };
 
-template <typename S>
 class NearestBounds : public testing::Test {
  protected:
-  using P = Vector3<S>;
+  using P = Vector3<double>;
 
   /// Eight to forty triangles, or of a given number of cells along a side, rough or smooth; or with
   /// whole numbers as coordinates, so that many faces lie in one plane with others.
-  TriangleMesh<S> body(S size) { return body(size, 2 + random_.below(3)); }
-  TriangleMesh<S> body(S size, int side) {
-    TriangleMesh<S> mesh = random_.oneIn(2) ? plate<S>(side, side) : tube<S>(1 + side, side);
+  TriangleMesh<double> body(double size) { return body(size, 2 + random_.below(3)); }
+  TriangleMesh<double> body(double size, int side) {
+    TriangleMesh<double> mesh =
+        random_.oneIn(2) ? plate<double>(side, side) : tube<double>(1 + side, side);
     const bool is_lattice = random_.oneIn(3);
-    const S noise = random_.oneIn(2) ? S(0.2) : S(0.001);
+    const double noise = random_.oneIn(2) ? double(0.2) : double(0.001);
     for (P& p : mesh.vertices) {
       p += noise * random_.point();
       if (is_lattice)
@@ -193,16 +191,16 @@ class NearestBounds : public testing::Test {
   }
   /// Of about the same size or not, beside each other or far apart; each somewhere in its own
   /// coordinates.
-  JudgedPair<S> pair(double most_sizes_apart, double most_ratio, int side = 3) {
-    const S size1 = random_.size(-3, 1), size2 = size1 * random_.size(-most_ratio, most_ratio);
-    const S reach = std::max(size1, size2);
-    TriangleMesh<S> a = body(size1, side), b = body(size2, side + random_.below(2));
+  JudgedPair pair(double most_sizes_apart, double most_ratio, int side = 3) {
+    const double size1 = random_.size(-3, 1), size2 = size1 * random_.size(-most_ratio, most_ratio);
+    const double reach = std::max(size1, size2);
+    TriangleMesh<double> a = body(size1, side), b = body(size2, side + random_.below(2));
     const P at1 = random_.point() * reach * random_.size(-1, 1),
             at2 = random_.point() * reach * random_.size(-1, 1);
     for (P& p : a.vertices) p += at1;
     for (P& p : b.vertices) p += at2;
-    const fcl::Transform3<S> tf1 = random_.pose(reach);
-    fcl::Transform3<S> tf2 = fcl::Transform3<S>::Identity();
+    const fcl::Transform3<double> tf1 = random_.pose(reach);
+    fcl::Transform3<double> tf2 = fcl::Transform3<double>::Identity();
     tf2.linear() = random_.oneIn(4) ? tf1.linear() : random_.rotation();
     if (random_.oneIn(2)) {
       const P away = random_.vectorOfSize(reach * random_.size(-3, most_sizes_apart));
@@ -216,21 +214,21 @@ class NearestBounds : public testing::Test {
 
   /// All triangles become small, beside a large one: their positions have few digits for their
   /// size.
-  void shrink(TriangleMesh<S>& mesh, S size) {
-    const S share = random_.size(-5, -2);
+  void shrink(TriangleMesh<double>& mesh, double size) {
+    const double share = random_.size(-5, -2);
     const P at = random_.point() * size;
     for (P& p : mesh.vertices) p = at + share * p;
     const std::size_t first = mesh.vertices.size();
     for (int k = 0; k < 3; ++k) mesh.vertices.push_back(random_.point() * size);
     mesh.triangles.emplace_back(first, first + 1, first + 2);
   }
-  P anyOf(const TriangleMesh<S>& mesh) {
+  P anyOf(const TriangleMesh<double>& mesh) {
     return mesh.vertices[std::size_t(random_.below(int(mesh.vertices.size())))];
   }
 
   /// Expects that no pair of boxes whose triangles are nearer than a distance would be pruned by
   /// it.
-  void expectBoxesNearer(const JudgedPair<S>& pair) {
+  void expectBoxesNearer(const JudgedPair& pair) {
     const RelativeFrame& frame = pair.trees.frame();
     ASSERT_TRUE(frame.isInRange());
     const BoxGaps gaps(pair.trees.first().scale());
@@ -251,9 +249,9 @@ class NearestBounds : public testing::Test {
     });
   }
   /// Expects that no bound of two triangles of leaves exceeds their distance.
-  void expectBlocksNearer(const JudgedPair<S>& pair, const fcl::Vector3d& direction) {
+  void expectBlocksNearer(const JudgedPair& pair, const fcl::Vector3d& direction) {
     const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
-    LeafBlocks<S> blocks(pair.second, pair.trees);
+    LeafBlocks blocks(pair.second, pair.trees);
     blocks.lookAlong(adaptive_bvh::vectors::all(
         fcl::Vector3d(tree1.coordinates().axes().transpose() * direction)));
     const Real unit = 1 / Real(tree1.scale());
@@ -274,16 +272,16 @@ class NearestBounds : public testing::Test {
     });
   }
   /// Expects that no pair of leaves' triangles that a slab leaves out is as near as the limit.
-  void expectSlabsNearer(const JudgedPair<S>& pair) {
+  void expectSlabsNearer(const JudgedPair& pair) {
     const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
-    LeafBlocks<S> blocks(pair.second, pair.trees);
+    LeafBlocks blocks(pair.second, pair.trees);
     const double scale = tree1.scale();
     pair.forEachPair([&](int n1, int n2) {
       const WideNode &a = tree1.nodes()[n1], &b = tree2.nodes()[n2];
       if (!a.isLeaf() || !b.isLeaf()) return;
       const Real of = pair.distance(a.first + random_.below(int(a.count)),
                                     b.first + random_.below(int(b.count)));
-      const double limit = double(of) * scale * double(random_.size(S(-0.3), S(0.1)));
+      const double limit = double(of) * scale * double(random_.size(double(-0.3), double(0.1)));
       const unsigned near = blocks.near(n1, n2, 0xffff, limit);
       for (int j = 0; j < int(b.count); ++j)
         for (int i = 0; i < int(a.count); ++i) {
@@ -297,14 +295,13 @@ class NearestBounds : public testing::Test {
   }
   /// Expects of some boxes that the largest limit at which they are separated is how far apart they
   /// are, up to the error; and of one such limit that it is right for all boxes.
-  void expectLineNearer(JudgedPair<S>& pair, const fcl::Vector3d& direction) {
+  void expectLineNearer(JudgedPair& pair, const fcl::Vector3d& direction) {
     const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
-    TriangleSeparation<S> triangles(pair.first.mesh.vertices.data(),
-                                    pair.second.mesh.vertices.data(), pair.trees.toFirst());
+    TriangleSeparation<double> triangles(pair.first.mesh.vertices.data(),
+                                         pair.second.mesh.vertices.data(), pair.trees.toFirst());
     const fcl::Vector3d from =
-        pair.first.mesh.vertices[std::size_t(random_.below(int(pair.first.mesh.vertices.size())))]
-            .template cast<double>();
-    const fcl::Vector3d to = pair.trees.toFirst()(pair.second.geometry->aabb_center);
+        pair.first.mesh.vertices[std::size_t(random_.below(int(pair.first.mesh.vertices.size())))];
+    const fcl::Vector3d to = pair.trees.toFirst()(pair.second.bounds().aabb_center);
     triangles.lookAlong(from, from + std::max(1e-3, (to - from).norm()) * direction);
     const auto all = [](int) { return 15u; };
     line_.setParts(tree1, all, tree2, all);
@@ -340,30 +337,28 @@ class NearestBounds : public testing::Test {
     });
   }
   /// Of boxes and blocks.
-  void expectNearer(const JudgedPair<S>& pair) {
+  void expectNearer(const JudgedPair& pair) {
     expectBoxesNearer(pair);
     expectBlocksNearer(pair, pair.line());
-    expectBlocksNearer(pair, random_.direction().template cast<double>());
+    expectBlocksNearer(pair, random_.direction());
     expectSlabsNearer(pair);
   }
   /// Along the line between the middles, and any.
-  void expectLinesNearer(JudgedPair<S>& pair) {
-    const fcl::Vector3d middle = pair.first.geometry->aabb_center.template cast<double>(),
-                        other = pair.trees.toFirst()(pair.second.geometry->aabb_center);
+  void expectLinesNearer(JudgedPair& pair) {
+    const fcl::Vector3d middle = pair.first.bounds().aabb_center,
+                        other = pair.trees.toFirst()(pair.second.bounds().aabb_center);
     if ((other - middle).norm() > 0) expectLineNearer(pair, (other - middle).normalized());
-    expectLineNearer(pair, random_.direction().template cast<double>());
+    expectLineNearer(pair, random_.direction());
   }
 
-  RandomGeometry<S> random_{61};
+  RandomGeometry<double> random_{61};
   LineSeparation line_;
   long pairs_ = 0, pruned_ = 0, block_pairs_ = 0, block_pruned_ = 0, separated_ = 0;
   long slab_pairs_ = 0, slab_pruned_ = 0;
 };
 
-TYPED_TEST_SUITE(NearestBounds, MeshScalars);
-
 /// Trees with coordinates of their own, side by side, and after they got common ones.
-TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
+TEST_F(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
   int same = 0;
   for (int round = 0; round < 120 && !testing::Test::HasFailure(); ++round) {
     SCOPED_TRACE(round);
@@ -374,8 +369,7 @@ TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
     same += pair.trees.frame().isSame();
     this->expectNearer(pair);
   }
-  constexpr bool kIsDouble = std::is_same<TypeParam, double>::value;
-  EXPECT_GT(same, kIsDouble ? 80 : 8);
+  EXPECT_GT(same, 80);
   EXPECT_GT(this->pairs_, 20000);
   EXPECT_GT(this->pruned_, this->pairs_ / 3) << "0 would be a lower bound, too";
   EXPECT_GT(this->block_pruned_, this->block_pairs_ / 2);
@@ -383,7 +377,7 @@ TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
 }
 
 /// Where single precision has hardly a digit for what two bodies are apart.
-TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesFarApartAndOfOtherSizes) {
+TEST_F(NearestBounds, DoNotExceedTheDistancesOfBodiesFarApartAndOfOtherSizes) {
   for (int round = 0; round < 200 && !testing::Test::HasFailure(); ++round) {
     SCOPED_TRACE(round);
     auto pair = round % 2 ? this->pair(5, 0.3) : this->pair(1, 5);
@@ -397,7 +391,7 @@ TYPED_TEST(NearestBounds, DoNotExceedTheDistancesOfBodiesFarApartAndOfOtherSizes
 }
 
 /// Along the line between two bodies, and any.
-TYPED_TEST(NearestBounds, SeparateOnlyWhatIsSoFarApart) {
+TEST_F(NearestBounds, SeparateOnlyWhatIsSoFarApart) {
   for (int round = 0; round < 40 && !testing::Test::HasFailure(); ++round) {
     SCOPED_TRACE(round);
     auto pair = round % 3 ? this->pair(round % 2 ? 0.3 : 6, 0.5, 10) : this->pair(1, 4, 10);
@@ -410,17 +404,16 @@ TYPED_TEST(NearestBounds, SeparateOnlyWhatIsSoFarApart) {
 
 /// Where the line is the normal of both, the separation of nodes is their distance, so that nothing
 /// but rounding is missing. (The rotation of a pose in single precision is off by more.)
-TYPED_TEST(NearestBounds, SeparateParallelPlatesByTheirDistance) {
-  using S = TypeParam;
+TEST_F(NearestBounds, SeparateParallelPlatesByTheirDistance) {
   long separated = 0, all = 0;
   for (int round = 0; round < 100; ++round) {
-    TriangleMesh<S> low = plate<S>(3, 2), high = plate<S>(2, 3);
-    const S gap = this->random_.size(-3, 0);
-    for (Vector3<S>& p : high.vertices) p[2] += gap;
-    const fcl::Transform3<S> tf = this->random_.pose(1);
-    JudgedPair<S> pair(low, tf, high, tf);
+    TriangleMesh<double> low = plate<double>(3, 2), high = plate<double>(2, 3);
+    const double gap = this->random_.size(-3, 0);
+    for (Vector3<double>& p : high.vertices) p[2] += gap;
+    const fcl::Transform3<double> tf = this->random_.pose(1);
+    JudgedPair pair(low, tf, high, tf);
     this->expectLineNearer(pair, fcl::Vector3d::UnitZ());
-    const double error = std::is_same<S, double>::value ? 2 * pair.separationError() : 1e-5;
+    const double error = std::is_same<double, double>::value ? 2 * pair.separationError() : 1e-5;
     this->line_.setLimit(double(gap) - error);
     pair.forEachPair([&](int n1, int n2) {
       const int lanes =
@@ -435,14 +428,13 @@ TYPED_TEST(NearestBounds, SeparateParallelPlatesByTheirDistance) {
 
 /// Each number is that of the vertices below, up to four roundings; of a part of a tree, that of
 /// the vertices in it. Nodes outside of the part are not covered.
-TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
-  using S = TypeParam;
+TEST_F(NearestBounds, SupportsAreThoseOfTheVertices) {
   for (int round = 0; round < 60; ++round) {
-    const DeformableMesh<S> mesh(this->body(this->random_.size(-3, 3), round % 2 ? 12 : 40));
-    const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
+    const DeformableMesh<double> mesh(this->body(this->random_.size(-3, 3), round % 2 ? 12 : 40));
+    const PlacedMesh placed(mesh, fcl::Transform3<double>::Identity());
     const WideTree& tree = placed.tree();
-    const fcl::Vector3d n = this->random_.direction().template cast<double>();
-    const fcl::Vector3d from = mesh.vertices()[0].template cast<double>();
+    const fcl::Vector3d n = this->random_.direction();
+    const fcl::Vector3d from = mesh.vertices()[0];
     const auto along = [&](std::size_t vertex) -> Real {
       return exact::of(n).dot(exact::of(mesh.vertices()[vertex]) - exact::of(from));
     };
@@ -485,57 +477,54 @@ TYPED_TEST(NearestBounds, SupportsAreThoseOfTheVertices) {
 }
 
 /// Most of a long body is far from a small one: supports are computed for the rest alone.
-TYPED_TEST(NearestBounds, DistancesOfLongBodiesAndSmallOnes) {
-  using S = TypeParam;
+TEST_F(NearestBounds, DistancesOfLongBodiesAndSmallOnes) {
   for (int round = 0; round < 40; ++round) {
-    const S size = this->random_.size(-3, 3);
-    TriangleMesh<S> hose = this->body(size, 16), part = this->body(size / S(3), 3);
-    const S length = S(this->random_.below(20));
-    for (Vector3<S>& p : hose.vertices) p[1] *= 1 + length;
-    const Vector3<S> on = hose.vertices[std::size_t(this->random_.below(256))],
-                     away = this->random_.vectorOfSize(size * this->random_.size(-5, 0));
-    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+    const double size = this->random_.size(-3, 3);
+    TriangleMesh<double> hose = this->body(size, 16), part = this->body(size / double(3), 3);
+    const double length = double(this->random_.below(20));
+    for (Vector3<double>& p : hose.vertices) p[1] *= 1 + length;
+    const Vector3<double> on = hose.vertices[std::size_t(this->random_.below(256))],
+                          away = this->random_.vectorOfSize(size * this->random_.size(-5, 0));
+    fcl::Transform3<double> tf = fcl::Transform3<double>::Identity();
     tf.linear() = this->random_.rotation();
     tf.translation() = on + away - tf.linear() * part.vertices[0];
     const bool is_first = round % 2;
-    const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
-    JudgedPair<S> pair(is_first ? hose : part, is_first ? still : tf, is_first ? part : hose,
-                       is_first ? tf : still);
+    const fcl::Transform3<double> still = fcl::Transform3<double>::Identity();
+    JudgedPair pair(is_first ? hose : part, is_first ? still : tf, is_first ? part : hose,
+                    is_first ? tf : still);
     pair.computeDistances();
-    const fcl::DistanceRequest<S> request;
-    fcl::DistanceResult<S> result;
-    NearestPair<S> nearest(pair.first, pair.second, {request, result});
-    NearestSearch<S>(pair.first, pair.second, nearest).run();
+    const fcl::DistanceRequest<double> request;
+    fcl::DistanceResult<double> result;
+    NearestPair nearest(pair.first, pair.second, {request, result});
+    NearestSearch(pair.first, pair.second, nearest).run();
     const double extent = double(hose.vertices.back().norm() + size + tf.translation().norm());
     ASSERT_NEAR(
         double(pair.least()), double(result.min_distance),
-        1e-13 * extent + 4 * double(std::numeric_limits<S>::epsilon()) * double(pair.least()))
+        1e-13 * extent + 4 * double(std::numeric_limits<double>::epsilon()) * double(pair.least()))
         << round;
   }
 }
 
 /// The answer where single precision cannot express how two bodies lie, or their sizes: no lane
 /// without a triangle, and no pair of triangles too few.
-TYPED_TEST(NearestBounds, AreOfNoUseOutOfTheRangeOfSinglePrecision) {
-  using S = TypeParam;
-  const std::vector<double> exponents = std::is_same<S, double>::value
-                                            ? std::vector<double>{-60, -25, -12, 0, 12, 25, 60}
-                                            : std::vector<double>{-25, -12, 0, 7};
+TEST_F(NearestBounds, AreOfNoUseOutOfTheRangeOfSinglePrecision) {
+  const std::vector<double> exponents = {-60, -25, -12, 0, 12, 25, 60};
   for (const double size : exponents)
     for (const double apart : exponents) {
-      TriangleMesh<S> other = this->body(1);
-      for (Vector3<S>& p : other.vertices) p *= S(std::pow(10., size));
-      fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-      tf.translation()[0] = S(std::pow(10., apart));
+      TriangleMesh<double> other = this->body(1);
+      for (Vector3<double>& p : other.vertices) p *= double(std::pow(10., size));
+      fcl::Transform3<double> tf = fcl::Transform3<double>::Identity();
+      tf.translation()[0] = double(std::pow(10., apart));
       tf.linear() = this->random_.rotation();
-      JudgedPair<S> pair(this->body(1), fcl::Transform3<S>::Identity(), other, tf);
+      JudgedPair pair(this->body(1), fcl::Transform3<double>::Identity(), other, tf);
       pair.computeDistances();
-      const fcl::DistanceRequest<S> request;
-      fcl::DistanceResult<S> result;
-      NearestPair<S> nearest(pair.first, pair.second, {request, result});
-      NearestSearch<S>(pair.first, pair.second, nearest).run();
-      const double error = 1e-13 * (1 + std::pow(10., size) + std::pow(10., apart)) +
-                           2 * double(std::numeric_limits<S>::epsilon()) * double(pair.least());
+      const fcl::DistanceRequest<double> request;
+      fcl::DistanceResult<double> result;
+      NearestPair nearest(pair.first, pair.second, {request, result});
+      NearestSearch(pair.first, pair.second, nearest).run();
+      const double error =
+          1e-13 * (1 + std::pow(10., size) + std::pow(10., apart)) +
+          2 * double(std::numeric_limits<double>::epsilon()) * double(pair.least());
       ASSERT_NEAR(double(pair.least()), double(result.min_distance), error) << size << ' ' << apart;
     }
 }

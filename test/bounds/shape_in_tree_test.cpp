@@ -12,7 +12,7 @@
 namespace adaptive_bvh_test {
 namespace shape_in_tree_test {
 
-using adaptive_bvh::PlacedMesh;
+using adaptive_bvh::MeshObject;
 using adaptive_bvh::ShapeCore;
 using adaptive_bvh::ShapeInTree;
 using adaptive_bvh::WideNode;
@@ -84,17 +84,17 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
     TriangleMesh<S> triangles = plate<S>(4, 3);
     for (Vector3<S>& p : triangles.vertices) p = size * (p + S(0.3) * this->random_.point());
     const typename TestFixture::Mesh mesh(triangles);
-    const PlacedMesh<S> placed(mesh, this->random_.pose(far));
+    const MeshObject<S> placed(mesh, this->random_.pose(far));
     fcl::Transform3<S> shape_tf = this->random_.pose(size);
     shape_tf.translation() += placed.tf.translation();
     const ShapeCore core = this->core(double(size));
-    const WideTree& tree = placed.tree();
+    const WideTree& tree = placed.placed.tree();
     const ShapeInTree shape(core, shape_tf, tree, placed.tf);
     ASSERT_TRUE(shape.isPrecise());
     const exact::Placement mesh_at = exact::placement(placed.tf),
                            shape_at = exact::placement(shape_tf);
     for (int i = 0; i < numTriangles(mesh); ++i) {
-      const adaptive_bvh::TrianglePoints<double> corners = placed.pointsAt(unsigned(i));
+      const adaptive_bvh::TrianglePoints<double> corners = placed.placed.pointsAt(unsigned(i));
       Real u = Real(this->random_.size(-3, 0)), v = Real(this->random_.size(-3, 0));
       if (u + v > 1) u = 1 - u, v = 1 - v;
       exact::Point x = (1 - u - v) * exact::of(corners[0]) + u * exact::of(corners[1]) +
@@ -127,8 +127,8 @@ TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
 TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
   using S = TypeParam;
   const typename TestFixture::Mesh mesh(plate<S>(3, 3));
-  const PlacedMesh<S> placed(mesh, fcl::Transform3<S>::Identity());
-  const WideTree& tree = placed.tree();
+  const MeshObject<S> placed(mesh, fcl::Transform3<S>::Identity());
+  const WideTree& tree = placed.placed.tree();
   fcl::Transform3<S> away = fcl::Transform3<S>::Identity();
   ShapeCore ball;
   ball.low = ball.high = fcl::Vector3d::Zero();

@@ -89,7 +89,7 @@ TEST(TriangleGap, OfAPointInANeedle) {
   const Triangle t = {Point(0, 0, 0), Point(6, 5, 4), Point(6, 5 + e, 4 - e)};
   const Point x(4.5 - e, 3.75 - e / 2, 3 - e);
   EXPECT_NEAR(double(quad::distance(quad::of(x), of(t))),
-              (adaptive_bvh::nearestPoint<double>(t, x) - x).norm(), 3e-14);
+              (adaptive_bvh::nearestPoint(t, x) - x).norm(), 3e-14);
 }
 
 }  // namespace triangle_gap_test

@@ -24,12 +24,11 @@ using adaptive_bvh::VertexIndices;
 using adaptive_bvh::WideNode;
 using adaptive_bvh::WideTree;
 
-template <typename S>
 class Wide : public testing::Test {
  protected:
-  void adopt(const TriangleMesh<S>& mesh) {
+  void adopt(const TriangleMesh<double>& mesh) {
     mesh_ = mesh;
-    const MeshView<S> view{mesh_.vertices.data(), nullptr, mesh_.triangles.data()};
+    const MeshView<double> view{mesh_.vertices.data(), nullptr, mesh_.triangles.data()};
     const auto count = unsigned(mesh_.triangles.size());
     const OrderedTree order(adaptive_bvh::buildBottomUp(view, count));
     auto leaves = std::make_shared<LeafTriangles>();
@@ -78,25 +77,21 @@ class Wide : public testing::Test {
     EXPECT_EQ(all, triangles);
   }
 
-  TriangleMesh<S> mesh_;
+  TriangleMesh<double> mesh_;
   WideTree tree_;
-  RandomGeometry<S> random_{61};
+  RandomGeometry<double> random_{61};
 };
 
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(Wide, Scalars);
-
-TYPED_TEST(Wide, HasEveryTriangleOnce) {
-  using S = TypeParam;
+TEST_F(Wide, HasEveryTriangleOnce) {
   for (int triangles : {1, 2, 3, 4, 5, 9, 100, 700}) {
-    this->adopt(soup<S>(triangles, this->random_.engine()));
+    adopt(soup<double>(triangles, random_.engine()));
     const auto coordinates =
         BodyCoordinates::about(fcl::Vector3d::Zero(), fcl::Matrix3d::Identity(), 4);
-    this->tree_.refit(this->mesh_.vertices.data(), coordinates, TaskPool(1));
-    this->expectRight();
+    tree_.refit(mesh_.vertices.data(), coordinates, TaskPool(1));
+    expectRight();
     int leaves = 0;
-    for (int i = 0; i < this->tree_.size(); ++i) {
-      const WideNode& node = this->tree_.nodes()[i];
+    for (int i = 0; i < tree_.size(); ++i) {
+      const WideNode& node = tree_.nodes()[i];
       EXPECT_EQ(node.isLeaf() ? leaves : -1, node.leaf);
       leaves += node.isLeaf();
       EXPECT_GE(int(node.count), node.isLeaf() ? 1 : 2);
@@ -105,28 +100,25 @@ TYPED_TEST(Wide, HasEveryTriangleOnce) {
   }
 }
 
-TYPED_TEST(Wide, BoxesHoldTheirTriangles) {
-  using S = TypeParam;
+TEST_F(Wide, BoxesHoldTheirTriangles) {
   for (double scale : {1e-3, 1., 1e6}) {
-    TriangleMesh<S> mesh = soup<S>(300, this->random_.engine());
-    for (Vector3<S>& p : mesh.vertices) p *= S(scale);
-    const fcl::Matrix3d axes = randomPose<double>(this->random_.engine(), 0).linear();
-    const Vector3<S> origin = Vector3<S>::Constant(S(0.5 * scale));
+    TriangleMesh<double> mesh = soup<double>(300, random_.engine());
+    for (Vector3<double>& p : mesh.vertices) p *= double(scale);
+    const fcl::Matrix3d axes = randomPose<double>(random_.engine(), 0).linear();
+    const Vector3<double> origin = Vector3<double>::Constant(double(0.5 * scale));
     double size = 0;
-    for (const Vector3<S>& p : mesh.vertices)
-      size = std::max(
-          size, (axes.transpose() * (p - origin).template cast<double>()).cwiseAbs().maxCoeff());
-    const auto coordinates = BodyCoordinates::about(origin.template cast<double>(), axes, size);
+    for (const Vector3<double>& p : mesh.vertices)
+      size = std::max(size, (axes.transpose() * (p - origin)).cwiseAbs().maxCoeff());
+    const auto coordinates = BodyCoordinates::about(origin, axes, size);
     for (int threads : {1, 3}) {
-      this->adopt(mesh);
-      this->tree_.refit(this->mesh_.vertices.data(), coordinates, TaskPool(threads));
-      this->expectRight();
+      adopt(mesh);
+      tree_.refit(mesh_.vertices.data(), coordinates, TaskPool(threads));
+      expectRight();
     }
     // Node by node, those below first.
-    for (Vector3<S>& p : this->mesh_.vertices) p += S(0.1) * (origin - p);
-    for (int node = this->tree_.size(); node-- > 0;)
-      this->tree_.refitNode(this->mesh_.vertices.data(), node);
-    this->expectRight();
+    for (Vector3<double>& p : mesh_.vertices) p += double(0.1) * (origin - p);
+    for (int node = tree_.size(); node-- > 0;) tree_.refitNode(mesh_.vertices.data(), node);
+    expectRight();
   }
 }
 

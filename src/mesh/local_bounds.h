@@ -1,0 +1,113 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include <fcl/geometry/collision_geometry.h>
+
+#include "base/rounding.h"
+
+namespace adaptive_bvh {
+
+/// The box around some positions, at least one.
+template <typename S>
+struct LocalBox {
+  LocalBox(const fcl::Vector3<S>* positions, std::size_t count)
+      : low(positions[0]), high(positions[0]) {
+    for (std::size_t i = 1; i < count; ++i) {
+      low = low.cwiseMin(positions[i]);
+      high = high.cwiseMax(positions[i]);
+    }
+  }
+
+  fcl::Vector3<S> low, high;
+};
+
+/// The box of a body in its own frame, and the ball around its centre that holds the body: what FCL
+/// keeps of every geometry, with FCL's names.
+template <typename S>
+struct LocalBounds {
+  fcl::AABB<S> aabb_local;
+  fcl::Vector3<S> aabb_center = fcl::Vector3<S>::Zero();
+  S aabb_radius = 0;
+};
+
+/// Sets the local box of a geometry or of LocalBounds, and its centre.
+template <typename Geometry, typename S>
+void setLocalBox(Geometry& geometry, const fcl::Vector3<S>& low, const fcl::Vector3<S>& high) {
+  geometry.aabb_local.min_ = low;
+  geometry.aabb_local.max_ = high;
+  geometry.aabb_center = geometry.aabb_local.center();
+}
+
+/// Sets the radius of the ball around the centre of the local box, by the largest square of a
+/// vertex's distance to it; by the box where squares are so small that they lose digits.
+template <typename Geometry, typename S>
+void setLocalRadius(Geometry& geometry, S squared) {
+  constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
+  const fcl::AABB<S>& box = geometry.aabb_local;
+  const fcl::Vector3<S>& middle = geometry.aabb_center;
+  geometry.aabb_radius = squared > kLeast
+                             ? std::sqrt(squared)
+                             : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
+}
+
+/// Gives FCL the bounds of a mesh. In single precision the centre and the radius are rounded, the
+/// radius upward by what the centre is off.
+template <typename S>
+void copyBounds(const LocalBounds<double>& bounds, fcl::CollisionGeometry<S>& geometry) {
+  setLocalBox(geometry, fcl::Vector3<S>(bounds.aabb_local.min_.template cast<S>()),
+              fcl::Vector3<S>(bounds.aabb_local.max_.template cast<S>()));
+  const double off =
+      (geometry.aabb_center.template cast<double>() - bounds.aabb_center).stableNorm();
+  const double radius = bounds.aabb_radius + off;
+  geometry.aabb_radius = static_cast<S>(radius);
+  if (geometry.aabb_radius < radius)
+    geometry.aabb_radius = std::nextafter(geometry.aabb_radius, std::numeric_limits<S>::infinity());
+}
+
+/// Updates the local box of a geometry for new positions of some vertices. If a vertex moves away
+/// from a side of the box, that side has to be computed from all vertices.
+template <typename S>
+class BoxAfterSome {
+ public:
+  explicit BoxAfterSome(const fcl::AABB<S>& local) : low_(local.min_), high_(local.max_) {}
+
+  /// A vertex moves.
+  void move(const fcl::Vector3<S>& from, const fcl::Vector3<S>& to) {
+    for (int k = 0; k < 3; ++k) {
+      leaves_side_ = leaves_side_ || (from[k] == low_[k] && to[k] > from[k]) ||
+                     (from[k] == high_[k] && to[k] < from[k]);
+      low_[k] = std::min(low_[k], to[k]);
+      high_[k] = std::max(high_[k], to[k]);
+    }
+    squared_ = std::max(squared_, (to - from).squaredNorm());
+  }
+  /// The largest one.
+  S squaredDisplacement() const { return squared_; }
+
+  /// After the last position is written: sets box, centre and radius. The radius is half the box's
+  /// diagonal, rounded up: it holds all vertices, though not tightly.
+  template <typename Geometry>
+  void finish(const fcl::Vector3<S>* vertices, std::size_t count, Geometry& geometry) const {
+    fcl::Vector3<S> low = low_, high = high_;
+    if (leaves_side_) {
+      const LocalBox<S> all(vertices, count);
+      low = all.low;
+      high = all.high;
+    }
+    setLocalBox(geometry, low, high);
+    const fcl::Vector3<S>& center = geometry.aabb_center;
+    geometry.aabb_radius =
+        rounding::norm<S>(fcl::Vector3<S>((high - center).cwiseMax(center - low)));
+  }
+
+ private:
+  fcl::Vector3<S> low_, high_;
+  bool leaves_side_ = false;
+  S squared_ = 0;
+};
+
+}  // namespace adaptive_bvh

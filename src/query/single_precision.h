@@ -1,0 +1,110 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/penetration.h"
+#include "adaptive_bvh/proximity.h"
+#include "base/leased.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+
+// Queries compute in double precision. What is asked and answered in single precision is converted
+// here, at their border.
+
+inline const ProximityRequest<double>& inDouble(const ProximityRequest<double>& request) {
+  return request;
+}
+ProximityRequest<double> inDouble(const ProximityRequest<float>& request);
+
+inline const FeatureProximityRequest<double>& inDouble(
+    const FeatureProximityRequest<double>& request) {
+  return request;
+}
+FeatureProximityRequest<double> inDouble(const FeatureProximityRequest<float>& request);
+
+inline const fcl::DistanceRequestd& inDouble(const fcl::DistanceRequestd& request) {
+  return request;
+}
+fcl::DistanceRequestd inDouble(const fcl::DistanceRequestf& request);
+
+/// Rounds a result; a distance becomes 0 only where it is 0, and bounds are rounded outward.
+void narrow(const TrianglePairs<double>& from, TrianglePairs<float>& to);
+void narrow(const VertexContacts<double>& from, VertexContacts<float>& to);
+void narrow(const FeatureDetails<double>& from, FeatureDetails<float>& to);
+void narrow(const FeaturePairDetails<double>& from, FeaturePairDetails<float>& to);
+void narrow(const ContactRegions<double>& from, ContactRegions<float>& to);
+void narrow(const SignedDistance<double>& from, SignedDistance<float>& to);
+
+/// Calls query(result) with the result in double precision.
+template <template <typename> class Result, typename Query>
+void answerInDouble(Result<double>& result, const Query& query) {
+  query(result);
+}
+template <template <typename> class Result, typename Query>
+void answerInDouble(Result<float>& result, const Query& query) {
+  const Leased<Result<double>> found;
+  query(*found);
+  narrow(*found, result);
+}
+
+/// Runs a search that lowers the distance of a result, and names the objects in it if it did.
+template <typename Search>
+void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeometryd* o1,
+                    const fcl::CollisionGeometryd* o2, const Search& search) {
+  const double before = query.result.min_distance;
+  search(query);
+  if (!(query.result.min_distance < before)) return;
+  query.result.o1 = o1;
+  query.result.o2 = o2;
+}
+void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
+            const fcl::CollisionGeometryf* o2, fcl::DistanceResultf& to);
+template <typename Search>
+void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeometryf* o1,
+                    const fcl::CollisionGeometryf* o2, const Search& search) {
+  const fcl::DistanceRequestd request = inDouble(query.request);
+  const auto before = static_cast<double>(query.result.min_distance);
+  fcl::DistanceResultd found(before);
+  search(DistanceQuery<double>{request, found});
+  if (found.min_distance < before) narrow(found, o1, o2, query.result);
+}
+
+/// An object of a query for contacts: whether it is occupied, and what it costs.
+class ContactObject final : public fcl::CollisionGeometryd {
+ public:
+  explicit ContactObject(const fcl::CollisionGeometryf& object) {
+    cost_density = static_cast<double>(object.cost_density);
+    threshold_occupied = static_cast<double>(object.threshold_occupied);
+    threshold_free = static_cast<double>(object.threshold_free);
+  }
+  void computeLocalAABB() override {}
+};
+
+/// The query that adds to what a result holds.
+fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
+/// Adds contacts and costs of two objects.
+void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
+                 const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query);
+
+/// Runs search(o1, o2, query), which adds contacts of two objects.
+template <typename Search>
+void answerInDouble(const CollisionQuery<double>& query, const fcl::CollisionGeometryd* o1,
+                    const fcl::CollisionGeometryd* o2, const Search& search) {
+  search(*o1, *o2, query);
+}
+template <typename Search>
+void answerInDouble(const CollisionQuery<float>& query, const fcl::CollisionGeometryf* o1,
+                    const fcl::CollisionGeometryf* o2, const Search& search) {
+  const ContactObject first(*o1), second(*o2);
+  const fcl::CollisionRequestd request = inDouble(query);
+  const Leased<fcl::CollisionResultd> found;
+  found->clear();
+  search(first, second, CollisionQuery<double>{request, *found});
+  addNarrowed(*found, o1, o2, query);
+}
+
+}  // namespace adaptive_bvh
