@@ -16,22 +16,15 @@ void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double mar
                     std::vector<VertexCandidate>& candidates) {
   const WideTree& tree = mesh.tree();
   const FeatureLeaves& features = mesh.mesh.topology->features;
-  const float limit = shape.squaredLimit(margin);
-  const Float4 in_order{0, 1, 2, 3};
-  OpenNodes open(tree.depth());
-  open.start();
-  while (!open.isEmpty()) {
-    const WideNode& at = tree.nodes()[open.pop().number];
-    const Float4 gaps = shape.squaredGaps(at.boxes);
-    const unsigned lanes = float4::bits(gaps <= float4::all(limit)) & ((1u << at.count) - 1);
-    if (!at.isLeaf()) {
-      open.push(at, lanes, in_order);
-    } else if (lanes) {
-      const auto& leaf = features.leaves()[static_cast<std::size_t>(at.leaf)];
-      for (unsigned i = 0; i < leaf.num_vertices; ++i)
-        candidates.push_back({features.vertices()[4 * leaf.vertices + i].vertex, false});
-    }
-  }
+  const Float4 limit = float4::all(shape.squaredLimit(margin));
+  TreeWalk(tree).visitLeaves(
+      [&](const Boxes4& boxes) { return float4::bits(shape.squaredGaps(boxes) <= limit); },
+      [&](const WideNode& at, unsigned) {
+        const auto& leaf = features.leaves()[static_cast<std::size_t>(at.leaf)];
+        for (unsigned i = 0; i < leaf.num_vertices; ++i)
+          candidates.push_back({features.vertices()[4 * leaf.vertices + i].vertex, false});
+        return false;
+      });
 }
 
 template <typename S>

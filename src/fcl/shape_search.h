@@ -7,7 +7,7 @@
 #include <fcl/geometry/shape/box.h>
 
 #include "base/frame_change.h"
-#include "boxes/open_nodes.h"
+#include "boxes/tree_walk.h"
 #include "fcl/shape_geometry.h"
 #include "query/placed_mesh.h"
 
@@ -114,18 +114,11 @@ class MeshShapeSearch {
   template <typename Test>
   void touching(const Test& test) const {
     if (!in_tree_.isPrecise()) return testAll(test);
-    const WideTree& tree = mesh_.tree();
-    const float limit = in_tree_.squaredLimit(0);
-    const Float4 in_order{0, 1, 2, 3};
-    OpenNodes open(tree.depth());
-    open.start();
-    while (!open.isEmpty()) {
-      const WideNode& at = tree.nodes()[open.pop().number];
-      unsigned lanes = lanesWithin(at, in_tree_.squaredGaps(at.boxes), limit);
-      if (!at.isLeaf()) open.push(at, lanes, in_order);
-      for (; at.isLeaf() && lanes; lanes &= lanes - 1)
-        if (test(triangleOf(at, __builtin_ctz(lanes)))) return;
-    }
+    const Float4 limit = float4::all(in_tree_.squaredLimit(0));
+    TreeWalk(mesh_.tree())
+        .visit(
+            [&](const Boxes4& boxes) { return float4::bits(in_tree_.squaredGaps(boxes) <= limit); },
+            [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
   }
 
   /// Calls test(triangle) for those whose boxes may be nearer to the shape than query.result, the
@@ -134,24 +127,19 @@ class MeshShapeSearch {
   void nearest(const DistanceQuery<S>& query, const Test& test) const {
     if (!in_tree_.isPrecise()) return testAll(test);
     const auto squaredLimit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    const WideTree& tree = mesh_.tree();
     float limit = squaredLimit();
-    OpenNodes open(tree.depth());
-    open.start();
-    while (!open.isEmpty()) {
-      const OpenNodes::Node next = open.pop();
-      if (next.key > limit) continue;
-      const WideNode& at = tree.nodes()[next.number];
-      const Float4 gaps = in_tree_.squaredGaps(at.boxes);
-      unsigned lanes = lanesWithin(at, gaps, limit);
-      if (!at.isLeaf()) open.push(at, lanes, gaps);
-      for (; at.isLeaf() && lanes; lanes &= lanesWithin(at, gaps, limit)) {
-        const int lane = leastLane(gaps, lanes);
-        lanes &= ~(1u << lane);
-        if (test(triangleOf(at, lane))) return;
-        limit = squaredLimit();
-      }
-    }
+    TreeWalk(mesh_.tree())
+        .nearestFirst([&](const Boxes4& boxes) -> Float4 { return in_tree_.squaredGaps(boxes); },
+                      [&] { return limit; },
+                      [&](const WideNode& at, unsigned lanes, const Float4& gaps) {
+                        for (; lanes; lanes &= float4::bits(gaps <= float4::all(limit))) {
+                          const int lane = leastLane(gaps, lanes);
+                          lanes &= ~(1u << lane);
+                          if (test(triangleOf(at, lane))) return true;
+                          limit = squaredLimit();
+                        }
+                        return false;
+                      });
   }
 
   /// Box of the whole mesh, for FCL's approximate cost.
@@ -167,9 +155,6 @@ class MeshShapeSearch {
   void testAll(const Test& test) const {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
-  }
-  static unsigned lanesWithin(const WideNode& node, const Float4& gaps, float limit) {
-    return float4::bits(gaps <= float4::all(limit)) & ((1u << node.count) - 1);
   }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);

@@ -36,7 +36,7 @@ class MeshTarget {
   };
 
   explicit MeshTarget(const PlacedMesh& mesh)
-      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), open_(mesh.tree().depth()) {}
+      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), walk_(mesh.tree()) {}
 
   Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
   double overBox(const Reach& reach, const TurnedBox& box) const {
@@ -86,23 +86,16 @@ class MeshTarget {
         high[k] = float4::upper(high[k], single(y[k] + around));
       }
     }
-    open_.start();
-    while (!open_.isEmpty()) {
-      const WideNode& node = tree.nodes()[open_.pop().number];
-      auto overlap = low[0] <= node.boxes.high[0];
-      for (int k = 0; k < 3; ++k)
-        overlap &= (low[k] <= node.boxes.high[k]) & (high[k] >= node.boxes.low[k]);
-      unsigned lanes = float4::bits(overlap) & ((1u << node.count) - 1);
-      if (!node.isLeaf()) open_.push(node, lanes, float4::all(0));
-      for (; node.isLeaf() && lanes; lanes &= lanes - 1) {
-        const auto place = static_cast<unsigned>(node.first + __builtin_ctz(lanes));
-        const TrianglePoints<double> other = mesh_.pointsAt(place);
-        if (areSurelyFarther(triangle, other, bulge.height)) continue;
-        if (bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other))
-          return true;
-      }
-    }
-    return false;
+    const auto overlaps = [&](const Boxes4& boxes) {
+      auto overlap = low[0] <= boxes.high[0];
+      for (int k = 0; k < 3; ++k) overlap &= (low[k] <= boxes.high[k]) & (high[k] >= boxes.low[k]);
+      return float4::bits(overlap);
+    };
+    return walk_.visit(overlaps, [&](unsigned place) {
+      const TrianglePoints<double> other = mesh_.pointsAt(place);
+      if (areSurelyFarther(triangle, other, bulge.height)) return false;
+      return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
+    });
   }
   /// The plane n x = d of a triangle, n its outward direction, of length 1 or 0.
   struct Plane {
@@ -155,7 +148,7 @@ class MeshTarget {
   const PlacedMesh& mesh_;
   PointSearch search_;
   WindingNumber winding_;
-  OpenNodes open_;
+  TreeWalk walk_;
 };
 
 /// The surface of a mesh, for DepthSearch, in the target's frame.

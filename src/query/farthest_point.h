@@ -1,6 +1,6 @@
 #pragma once
 
-#include "boxes/open_nodes.h"
+#include "boxes/tree_walk.h"
 #include "boxes/wide_tree.h"
 
 namespace adaptive_bvh {
@@ -13,36 +13,32 @@ inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* ve
                                    const fcl::Vector3d& along) {
   constexpr int kMostNodes = 48;
   const fcl::Vector3f in_tree = (tree.toBody() * along).stableNormalized().template cast<float>();
-  const auto reachOf = [&](const Boxes4& boxes) -> Float4 {
+  fcl::Vector3d best = vertices[tree.corners(0)[0]];
+  float most = std::numeric_limits<float>::lowest();
+  int visited = 0;
+  // The key of a box is minus how far it reaches.
+  const auto keysOf = [&](const Boxes4& boxes) -> Float4 {
+    ++visited;
     Float4 reach = float4::all(0);
     for (int k = 0; k < 3; ++k)
       reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? boxes.high[k] : boxes.low[k]);
-    return reach;
+    return -reach;
   };
-  OpenNodes open(tree.depth());
-  open.start();
-  fcl::Vector3d best = vertices[tree.corners(0)[0]];
-  float most = -std::numeric_limits<float>::infinity();
-  for (int visited = 0; visited < kMostNodes && !open.isEmpty(); ++visited) {
-    const OpenNodes::Node next = open.pop();
-    if (visited > 0 && -next.key <= most) continue;
-    const WideNode& node = tree.nodes()[next.number];
-    const Float4 reach = reachOf(node.boxes);
-    if (!node.isLeaf()) {
-      open.push(node, (1u << node.count) - 1, -reach);
-      continue;
-    }
-    for (unsigned i = 0; i < node.count; ++i) {
-      if (reach[i] <= most) continue;
-      const Int4& corners = tree.corners(static_cast<unsigned>(node.first) + i);
-      for (int k = 0; k < 3; ++k) {
-        const fcl::Vector3d x = vertices[corners[k]];
-        const float at = in_tree.dot((tree.toBody() * (x - tree.origin())).template cast<float>());
-        if (at > most) best = x;
-        most = std::max(most, at);
-      }
-    }
-  }
+  TreeWalk(tree).nearestFirst(
+      keysOf, [&] { return -most; },
+      [&](const WideNode& node, unsigned lanes, const Float4&) {
+        for (; lanes; lanes &= lanes - 1) {
+          const Int4& corners =
+              tree.corners(static_cast<unsigned>(node.first + __builtin_ctz(lanes)));
+          for (int k = 0; k < 3; ++k) {
+            const fcl::Vector3d& x = vertices[corners[k]];
+            const float at = in_tree.dot((tree.toBody() * (x - tree.origin())).cast<float>());
+            if (at > most) best = x;
+            most = std::max(most, at);
+          }
+        }
+        return visited >= kMostNodes;
+      });
   return best;
 }
 

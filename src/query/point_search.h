@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/task_pool.h"
-#include "boxes/open_nodes.h"
+#include "boxes/tree_walk.h"
 #include "boxes/wide_tree.h"
 #include "query/pair_corners.h"
 #include "query/placed_mesh.h"
@@ -44,19 +44,20 @@ class PointSearch {
     double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
   };
 
-  explicit PointSearch(const MeshState& mesh)
-      : mesh_(mesh), tree_(mesh.tree), open_(tree_.depth()) {}
+  explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}
 
   /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
   /// that is does not depend on what `nearest` was.
   /// May stop at one that is at most `enough` away.
   void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
+    if (nearest.distance <= enough) return;
     setPoint(x, nearest.distance);
-    open_.start();
-    while (!open_.isEmpty() && nearest.distance > enough) {
-      const OpenNodes::Node at = open_.pop();
-      if (at.key <= limit_) visit(tree_.nodes()[at.number], x, nearest);
-    }
+    walk_.nearestFirst([&](const Boxes4& boxes) -> Float4 { return squaredGaps(boxes); },
+                       [&] { return limit_; },
+                       [&](const WideNode& leaf, unsigned lanes, const Float4&) {
+                         visitLeaf(leaf, lanes, x, nearest);
+                         return nearest.distance <= enough;
+                       });
   }
   /// Tries one triangle, as a first bound.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
@@ -141,12 +142,6 @@ class PointSearch {
     return sum;
   }
 
-  void visit(const WideNode& node, const fcl::Vector3d& x, Nearest& nearest) {
-    const Float4 gaps = squaredGaps(node.boxes);
-    unsigned lanes = float4::bits(gaps <= float4::all(limit_)) & ((1u << node.count) - 1);
-    if (!node.isLeaf()) return open_.push(node, lanes, gaps);
-    if (lanes) visitLeaf(node, lanes, x, nearest);
-  }
   void visitLeaf(const WideNode& leaf, unsigned lanes, const fcl::Vector3d& x, Nearest& nearest) {
     Vector4x3 corners[3];
     gatherLeaf(tree_.slots(), tree_.positions(), leaf, corners);
@@ -179,7 +174,7 @@ class PointSearch {
 
   const MeshState& mesh_;
   const WideTree& tree_;
-  OpenNodes open_;
+  TreeWalk walk_;
   Float4 point_[3], error_;
   float limit_ = 0;
   double rounding_ = 0;  ///< of the difference of two distances

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "boxes/open_nodes.h"
+#include "boxes/tree_walk.h"
 #include "triangles/solid_angle.h"
 
 namespace adaptive_bvh {

@@ -59,17 +59,10 @@ bool hasNearLeaf(const Body<S>& mesh, const WorldBox& box, double distance) {
   const ShapeInTree in_tree(core, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), tree,
                             mesh.tf);
   if (!in_tree.isPrecise()) return true;
-  const Float4 limit = float4::all(in_tree.squaredLimit(distance));
-  OpenNodes open(tree.depth());
-  open.start();
-  while (!open.isEmpty()) {
-    const WideNode& node = tree.nodes()[open.pop().number];
-    const Float4 gaps = in_tree.squaredGaps(node.boxes);
-    const unsigned lanes = float4::bits(gaps <= limit) & ((1u << node.count) - 1);
-    if (lanes && node.isLeaf()) return true;
-    if (lanes) open.push(node, lanes, gaps);
-  }
-  return false;
+  const float limit = in_tree.squaredLimit(distance);
+  return TreeWalk(tree).nearestFirst(
+      [&](const Boxes4& boxes) -> Float4 { return in_tree.squaredGaps(boxes); },
+      [&] { return limit; }, [](const WideNode&, unsigned, const Float4&) { return true; });
 }
 
 }  // namespace
