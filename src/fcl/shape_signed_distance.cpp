@@ -207,7 +207,7 @@ class MeshAndShape {
     MeshSource source(mesh_, to_shape_);
     ShapeTarget target(solid);
     return DepthSearch<MeshSource, ShapeTarget>(source, target, precision_.tolerance(),
-                                                   depthAt(x, target, known))
+                                                depthAt(x, target, known))
         .run();
   }
   DepthBounds depthInMesh(const SolidShape& solid, const DepthBounds& known) const {
