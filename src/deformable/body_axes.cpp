@@ -63,7 +63,7 @@ namespace {
 double boxArea(const std::vector<fcl::Vector3d>& vertices, const fcl::Matrix3d& axes,
                double scale) {
   const fcl::Matrix3d to_axes = scale * axes.transpose();
-  const fcl::Vector3d from = vertices[0];
+  const fcl::Vector3d& from = vertices[0];
   fcl::Vector3d low = fcl::Vector3d::Zero(), high = low;
   for (const fcl::Vector3d& v : vertices) {
     const fcl::Vector3d x = to_axes * (v - from);
@@ -82,7 +82,7 @@ double scaleOf(const std::vector<fcl::Vector3d>& vertices) {
 }
 
 fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3d>& vertices, double scale) {
-  const fcl::Vector3d from = vertices[0];
+  const fcl::Vector3d& from = vertices[0];
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   fcl::Matrix3d products = fcl::Matrix3d::Zero();
   for (const fcl::Vector3d& v : vertices) {

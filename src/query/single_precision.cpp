@@ -24,12 +24,12 @@ void copyDistances(const std::vector<double>& from, std::vector<float>& to) {
 }
 
 /// At most `x`, and at least.
-float roundedDown(double x) {
+float singleBelow(double x) {
   const auto rounded = static_cast<float>(x);
   constexpr float kFar = std::numeric_limits<float>::infinity();
   return static_cast<double>(rounded) > x ? std::nextafter(rounded, -kFar) : rounded;
 }
-float roundedUp(double x) { return -roundedDown(-x); }
+float singleAbove(double x) { return -singleBelow(-x); }
 
 void copyTo(const ContactPatches<double>& from, ContactPatches<float>& to) {
   copyTo(from.areas, to.areas);
@@ -102,8 +102,8 @@ void narrow(const ContactRegions<double>& from, ContactRegions<float>& to) {
 }
 
 void narrow(const SignedDistance<double>& from, SignedDistance<float>& to) {
-  to.lower = roundedDown(from.lower);
-  to.upper = roundedUp(from.upper);
+  to.lower = singleBelow(from.lower);
+  to.upper = singleAbove(from.upper);
   to.deep_body = from.deep_body;
   copyTo(from.points, to.points);
   copyTo(from.normal, to.normal);
