@@ -59,7 +59,6 @@ class MeshContactTest {
   MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,
                   double margin)
       : mesh_(mesh),
-        other_(other),
         to_other_(to_other),
         margin_(margin),
         search_(other),
@@ -128,7 +127,7 @@ class MeshContactTest {
     return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
   }
 
-  const MeshState &mesh_, &other_;
+  const MeshState& mesh_;
   const RelativePlacement& to_other_;
   const double margin_;
   NearestInTurn search_;
