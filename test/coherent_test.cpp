@@ -47,7 +47,7 @@ class Coherent : public testing::Test {
   int touching_ = 0;
 };
 
-using Scalars = MeshScalars;
+using Scalars = QueryScalars;
 TYPED_TEST_SUITE(Coherent, Scalars);
 
 TYPED_TEST(Coherent, IsExactWhileBothDeform) {

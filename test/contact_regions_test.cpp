@@ -32,7 +32,7 @@ class ContactRegion : public testing::Test {
   RandomGeometry<S> random_{413};
 };
 
-TYPED_TEST_SUITE(ContactRegion, MeshScalars);
+TYPED_TEST_SUITE(ContactRegion, QueryScalars);
 
 template <typename S>
 Real sumOf(const std::vector<S>& numbers) {

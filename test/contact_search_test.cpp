@@ -140,7 +140,7 @@ class ContactSearch : public testing::Test {
   int missed_ = 0, extra_ = 0;
 };
 
-TYPED_TEST_SUITE(ContactSearch, MeshScalars);
+TYPED_TEST_SUITE(ContactSearch, QueryScalars);
 
 TYPED_TEST(ContactSearch, AMeshMeetsItselfWhereEveryPairSays) {
   using S = TypeParam;

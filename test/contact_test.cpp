@@ -130,7 +130,7 @@ class Contacts : public testing::Test {
  protected:
   std::mt19937 random_{testSeed(29)};
 };
-TYPED_TEST_SUITE(Contacts, MeshScalars);
+TYPED_TEST_SUITE(Contacts, QueryScalars);
 
 /// Of either type of body.
 template <typename Body>

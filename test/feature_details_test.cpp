@@ -176,7 +176,7 @@ class FeatureDetailsTest : public testing::Test {
   long pairs_ = 0, touching_ = 0;
 };
 
-TYPED_TEST_SUITE(FeatureDetailsTest, MeshScalars);
+TYPED_TEST_SUITE(FeatureDetailsTest, QueryScalars);
 
 TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
   using S = TypeParam;
@@ -293,7 +293,7 @@ class IgnoredPairsTest : public testing::Test {
   const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
 };
 
-TYPED_TEST_SUITE(IgnoredPairsTest, MeshScalars);
+TYPED_TEST_SUITE(IgnoredPairsTest, QueryScalars);
 
 TYPED_TEST(IgnoredPairsTest, AreLeftOutInOrder) {
   using S = TypeParam;

@@ -102,7 +102,7 @@ class LatticeDistance : public testing::Test {
   int touching_ = 0;
 };
 
-TYPED_TEST_SUITE(LatticeDistance, MeshScalars);
+TYPED_TEST_SUITE(LatticeDistance, QueryScalars);
 
 TYPED_TEST(LatticeDistance, AllQueriesAgreeWithQuadruplePrecision) {
   const int rounds = manySteps(2000);

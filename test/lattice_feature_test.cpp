@@ -102,7 +102,7 @@ class LatticeFeature : public testing::Test {
   RandomGeometry<S> random_{92};
 };
 
-TYPED_TEST_SUITE(LatticeFeature, MeshScalars);
+TYPED_TEST_SUITE(LatticeFeature, QueryScalars);
 
 TYPED_TEST(LatticeFeature, NearestTriangleOfAnOctahedronHasTheSmallestIndex) {
   using S = TypeParam;

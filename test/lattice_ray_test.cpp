@@ -275,7 +275,7 @@ class LatticeRays : public testing::Test {
   long hits_ = 0, rays_ = 0, ranges_ = 0;
 };
 
-TYPED_TEST_SUITE(LatticeRays, MeshScalars);
+TYPED_TEST_SUITE(LatticeRays, QueryScalars);
 
 TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
   using S = TypeParam;

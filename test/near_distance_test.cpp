@@ -54,7 +54,7 @@ class NearDistance : public testing::Test {
   int queries_ = 0, touching_ = 0;
 };
 
-TYPED_TEST_SUITE(NearDistance, MeshScalars);
+TYPED_TEST_SUITE(NearDistance, QueryScalars);
 
 /// In general poses, while both deform.
 TYPED_TEST(NearDistance, IsThatOfEveryPairOfTriangles) {

@@ -135,7 +135,7 @@ class NeighbourCollision : public testing::Test {
   RandomGeometry<S> random_{113};
 };
 
-TYPED_TEST_SUITE(NeighbourCollision, MeshScalars);
+TYPED_TEST_SUITE(NeighbourCollision, QueryScalars);
 
 TYPED_TEST(NeighbourCollision, IsWhatFractionsSay) {
   int met = 0, apart = 0;

@@ -45,7 +45,7 @@ class PointQuery : public testing::Test {
   RandomGeometry<S> random_{314};
 };
 
-TYPED_TEST_SUITE(PointQuery, MeshScalars);
+TYPED_TEST_SUITE(PointQuery, QueryScalars);
 
 TYPED_TEST(PointQuery, TheClosestPointIsThatOfAllTriangles) {
   using S = TypeParam;

@@ -139,7 +139,7 @@ class Proximity : public testing::Test {
   static constexpr Real kFar = 1e30L;  // of a pair that does not count
 };
 
-TYPED_TEST_SUITE(Proximity, MeshScalars);
+TYPED_TEST_SUITE(Proximity, QueryScalars);
 
 TYPED_TEST(Proximity, FindsTheTrianglesOfTwoMeshesWithinAnyDistance) {
   using S = TypeParam;

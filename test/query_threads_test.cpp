@@ -89,7 +89,7 @@ class QueryThreads : public testing::Test {
   fcl::Transform3<S> tf1_, tf2_;
 };
 
-TYPED_TEST_SUITE(QueryThreads, MeshScalars);
+TYPED_TEST_SUITE(QueryThreads, QueryScalars);
 
 TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
   using S = TypeParam;

@@ -117,7 +117,7 @@ class SelfCollision : public testing::Test {
   const fcl::CollisionRequest<S> all_{1000000};
 };
 
-using Scalars = MeshScalars;
+using Scalars = QueryScalars;
 TYPED_TEST_SUITE(SelfCollision, Scalars);
 
 TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {

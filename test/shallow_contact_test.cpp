@@ -224,5 +224,23 @@ TEST_F(ShallowContacts, NorAreDeepOnesWrong) {
   }
 }
 
+/// With a tolerance beyond the depth one motion may say all. The points are on the surfaces even
+/// so.
+TEST_F(ShallowContacts, PointsAreOnTheSurfacesWhateverTheTolerance) {
+  const DeformableMesh<double> mesh = room();
+  for (int i = 0; i < rounds(40); ++i) {
+    const auto cylinder = std::make_shared<fcl::Cylinderd>(0.5, 1);
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.linear() = anyTurn();
+    tf.translation() = Vector3d(1.5, 0, -0.3) + 0.2 * random_.point();
+    const double tolerance = random_.size(-3, 1);
+    const auto found = adaptive_bvh::signedDistance<double>(mesh, fcl::Transform3d::Identity(),
+                                                            *cylinder, tf, tolerance);
+    const Vector3d x = tf.inverse() * found.points[1];
+    const double radius = std::hypot(x[0], x[1]), height = std::abs(x[2]);
+    EXPECT_NEAR(0, std::max(radius - 0.5, height - 0.5), 1e-9) << tolerance;
+  }
+}
+
 }  // namespace shallow_contact_test
 }  // namespace adaptive_bvh_test

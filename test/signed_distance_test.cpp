@@ -154,7 +154,7 @@ class SignedDistances : public testing::Test {
   long judged_ = 0, inside_ = 0, points_ = 0;
 };
 
-TYPED_TEST_SUITE(SignedDistances, MeshScalars);
+TYPED_TEST_SUITE(SignedDistances, QueryScalars);
 
 TYPED_TEST(SignedDistances, ContainTheDepthOfSampledSurfaces) {
   using S = TypeParam;

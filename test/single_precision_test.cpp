@@ -6,6 +6,7 @@
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -201,6 +202,84 @@ TEST_F(SinglePrecision, PairsAndDepthsAreThoseOfDouble) {
   EXPECT_GT(pairs, 100u);
   EXPECT_GT(contacts, 50u);
   EXPECT_GT(regions, 5u);
+}
+
+TEST_F(SinglePrecision, PointsAndRaysAreThoseOfDouble) {
+  int hits = 0;
+  for (int round = 0; round < 10; ++round) {
+    next(1);
+    std::vector<fcl::Vector3f> points, directions;
+    for (int i = 0; i < 200; ++i) {
+      points.push_back(random_.point() * (i % 2 ? 1.1f : 5.f));
+      directions.push_back(random_.direction());
+    }
+    points.push_back(first_.single.vertices()[4]);
+    directions.push_back({0, 0, 1});
+    std::vector<adaptive_bvh::ClosestPoint<float>> nearest;
+    std::vector<adaptive_bvh::ClosestPoint<double>> nearest_twin;
+    closestPoints(first_.single, points, nearest);
+    closestPoints(first_.twin, inDouble(points), nearest_twin);
+    std::vector<float> signs, clearances;
+    std::vector<double> signs_twin, clearances_twin;
+    signedDistances(first_.single, points, signs);
+    signedDistances(first_.twin, inDouble(points), signs_twin);
+    std::vector<adaptive_bvh::RayHit<float>> first_hits;
+    std::vector<adaptive_bvh::RayHit<double>> first_hits_twin;
+    firstHits(first_.single, points.data(), directions.data(), points.size(), first_hits);
+    const auto from = inDouble(points), along = inDouble(directions);
+    firstHits(first_.twin, from.data(), along.data(), from.size(), first_hits_twin);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_EQ(nearest_twin[i].triangle, nearest[i].triangle);
+      EXPECT_EQ(rounded(nearest_twin[i].point), nearest[i].point);
+      EXPECT_EQ(float(nearest_twin[i].distance), nearest[i].distance);
+      EXPECT_EQ(float(signs_twin[i]), signs[i]);
+      EXPECT_EQ(first_hits_twin[i].triangle, first_hits[i].triangle);
+      EXPECT_EQ(float(first_hits_twin[i].t), first_hits[i].t);
+      hits += first_hits[i].triangle >= 0;
+    }
+    signedClearance(first_.single, tf1_, second_.single, tf2_, 3.f, clearances);
+    signedClearance(first_.twin, twin1(), second_.twin, twin2(), 3., clearances_twin);
+    for (std::size_t i = 0; i < clearances.size(); ++i)
+      EXPECT_EQ(float(clearances_twin[i]), clearances[i]);
+  }
+  EXPECT_GT(hits, 300);
+}
+
+TEST_F(SinglePrecision, FeaturesAndImpactsAreThoseOfDouble) {
+  int impacts = 0;
+  for (int round = 0; round < 20; ++round) {
+    next(kApart[round % 3]);
+    adaptive_bvh::FeaturePairs pairs, pairs_twin;
+    featurePairsWithin(first_.single, tf1_, second_.single, tf2_, 0.15f, pairs);
+    featurePairsWithin(first_.twin, twin1(), second_.twin, twin2(), double(0.15f), pairs_twin);
+    EXPECT_EQ(pairs_twin.vertex_face, pairs.vertex_face);
+    EXPECT_EQ(pairs_twin.edge_edge, pairs.edge_edge);
+    adaptive_bvh::FeaturePairDetails<float> details;
+    adaptive_bvh::FeaturePairDetails<double> details_twin;
+    featurePairDetails(first_.single, tf1_, second_.single, tf2_, pairs, details);
+    featurePairDetails(first_.twin, twin1(), second_.twin, twin2(), pairs, details_twin);
+    for (std::size_t i = 0; i < details.edge_edge.size(); ++i) {
+      EXPECT_EQ(float(details_twin.edge_edge.distances[i]), details.edge_edge.distances[i]);
+      EXPECT_EQ(rounded(details_twin.edge_edge.normals[i]), details.edge_edge.normals[i]);
+    }
+    const std::vector<fcl::Vector3f> from = first_.single.vertices(),
+                                     at = second_.single.vertices();
+    std::vector<fcl::Vector3f> to = from;
+    const fcl::Vector3f way = tf1_.linear().transpose() * (tf2_.translation() - tf1_.translation());
+    for (auto& x : to) x += way;
+    const auto from_twin = inDouble(from), to_twin = inDouble(to), at_twin = inDouble(at);
+    using adaptive_bvh::Motion;
+    const adaptive_bvh::Impact impact =
+        earliestImpact(Motion<float>(first_.single, from, to, tf1_, tf1_),
+                       Motion<float>(second_.single, at, at, tf2_, tf2_));
+    const adaptive_bvh::Impact twin =
+        earliestImpact(Motion<double>(first_.twin, from_twin, to_twin, twin1(), twin1()),
+                       Motion<double>(second_.twin, at_twin, at_twin, twin2(), twin2()));
+    EXPECT_EQ(twin.time, impact.time);
+    EXPECT_EQ(twin.pair, impact.pair);
+    impacts += impact.happens();
+  }
+  EXPECT_GT(impacts, 10);
 }
 
 /// What a contact says of objects: FCL's fields of the mesh in single precision count.

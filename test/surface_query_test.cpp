@@ -65,7 +65,7 @@ class SurfaceQuery : public testing::Test {
   RandomGeometry<S> random_{47};
 };
 
-TYPED_TEST_SUITE(SurfaceQuery, MeshScalars);
+TYPED_TEST_SUITE(SurfaceQuery, QueryScalars);
 
 TYPED_TEST(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
   using S = TypeParam;

@@ -31,7 +31,7 @@ class VertexContact : public testing::Test {
   RandomGeometry<S> random_{41};
 };
 
-TYPED_TEST_SUITE(VertexContact, MeshScalars);
+TYPED_TEST_SUITE(VertexContact, QueryScalars);
 
 /// The vertices of one mesh as the other sees them, in long double.
 template <typename S>

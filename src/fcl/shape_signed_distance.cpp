@@ -184,12 +184,18 @@ class MeshAndShape {
   /// separates, bounds the depth of the shape's surface; else that is searched. docs/bounds.md, 19.
   Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
     const bool is_round = solid.rolling_radius > 0;
-    SeparatingMotion<S> motion(object_, shape_, solid, precision_);
-    if (!is_round && motion.isFound(SurfaceNormals(mesh_.mesh).ofFace(nearest.triangle)))
-      return {{}, motion.deepest()};
     Depths depths;
     DepthBounds &in_shape = depths.in_shape, &in_mesh = depths.in_mesh;
-    in_shape = depthInShape(solid, nearest.gap.points.first, motion.deepest().lower);
+    ShapeTarget target(solid);
+    in_shape = depthAt(nearest.gap.points.first, target, precision_.error());
+    SeparatingMotion<S> motion(object_, shape_, solid, precision_);
+    motion.raiseTo(in_shape.lower);
+    if (!is_round && motion.isFound(SurfaceNormals(mesh_.mesh).ofFace(nearest.triangle))) {
+      in_mesh = motion.deepest();
+      return depths;
+    }
+    if (motion.deepest().is_found) in_shape = DepthBounds::from(motion.deepest().lower);
+    in_shape = depthInShape(solid, in_shape);
     motion.raiseTo(in_shape.lower);
     const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.inner));
     if (is_out && in_shape.upper + 4 * precision_.error() < solid.rolling_radius) {
@@ -203,11 +209,10 @@ class MeshAndShape {
     }
     return depths;
   }
-  DepthBounds depthInShape(const SolidShape& solid, const fcl::Vector3d& x, double known) const {
+  DepthBounds depthInShape(const SolidShape& solid, const DepthBounds& known) const {
     MeshSource source(mesh_, to_shape_);
     ShapeTarget target(solid);
-    return DepthSearch<MeshSource, ShapeTarget>(source, target, precision_.tolerance(),
-                                                depthAt(x, target, known))
+    return DepthSearch<MeshSource, ShapeTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
   DepthBounds depthInMesh(const SolidShape& solid, const DepthBounds& known) const {
