@@ -1,10 +1,8 @@
-#include "feature_details.h"
-
 #include "adaptive_bvh/proximity.h"
-#include "either.h"
+#include "bind.h"
 #include "features.h"
-#include "objects.h"
-#include "text.h"
+#include "pose.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -27,82 +25,42 @@ touch by where their surfaces face; zero where that decides nothing.)";
 
 namespace {
 
-/// Python's FeatureDetails.
-struct DetailArrays : Bound {
-  py::array_t<double> distances, nearest_points, coordinates, normals;
-};
-/// Python's FeaturePairDetails.
-struct PairDetails : Bound {
-  DetailArrays vertex_face, face_vertex, edge_edge;
-};
-
-template <typename S>
-DetailArrays arraysOf(FeatureDetails<S>&& details) {
-  const auto count = static_cast<py::ssize_t>(details.size());
-  DetailArrays arrays;
-  arrays.distances = adoptDoubles<S>(std::move(details.distances), {count});
-  arrays.nearest_points = adoptDoubles<S>(std::move(details.nearest_points), {count, 2, 3});
-  arrays.coordinates = adoptDoubles<S>(std::move(details.coordinates), {count, 3});
-  arrays.normals = adoptDoubles<S>(std::move(details.normals), {count, 3});
-  return arrays;
-}
-template <typename S>
-PairDetails arraysOf(FeaturePairDetails<S>&& details) {
-  PairDetails arrays;
-  arrays.vertex_face = arraysOf(std::move(details.vertex_face));
-  arrays.face_vertex = arraysOf(std::move(details.face_vertex));
-  arrays.edge_edge = arraysOf(std::move(details.edge_edge));
-  return arrays;
-}
-
-PairDetails arraysOf(Either<FeaturePairDetails>&& details, const LockedMesh& mesh) {
-  return std::move(details).take(mesh.isDouble(), [](auto&& d) { return arraysOf(std::move(d)); });
-}
-
-PairDetails detailsOf(const LockedMesh& first, const LockedMesh& second, const FeatureArrays& pairs,
-                      const py::object& tf1, const py::object& tf2) {
+FeaturePairDetails<double> detailsOf(const LockedMesh& first, const LockedMesh& second,
+                                     const FeaturePairs& pairs, const py::object& tf1,
+                                     const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  const FeaturePairs all = featurePairsFrom(pairs, first, second);
-  Either<FeaturePairDetails> result;
-  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    featurePairDetails(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), all, result.as<S>());
+  const FeaturePairs all = checkedPairs(pairs, first, second);
+  FeaturePairDetails<double> result;
+  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
+    featurePairDetails(a, poses.tf1, b, poses.tf2, all, result);
   });
-  return arraysOf(std::move(result), first);
+  return result;
 }
 
-PairDetails detailsSelf(const LockedMesh& mesh, const FeatureArrays& pairs) {
-  const FeaturePairs all = featurePairsFrom(pairs, mesh, mesh);
-  Either<FeaturePairDetails> result;
-  mesh.query(
-      [&](const auto& m) { featurePairDetails(m, all, result.as<ScalarOf<decltype(m)>>()); });
-  return arraysOf(std::move(result), mesh);
+FeaturePairDetails<double> detailsSelf(const LockedMesh& mesh, const FeaturePairs& pairs) {
+  const FeaturePairs all = checkedPairs(pairs, mesh, mesh);
+  FeaturePairDetails<double> result;
+  mesh.query([&](const Mesh& m) { featurePairDetails(m, all, result); });
+  return result;
 }
 
 }  // namespace
 
 void bindFeatureDetails(py::module_& module) {
-  py::class_<DetailArrays>(module, "FeatureDetails",
-                           "Of pairs of one kind, in arrays side by side. len() counts them.")
-      .def_readonly("distances", &DetailArrays::distances, "(K,) float64, lengths.")
-      .def_readonly("nearest_points", &DetailArrays::nearest_points,
-                    "(K, 2, 3) float64, in the world: of the first feature and of the second.")
-      .def_readonly("coordinates", &DetailArrays::coordinates, docs::kCoordinates)
-      .def_readonly("normals", &DetailArrays::normals, docs::kNormals)
-      .def("__len__", [](const DetailArrays& self) { return self.distances.shape(0); })
-      .def("__repr__", TextOf({"distances", "nearest_points", "coordinates", "normals"}));
-  py::class_<PairDetails> pair_details(module, "FeaturePairDetails",
-                                       "Of FeaturePairs, kind by kind in their order.");
-  const auto define = [&](const char* name, DetailArrays PairDetails::*kind) {
-    // A copy, which shares the arrays: objects of Python own what they hold (bound.h).
-    pair_details.def_property_readonly(
-        name, [kind](const PairDetails& self) -> DetailArrays { return self.*kind; },
-        "FeatureDetails.");
-  };
-  define("vertex_face", &PairDetails::vertex_face);
-  define("face_vertex", &PairDetails::face_vertex);
-  define("edge_edge", &PairDetails::edge_edge);
-  pair_details.def("__repr__", TextOf({"vertex_face", "face_vertex", "edge_edge"}));
+  using D = FeatureDetails<double>;
+  ResultClass<D>(module, "FeatureDetails",
+                 "Of pairs of one kind, in arrays side by side. len() counts them.")
+      .attribute("distances", &D::distances, "(K,) float64, lengths.")
+      .attribute("nearest_points", &D::nearest_points,
+                 "(K, 2, 3) float64, in the world: of the first feature and of the second.")
+      .attribute("coordinates", &D::coordinates, docs::kCoordinates)
+      .attribute("normals", &D::normals, docs::kNormals)
+      .length(&D::distances);
+  using P = FeaturePairDetails<double>;
+  ResultClass<P>(module, "FeaturePairDetails", "Of FeaturePairs, kind by kind in their order.")
+      .attribute("vertex_face", &P::vertex_face, "FeatureDetails.")
+      .attribute("face_vertex", &P::face_vertex, "FeatureDetails.")
+      .attribute("edge_edge", &P::edge_edge, "FeatureDetails.");
   module.def("feature_pair_details", &detailsOf, py::arg("first"), py::arg("second"),
              py::arg("pairs"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
              docs::kDetails);

@@ -2,8 +2,7 @@
 
 #include <memory>
 #include <mutex>
-#include <utility>
-#include <variant>
+#include <optional>
 
 #include "locked_mesh.h"
 
@@ -14,35 +13,24 @@ namespace adaptive_bvh::python {
 template <template <typename> class Watcher>
 class MeshPair : public Bound {
  public:
-  /// Throws py::type_error when the meshes have different numbers.
   MeshPair(const LockedMesh& first, const LockedMesh& second)
       : first_(first.shared_from_this()), second_(second.shared_from_this()) {
-    LockedMesh::queryPair(*first_, *second_, [&](const auto& a, const auto& b) {
-      watcher_.template emplace<Watcher<ScalarOf<decltype(a)>>>(a, b);
-    });
+    queryPair(*first_, *second_, [&](const Mesh& a, const Mesh& b) { watcher_.emplace(a, b); });
   }
 
-  /// Runs `f(watcher)`, without the GIL.
+  /// Returns `f(watcher)`, without the GIL.
   template <typename F>
-  void query(const F& f) {
+  auto query(const F& f) {
     const py::gil_scoped_release nogil;
     const std::lock_guard alone(mutex_);
     const LockedMesh::PairLock lock(*first_, *second_);
-    std::visit(
-        [&](auto& watcher) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(watcher)>, std::monostate>)
-            f(watcher);
-        },
-        watcher_);
+    return f(*watcher_);
   }
 
  private:
   std::shared_ptr<const LockedMesh> first_, second_;
   std::mutex mutex_;
-  std::variant<std::monostate, Watcher<double>, Watcher<float>> watcher_;
+  std::optional<Watcher<double>> watcher_;  ///< always there
 };
-
-/// CoherentDistance and CoherentProximity.
-void bindPairs(py::module_& module);
 
 }  // namespace adaptive_bvh::python

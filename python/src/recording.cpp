@@ -1,5 +1,3 @@
-#include "recording.h"
-
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -13,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "bind.h"
 #include "frame_results.h"
 #include "locked_scene.h"
 #include "meshes.h"
@@ -30,10 +29,6 @@ struct RecordingArguments {
 };
 
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
-std::string typeTextOf(const py::object& object) {
-  return py::str(py::type::of(object).attr("__name__"));
-}
-
 /// Python's Recording: the library's, what it reads, and a lock. The lock comes before those of a
 /// scene and of meshes. All are only held without the GIL.
 class LockedRecording : public Bound {
@@ -42,12 +37,9 @@ class LockedRecording : public Bound {
 
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (py::isinstance<LockedMesh>(body))
-      return addMesh(body.cast<LockedMesh&>().shared_from_this(), pose, name);
-    if (py::isinstance<Shape>(body)) {
-      const auto shape = body.cast<const Shape&>().geometryPointer<double>();
-      return alone([&] { return recording_.add(*shape, pose, name); });
-    }
+    if (const LockedMesh* mesh = asMesh(body)) return addMesh(mesh->shared_from_this(), pose, name);
+    if (const Shape* shape = asShape(body))
+      return alone([&] { return recording_.add(shape->geometry(), pose, name); });
     const TriangleMesh<double> mesh = arraysOf(body);
     return alone([&] { return recording_.add(mesh, pose, name); });
   }
@@ -60,16 +52,14 @@ class LockedRecording : public Bound {
   }
   void follow(const py::object& scene, const py::object& name) {
     if (!py::isinstance<LockedScene>(scene))
-      throw py::type_error("scene is a " + typeTextOf(scene) + "; a Scene is needed");
+      throw py::type_error("scene is a " + typeNameOf(scene) + "; a Scene is needed");
     if (!name.is_none() && !PyCallable_Check(name.ptr()))
       throw py::type_error("name must be a function, or None");
     const auto* const locked = &scene.cast<const LockedScene&>();
     const auto function = std::make_shared<py::object>(name);
     alone([&] {
       const auto locks = locked->share(meshSet());
-      locked->visit([&](const auto& s) {
-        recording_.follow(s, [function](BodyId id) { return nameOf(id, *function); });
-      });
+      recording_.follow(locked->scene(), [function](BodyId id) { return nameOf(id, *function); });
       scene_ = locked;
     });
     followed_ = scene;
@@ -145,13 +135,11 @@ class LockedRecording : public Bound {
     for (const auto& mesh : meshes_) meshes.insert(mesh.get());
     return meshes;
   }
-  int addMesh(const std::shared_ptr<LockedMesh>& mesh, const fcl::Transform3d& pose,
+  int addMesh(const std::shared_ptr<const LockedMesh>& mesh, const fcl::Transform3d& pose,
               const std::string& name) {
     return alone([&] {
       const auto lock = mesh->share();
-      const int number = mesh->visit([&](const auto& m) {
-        return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
-      });
+      const int number = recording_.add(mesh->mesh(), pose, name);
       meshes_.push_back(mesh);
       return number;
     });
@@ -163,7 +151,7 @@ class LockedRecording : public Bound {
     if (function.is_none()) return "body " + std::to_string(id);
     const py::object name = function(id);
     if (!py::isinstance<py::str>(name))
-      throw py::type_error("name returned a " + typeTextOf(name) + "; a string is needed");
+      throw py::type_error("name returned a " + typeNameOf(name) + "; a string is needed");
     return name.cast<std::string>();
   }
 
@@ -173,12 +161,12 @@ class LockedRecording : public Bound {
     options.unit = a.unit;
     options.volume_depth = -1;  // a DeformableMesh has none
     options.frames_per_second = a.frames_per_second;
-    options.up = pointFrom<double>(a.up, "up");
+    options.up = pointFrom(a.up, "up");
     return options;
   }
   static TriangleMesh<double> arraysOf(const py::object& body) {
     if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
-      throw py::type_error("body is a " + typeTextOf(body) +
+      throw py::type_error("body is a " + typeNameOf(body) +
                            "; a DeformableMesh, a Shape, or an object with vertices and faces is "
                            "needed");
     return meshFrom(body.attr("vertices"), body.attr("faces"));
@@ -186,7 +174,7 @@ class LockedRecording : public Bound {
 
   std::mutex mutex_;
   Recording recording_;
-  std::vector<std::shared_ptr<LockedMesh>> meshes_;
+  std::vector<std::shared_ptr<const LockedMesh>> meshes_;
   const LockedScene* scene_ = nullptr;
   py::object followed_ = py::none();  ///< keeps the scene alive; only touched with the GIL
   std::shared_ptr<py::object> name_;  ///< likewise; the library calls it

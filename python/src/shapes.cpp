@@ -15,12 +15,13 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "arrays.h"
+#include "bind.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace {
 
-// Beyond these the products of four lengths in FCL's solver overflow in single precision, or
-// vanish.
+// Products of four such lengths are far from overflow and underflow.
 constexpr double kSmallest = 1e-8, kLargest = 1e8;
 
 // A type for each shape, so that Python has a class for each.
@@ -45,12 +46,11 @@ struct Ellipsoid : Shape {
 
 struct Plane : Shape {
   Plane(const py::object& normal, double offset)
-      : Shape(makeUnbounded<fcl::Plane>("Plane", pointFrom<double>(normal, "normal"), offset)) {}
+      : Shape(makeUnbounded<fcl::Plane>("Plane", pointFrom(normal, "normal"), offset)) {}
 };
 struct Halfspace : Shape {
   Halfspace(const py::object& normal, double offset)
-      : Shape(makeUnbounded<fcl::Halfspace>("Halfspace", pointFrom<double>(normal, "normal"),
-                                            offset)) {}
+      : Shape(makeUnbounded<fcl::Halfspace>("Halfspace", pointFrom(normal, "normal"), offset)) {}
 };
 
 /// A property for each size.
@@ -92,8 +92,7 @@ void bindUnbounded(py::module_& module, const char* name, const char* what) {
       .def_property_readonly(
           "normal",
           [](const Shape& self) {
-            const double numbers[] = {self.size(0), self.size(1), self.size(2)};
-            return py::array_t<double>(3, numbers);
+            return arrayOf(fcl::Vector3d(self.size(0), self.size(1), self.size(2)));
           },
           "(3,) float64, of length 1.")
       .def_property_readonly(
