@@ -73,6 +73,13 @@ void requireIntegers(const py::array& array, const char* name) {
                          std::string(py::str(py::handle(array.dtype()))) + "; integers are needed");
 }
 
+/// One ray becomes a list of one.
+py::object listed(const py::object& rows, const char* name) {
+  py::array array = numbersFrom(rows, name);
+  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
+                           : py::object(array);
+}
+
 /// N x `columns` integers.
 Contiguous<std::int64_t> integersFrom(const py::object& object, py::ssize_t columns,
                                       const char* name) {
@@ -127,6 +134,14 @@ fcl::Vector3d pointFrom(const py::object& object, const char* name) {
   if (array.ndim() != 1 || array.shape(0) != 3) refuseShape(array, name, "(3,)");
   const Contiguous<double> numbers = converted<double>(array);
   return {numbers.at(0), numbers.at(1), numbers.at(2)};
+}
+
+RayArguments::RayArguments(const py::object& from, const py::object& along)
+    : origins(listed(from, "origins"), "origins"),
+      directions(listed(along, "directions"), "directions") {
+  if (origins.size() != directions.size())
+    throw py::value_error("there are " + std::to_string(origins.size()) + " origins and " +
+                          std::to_string(directions.size()) + " directions");
 }
 
 void requireRows(const py::array& rows, std::size_t count, const char* name) {

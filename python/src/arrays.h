@@ -86,6 +86,14 @@ class StridedRows {
 /// The three numbers of one point. Throws like `Rows`.
 fcl::Vector3d pointFrom(const py::object& object, const char* name);
 
+/// N rays; one of (3,) numbers is a list of one. Throws as Rows, and py::value_error when there are
+/// not as many directions as origins.
+struct RayArguments {
+  RayArguments(const py::object& from, const py::object& along);
+
+  Rows origins, directions;
+};
+
 /// Throws py::value_error when there are not `count` rows, one for each vertex of a mesh.
 void requireRows(const py::array& rows, std::size_t count, const char* name);
 

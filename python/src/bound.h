@@ -15,6 +15,7 @@
 namespace adaptive_bvh::python {
 
 namespace py = pybind11;
+using py::literals::operator""_a;
 
 /// Base of the classes that Python sees. Python can make an object without calling __init__
 /// (DeformableMesh.__new__(DeformableMesh)); pybind11 would hand out memory that holds no object.

@@ -116,11 +116,11 @@ void bindRegions(py::module_& module) {
 void bindContactRegions(py::module_& module) {
   bindPatches(module);
   bindRegions(module);
-  module.def("contact_regions", &regionsOf, py::arg("first"), py::arg("second"),
-             py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), docs::kContactRegions);
+  module.def("contact_regions", &regionsOf, "first"_a, "second"_a, "tf1"_a = py::none(),
+             "tf2"_a = py::none(), docs::kContactRegions);
   py::class_<Tracker>(module, "ContactTracker", docs::kTracker)
       .def(py::init<>(), "Without regions.")
-      .def("track", &Tracker::track, py::arg("regions"), docs::kTrack)
+      .def("track", &Tracker::track, "regions"_a, docs::kTrack)
       .def(
           "clear", [](Tracker& self) { self.tracker.clear(); },
           "Forgets all regions; identities are not used again.")

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <tuple>
 
 #include <pybind11/stl.h>
 
@@ -8,10 +7,43 @@
 #include "bind.h"
 #include "continuous_docs.h"
 #include "features.h"
-#include "motion.h"
+#include "locked_mesh.h"
+#include "pose.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
+namespace {
+
+/// Python's Motion: a mesh, and copies of its positions at two times.
+class MeshMotion : public Bound {
+ public:
+  /// Each of `start` and `end` may be None: the mesh's positions before and at present. Throws as
+  /// Rows and poseFrom, and py::value_error when a number of positions is not that of the
+  /// vertices or there are none before.
+  MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
+             const py::object& start_tf, const py::object& end_tf);
+
+  const LockedMesh& mesh() const { return *mesh_; }
+
+  /// For the library, while the mesh is locked. Refers to this object.
+  Motion<double> motion() const { return {mesh_->mesh(), start_, end_, start_tf_, end_tf_}; }
+
+ private:
+  std::shared_ptr<const LockedMesh> mesh_;
+  std::vector<fcl::Vector3d> start_, end_;
+  fcl::Transform3d start_tf_, end_tf_;
+};
+
+/// Runs `f(motion)` on the library's motion, without the GIL; likewise `f(first, second)`.
+template <typename F>
+auto queryMotions(const F& f, const MeshMotion& motion) {
+  return motion.mesh().query([&](const Mesh&) { return f(motion.motion()); });
+}
+template <typename F>
+auto queryMotions(const F& f, const MeshMotion& first, const MeshMotion& second) {
+  return queryPair(first.mesh(), second.mesh(),
+                   [&](const Mesh&, const Mesh&) { return f(first.motion(), second.motion()); });
+}
 
 MeshMotion::MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
                        const py::object& start_tf, const py::object& end_tf)
@@ -35,8 +67,6 @@ MeshMotion::MeshMotion(const LockedMesh& mesh, const py::object& start, const py
   copy(start, "start", start_);
   copy(end, "end", end_);
 }
-
-namespace {
 
 /// Names are also those of the properties of FeaturePairs, with a hyphen.
 constexpr const char* kKinds[] = {"vertex-face", "face-vertex", "edge-edge"};
@@ -77,8 +107,8 @@ void bindMotion(py::module_& module) {
   py::class_<MeshMotion>(module, "Motion", docs::kMotion)
       .def(py::init<const LockedMesh&, const py::object&, const py::object&, const py::object&,
                     const py::object&>(),
-           py::arg("mesh"), py::arg("start") = py::none(), py::arg("end") = py::none(),
-           py::arg("start_tf") = py::none(), py::arg("end_tf") = py::none(), docs::kMotionInit);
+           "mesh"_a, "start"_a = py::none(), "end"_a = py::none(), "start_tf"_a = py::none(),
+           "end_tf"_a = py::none(), docs::kMotionInit);
   ResultClass<Impact> impact(module, "Impact", "Two features that come together first.");
   impact
       .attribute("time", &Impact::time,
@@ -96,22 +126,29 @@ void bindMotion(py::module_& module) {
       .attribute("edge_edge", &ImpactTimes::edge_edge, "(K,) float64.");
 }
 
-/// Defines a function of two motions, and of one with itself: both return
-/// query(separation, motions...).
-template <typename Query>
+/// Defines a function of two motions, and of one with itself. Both return
+/// query(others..., separation, motions...). `names` are those of the others.
+template <typename... Others, typename Query, typename... Names>
 void define(py::module_& module, const char* name, const Query& query, const char* doc,
-            const char* doc_within_one = docs::kWithinOne) {
+            const char* doc_within_one, const Names&... names) {
   module.def(
       name,
-      [query](const MeshMotion& first, const MeshMotion& second, double separation) {
-        return query(separation, first, second);
+      [query](const MeshMotion& first, const MeshMotion& second, const Others&... others,
+              double separation) { return query(others..., separation, first, second); },
+      "first"_a, "second"_a, names..., "separation"_a = 0.0, doc);
+  module.def(
+      name,
+      [query](const MeshMotion& motion, const Others&... others, double separation) {
+        return query(others..., separation, motion);
       },
-      py::arg("first"), py::arg("second"), py::arg("separation") = 0.0, doc);
-  module.def(
-      name,
-      [query](const MeshMotion& motion, double separation) { return query(separation, motion); },
-      py::arg("motion"), py::arg("separation") = 0.0, doc_within_one);
+      "motion"_a, names..., "separation"_a = 0.0, doc_within_one);
 }
+
+/// The meshes of a motion, or of two: which has the first feature of a pair, and which the second.
+const LockedMesh& firstMesh(const MeshMotion& first) { return first.mesh(); }
+const LockedMesh& firstMesh(const MeshMotion& first, const MeshMotion&) { return first.mesh(); }
+const LockedMesh& secondMesh(const MeshMotion& only) { return only.mesh(); }
+const LockedMesh& secondMesh(const MeshMotion&, const MeshMotion& second) { return second.mesh(); }
 
 void bindCandidates(py::module_& module) {
   const auto query = [](double separation, const auto&... motions) {
@@ -119,59 +156,28 @@ void bindCandidates(py::module_& module) {
     queryMotions([&](const auto&... m) { candidates(m..., separation, pairs); }, motions...);
     return pairs;
   };
-  define(module, "candidates", query, docs::kCandidates);
-}
-
-template <typename... Motions>
-double timeOfImpactOf(const std::string& name, const py::object& pair, double separation,
-                      const MeshMotion& first, const Motions&... second) {
-  const FeatureKind kind = kindFrom(name);
-  const MeshMotion& last = std::get<sizeof...(second)>(std::tie(first, second...));
-  const FeaturePair two = pairFrom(kind, pair, first.mesh(), last.mesh());
-  return queryMotions([&](const auto&... m) { return timeOfImpact(m..., kind, two, separation); },
-                      first, second...);
-}
-
-void bindTimeOfImpact(py::module_& module) {
-  module.def(
-      "time_of_impact",
-      [](const MeshMotion& first, const MeshMotion& second, const std::string& kind,
-         const py::object& pair,
-         double separation) { return timeOfImpactOf(kind, pair, separation, first, second); },
-      py::arg("first"), py::arg("second"), py::arg("kind"), py::arg("pair"),
-      py::arg("separation") = 0.0, docs::kTimeOfImpact);
-  module.def(
-      "time_of_impact",
-      [](const MeshMotion& motion, const std::string& kind, const py::object& pair,
-         double separation) { return timeOfImpactOf(kind, pair, separation, motion); },
-      py::arg("motion"), py::arg("kind"), py::arg("pair"), py::arg("separation") = 0.0,
-      docs::kWithinOne);
-}
-
-template <typename... Motions>
-ImpactTimes timesOfImpactOf(const FeaturePairs& pairs, double separation, const MeshMotion& first,
-                            const Motions&... second) {
-  const MeshMotion& last = std::get<sizeof...(second)>(std::tie(first, second...));
-  const FeaturePairs all = checkedPairs(pairs, first.mesh(), last.mesh());
-  ImpactTimes times;
-  queryMotions([&](const auto&... m) { timesOfImpact(m..., all, separation, times); }, first,
-               second...);
-  return times;
+  define(module, "candidates", query, docs::kCandidates, docs::kWithinOne);
 }
 
 void bindTimesOfImpact(py::module_& module) {
-  module.def(
-      "times_of_impact",
-      [](const MeshMotion& first, const MeshMotion& second, const FeaturePairs& pairs,
-         double separation) { return timesOfImpactOf(pairs, separation, first, second); },
-      py::arg("first"), py::arg("second"), py::arg("pairs"), py::arg("separation") = 0.0,
-      docs::kTimesOfImpact);
-  module.def(
-      "times_of_impact",
-      [](const MeshMotion& motion, const FeaturePairs& pairs, double separation) {
-        return timesOfImpactOf(pairs, separation, motion);
-      },
-      py::arg("motion"), py::arg("pairs"), py::arg("separation") = 0.0, docs::kWithinOne);
+  const auto time = [](const std::string& name, const py::object& pair, double separation,
+                       const auto&... motions) {
+    const FeatureKind kind = kindFrom(name);
+    const FeaturePair two = pairFrom(kind, pair, firstMesh(motions...), secondMesh(motions...));
+    return queryMotions([&](const auto&... m) { return timeOfImpact(m..., kind, two, separation); },
+                        motions...);
+  };
+  define<std::string, py::object>(module, "time_of_impact", time, docs::kTimeOfImpact,
+                                  docs::kWithinOne, "kind"_a, "pair"_a);
+  const auto times = [](const FeaturePairs& pairs, double separation, const auto&... motions) {
+    const FeaturePairs all = checkedPairs(pairs, firstMesh(motions...), secondMesh(motions...));
+    ImpactTimes result;
+    queryMotions([&](const auto&... m) { timesOfImpact(m..., all, separation, result); },
+                 motions...);
+    return result;
+  };
+  define<FeaturePairs>(module, "times_of_impact", times, docs::kTimesOfImpact, docs::kWithinOne,
+                       "pairs"_a);
 }
 
 void bindEarliestImpact(py::module_& module) {
@@ -179,11 +185,11 @@ void bindEarliestImpact(py::module_& module) {
     return queryMotions([&](const auto&... m) { return earliestImpact(m..., separation); },
                         motions...);
   };
-  define(module, "earliest_impact", query, docs::kEarliestImpact);
+  define(module, "earliest_impact", query, docs::kEarliestImpact, docs::kWithinOne);
   const auto safe_step = [query](double separation, const auto&... motions) {
     return std::min(query(separation, motions...).time, 1.0);
   };
-  define(module, "largest_safe_step", safe_step, docs::kLargestSafeStep);
+  define(module, "largest_safe_step", safe_step, docs::kLargestSafeStep, docs::kWithinOne);
 }
 
 py::object safeDisplacementsOf(double separation, const MeshMotion& motion) {
@@ -214,7 +220,6 @@ void bindSafeDisplacements(py::module_& module) {
 void bindContinuous(py::module_& module) {
   bindMotion(module);
   bindCandidates(module);
-  bindTimeOfImpact(module);
   bindTimesOfImpact(module);
   bindEarliestImpact(module);
   bindSafeDisplacements(module);

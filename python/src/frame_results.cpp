@@ -9,9 +9,9 @@
 
 #include "arrays.h"
 #include "contact_regions.h"
+#include "locked_scene.h"
 #include "objects.h"
 #include "query.h"
-#include "scene_results.h"
 
 namespace adaptive_bvh::python {
 namespace {

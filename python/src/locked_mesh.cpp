@@ -48,7 +48,7 @@ Mesh makeMesh(const std::pair<py::object, py::object>& arrays, bool is_single) {
   return Mesh({rows.begin(), rows.end()}, std::move(triangles));
 }
 
-/// A mesh that a version before 0.2 saved. Its tree is built anew.
+/// A mesh of float32 numbers, as earlier versions saved it. Its tree is built anew.
 Mesh loadSingle(std::istream& in) {
   const auto saved = DeformableMesh<float>::load(in);
   const auto in_double = [](const std::vector<fcl::Vector3f>& points) {
@@ -163,21 +163,20 @@ auto setThreads(void (Mesh::*set)(int)) {
 }
 
 void bindUpdates(Class& mesh) {
-  mesh.def("update", py::overload_cast<const py::object&>(&LockedMesh::update), py::arg("vertices"),
+  mesh.def("update", py::overload_cast<const py::object&>(&LockedMesh::update), "vertices"_a,
            docs::kUpdate)
       .def("update", py::overload_cast<const py::object&, const py::object&>(&LockedMesh::update),
-           py::arg("indices"), py::arg("vertices"), docs::kUpdateSome)
-      .def("update_two_frames", &LockedMesh::updateTwoFrames, py::arg("vertices"),
-           docs::kUpdateTwoFrames)
+           "indices"_a, "vertices"_a, docs::kUpdateSome)
+      .def("update_two_frames", &LockedMesh::updateTwoFrames, "vertices"_a, docs::kUpdateTwoFrames)
       .def_property_readonly(
           "last_update",
           [](const LockedMesh& self) {
             return self.query([](const Mesh& m) { return MeshUpdate(m.lastUpdate()); });
           },
           "What the last update did: a MeshUpdate.")
-      .def("set_update_threads", setThreads(&Mesh::setUpdateThreads), py::arg("threads"),
+      .def("set_update_threads", setThreads(&Mesh::setUpdateThreads), "threads"_a,
            docs::kUpdateThreads)
-      .def("set_query_threads", setThreads(&Mesh::setQueryThreads), py::arg("threads"),
+      .def("set_query_threads", setThreads(&Mesh::setQueryThreads), "threads"_a,
            docs::kQueryThreads);
 }
 
@@ -203,8 +202,8 @@ std::shared_ptr<LockedMesh> loadFromFile(const py::object& path) {
 }
 
 void bindFiles(Class& mesh) {
-  mesh.def("save", &saveToFile, py::arg("path"), docs::kSave)
-      .def_static("load", &loadFromFile, py::arg("path"), docs::kLoad)
+  mesh.def("save", &saveToFile, "path"_a, docs::kSave)
+      .def_static("load", &loadFromFile, "path"_a, docs::kLoad)
       .def(py::pickle(
           [](const LockedMesh& self) {
             std::ostringstream out;
@@ -222,7 +221,7 @@ void bindCopies(Class& mesh) {
       .def("__copy__", &LockedMesh::copy)
       .def(
           "__deepcopy__", [](const LockedMesh& self, const py::dict&) { return self.copy(); },
-          py::arg("memo"));
+          "memo"_a);
 }
 
 void bindProperties(Class& mesh) {
@@ -255,8 +254,8 @@ void bindMeshUpdate(py::module_& module) {
 void bindLockedMesh(py::module_& module) {
   bindMeshUpdate(module);
   Class mesh(module, "DeformableMesh", docs::kDeformableMesh);
-  mesh.def(py::init<const py::object&, const py::object&, const py::object&>(), py::arg("vertices"),
-           py::arg("faces") = py::none(), py::arg("dtype") = "float64", docs::kDeformableMeshInit)
+  mesh.def(py::init<const py::object&, const py::object&, const py::object&>(), "vertices"_a,
+           "faces"_a = py::none(), "dtype"_a = "float64", docs::kDeformableMeshInit)
       .def(
           "validate",
           [](const LockedMesh& self) {

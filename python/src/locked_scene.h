@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -32,9 +34,12 @@ class LockedScene : public Bound {
   py::object geometry(BodyId body) const;
   /// A function of Python's, or None.
   void setFilter(const py::object& filter);
-  const py::object& filter() const { return filter_; }
   /// Without a lock: of a scene that nothing refers to any more.
-  void clearFilter();
+  void clearFunction();
+  int visitFunction(visitproc visit, void* arg) const {
+    Py_VISIT(filter_.ptr());
+    return 0;
+  }
 
   /// Runs f(scene) alone, without the GIL.
   template <typename F>
@@ -89,6 +94,31 @@ class LockedScene : public Bound {
   std::map<BodyId, py::object> geometries_;  ///< only touched with the GIL
   py::object filter_ = py::none();           ///< likewise; the scene refers to it
   mutable std::shared_mutex mutex_;
+};
+
+/// A method that runs one of the C++ scene's, which changes it.
+template <typename... Args>
+auto changing(void (Scene3::*method)(Args...)) {
+  return [method](LockedScene& self, const std::decay_t<Args>&... arguments) {
+    self.change([&](Scene3& scene) { (scene.*method)(arguments...); });
+  };
+}
+
+/// A method that returns what one of the C++ scene's returns, which only reads it.
+template <typename Result, typename... Args>
+auto reading(Result (Scene3::*method)(Args...) const) {
+  return [method](const LockedScene& self, const std::decay_t<Args>&... arguments) {
+    return self.query(
+        [&](const Scene3& scene) -> std::decay_t<Result> { return (scene.*method)(arguments...); });
+  };
+}
+
+/// Pairs of bodies, and what was found for them. Python's SceneCollisions and others.
+template <typename Found, typename Offset = std::size_t>
+struct OfBodyPairs : Bound {
+  std::vector<std::array<std::int64_t, 2>> bodies;
+  std::vector<Offset> offsets;
+  Found found;
 };
 
 using SceneClass = py::class_<LockedScene>;

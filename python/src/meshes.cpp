@@ -118,11 +118,10 @@ void bindMeshes(py::module_& module) {
       .attribute(
           "faces", [](const MeshArrays& m) -> auto& { return m.mesh.triangles; },
           "(M, 3) int64, counter-clockwise seen from outside.");
-  module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
-             py::arg("weld_tolerance") = 0., py::arg("up") = py::none(), py::arg("metres") = true,
-             py::arg("scale") = 1., py::arg("buffers_outside_folder") = false, kLoadMesh);
-  module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"),
-             py::arg("tolerance") = 0., kWeldVertices);
+  module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
+             "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
+             "buffers_outside_folder"_a = false, kLoadMesh);
+  module.def("weld_vertices", &weldOf, "vertices"_a, "faces"_a, "tolerance"_a = 0., kWeldVertices);
 }
 
 }  // namespace adaptive_bvh::python

@@ -92,9 +92,8 @@ void bindSignedDistance(py::module_& module) {
       .attribute("normal", &D::normal,
                  "(3,) float64, of length 1, from the first body to the second.");
   const auto define = [&](auto function) {
-    module.def("signed_distance", function, py::arg("first"), py::arg("second"),
-               py::arg("tolerance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-               docs::kSignedDistance);
+    module.def("signed_distance", function, "first"_a, "second"_a, "tolerance"_a,
+               "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kSignedDistance);
   };
   define(&signedDistanceOf<LockedMesh>);
   define(&signedDistanceOf<Shape>);
@@ -119,15 +118,13 @@ void bindContacts(py::module_& module) {
       .length(&C::vertices);
 
   const auto define = [&](auto function) {
-    module.def("vertex_contacts", function, py::arg("mesh"), py::arg("other"),
-               py::arg("margin") = 0., py::arg("tf") = py::none(), py::arg("other_tf") = py::none(),
-               docs::kVertexContacts);
+    module.def("vertex_contacts", function, "mesh"_a, "other"_a, "margin"_a = 0.,
+               "tf"_a = py::none(), "other_tf"_a = py::none(), docs::kVertexContacts);
   };
   define(&contactsOf<LockedMesh>);
   define(&contactsOf<Shape>);
-  module.def("vertex_contacts_of_both", &contactsOfBoth, py::arg("first"), py::arg("second"),
-             py::arg("margin") = 0., py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             docs::kContactsOfBoth);
+  module.def("vertex_contacts_of_both", &contactsOfBoth, "first"_a, "second"_a, "margin"_a = 0.,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kContactsOfBoth);
 }
 
 }  // namespace

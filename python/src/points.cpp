@@ -23,6 +23,18 @@ limit: a length, 0 or more; points of the surface that are farther away are left
     it is negative or NaN.
 Returns ClosestFeatures.)";
 
+constexpr const char* kSignedDistances =
+    R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
+positive there).
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64. Raises ValueError when the mesh is not
+closed; the message names an edge.)";
+
+constexpr const char* kWindingNumbers =
+    R"(How often the triangles wind around points: 0 outside and 1 inside of a closed mesh; of open
+meshes and soups the generalised winding number. Off by at most `tolerance`.
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64.)";
 }  // namespace docs
 
 namespace {
@@ -87,6 +99,31 @@ ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points,
   return result;
 }
 
+py::array_t<double> signedDistancesOf(const LockedMesh& mesh, const py::object& points) {
+  const Rows rows(points, "points");
+  std::vector<double> result;
+  mesh.query([&](const Mesh& m) { signedDistances(m, rows.begin(), rows.size(), result); });
+  return adopt(std::move(result));
+}
+
+py::array_t<double> windingNumbersOf(const LockedMesh& mesh, const py::object& points,
+                                     double tolerance) {
+  const Rows rows(points, "points");
+  std::vector<double> result;
+  mesh.query(
+      [&](const Mesh& m) { windingNumbers(m, rows.begin(), rows.size(), tolerance, result); });
+  return adopt(std::move(result));
+}
+
+py::array openEdgesOf(const LockedMesh& mesh) {
+  std::vector<OpenEdge> open;
+  mesh.query([&](const Mesh& m) { isWatertight(m, &open); });
+  std::vector<std::array<int, 4>> rows;
+  for (const OpenEdge& edge : open)
+    rows.push_back({int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
+  return adopt(std::move(rows));
+}
+
 void bindPointResults(py::module_& module) {
   using P = ClosestPoint<double>;
   ResultClass<P>(module, "ClosestPoint", "The point of a surface that is nearest to a point.")
@@ -130,12 +167,31 @@ void bindFeatureResults(py::module_& module) {
 void bindPoints(py::module_& module) {
   bindPointResults(module);
   bindFeatureResults(module);
-  module.def("closest_point", &closestPointOf, py::arg("mesh"), py::arg("point"),
+  module.def("closest_point", &closestPointOf, "mesh"_a, "point"_a,
              "The nearest point of the mesh's surface to `point`, (3,), in the mesh's own frame.");
-  module.def("closest_points", &closestPointsOf, py::arg("mesh"), py::arg("points"),
-             docs::kClosestPoints);
-  module.def("closest_features", &closestFeaturesOf, py::arg("mesh"), py::arg("points"),
-             py::arg("limit") = std::numeric_limits<double>::infinity(), docs::kClosestFeatures);
+  module.def("closest_points", &closestPointsOf, "mesh"_a, "points"_a, docs::kClosestPoints);
+  module.def("closest_features", &closestFeaturesOf, "mesh"_a, "points"_a,
+             "limit"_a = std::numeric_limits<double>::infinity(), docs::kClosestFeatures);
+}
+
+void bindInside(py::module_& module) {
+  module.def("signed_distances", &signedDistancesOf, "mesh"_a, "points"_a, docs::kSignedDistances);
+  module.def("winding_numbers", &windingNumbersOf, "mesh"_a, "points"_a, "tolerance"_a = 0.1,
+             docs::kWindingNumbers);
+  module.def(
+      "is_watertight",
+      [](const LockedMesh& mesh) {
+        return mesh.query([](const Mesh& m) { return isWatertight(m); });
+      },
+      "mesh"_a,
+      "Whether a mesh encloses something: every edge is run through as often in one direction as "
+      "in the other by the triangles that share it. Vertices are compared by index "
+      "(weld_vertices).");
+  module.def(
+      "open_edges", &openEdgesOf, "mesh"_a,
+      "The edges for which a mesh is not watertight, (K, 4) int32, by increasing triangle: the "
+      "vertices where an edge begins and ends, its triangle with the smallest index, and how much "
+      "more often triangles run through it in this direction, 1 on a boundary.");
 }
 
 }  // namespace adaptive_bvh::python

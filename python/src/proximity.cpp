@@ -161,8 +161,8 @@ void bindClearance(py::module_& module) {
                     const py::object& tf, const py::object& other_tf) {
           return clearanceOf(mesh, other, limit, tf, other_tf, is_signed);
         },
-        py::arg("mesh"), py::arg("other"), py::arg("limit") = infinity, py::arg("tf") = py::none(),
-        py::arg("other_tf") = py::none(), doc);
+        "mesh"_a, "other"_a, "limit"_a = infinity, "tf"_a = py::none(), "other_tf"_a = py::none(),
+        doc);
   };
   define("clearance", false, docs::kClearance);
   define("signed_clearance", true, docs::kSignedClearance);
@@ -186,28 +186,25 @@ void bindNearPairs(py::module_& module) {
 void bindProximity(py::module_& module) {
   bindNearPairs(module);
   const auto define = [&](auto function) {
-    module.def("is_nearer", function, py::arg("first"), py::arg("second"), py::arg("distance"),
-               py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), py::kw_only(),
-               py::arg("solid") = false, docs::kIsNearer);
+    module.def("is_nearer", function, "first"_a, "second"_a, "distance"_a, "tf1"_a = py::none(),
+               "tf2"_a = py::none(), py::kw_only(), "solid"_a = false, docs::kIsNearer);
   };
   define(&isNearerOf<LockedMesh>);
   define(&isNearerOf<Shape>);
-  module.def("pairs_within", &pairsWithinOf, py::arg("first"), py::arg("second"),
-             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             py::kw_only(), py::arg("enable_distances") = false,
-             py::arg("enable_nearest_points") = false, py::arg("ignored") = py::none(),
-             docs::kPairsWithin);
-  module.def("pairs_within", &pairsWithinSelf, py::arg("mesh"), py::arg("distance"), py::kw_only(),
-             py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
-             py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
-             py::arg("labels") = py::none(), py::arg("label_rule") = "between",
-             docs::kPairsWithinSelf);
-  module.def("feature_pairs_within", &featurePairsOf, py::arg("first"), py::arg("second"),
-             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             py::kw_only(), py::arg("ignored") = py::none(), docs::kFeaturePairsWithin);
-  module.def("feature_pairs_within", &featurePairsSelf, py::arg("mesh"), py::arg("distance"),
-             py::kw_only(), py::arg("ignored") = py::none(), py::arg("labels") = py::none(),
-             py::arg("label_rule") = "between", docs::kFeaturePairsWithinSelf);
+  module.def("pairs_within", &pairsWithinOf, "first"_a, "second"_a, "distance"_a,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(),
+             "enable_distances"_a = false, "enable_nearest_points"_a = false,
+             "ignored"_a = py::none(), docs::kPairsWithin);
+  module.def("pairs_within", &pairsWithinSelf, "mesh"_a, "distance"_a, py::kw_only(),
+             "enable_distances"_a = false, "enable_nearest_points"_a = false,
+             "filter"_a = "shared vertex", "ignored"_a = py::none(), "labels"_a = py::none(),
+             "label_rule"_a = "between", docs::kPairsWithinSelf);
+  module.def("feature_pairs_within", &featurePairsOf, "first"_a, "second"_a, "distance"_a,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(), "ignored"_a = py::none(),
+             docs::kFeaturePairsWithin);
+  module.def("feature_pairs_within", &featurePairsSelf, "mesh"_a, "distance"_a, py::kw_only(),
+             "ignored"_a = py::none(), "labels"_a = py::none(), "label_rule"_a = "between",
+             docs::kFeaturePairsWithinSelf);
   bindClearance(module);
 }
 

@@ -122,16 +122,15 @@ NeighbourFilter neighbourFilter(const std::string& name) {
 
 void bindQuery(py::module_& module) {
   bindResults(module);
-  module.def("distance", &distanceOf, py::arg("o1"), py::arg("o2"), py::arg("tf1") = py::none(),
-             py::arg("tf2") = py::none(), py::kw_only(), py::arg("nearest_points") = true,
-             docs::kDistance);
-  module.def("collide", &collideOf, py::arg("o1"), py::arg("o2"), py::arg("tf1") = py::none(),
-             py::arg("tf2") = py::none(), py::kw_only(), py::arg("max_contacts") = py::none(),
-             py::arg("enable_contact") = true, py::arg("solid") = false, docs::kCollide);
-  module.def("self_collide", &selfCollideOf, py::arg("mesh"), py::arg("tf") = py::none(),
-             py::kw_only(), py::arg("max_contacts") = py::none(), py::arg("enable_contact") = true,
-             py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
-             py::arg("labels") = py::none(), py::arg("label_rule") = "between", docs::kSelfCollide);
+  module.def("distance", &distanceOf, "o1"_a, "o2"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
+             py::kw_only(), "nearest_points"_a = true, docs::kDistance);
+  module.def("collide", &collideOf, "o1"_a, "o2"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
+             py::kw_only(), "max_contacts"_a = py::none(), "enable_contact"_a = true,
+             "solid"_a = false, docs::kCollide);
+  module.def("self_collide", &selfCollideOf, "mesh"_a, "tf"_a = py::none(), py::kw_only(),
+             "max_contacts"_a = py::none(), "enable_contact"_a = true, "filter"_a = "shared vertex",
+             "ignored"_a = py::none(), "labels"_a = py::none(), "label_rule"_a = "between",
+             docs::kSelfCollide);
 }
 
 }  // namespace adaptive_bvh::python

@@ -1,9 +1,8 @@
-#include "rays.h"
-
 #include <limits>
 #include <numeric>
 
 #include "adaptive_bvh/point_query.h"
+#include "arrays.h"
 #include "bind.h"
 #include "locked_mesh.h"
 #include "results.h"
@@ -31,25 +30,6 @@ origins, directions, begin, end: as of first_hit. Sides and corners belong to ea
     them: no ray slips between two.
 Returns RayHits; `rays` says which ray.)";
 }  // namespace docs
-
-namespace {
-
-/// One ray becomes a list of one.
-py::object listed(const py::object& rows, const char* name) {
-  py::array array = numbersFrom(rows, name);
-  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
-                           : py::object(array);
-}
-
-}  // namespace
-
-RayArguments::RayArguments(const py::object& from, const py::object& along)
-    : origins(listed(from, "origins"), "origins"),
-      directions(listed(along, "directions"), "directions") {
-  if (origins.size() != directions.size())
-    throw py::value_error("there are " + std::to_string(origins.size()) + " origins and " +
-                          std::to_string(directions.size()) + " directions");
-}
 
 namespace {
 
@@ -128,9 +108,8 @@ void bindHitResults(py::module_& module) {
 void bindRays(py::module_& module) {
   bindHitResults(module);
   const auto define = [&](const char* name, auto function, const char* doc) {
-    module.def(name, function, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
-               py::kw_only(), py::arg("begin") = 0.0,
-               py::arg("end") = std::numeric_limits<double>::infinity(), doc);
+    module.def(name, function, "mesh"_a, "origins"_a, "directions"_a, py::kw_only(),
+               "begin"_a = 0.0, "end"_a = std::numeric_limits<double>::infinity(), doc);
   };
   define("first_hit", &firstHitOf, docs::kFirstHit);
   define("any_hit", &anyHitOf, docs::kAnyHit);

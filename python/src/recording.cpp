@@ -100,12 +100,12 @@ class LockedRecording : public Bound {
   }
 
   /// For Python's garbage collector: the function that names bodies may refer to this object.
-  int visitObjects(visitproc visit, void* arg) const {
+  int visitFunction(visitproc visit, void* arg) const {
     Py_VISIT(followed_.ptr());
     if (name_) Py_VISIT(name_->ptr());
     return 0;
   }
-  void clearName() {
+  void clearFunction() {
     if (name_) *name_ = py::none();
   }
 
@@ -198,45 +198,23 @@ class LockedRecording : public Bound {
   int bodies() { return 0; }
   int frames() { return 0; }
   std::size_t bytes() { return 0; }
-  int visitObjects(visitproc, void*) const { return 0; }
-  void clearName() {}
+  int visitFunction(visitproc, void*) const { return 0; }
+  void clearFunction() {}
 };
 #endif
-
-/// Null of an object whose __init__ was not called.
-LockedRecording* constructedRecording(PyObject* object) {
-  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
-  return holder.holder_constructed() ? static_cast<LockedRecording*>(holder.value_ptr()) : nullptr;
-}
-
-/// Shows what a recording refers to to Python's garbage collector.
-void collectRecordings(PyHeapTypeObject* heap_type) {
-  PyTypeObject& type = heap_type->ht_type;
-  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
-  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
-    Py_VISIT(Py_TYPE(object));
-    const LockedRecording* recording = constructedRecording(object);
-    return recording ? recording->visitObjects(visit, arg) : 0;
-  };
-  type.tp_clear = [](PyObject* object) -> int {
-    if (LockedRecording* recording = constructedRecording(object)) recording->clearName();
-    return 0;
-  };
-}
 
 using RecordingClass = py::class_<LockedRecording>;
 
 void bindRecordedBodies(RecordingClass& recording) {
   using R = LockedRecording;
   recording
-      .def("add", &R::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
-           py::arg("name") = "", docs::kRecordingAdd)
-      .def("remove", &R::remove, py::arg("body"), docs::kRecordingRemove)
-      .def("place", &R::place, py::arg("body"), py::arg("tf"),
+      .def("add", &R::add, "body"_a, "tf"_a = py::none(), py::kw_only(), "name"_a = "",
+           docs::kRecordingAdd)
+      .def("remove", &R::remove, "body"_a, docs::kRecordingRemove)
+      .def("place", &R::place, "body"_a, "tf"_a,
            "The pose of the body with this number from the next frame on.")
-      .def("follow", &R::follow, py::arg("scene"), py::arg("name") = py::none(),
-           docs::kRecordingFollow)
-      .def("body_of", &R::bodyOf, py::arg("body"), docs::kRecordingBodyOf);
+      .def("follow", &R::follow, "scene"_a, "name"_a = py::none(), docs::kRecordingFollow)
+      .def("body_of", &R::bodyOf, "body"_a, docs::kRecordingBodyOf);
 }
 
 void bindFrames(RecordingClass& recording) {
@@ -252,12 +230,11 @@ void bindFrames(RecordingClass& recording) {
             self.frame({distance, contacts, update_ms, query_ms, nearest_points, clearance, arrows,
                         segments, patches, note});
           },
-          py::arg("distance") = py::none(), py::arg("contacts") = py::none(), py::kw_only(),
-          py::arg("update_ms") = py::none(), py::arg("query_ms") = py::none(),
-          py::arg("nearest_points") = py::none(), py::arg("clearance") = py::none(),
-          py::arg("arrows") = py::none(), py::arg("segments") = py::none(),
-          py::arg("patches") = py::none(), py::arg("note") = "", docs::kRecordingFrame)
-      .def("write", &R::write, py::arg("path"), docs::kRecordingWrite)
+          "distance"_a = py::none(), "contacts"_a = py::none(), py::kw_only(),
+          "update_ms"_a = py::none(), "query_ms"_a = py::none(), "nearest_points"_a = py::none(),
+          "clearance"_a = py::none(), "arrows"_a = py::none(), "segments"_a = py::none(),
+          "patches"_a = py::none(), "note"_a = "", docs::kRecordingFrame)
+      .def("write", &R::write, "path"_a, docs::kRecordingWrite)
       .def("html", &R::html, docs::kRecordingHtml)
       .def_property_readonly("num_bodies", &R::bodies,
                              "How many bodies were added, including removed ones.")
@@ -269,15 +246,14 @@ void bindFrames(RecordingClass& recording) {
 
 void bindRecording(py::module_& module) {
   RecordingClass recording(module, "Recording", docs::kRecording,
-                           py::custom_type_setup(&collectRecordings));
+                           py::custom_type_setup(&collectGarbage<LockedRecording>));
   recording.def(py::init([](const std::string& title, const std::string& unit,
                             double frames_per_second, const py::object& up) {
                   return std::make_unique<LockedRecording>(
                       RecordingArguments{title, unit, frames_per_second, up});
                 }),
-                py::kw_only(), py::arg("title") = "A run", py::arg("unit") = "",
-                py::arg("frames_per_second") = 25.0, py::arg("up") = py::make_tuple(0, 0, 1),
-                docs::kRecordingInit);
+                py::kw_only(), "title"_a = "A run", "unit"_a = "", "frames_per_second"_a = 25.0,
+                "up"_a = py::make_tuple(0, 0, 1), docs::kRecordingInit);
   bindRecordedBodies(recording);
   bindFrames(recording);
 }

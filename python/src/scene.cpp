@@ -67,38 +67,6 @@ class PythonFilter {
   const LockedScene& scene_;
 };
 
-/// Null of an object whose __init__ was not called.
-LockedScene* constructedScene(PyObject* object) {
-  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
-  return holder.holder_constructed() ? static_cast<LockedScene*>(holder.value_ptr()) : nullptr;
-}
-
-/// Shows the filter to Python's garbage collector: it may refer to what owns the scene.
-void addGarbageCollection(PyHeapTypeObject* heap_type) {
-  PyTypeObject& type = heap_type->ht_type;
-  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
-  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
-    Py_VISIT(Py_TYPE(object));
-    if (LockedScene* scene = constructedScene(object)) Py_VISIT(scene->filter().ptr());
-    return 0;
-  };
-  type.tp_clear = [](PyObject* object) -> int {
-    if (LockedScene* scene = constructedScene(object)) scene->clearFilter();
-    return 0;
-  };
-}
-
-BodyOptions optionsOf(std::uint32_t group, std::uint32_t mask, bool self_collision, bool solid,
-                      std::uintptr_t user) {
-  BodyOptions options;
-  options.group = group;
-  options.mask = mask;
-  options.self_collision = self_collision;
-  options.solid = solid;
-  options.user = user;
-  return options;
-}
-
 }  // namespace
 
 const CallbackScope*& CallbackScope::innermost() {
@@ -189,7 +157,7 @@ void LockedScene::setFilter(const py::object& filter) {
   });
 }
 
-void LockedScene::clearFilter() {
+void LockedScene::clearFunction() {
   scene_.setFilter({});
   filter_ = py::none();
 }
@@ -207,53 +175,47 @@ void bindOptions(py::module_& module) {
       .attribute("user", &O::user, "A number of the caller's.");
 }
 
-/// A method that runs one of the C++ scene's, which changes it.
-template <typename... Args>
-auto changing(void (Scene3::*method)(Args...)) {
-  return [method](LockedScene& self, const std::decay_t<Args>&... arguments) {
-    self.change([&](Scene3& scene) { (scene.*method)(arguments...); });
-  };
+/// Defines a method with the arguments of BodyOptions at the end: method(self, options, ...).
+template <typename Result, typename... First, typename... Names>
+void defineWithOptions(SceneClass& scene, const char* name,
+                       Result (*method)(LockedScene&, const BodyOptions&, First...),
+                       const char* doc, const Names&... names) {
+  scene.def(
+      name,
+      [method](LockedScene& self, First... first, std::uint32_t group, std::uint32_t mask,
+               bool self_collision, bool solid, std::uintptr_t user) {
+        BodyOptions options;
+        options.group = group;
+        options.mask = mask;
+        options.self_collision = self_collision;
+        options.solid = solid;
+        options.user = user;
+        return method(self, options, first...);
+      },
+      names..., py::kw_only(), "group"_a = 1, "mask"_a = 0xffffffffu, "self_collision"_a = false,
+      "solid"_a = false, "user"_a = 0, doc);
 }
 
-/// A method that returns what one of the C++ scene's returns, which only reads it.
-template <typename Result, typename... Args>
-auto reading(Result (Scene3::*method)(Args...) const) {
-  return [method](const LockedScene& self, const std::decay_t<Args>&... arguments) {
-    return self.query(
-        [&](const Scene3& scene) -> std::decay_t<Result> { return (scene.*method)(arguments...); });
-  };
+BodyId add(LockedScene& self, const BodyOptions& options, const py::object& body,
+           const py::object& tf) {
+  return self.add(body, tf, options);
+}
+void setOptions(LockedScene& self, const BodyOptions& options, BodyId body) {
+  self.change([&](Scene3& s) { s.setOptions(body, options); });
 }
 
 void bindBodies(SceneClass& scene) {
+  defineWithOptions(scene, "add", &add, docs::kAdd, "body"_a, "tf"_a = py::none());
+  defineWithOptions(scene, "set_options", &setOptions, docs::kSetOptions, "body"_a);
   scene
-      .def(
-          "add",
-          [](LockedScene& self, const py::object& body, const py::object& tf, std::uint32_t group,
-             std::uint32_t mask, bool self_collision, bool solid, std::uintptr_t user) {
-            return self.add(body, tf, optionsOf(group, mask, self_collision, solid, user));
-          },
-          py::arg("body"), py::arg("tf") = py::none(), py::kw_only(), py::arg("group") = 1,
-          py::arg("mask") = 0xffffffffu, py::arg("self_collision") = false,
-          py::arg("solid") = false, py::arg("user") = 0, docs::kAdd)
-      .def("remove", &LockedScene::remove, py::arg("body"),
+      .def("remove", &LockedScene::remove, "body"_a,
            "Removes a body. Its number is not given again.")
-      .def("set_transform", &LockedScene::setTransform, py::arg("body"), py::arg("tf"),
+      .def("set_transform", &LockedScene::setTransform, "body"_a, "tf"_a,
            "Moves a body; tf is a pose.")
-      .def("transform", &LockedScene::transform, py::arg("body"),
-           "(4, 4) float64: the pose of a body.")
-      .def("geometry", &LockedScene::geometry, py::arg("body"),
+      .def("transform", &LockedScene::transform, "body"_a, "(4, 4) float64: the pose of a body.")
+      .def("geometry", &LockedScene::geometry, "body"_a,
            "The DeformableMesh or Shape that `add` was given.")
-      .def(
-          "set_options",
-          [](LockedScene& self, BodyId body, std::uint32_t group, std::uint32_t mask,
-             bool self_collision, bool solid, std::uintptr_t user) {
-            const BodyOptions options = optionsOf(group, mask, self_collision, solid, user);
-            self.change([&](Scene3& s) { s.setOptions(body, options); });
-          },
-          py::arg("body"), py::kw_only(), py::arg("group") = 1, py::arg("mask") = 0xffffffffu,
-          py::arg("self_collision") = false, py::arg("solid") = false, py::arg("user") = 0,
-          docs::kSetOptions)
-      .def("options", reading(&Scene3::options), py::arg("body"), "BodyOptions of a body.")
+      .def("options", reading(&Scene3::options), "body"_a, "BodyOptions of a body.")
       .def_property_readonly(
           "bodies",
           [](const LockedScene& self) {
@@ -267,7 +229,7 @@ void bindBodies(SceneClass& scene) {
             return body >= 0 && body <= std::numeric_limits<BodyId>::max() &&
                    self.query([&](const Scene3& s) { return s.contains(BodyId(body)); });
           },
-          py::arg("body"), "Whether a body has this number.")
+          "body"_a, "Whether a body has this number.")
       .def("__len__", reading(&Scene3::size))
       .def("__repr__", [](const LockedScene& self) {
         return "<adaptive_bvh.Scene: " + std::to_string(self.query(&Scene3::size)) + " bodies>";
@@ -276,14 +238,14 @@ void bindBodies(SceneClass& scene) {
 
 void bindPairRules(SceneClass& scene) {
   scene
-      .def("ignore", changing(&Scene3::ignore), py::arg("first"), py::arg("second"),
+      .def("ignore", changing(&Scene3::ignore), "first"_a, "second"_a,
            "Leaves a pair of bodies out.")
-      .def("unignore", changing(&Scene3::unignore), py::arg("first"), py::arg("second"),
+      .def("unignore", changing(&Scene3::unignore), "first"_a, "second"_a,
            "Lets a pair count again that `ignore` or `ignore_neighbours` left out.")
-      .def("ignore_neighbours", changing(&Scene3::ignoreNeighbours), py::arg("chain"),
+      .def("ignore_neighbours", changing(&Scene3::ignoreNeighbours), "chain"_a,
            "Leaves out bodies that follow each other in `chain`, a list of numbers: the links of a "
            "kinematic chain.")
-      .def("set_filter", &LockedScene::setFilter, py::arg("filter"), docs::kSetFilter);
+      .def("set_filter", &LockedScene::setFilter, "filter"_a, docs::kSetFilter);
 }
 
 void bindSteps(SceneClass& scene) {
@@ -294,7 +256,7 @@ void bindSteps(SceneClass& scene) {
       .def(
           "update", [](LockedScene& self) { self.changeWithMeshes([](Scene3& s) { s.update(); }); },
           "Computes the boxes of all bodies: after all changes of a step, before its first query.")
-      .def("set_threads", changing(&Scene3::setThreads), py::arg("threads"),
+      .def("set_threads", changing(&Scene3::setThreads), "threads"_a,
            "Lets queries use so many threads, 1 or more. Results stay the same.");
 }
 
@@ -303,12 +265,13 @@ void bindSteps(SceneClass& scene) {
 void bindScene(py::module_& module) {
   bindOptions(module);
   bindSceneResults(module);
-  SceneClass scene(module, "Scene", docs::kScene, py::custom_type_setup(&addGarbageCollection));
+  SceneClass scene(module, "Scene", docs::kScene,
+                   py::custom_type_setup(&collectGarbage<LockedScene>));
   scene.def(py::init([](const py::object& dtype) {
               isSingle(dtype);  // throws
               return std::make_unique<LockedScene>();
             }),
-            py::arg("dtype") = "float64",
+            "dtype"_a = "float64",
             "dtype: float64 or float32, without effect; others are a TypeError.");
   bindBodies(scene);
   bindPairRules(scene);

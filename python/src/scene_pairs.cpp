@@ -7,7 +7,6 @@
 #include "locked_scene.h"
 #include "query.h"
 #include "results.h"
-#include "scene_results.h"
 
 // Queries of all pairs of bodies.
 namespace adaptive_bvh::python {
@@ -128,21 +127,14 @@ void bindScenePairResults(py::module_& module) {
 
 void bindScenePairs(SceneClass& scene) {
   scene
-      .def("collisions", &collisionsOf, py::kw_only(), py::arg("contacts_per_pair") = py::none(),
-           py::arg("enable_contact") = true, py::arg("first_only") = false, docs::kCollisions)
-      .def("pairs_within", &scenePairsWithin, py::arg("distance"), py::kw_only(),
-           py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
-           docs::kScenePairsWithin)
-      .def("feature_pairs_within", &sceneFeaturePairs, py::arg("distance"),
-           docs::kSceneFeaturePairsWithin)
-      .def("vertex_contacts", &sceneVertexContacts, py::arg("margin") = 0.,
-           docs::kSceneVertexContacts)
-      .def(
-          "is_nearer",
-          [](const LockedScene& self, double distance) {
-            return self.query([&](const Scene3& s) { return s.isNearer(distance); });
-          },
-          py::arg("distance"), "Whether any two bodies are at most `distance`, a length, apart.");
+      .def("collisions", &collisionsOf, py::kw_only(), "contacts_per_pair"_a = py::none(),
+           "enable_contact"_a = true, "first_only"_a = false, docs::kCollisions)
+      .def("pairs_within", &scenePairsWithin, "distance"_a, py::kw_only(),
+           "enable_distances"_a = false, "enable_nearest_points"_a = false, docs::kScenePairsWithin)
+      .def("feature_pairs_within", &sceneFeaturePairs, "distance"_a, docs::kSceneFeaturePairsWithin)
+      .def("vertex_contacts", &sceneVertexContacts, "margin"_a = 0., docs::kSceneVertexContacts)
+      .def("is_nearer", reading(&Scene3::isNearer), "distance"_a,
+           "Whether any two bodies are at most `distance`, a length, apart.");
 }
 
 }  // namespace adaptive_bvh::python

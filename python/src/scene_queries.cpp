@@ -3,8 +3,8 @@
 
 #include <pybind11/stl.h>
 
+#include "arrays.h"
 #include "locked_scene.h"
-#include "rays.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
@@ -151,10 +151,10 @@ void bindNearestQueries(SceneClass& scene) {
           [](LockedScene& self, BodyId body) {
             return self.changeWithMeshes([&](Scene3& s) { return s.nearest(body); });
           },
-          py::arg("body"),
+          "body"_a,
           "The body nearest to one, a SceneDistance. The scene remembers it: the next call starts "
           "from it.")
-      .def("nearest", &nearestBodies, py::arg("body"), py::arg("k"), docs::kNearestBodies)
+      .def("nearest", &nearestBodies, "body"_a, "k"_a, docs::kNearestBodies)
       .def(
           "distance",
           [](LockedScene& self) {
@@ -162,28 +162,19 @@ void bindNearestQueries(SceneClass& scene) {
           },
           "The two bodies that are nearest, a SceneDistance. The scene remembers them: the next "
           "call starts from them.")
-      .def("nearest_point", &nearestPointOf, py::arg("point"),
+      .def("nearest_point", &nearestPointOf, "point"_a,
            "The point of the bodies' surfaces that is nearest to `point`, (3,), in the world: a "
            "ScenePoint.");
 }
 
 void bindRayAndStepQueries(SceneClass& scene) {
   scene
-      .def("first_hit", &firstHitsOf, py::arg("origins"), py::arg("directions"), py::kw_only(),
-           py::arg("begin") = 0.0, py::arg("end") = std::numeric_limits<double>::infinity(),
-           docs::kSceneFirstHit)
-      .def(
-          "earliest_impact",
-          [](const LockedScene& self, double separation) {
-            return self.query([&](const Scene3& s) { return s.earliestImpact(separation); });
-          },
-          py::arg("separation") = 0.0, docs::kSceneEarliestImpact)
-      .def(
-          "largest_safe_step",
-          [](const LockedScene& self, double separation) {
-            return self.query([&](const Scene3& s) { return s.largestSafeStep(separation); });
-          },
-          py::arg("separation") = 0.0, docs::kSceneLargestSafeStep);
+      .def("first_hit", &firstHitsOf, "origins"_a, "directions"_a, py::kw_only(), "begin"_a = 0.0,
+           "end"_a = std::numeric_limits<double>::infinity(), docs::kSceneFirstHit)
+      .def("earliest_impact", reading(&Scene3::earliestImpact), "separation"_a = 0.0,
+           docs::kSceneEarliestImpact)
+      .def("largest_safe_step", reading(&Scene3::largestSafeStep), "separation"_a = 0.0,
+           docs::kSceneLargestSafeStep);
 }
 
 }  // namespace
