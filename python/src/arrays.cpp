@@ -113,7 +113,7 @@ Rows::Rows(const py::object& object, const char* name, bool are_rounded) {
 
 StridedRows::StridedRows(const py::object& object, const char* name)
     : array_(rowsOfThree(object, name)) {
-  is_double_ = !py::isinstance<py::array_t<float>>(array_);
+  is_double_ = array_.itemsize() != sizeof(float) || array_.dtype().kind() != 'f';
   const auto convert = [&](int order) {
     array_ = py::reinterpret_steal<py::array>(is_double_ ? convertedTo<double>(order, array_)
                                                          : convertedTo<float>(order, array_));

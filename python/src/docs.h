@@ -14,7 +14,7 @@ order, by others in C order (NumPy's default). update converts those of float32 
 else is converted once. All computations are in float64, also of meshes whose dtype is float32, and
 meshes of both dtypes may meet in a query. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are read in place, too: by
 the buffer protocol, NumPy's interface or DLPack. Those on a device are a TypeError. Lengths are in
-the unit of the mesh. Results are float64 and own their memory; numbers of triangles and vertices are
+the unit of the mesh. Results are float64; their arrays keep them alive. Numbers of triangles and vertices are
 int32.
 
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair

@@ -143,8 +143,13 @@ std::shared_ptr<LockedMesh> LockedMesh::load(std::istream& in) {
 }
 
 py::array LockedMesh::positions(const Points& (Mesh::*get)() const) const {
-  const py::array points = adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); }));
-  return is_single_ ? py::array_t<float>(points) : points;
+  if (!is_single_) return adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); }));
+  return adopt(query([&](const Mesh& mesh) {
+    std::vector<fcl::Vector3f> rounded;
+    rounded.reserve((mesh.*get)().size());
+    for (const fcl::Vector3d& point : (mesh.*get)()) rounded.push_back(point.cast<float>());
+    return rounded;
+  }));
 }
 
 py::array LockedMesh::faces() const {

@@ -17,15 +17,14 @@ that may be near. Call `update` after all changes of a step, before its first qu
 RuntimeError when something has changed since.
 
 Shapes are filled, and pairs of two shapes count as any other: `ignore` or groups leave out those
-that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by numbers that `add` gives, each once. Results
-are sorted by body, the smaller number of a pair first, and are in the world. ValueError on a number
+that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by
+numbers that `add` gives, each once. Results are sorted by body, the smaller number of a pair first, and are in the world. ValueError on a number
 that no body has, and on a distance that is negative or NaN; the scene is then as it was.
 
 Thread-safe: threads share a lock for queries, and take it for themselves for changes.)";
 
 constexpr const char* kAdd =
-    R"(Adds a body, a DeformableMesh or a shape. Several bodies may share one.
-Returns its number.
+    R"(Adds a body, a DeformableMesh or a shape. Several bodies may share one. Returns its number.
 
 tf: pose that places it in the world.
 group, mask: bits; two bodies are a pair where each one's mask has a bit of the other's group.
