@@ -10,12 +10,14 @@ A DeformableMesh is built once and follows the deformation: update(vertices) in 
 query it. Its tree of boxes is not built anew, and every answer is exact in every step.
 
 Arrays of vertices are (N, 3). Those of float64 are read in place: by update in C and in Fortran
-order, by others in C order (NumPy's default). update converts those of float32 on the fly. Anything
-else is converted once. All computations are in float64, also of meshes whose dtype is float32, and
-meshes of both dtypes may meet in a query. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are read in place, too: by
-the buffer protocol, NumPy's interface or DLPack. Those on a device are a TypeError. Lengths are in
-the unit of the mesh. Results are float64; their arrays keep them alive. Numbers of triangles and vertices are
-int32.
+order, by others in C order (NumPy's default); update also reads those of float32 without a copy.
+Anything else is converted once. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are
+read in place, too: by the buffer protocol, NumPy's interface or DLPack. Those on a device are a
+TypeError. Lengths are in the unit of the mesh.
+
+All computations are in float64, also of meshes whose dtype is float32, and meshes of both dtypes may
+meet in a query. Results are float64; numbers of triangles and vertices are int32. The arrays of a
+result share its memory, and keep it alive.
 
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair
 (R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6.
@@ -36,8 +38,8 @@ Thread-safe: threads share a lock for queries, and take it for themselves for up
 inline constexpr const char* kDeformableMeshInit =
     R"(Builds the tree by the connectivity of the mesh.
 
-vertices: (N, 3) positions in the mesh's own frame, at most 2^252 in magnitude;
-    or an object with the attributes `vertices` and `faces`, such as a trimesh.Trimesh
+vertices: (N, 3) positions in the mesh's own frame, at most 2^252 in magnitude; or
+    an object with the attributes `vertices` and `faces`, such as a trimesh.Trimesh
     or what load_mesh returns.
 faces: (M, 3) indices of vertices, of any type of integer. Counter-clockwise seen from outside.
     At least one. They never change: for others make another DeformableMesh.
