@@ -18,8 +18,9 @@ RuntimeError when something has changed since.
 
 Shapes are filled, and pairs of two shapes count as any other: `ignore` or groups leave out those
 that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by
-numbers that `add` gives, each once. Results are sorted by body, the smaller number of a pair first, and are in the world. ValueError on a number
-that no body has, and on a distance that is negative or NaN; the scene is then as it was.
+numbers that `add` gives, each once. Results are sorted by body, the smaller number of a pair first,
+and are in the world. ValueError on a number that no body has, and on a distance that is negative or
+NaN; the scene is then as it was.
 
 Thread-safe: threads share a lock for queries, and take it for themselves for changes.)";
 

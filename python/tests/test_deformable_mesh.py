@@ -262,6 +262,11 @@ def test_threads_are_at_least_one():
 def test_results_outlive_what_they_came_from():
     mesh = ab.DeformableMesh(*meshes.ball(1))
     kept = [mesh.vertices, ab.collide(mesh, ab.Box(1, 1, 9)).points, ab.clearance(mesh, mesh)]
+    other = ab.DeformableMesh(meshes.ball(1)[0] + [0, 0, 1], meshes.ball(1)[1])
+    kept += [ab.contact_regions(mesh, other).first.areas]  # an array of a part of a result
+    near = ab.feature_pairs_within(mesh, other, 0.5)
+    kept += [ab.feature_pair_details(mesh, other, near).edge_edge.normals]
+    assert all(array.size for array in kept)
     copies = [array.copy() for array in kept]
     del mesh
     gc.collect()
