@@ -44,19 +44,19 @@ py::object readableByNumpy(const py::object& object, const char* name) {
 }
 
 /// Converts what NumPy can convert; `order` is 0 for any, or py::array::c_style.
-template <typename S>
+template <typename T>
 PyObject* convertedTo(int order, const py::array& array) {
-  PyObject* rows = py::detail::npy_api::get().PyArray_FromAny_(
-      array.ptr(), py::dtype::of<S>().release().ptr(), 0, 0,
+  PyObject* numbers = py::detail::npy_api::get().PyArray_FromAny_(
+      array.ptr(), py::dtype::of<T>().release().ptr(), 0, 0,
       py::detail::npy_api::NPY_ARRAY_ENSUREARRAY_ | order | int(py::array::forcecast) |
           int(py::detail::npy_api::NPY_ARRAY_ALIGNED_),
       nullptr);
-  if (!rows) throw py::error_already_set();
-  return rows;
+  if (!numbers) throw py::error_already_set();
+  return numbers;
 }
-template <typename S>
-Rows<S> converted(const py::array& array) {
-  return py::reinterpret_steal<Rows<S>>(convertedTo<S>(int(py::array::c_style), array));
+template <typename T>
+Contiguous<T> converted(const py::array& array) {
+  return py::reinterpret_steal<Contiguous<T>>(convertedTo<T>(int(py::array::c_style), array));
 }
 
 py::array rowsOfThree(const py::object& object, const char* name) {
@@ -71,6 +71,23 @@ void requireIntegers(const py::array& array, const char* name) {
   if (kind != 'i' && kind != 'u' && array.size() != 0)
     throw py::type_error(std::string(name) + " holds " +
                          std::string(py::str(py::handle(array.dtype()))) + "; integers are needed");
+}
+
+/// One ray becomes a list of one.
+py::object listed(const py::object& rows, const char* name) {
+  py::array array = numbersFrom(rows, name);
+  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
+                           : py::object(array);
+}
+
+/// N x `columns` integers.
+Contiguous<std::int64_t> integersFrom(const py::object& object, py::ssize_t columns,
+                                      const char* name) {
+  const py::array array = numbersFrom(object, name);
+  requireIntegers(array, name);
+  if (array.ndim() != 2 || array.shape(1) != columns)
+    refuseShape(array, name, "(N, " + std::to_string(columns) + ")");
+  return converted<std::int64_t>(array);
 }
 
 }  // namespace
@@ -89,30 +106,42 @@ py::array numbersFrom(const py::object& object, const char* name) {
   return array;
 }
 
-template <typename S>
-Rows<S> rowsFrom(const py::object& object, const char* name) {
-  return converted<S>(rowsOfThree(object, name));
+Rows::Rows(const py::object& object, const char* name, bool are_rounded) {
+  const py::array array = rowsOfThree(object, name);
+  numbers_ = converted<double>(are_rounded ? converted<float>(array) : array);
 }
 
-template <typename S>
-StridedRows<S>::StridedRows(const py::object& object, const char* name)
-    : array_(py::reinterpret_steal<py::array>(convertedTo<S>(0, rowsOfThree(object, name)))) {
-  constexpr auto kNumber = static_cast<py::ssize_t>(sizeof(S));
+StridedRows::StridedRows(const py::object& object, const char* name)
+    : array_(rowsOfThree(object, name)) {
+  is_double_ = array_.itemsize() != sizeof(float) || array_.dtype().kind() != 'f';
+  const auto convert = [&](int order) {
+    array_ = py::reinterpret_steal<py::array>(is_double_ ? convertedTo<double>(order, array_)
+                                                         : convertedTo<float>(order, array_));
+  };
+  convert(0);
   // What Eigen can map. The stride of a single row may be anything.
   const auto fits = [&](int inner, int outer) {
-    const py::ssize_t stride = array_.strides(outer);
-    return array_.strides(inner) == kNumber && stride > 0 && stride % kNumber == 0;
+    const py::ssize_t stride = array_.strides(outer), number = array_.itemsize();
+    return array_.strides(inner) == number && stride > 0 && stride % number == 0;
   };
   is_row_major_ = !fits(0, 1) || fits(1, 0);
-  if (is_row_major_ && !fits(1, 0)) array_ = converted<S>(array_);
-  outer_ = array_.strides(is_row_major_ ? 0 : 1) / kNumber;
+  if (is_row_major_ && !fits(1, 0)) convert(int(py::array::c_style));
+  outer_ = array_.strides(is_row_major_ ? 0 : 1) / array_.itemsize();
 }
 
-template <typename S>
-Eigen::Matrix<S, 3, 1> pointFrom(const py::object& object, const char* name) {
+fcl::Vector3d pointFrom(const py::object& object, const char* name) {
   const py::array array = numbersFrom(object, name);
   if (array.ndim() != 1 || array.shape(0) != 3) refuseShape(array, name, "(3,)");
-  return *pointsOf<S>(converted<S>(array));
+  const Contiguous<double> numbers = converted<double>(array);
+  return {numbers.at(0), numbers.at(1), numbers.at(2)};
+}
+
+RayArguments::RayArguments(const py::object& from, const py::object& along)
+    : origins(listed(from, "origins"), "origins"),
+      directions(listed(along, "directions"), "directions") {
+  if (origins.size() != directions.size())
+    throw py::value_error("there are " + std::to_string(origins.size()) + " origins and " +
+                          std::to_string(directions.size()) + " directions");
 }
 
 void requireRows(const py::array& rows, std::size_t count, const char* name) {
@@ -120,15 +149,7 @@ void requireRows(const py::array& rows, std::size_t count, const char* name) {
     refuseShape(rows, name, "(" + std::to_string(count) + ", 3), a row for each vertex,");
 }
 
-Integers integersFrom(const py::object& object, py::ssize_t columns, const char* name) {
-  const py::array array = numbersFrom(object, name);
-  requireIntegers(array, name);
-  if (array.ndim() != 2 || array.shape(1) != columns)
-    refuseShape(array, name, "(N, " + std::to_string(columns) + ")");
-  return converted<std::int64_t>(array);
-}
-
-void requireIndex(std::int64_t index, std::size_t limit, const char* name, py::ssize_t row,
+void requireIndex(std::int64_t index, std::size_t limit, const char* name, std::size_t row,
                   const char* things) {
   if (index >= 0 && static_cast<std::uint64_t>(index) < limit) return;
   throw py::index_error(std::string(name) + "[" + std::to_string(row) + "] names " +
@@ -141,34 +162,37 @@ std::vector<unsigned> indicesFrom(const py::object& object, std::size_t limit, c
   const py::array array = numbersFrom(object, name);
   requireIntegers(array, name);
   if (array.ndim() != 1) refuseShape(array, name, "(N,)");
-  const Integers numbers = converted<std::int64_t>(array);
-  const auto at = numbers.unchecked<1>();
-  std::vector<unsigned> indices(static_cast<std::size_t>(at.shape(0)));
-  for (py::ssize_t i = 0; i < at.shape(0); ++i) {
-    requireIndex(at(i), limit, name, i, things);
-    indices[static_cast<std::size_t>(i)] = static_cast<unsigned>(at(i));
+  const Contiguous<std::int64_t> numbers = converted<std::int64_t>(array);
+  std::vector<unsigned> indices(static_cast<std::size_t>(numbers.size()));
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    requireIndex(numbers.data()[i], limit, name, i, things);
+    indices[i] = static_cast<unsigned>(numbers.data()[i]);
   }
   return indices;
 }
 
 std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t vertices) {
-  const Integers numbers = integersFrom(object, 3, "faces");
-  const auto at = numbers.unchecked<2>();
-  std::vector<fcl::Triangle> triangles;
-  triangles.reserve(static_cast<std::size_t>(at.shape(0)));
-  for (py::ssize_t i = 0; i < at.shape(0); ++i) {
-    for (py::ssize_t k = 0; k < 3; ++k) requireIndex(at(i, k), vertices, "faces", i, "vertices");
-    triangles.emplace_back(static_cast<std::size_t>(at(i, 0)), static_cast<std::size_t>(at(i, 1)),
-                           static_cast<std::size_t>(at(i, 2)));
+  const Contiguous<std::int64_t> numbers = integersFrom(object, 3, "faces");
+  std::vector<fcl::Triangle> triangles(static_cast<std::size_t>(numbers.shape(0)));
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const std::int64_t* row = numbers.data() + 3 * i;
+    for (int k = 0; k < 3; ++k) requireIndex(row[k], vertices, "faces", i, "vertices");
+    triangles[i].set(std::size_t(row[0]), std::size_t(row[1]), std::size_t(row[2]));
   }
   return triangles;
 }
 
-template class StridedRows<float>;
-template class StridedRows<double>;
-template Rows<float> rowsFrom<float>(const py::object&, const char*);
-template Rows<double> rowsFrom<double>(const py::object&, const char*);
-template Eigen::Matrix<float, 3, 1> pointFrom<float>(const py::object&, const char*);
-template Eigen::Matrix<double, 3, 1> pointFrom<double>(const py::object&, const char*);
+std::vector<FeaturePair> pairsFrom(const py::object& object, const char* name) {
+  constexpr std::size_t kAny = std::size_t(1) << 31;  // meshes are checked where they are known
+  const Contiguous<std::int64_t> numbers = integersFrom(object, 2, name);
+  std::vector<FeaturePair> pairs(static_cast<std::size_t>(numbers.shape(0)));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const std::int64_t* row = numbers.data() + 2 * i;
+    requireIndex(row[0], kAny, name, i, "first features");
+    requireIndex(row[1], kAny, name, i, "second features");
+    pairs[i] = {static_cast<unsigned>(row[0]), static_cast<unsigned>(row[1])};
+  }
+  return pairs;
+}
 
 }  // namespace adaptive_bvh::python

@@ -2,34 +2,26 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <fcl/common/types.h>
 #include <fcl/math/triangle.h>
-#include <Eigen/Core>
 
-// NumPy arrays as arguments and as results. Arguments are read in place where that is possible;
-// results own their memory. All functions need the GIL.
+#include "adaptive_bvh/feature_pairs.h"
+
+// NumPy arrays as arguments, read in place where that is possible. All functions need the GIL.
 namespace adaptive_bvh::python {
 
 namespace py = pybind11;
 
-/// An N x 3 array whose numbers the library can read as they lie: S, C-contiguous, aligned.
-template <typename S>
-using Rows = py::array_t<S, int(py::array::c_style) | int(py::array::forcecast) |
-                                int(py::detail::npy_api::NPY_ARRAY_ALIGNED_)>;
-
-/// The vertices that the rows hold.
-template <typename S>
-const Eigen::Matrix<S, 3, 1>* pointsOf(const Rows<S>& rows) {
-  return reinterpret_cast<const Eigen::Matrix<S, 3, 1>*>(rows.data());
-}
+/// An array whose numbers can be read as they lie: C-contiguous, aligned.
+template <typename T>
+using Contiguous = py::array_t<T, int(py::array::c_style) | int(py::array::forcecast) |
+                                      int(py::detail::npy_api::NPY_ARRAY_ALIGNED_)>;
 
 /// "(4, 3)", as NumPy writes a shape.
 std::string shapeOf(const py::array& array);
@@ -39,44 +31,68 @@ std::string shapeOf(const py::array& array);
 /// real numbers or lies on a device. `name` stands in the sentence, here and below.
 py::array numbersFrom(const py::object& object, const char* name);
 
-/// The object as N x 3 numbers of type S: itself where it is such an array, else converted once.
-/// Throws py::type_error, and py::value_error on another shape.
-template <typename S>
-Rows<S> rowsFrom(const py::object& object, const char* name);
+/// An N x 3 array of float64 numbers: the points that its rows are.
+class Rows {
+ public:
+  /// Of the object itself where it is such an array, else converted once; by way of float32 where
+  /// numbers are rounded to it. Throws py::type_error, and py::value_error on another shape.
+  Rows(const py::object& object, const char* name, bool are_rounded = false);
 
-/// N x 3 numbers of type S as matrices of Eigen's, read in place where the numbers of a row or of a
-/// column lie side by side: float arrays in C or in Fortran order, and slices of these; else
-/// converted once. Throws like `rowsFrom`.
-template <typename S>
+  std::size_t size() const { return static_cast<std::size_t>(numbers_.shape(0)); }
+  const fcl::Vector3d* begin() const {
+    return reinterpret_cast<const fcl::Vector3d*>(numbers_.data());
+  }
+  const fcl::Vector3d* end() const { return begin() + size(); }
+  const py::array& array() const { return numbers_; }
+
+ private:
+  Contiguous<double> numbers_;
+};
+
+/// N x 3 numbers, float64 or float32, as matrices of Eigen's, read in place where the numbers of a
+/// row or of a column lie side by side: arrays in C or in Fortran order, and slices of these; else
+/// converted once. Throws like `Rows`.
 class StridedRows {
  public:
-  template <int kOrder>
+  template <typename S, int kOrder>
   using Matrix = Eigen::Map<const Eigen::Matrix<S, Eigen::Dynamic, 3, kOrder>, Eigen::Unaligned,
                             Eigen::OuterStride<>>;
 
   StridedRows(const py::object& object, const char* name);
 
   const py::array& array() const { return array_; }
-  /// Which of the two matrices may be asked for.
-  bool isRowMajor() const { return is_row_major_; }
-  Matrix<Eigen::RowMajor> rowMajor() const { return matrix<Eigen::RowMajor>(); }
-  Matrix<Eigen::ColMajor> columnMajor() const { return matrix<Eigen::ColMajor>(); }
+  /// Returns `f(matrix)` for the Matrix that the numbers are. Does not need the GIL.
+  template <typename F>
+  auto visit(const F& f) const {
+    return is_double_ ? visitAs<double>(f) : visitAs<float>(f);
+  }
 
  private:
-  template <int kOrder>
-  Matrix<kOrder> matrix() const {
-    return Matrix<kOrder>(static_cast<const S*>(array_.data()), array_.shape(0), 3,
-                          Eigen::OuterStride<>(outer_));
+  template <typename S, typename F>
+  auto visitAs(const F& f) const {
+    return is_row_major_ ? f(matrix<S, Eigen::RowMajor>()) : f(matrix<S, Eigen::ColMajor>());
+  }
+  template <typename S, int kOrder>
+  Matrix<S, kOrder> matrix() const {
+    return Matrix<S, kOrder>(static_cast<const S*>(array_.data()), array_.shape(0), 3,
+                             Eigen::OuterStride<>(outer_));
   }
 
   py::array array_;
-  bool is_row_major_;
+  bool is_double_, is_row_major_;
   Eigen::Index outer_;  ///< numbers from one row to the next, or from one column
 };
 
-/// The three numbers of one point. Throws as rowsFrom.
-template <typename S>
-Eigen::Matrix<S, 3, 1> pointFrom(const py::object& object, const char* name);
+/// The three numbers of one point. Throws like `Rows`.
+fcl::Vector3d pointFrom(const py::object& object, const char* name);
+
+/// N rays; one of (3,) numbers is a list of one. Throws as Rows, and py::value_error when there are
+/// not as many directions as origins.
+struct RayArguments {
+  RayArguments(const py::object& from, const py::object& along);
+
+  Rows origins, directions;
+};
 
 /// Throws py::value_error when there are not `count` rows, one for each vertex of a mesh.
 void requireRows(const py::array& rows, std::size_t count, const char* name);
@@ -89,57 +105,11 @@ std::vector<unsigned> indicesFrom(const py::object& object, std::size_t limit, c
 /// M x 3 integers. The numbers are at least 0 and less than `vertices`. Throws like `indicesFrom`.
 std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t vertices);
 
-/// M x 2 integers. The first of a pair is less than `first`, the second than `second`. Throws like
-/// `indicesFrom`.
-template <typename Pair>
-std::vector<Pair> pairsFrom(const py::object& object, std::size_t first, std::size_t second,
-                            const char* name);
+/// M x 2 integers, each at least 0 and less than 2^31. Throws like `indicesFrom`.
+std::vector<FeaturePair> pairsFrom(const py::object& object, const char* name);
 
-/// K x 2 integers that come from and go to vectors of pairs; int64 inside.
-using Integers = Rows<std::int64_t>;
-/// The object as integers of two dimensions, with `columns` of them. Throws py::type_error and
-/// py::value_error.
-Integers integersFrom(const py::object& object, py::ssize_t columns, const char* name);
-/// Throws py::index_error when a number is negative or not less than `limit`.
-void requireIndex(std::int64_t index, std::size_t limit, const char* name, py::ssize_t row,
+/// Throws py::index_error when an index is negative or not less than `limit`.
+void requireIndex(std::int64_t index, std::size_t limit, const char* name, std::size_t row,
                   const char* things);
-
-/// An array that takes over a vector: its elements are seen as numbers of type T.
-template <typename T, typename Element>
-py::array_t<T> adopt(std::vector<Element>&& elements, std::vector<py::ssize_t> shape) {
-  static_assert(sizeof(Element) % sizeof(T) == 0, "an element is made of numbers");
-  auto owned = std::make_unique<std::vector<Element>>(std::move(elements));
-  const T* numbers = reinterpret_cast<const T*>(owned->data());
-  py::capsule owner(owned.get(), [](void* p) { delete static_cast<std::vector<Element>*>(p); });
-  owned.release();
-  return py::array_t<T>(std::move(shape), numbers, owner);
-}
-
-/// As above, of elements that are made of S, as float64.
-template <typename S, typename Element>
-py::array_t<double> adoptDoubles(std::vector<Element>&& elements, std::vector<py::ssize_t> shape) {
-  if constexpr (std::is_same_v<S, double>) {
-    return adopt<double>(std::move(elements), std::move(shape));
-  } else {
-    const S* numbers = reinterpret_cast<const S*>(elements.data());
-    std::vector<double> doubles(numbers, numbers + elements.size() * (sizeof(Element) / sizeof(S)));
-    return adopt<double>(std::move(doubles), std::move(shape));
-  }
-}
-
-template <typename Pair>
-std::vector<Pair> pairsFrom(const py::object& object, std::size_t first, std::size_t second,
-                            const char* name) {
-  const Integers numbers = integersFrom(object, 2, name);
-  const auto at = numbers.unchecked<2>();
-  std::vector<Pair> pairs;
-  pairs.reserve(static_cast<std::size_t>(at.shape(0)));
-  for (py::ssize_t i = 0; i < at.shape(0); ++i) {
-    requireIndex(at(i, 0), first, name, i, "first features");
-    requireIndex(at(i, 1), second, name, i, "second features");
-    pairs.push_back({static_cast<unsigned>(at(i, 0)), static_cast<unsigned>(at(i, 1))});
-  }
-  return pairs;
-}
 
 }  // namespace adaptive_bvh::python

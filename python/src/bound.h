@@ -4,20 +4,35 @@
 
 #include <pybind11/pybind11.h>
 
+#include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/penetration.h"
+#include "adaptive_bvh/point_query.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/scene.h"
 
 namespace adaptive_bvh::python {
 
 namespace py = pybind11;
+using py::literals::operator""_a;
 
 /// Base of the classes that Python sees. Python can make an object without calling __init__
 /// (DeformableMesh.__new__(DeformableMesh)); pybind11 would hand out memory that holds no object.
 /// For these classes that is a TypeError. Include this wherever such an object comes from Python.
 struct Bound {};
 
+template <typename T, typename... Types>
+constexpr bool kIsOneOf = (std::is_same_v<T, Types> || ...);
+
 /// Also classes of the library.
 template <typename T>
-constexpr bool kIsBound = std::is_base_of_v<Bound, T> || std::is_same_v<T, MeshUpdate>;
+constexpr bool kIsBound =
+    std::is_base_of_v<Bound, T> ||
+    kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
+             FeatureDetails<double>, FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes,
+             MeshUpdate, SceneDistance<double>, SceneImpact, ScenePoint<double>,
+             SignedDistance<double>, TrianglePairs<double>, VertexContacts<double>>;
 
 /// Refuses what was not constructed.
 template <typename T>
@@ -28,7 +43,7 @@ class ConstructedCaster : public py::detail::type_caster_base<T> {
   }
   /// Called by load_impl.
   void load_value(py::detail::value_and_holder&& holder) {
-    if (!holder.holder_constructed())
+    if (!holder.value_ptr())
       throw py::type_error(
           "an object of adaptive_bvh was not initialised: its __init__ was not "
           "called");

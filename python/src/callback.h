@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pybind11/pybind11.h>
+
 namespace adaptive_bvh::python {
 
 class LockedScene;
@@ -30,5 +32,28 @@ class CallbackScope {
   const LockedScene* const scene_;
   const CallbackScope* const outer_;
 };
+
+/// Shows the function that a T keeps to Python's garbage collector, because the function may refer
+/// to what owns the T: for py::custom_type_setup. T has visitFunction and clearFunction.
+template <typename T>
+void collectGarbage(PyHeapTypeObject* heap_type) {
+  // Null of an object whose __init__ was not called.
+  static constexpr auto constructed = [](PyObject* object) -> T* {
+    const auto holder =
+        reinterpret_cast<pybind11::detail::instance*>(object)->get_value_and_holder();
+    return holder.holder_constructed() ? static_cast<T*>(holder.value_ptr()) : nullptr;
+  };
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
+    Py_VISIT(Py_TYPE(object));
+    const T* owner = constructed(object);
+    return owner ? owner->visitFunction(visit, arg) : 0;
+  };
+  type.tp_clear = [](PyObject* object) -> int {
+    if (T* owner = constructed(object)) owner->clearFunction();
+    return 0;
+  };
+}
 
 }  // namespace adaptive_bvh::python

@@ -1,19 +1,14 @@
 #pragma once
 
-#include <pybind11/numpy.h>
+#include <string>
 
 #include "bound.h"
 
 namespace adaptive_bvh::python {
 
-/// Python's ContactPatches.
-struct PatchArrays : Bound {
-  py::array_t<double> areas, centroids;
-  py::array_t<std::int32_t> triangles;
-  py::array_t<std::int64_t> begins;
-};
-
-/// contact_regions, ContactTracker.
-void bindContactRegions(py::module_& module);
+/// Triangles and begins, which Python may have changed, as the library makes them: a copy. Throws
+/// py::value_error and py::index_error. `name` stands in the sentence.
+ContactPatches<double> checkedPatches(const ContactPatches<double>& patches,
+                                      const std::string& name);
 
 }  // namespace adaptive_bvh::python

@@ -1,52 +1,72 @@
-#include "continuous.h"
-
 #include <algorithm>
 
 #include <pybind11/stl.h>
 
 #include "adaptive_bvh/scene.h"
+#include "arrays.h"
+#include "bind.h"
 #include "continuous_docs.h"
 #include "features.h"
-#include "motion.h"
-#include "text.h"
+#include "locked_mesh.h"
+#include "pose.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
+namespace {
+
+/// Python's Motion: a mesh, and copies of its positions at two times.
+class MeshMotion : public Bound {
+ public:
+  /// Each of `start` and `end` may be None: the mesh's positions before and at present. Throws as
+  /// Rows and poseFrom, and py::value_error when a number of positions is not that of the
+  /// vertices or there are none before.
+  MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
+             const py::object& start_tf, const py::object& end_tf);
+
+  const LockedMesh& mesh() const { return *mesh_; }
+
+  /// For the library, while the mesh is locked. Refers to this object.
+  Motion<double> motion() const { return {mesh_->mesh(), start_, end_, start_tf_, end_tf_}; }
+
+ private:
+  std::shared_ptr<const LockedMesh> mesh_;
+  std::vector<fcl::Vector3d> start_, end_;
+  fcl::Transform3d start_tf_, end_tf_;
+};
+
+/// Runs `f(motion)` on the library's motion, without the GIL; likewise `f(first, second)`.
+template <typename F>
+auto queryMotions(const F& f, const MeshMotion& motion) {
+  return motion.mesh().query([&](const Mesh&) { return f(motion.motion()); });
+}
+template <typename F>
+auto queryMotions(const F& f, const MeshMotion& first, const MeshMotion& second) {
+  return queryPair(first.mesh(), second.mesh(),
+                   [&](const Mesh&, const Mesh&) { return f(first.motion(), second.motion()); });
+}
 
 MeshMotion::MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
                        const py::object& start_tf, const py::object& end_tf)
     : mesh_(mesh.shared_from_this()),
       start_tf_(poseFrom(start_tf, "start_tf")),
       end_tf_(poseFrom(end_tf, "end_tf")) {
-  if (mesh_->isDouble())
-    positions_ = positionsFrom<double>(start, end);
-  else
-    positions_ = positionsFrom<float>(start, end);
-}
-
-template <typename S>
-MeshMotion::Positions<S> MeshMotion::positionsFrom(const py::object& start,
-                                                   const py::object& end) const {
-  Positions<S> positions;
-  mesh_->queryAs<S>([&](const auto& mesh) {  // both of one frame
-    if (start.is_none()) positions.start = mesh.previousVertices();
-    if (end.is_none()) positions.end = mesh.vertices();
+  mesh_->query([&](const Mesh& m) {  // both of one frame
+    if (start.is_none()) start_ = m.previousVertices();
+    if (end.is_none()) end_ = m.vertices();
   });
-  if (start.is_none() && positions.start.empty())
+  if (start.is_none() && start_.empty())
     throw py::value_error(
         "start is missing: the last update was not update_two_frames, so the mesh has no "
         "positions before");
-  const auto copy = [&](const py::object& rows, const char* name, auto& copied) {
-    if (rows.is_none()) return;
-    const Rows<S> numbers = rowsFrom<S>(rows, name);
-    requireRows(numbers, mesh_->numVertices(), name);
-    copied.assign(pointsOf<S>(numbers), pointsOf<S>(numbers) + mesh_->numVertices());
+  const auto copy = [&](const py::object& positions, const char* name, auto& copied) {
+    if (positions.is_none()) return;
+    const Rows rows(positions, name);
+    requireRows(rows.array(), mesh_->numVertices(), name);
+    copied.assign(rows.begin(), rows.end());
   };
-  copy(start, "start", positions.start);
-  copy(end, "end", positions.end);
-  return positions;
+  copy(start, "start", start_);
+  copy(end, "end", end_);
 }
-
-namespace {
 
 /// Names are also those of the properties of FeaturePairs, with a hyphen.
 constexpr const char* kKinds[] = {"vertex-face", "face-vertex", "edge-edge"};
@@ -58,214 +78,141 @@ FeatureKind kindFrom(const std::string& name) {
                         "'; 'vertex-face', 'face-vertex' or 'edge-edge' is needed");
 }
 
-/// How many features of each kind the two meshes have, for indices.
-struct Limits {
-  Limits(const LockedMesh& first, const LockedMesh& second)
-      : vertices1(first.numVertices()),
-        faces1(first.numFaces()),
-        vertices2(second.numVertices()),
-        faces2(second.numFaces()) {}
-
-  std::vector<FeaturePair> pairs(FeatureKind kind, const py::object& object,
-                                 const char* name) const {
-    switch (kind) {
-      case FeatureKind::VertexFace: return pairsFrom<FeaturePair>(object, vertices1, faces2, name);
-      case FeatureKind::FaceVertex: return pairsFrom<FeaturePair>(object, faces1, vertices2, name);
-      default: return pairsFrom<FeaturePair>(object, 3 * faces1, 3 * faces2, name);
-    }
-  }
-  FeaturePairs all(const FeatureArrays& arrays) const {
-    FeaturePairs result;
-    result.vertex_face = pairs(FeatureKind::VertexFace, arrays.vertex_face, "vertex_face");
-    result.face_vertex = pairs(FeatureKind::FaceVertex, arrays.face_vertex, "face_vertex");
-    result.edge_edge = pairs(FeatureKind::EdgeEdge, arrays.edge_edge, "edge_edge");
-    return result;
-  }
-  FeaturePair one(FeatureKind kind, const py::object& object) const {
-    py::list rows;
-    rows.append(object);
-    return pairs(kind, rows, "pair").at(0);
-  }
-
-  std::size_t vertices1, faces1, vertices2, faces2;
-};
-
-/// Python's ImpactTimes.
-struct Times : Bound {
-  py::array_t<double> vertex_face, face_vertex, edge_edge;
-};
-
-Times timesOf(ImpactTimes&& times) {
-  const auto array = [](std::vector<double>&& list) {
-    const auto count = static_cast<py::ssize_t>(list.size());
-    return adopt<double>(std::move(list), {count});
-  };
-  Times arrays;
-  arrays.vertex_face = array(std::move(times.vertex_face));
-  arrays.face_vertex = array(std::move(times.face_vertex));
-  arrays.edge_edge = array(std::move(times.edge_edge));
-  return arrays;
+/// The pair of one kind that Python names by two numbers. Throws py::index_error when there are no
+/// such features.
+FeaturePair pairFrom(FeatureKind kind, const py::object& numbers, const LockedMesh& first,
+                     const LockedMesh& second) {
+  py::list rows;
+  rows.append(numbers);
+  const FeaturePair pair = pairsFrom(rows, "pair").at(0);
+  FeaturePairs pairs;
+  (kind == FeatureKind::VertexFace   ? pairs.vertex_face
+   : kind == FeatureKind::FaceVertex ? pairs.face_vertex
+                                     : pairs.edge_edge)
+      .push_back(pair);
+  checkedPairs(pairs, first, second);
+  return pair;
 }
 
-py::array_t<double> lengthsOf(std::vector<double>&& lengths) {
-  const auto count = static_cast<py::ssize_t>(lengths.size());
-  return adopt<double>(std::move(lengths), {count});
+const char* kindOf(const Impact& impact) { return kKinds[static_cast<int>(impact.kind)]; }
+
+py::tuple pairOf(const Impact& impact) {
+  const auto number = [](unsigned of_feature) {
+    return of_feature == SceneImpact::kNoFeature ? -1 : std::int64_t(of_feature);
+  };
+  return py::make_tuple(number(impact.pair.first), number(impact.pair.second));
 }
 
 void bindMotion(py::module_& module) {
   py::class_<MeshMotion>(module, "Motion", docs::kMotion)
       .def(py::init<const LockedMesh&, const py::object&, const py::object&, const py::object&,
                     const py::object&>(),
-           py::arg("mesh"), py::arg("start") = py::none(), py::arg("end") = py::none(),
-           py::arg("start_tf") = py::none(), py::arg("end_tf") = py::none(), docs::kMotionInit);
-  py::class_<FirstImpact>(module, "Impact", "Two features that come together first.")
-      .def_property_readonly(
-          "time", [](const FirstImpact& self) { return self.impact.time; },
-          "0 to 1, or infinity when nothing comes together: then the rest means nothing.")
-      .def_property_readonly(
-          "kind",
-          [](const FirstImpact& self) { return kKinds[static_cast<int>(self.impact.kind)]; },
-          "'vertex-face', 'face-vertex' or 'edge-edge': the first mesh's feature first.")
-      .def_property_readonly(
-          "pair",
-          [](const FirstImpact& self) {
-            const auto number = [](unsigned of_feature) {
-              return of_feature == SceneImpact::kNoFeature ? -1 : std::int64_t(of_feature);
-            };
-            return py::make_tuple(number(self.impact.pair.first), number(self.impact.pair.second));
-          },
-          "The numbers of the two features, as in FeaturePairs; -1 of a shape.")
-      .def_property_readonly(
-          "happens", [](const FirstImpact& self) { return self.impact.happens(); },
-          "Whether anything comes together.")
-      .def("__repr__", TextOf({"time", "kind", "pair"}));
-  py::class_<Times>(module, "ImpactTimes",
-                    "A time for each of some FeaturePairs: 0 to 1, or infinity where they do not "
-                    "come together.")
-      .def_readonly("vertex_face", &Times::vertex_face, "(K,) float64.")
-      .def_readonly("face_vertex", &Times::face_vertex, "(K,) float64.")
-      .def_readonly("edge_edge", &Times::edge_edge, "(K,) float64.")
-      .def("__repr__", TextOf({"vertex_face", "face_vertex", "edge_edge"}));
+           "mesh"_a, "start"_a = py::none(), "end"_a = py::none(), "start_tf"_a = py::none(),
+           "end_tf"_a = py::none(), docs::kMotionInit);
+  ResultClass<Impact> impact(module, "Impact", "Two features that come together first.");
+  impact
+      .attribute("time", &Impact::time,
+                 "0 to 1, or infinity when nothing comes together: then the rest means nothing.")
+      .attribute("kind", &kindOf,
+                 "'vertex-face', 'face-vertex' or 'edge-edge': the first mesh's feature first.")
+      .attribute("pair", &pairOf,
+                 "The numbers of the two features, as in FeaturePairs; -1 of a shape.");
+  (*impact).def_property_readonly("happens", &Impact::happens, "Whether anything comes together.");
+  ResultClass<ImpactTimes>(module, "ImpactTimes",
+                           "A time for each of some FeaturePairs: 0 to 1, or infinity where they "
+                           "do not come together.")
+      .attribute("vertex_face", &ImpactTimes::vertex_face, "(K,) float64.")
+      .attribute("face_vertex", &ImpactTimes::face_vertex, "(K,) float64.")
+      .attribute("edge_edge", &ImpactTimes::edge_edge, "(K,) float64.");
 }
+
+/// Defines a function of two motions, and of one with itself. Both return
+/// query(others..., separation, motions...). `names` are those of the others.
+template <typename... Others, typename Query, typename... Names>
+void define(py::module_& module, const char* name, const Query& query, const char* doc,
+            const char* doc_within_one, const Names&... names) {
+  module.def(
+      name,
+      [query](const MeshMotion& first, const MeshMotion& second, const Others&... others,
+              double separation) { return query(others..., separation, first, second); },
+      "first"_a, "second"_a, names..., "separation"_a = 0.0, doc);
+  module.def(
+      name,
+      [query](const MeshMotion& motion, const Others&... others, double separation) {
+        return query(others..., separation, motion);
+      },
+      "motion"_a, names..., "separation"_a = 0.0, doc_within_one);
+}
+
+/// The meshes of a motion, or of two: which has the first feature of a pair, and which the second.
+const LockedMesh& firstMesh(const MeshMotion& first) { return first.mesh(); }
+const LockedMesh& firstMesh(const MeshMotion& first, const MeshMotion&) { return first.mesh(); }
+const LockedMesh& secondMesh(const MeshMotion& only) { return only.mesh(); }
+const LockedMesh& secondMesh(const MeshMotion&, const MeshMotion& second) { return second.mesh(); }
 
 void bindCandidates(py::module_& module) {
-  module.def(
-      "candidates",
-      [](const MeshMotion& first, const MeshMotion& second, double separation) {
-        FeaturePairs pairs;
-        queryMotions(first, second,
-                     [&](const auto& a, const auto& b) { candidates(a, b, separation, pairs); });
-        return FeatureArrays(std::move(pairs));
-      },
-      py::arg("first"), py::arg("second"), py::arg("separation") = 0.0, docs::kCandidates);
-  module.def(
-      "candidates",
-      [](const MeshMotion& motion, double separation) {
-        FeaturePairs pairs;
-        queryMotion(motion, [&](const auto& m) { candidates(m, separation, pairs); });
-        return FeatureArrays(std::move(pairs));
-      },
-      py::arg("motion"), py::arg("separation") = 0.0, docs::kWithinOne);
-}
-
-void bindTimeOfImpact(py::module_& module) {
-  module.def(
-      "time_of_impact",
-      [](const MeshMotion& first, const MeshMotion& second, const std::string& kind,
-         const py::object& pair, double separation) {
-        const FeatureKind what = kindFrom(kind);
-        const FeaturePair two = Limits(first.mesh(), second.mesh()).one(what, pair);
-        return queryMotions(first, second, [&](const auto& a, const auto& b) {
-          return timeOfImpact(a, b, what, two, separation);
-        });
-      },
-      py::arg("first"), py::arg("second"), py::arg("kind"), py::arg("pair"),
-      py::arg("separation") = 0.0, docs::kTimeOfImpact);
-  module.def(
-      "time_of_impact",
-      [](const MeshMotion& motion, const std::string& kind, const py::object& pair,
-         double separation) {
-        const FeatureKind what = kindFrom(kind);
-        const FeaturePair two = Limits(motion.mesh(), motion.mesh()).one(what, pair);
-        return queryMotion(motion,
-                           [&](const auto& m) { return timeOfImpact(m, what, two, separation); });
-      },
-      py::arg("motion"), py::arg("kind"), py::arg("pair"), py::arg("separation") = 0.0,
-      docs::kWithinOne);
+  const auto query = [](double separation, const auto&... motions) {
+    FeaturePairs pairs;
+    queryMotions([&](const auto&... m) { candidates(m..., separation, pairs); }, motions...);
+    return pairs;
+  };
+  define(module, "candidates", query, docs::kCandidates, docs::kWithinOne);
 }
 
 void bindTimesOfImpact(py::module_& module) {
-  module.def(
-      "times_of_impact",
-      [](const MeshMotion& first, const MeshMotion& second, const FeatureArrays& pairs,
-         double separation) {
-        const FeaturePairs all = Limits(first.mesh(), second.mesh()).all(pairs);
-        ImpactTimes times;
-        queryMotions(first, second, [&](const auto& a, const auto& b) {
-          timesOfImpact(a, b, all, separation, times);
-        });
-        return timesOf(std::move(times));
-      },
-      py::arg("first"), py::arg("second"), py::arg("pairs"), py::arg("separation") = 0.0,
-      docs::kTimesOfImpact);
-  module.def(
-      "times_of_impact",
-      [](const MeshMotion& motion, const FeatureArrays& pairs, double separation) {
-        const FeaturePairs all = Limits(motion.mesh(), motion.mesh()).all(pairs);
-        ImpactTimes times;
-        queryMotion(motion, [&](const auto& m) { timesOfImpact(m, all, separation, times); });
-        return timesOf(std::move(times));
-      },
-      py::arg("motion"), py::arg("pairs"), py::arg("separation") = 0.0, docs::kWithinOne);
+  const auto time = [](const std::string& name, const py::object& pair, double separation,
+                       const auto&... motions) {
+    const FeatureKind kind = kindFrom(name);
+    const FeaturePair two = pairFrom(kind, pair, firstMesh(motions...), secondMesh(motions...));
+    return queryMotions([&](const auto&... m) { return timeOfImpact(m..., kind, two, separation); },
+                        motions...);
+  };
+  define<std::string, py::object>(module, "time_of_impact", time, docs::kTimeOfImpact,
+                                  docs::kWithinOne, "kind"_a, "pair"_a);
+  const auto times = [](const FeaturePairs& pairs, double separation, const auto&... motions) {
+    const FeaturePairs all = checkedPairs(pairs, firstMesh(motions...), secondMesh(motions...));
+    ImpactTimes result;
+    queryMotions([&](const auto&... m) { timesOfImpact(m..., all, separation, result); },
+                 motions...);
+    return result;
+  };
+  define<FeaturePairs>(module, "times_of_impact", times, docs::kTimesOfImpact, docs::kWithinOne,
+                       "pairs"_a);
 }
 
 void bindEarliestImpact(py::module_& module) {
-  const auto of_two = [](const MeshMotion& first, const MeshMotion& second, double separation) {
-    return FirstImpact{{}, queryMotions(first, second, [&](const auto& a, const auto& b) {
-                         return earliestImpact(a, b, separation);
-                       })};
+  const auto query = [](double separation, const auto&... motions) {
+    return queryMotions([&](const auto&... m) { return earliestImpact(m..., separation); },
+                        motions...);
   };
-  const auto of_one = [](const MeshMotion& motion, double separation) {
-    return FirstImpact{
-        {}, queryMotion(motion, [&](const auto& m) { return earliestImpact(m, separation); })};
+  define(module, "earliest_impact", query, docs::kEarliestImpact, docs::kWithinOne);
+  const auto safe_step = [query](double separation, const auto&... motions) {
+    return std::min(query(separation, motions...).time, 1.0);
   };
-  module.def("earliest_impact", of_two, py::arg("first"), py::arg("second"),
-             py::arg("separation") = 0.0, docs::kEarliestImpact);
-  module.def("earliest_impact", of_one, py::arg("motion"), py::arg("separation") = 0.0,
-             docs::kWithinOne);
-  module.def(
-      "largest_safe_step",
-      [of_two](const MeshMotion& first, const MeshMotion& second, double separation) {
-        return std::min(of_two(first, second, separation).impact.time, 1.0);
-      },
-      py::arg("first"), py::arg("second"), py::arg("separation") = 0.0, docs::kLargestSafeStep);
-  module.def(
-      "largest_safe_step",
-      [of_one](const MeshMotion& motion, double separation) {
-        return std::min(of_one(motion, separation).impact.time, 1.0);
-      },
-      py::arg("motion"), py::arg("separation") = 0.0, docs::kWithinOne);
+  define(module, "largest_safe_step", safe_step, docs::kLargestSafeStep, docs::kWithinOne);
+}
+
+py::object safeDisplacementsOf(double separation, const MeshMotion& motion) {
+  std::vector<double> lengths;
+  queryMotions([&](const auto& m) { safeDisplacements(m, separation, lengths); }, motion);
+  return adopt(std::move(lengths));
+}
+
+py::object safeDisplacementsOf(double separation, const MeshMotion& first,
+                               const MeshMotion& second) {
+  std::vector<double> of_first, of_second;
+  queryMotions([&](const auto& a,
+                   const auto& b) { safeDisplacements(a, b, separation, of_first, of_second); },
+               first, second);
+  return py::make_tuple(adopt(std::move(of_first)), adopt(std::move(of_second)));
 }
 
 void bindSafeDisplacements(py::module_& module) {
-  module.def(
-      "safe_displacements",
-      [](const MeshMotion& first, const MeshMotion& second, double separation) {
-        std::vector<double> of_first, of_second;
-        queryMotions(first, second, [&](const auto& a, const auto& b) {
-          safeDisplacements(a, b, separation, of_first, of_second);
-        });
-        return py::make_tuple(lengthsOf(std::move(of_first)), lengthsOf(std::move(of_second)));
-      },
-      py::arg("first"), py::arg("second"), py::arg("separation") = 0.0, docs::kSafeDisplacements);
-  module.def(
-      "safe_displacements",
-      [](const MeshMotion& motion, double separation) {
-        std::vector<double> of_vertices;
-        queryMotion(motion, [&](const auto& m) { safeDisplacements(m, separation, of_vertices); });
-        return lengthsOf(std::move(of_vertices));
-      },
-      py::arg("motion"), py::arg("separation") = 0.0, docs::kSafeDisplacementsOne);
+  const auto query = [](double separation, const auto&... motions) {
+    return safeDisplacementsOf(separation, motions...);
+  };
+  define(module, "safe_displacements", query, docs::kSafeDisplacements,
+         docs::kSafeDisplacementsOne);
 }
 
 }  // namespace
@@ -273,7 +220,6 @@ void bindSafeDisplacements(py::module_& module) {
 void bindContinuous(py::module_& module) {
   bindMotion(module);
   bindCandidates(module);
-  bindTimeOfImpact(module);
   bindTimesOfImpact(module);
   bindEarliestImpact(module);
   bindSafeDisplacements(module);

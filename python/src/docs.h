@@ -9,12 +9,15 @@ inline constexpr const char* kModule =
 A DeformableMesh is built once and follows the deformation: update(vertices) in every step, then
 query it. Its tree of boxes is not built anew, and every answer is exact in every step.
 
-Arrays of vertices are (N, 3). Those of the mesh's dtype, float64 or float32, are read in place: by
-update in C and in Fortran order, by others in C order (NumPy's default). Anything else is converted
-once. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are read in place, too: by
-the buffer protocol, NumPy's interface or DLPack. Those on a device are a TypeError. Lengths are in
-the unit of the mesh. Results are float64 and own their memory; numbers of triangles and vertices are
-int32.
+Arrays of vertices are (N, 3). Those of float64 are read in place: by update in C and in Fortran
+order, by others in C order (NumPy's default); update also reads those of float32 without a copy.
+Anything else is converted once. Tensors of PyTorch, arrays of Warp and others in the CPU's memory are
+read in place, too: by the buffer protocol, NumPy's interface or DLPack. Those on a device are a
+TypeError. Lengths are in the unit of the mesh.
+
+All computations are in float64, also of meshes whose dtype is float32, and meshes of both dtypes may
+meet in a query. Results are float64; numbers of triangles and vertices are int32. The arrays of a
+result share its memory, and keep it alive.
 
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair
 (R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6.
@@ -35,16 +38,17 @@ Thread-safe: threads share a lock for queries, and take it for themselves for up
 inline constexpr const char* kDeformableMeshInit =
     R"(Builds the tree by the connectivity of the mesh.
 
-vertices: (N, 3) positions in the mesh's own frame, at most 2^252 (float64) or 2^28 (float32) in
-    magnitude; or an object with the attributes `vertices` and `faces`, such as a trimesh.Trimesh
+vertices: (N, 3) positions in the mesh's own frame, at most 2^252 in magnitude; or
+    an object with the attributes `vertices` and `faces`, such as a trimesh.Trimesh
     or what load_mesh returns.
 faces: (M, 3) indices of vertices, of any type of integer. Counter-clockwise seen from outside.
     At least one. They never change: for others make another DeformableMesh.
-dtype: float64 or float32, the type of the mesh's numbers. Two meshes of a query have the same.)";
+dtype: float64 or float32. A mesh of float32 rounds its positions to it, and returns them so; all
+    else is float64.)";
 
 inline constexpr const char* kUpdate =
-    R"(A step: moves all vertices to `vertices`, (N, 3). Arrays of the mesh's dtype in C or in Fortran
-order are read in place.
+    R"(A step: moves all vertices to `vertices`, (N, 3). Arrays of float64 or float32 in C or in Fortran
+order are read without a copy.
 
 Returns what it did: a MeshUpdate. On an error the mesh keeps its last positions.)";
 
@@ -66,14 +70,14 @@ never change; positions and boxes are copied.)";
 
 inline constexpr const char* kSave =
     R"(Writes the mesh with its tree to a file, so that another process can `load` it without a build:
-about 16 bytes a triangle and 24 a vertex (12 of float32). A pickle holds the same.
+about 16 bytes a triangle and 24 a vertex. A pickle holds the same.
 
 path: a string, bytes or a path object. OSError when it cannot be written.)";
 
 inline constexpr const char* kLoad =
     R"(Reads a mesh that `save` wrote, with its dtype. It answers as the saved mesh did: with the same
 bits where the last update was one of all vertices, else up to rounding. Settings of threads are not
-saved.
+saved. Meshes of float32 that earlier versions saved are built anew.
 
 path: a string, bytes or a path object. OSError when it cannot be read; ValueError when it holds no
 mesh, or one that is damaged, cut off, or of another version.)";

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <string>
-#include <utility>
+#include <vector>
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "arrays.h"
@@ -10,25 +10,16 @@
 
 namespace adaptive_bvh::python {
 
-/// Python's FeaturePairs: arrays of (K, 2) numbers.
-struct FeatureArrays : Bound {
-  FeatureArrays() = default;
-  /// Takes the lists over.
-  explicit FeatureArrays(FeaturePairs&& pairs);
+/// A copy, which Python cannot change. Throws py::index_error when a pair names what a mesh does
+/// not have.
+FeaturePairs checkedPairs(const FeaturePairs& pairs, const LockedMesh& first,
+                          const LockedMesh& second);
 
-  py::ssize_t size() const {
-    return vertex_face.shape(0) + face_vertex.shape(0) + edge_edge.shape(0);
-  }
+/// Sorts pairs to leave out. `is_self`: of two triangles or edges of one mesh, the smaller number
+/// comes first.
+void sortIgnored(std::vector<FeaturePair>& pairs, bool is_self = false);
 
-  py::array_t<std::int32_t> vertex_face, face_vertex, edge_edge;
-};
-
-/// In C++. Throws py::index_error when a pair names what a mesh does not have.
-FeaturePairs featurePairsFrom(const FeatureArrays& arrays, const LockedMesh& first,
-                              const LockedMesh& second);
-
-/// Pairs to leave out, sorted: K x 2 integers; none of None. `is_self`: of two triangles or edges
-/// of one mesh, the smaller number comes first. Throws as pairsFrom.
+/// Pairs to leave out, sorted: K x 2 integers; none of None. Throws as pairsFrom.
 std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name,
                                      bool is_self = false);
 
@@ -49,7 +40,5 @@ class Labels {
   std::vector<unsigned> labels_;
   LabelRule rule_;
 };
-
-void bindFeatures(py::module_& module);
 
 }  // namespace adaptive_bvh::python

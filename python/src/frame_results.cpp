@@ -9,17 +9,14 @@
 
 #include "arrays.h"
 #include "contact_regions.h"
+#include "locked_scene.h"
+#include "objects.h"
 #include "query.h"
-#include "scene_results.h"
 
 namespace adaptive_bvh::python {
 namespace {
 
 using PointPairs = std::vector<std::array<fcl::Vector3d, 2>>;
-
-std::string typeNameOf(const py::handle& object) {
-  return py::str(py::type::handle_of(object).attr("__name__"));
-}
 
 /// "arrows['force']", as the sentence of an error names it.
 std::string entryOf(const char* name, const py::handle& key) {
@@ -43,10 +40,9 @@ std::optional<double> finiteOrNone(const std::optional<double>& number, const ch
 
 /// (N, 3) numbers.
 std::vector<fcl::Vector3d> pointsFrom(const py::object& object, const std::string& name) {
-  const Rows<double> rows = rowsFrom<double>(object, name.c_str());
-  requireFinite(rows.data(), static_cast<std::size_t>(rows.size()), name);
-  const auto* points = pointsOf<double>(rows);
-  return {points, points + rows.shape(0)};
+  const Rows rows(object, name.c_str());
+  requireFinite(rows.begin()->data(), 3 * rows.size(), name);
+  return {rows.begin(), rows.end()};
 }
 
 /// (N, 2, 3) numbers.
@@ -54,7 +50,7 @@ PointPairs pointPairsFrom(const py::object& object, const std::string& name) {
   const py::array array = numbersFrom(object, name.c_str());
   if (array.ndim() != 3 || array.shape(1) != 2 || array.shape(2) != 3)
     throw py::value_error(name + " has the shape " + shapeOf(array) + "; (N, 2, 3) is needed");
-  const Rows<double> rows(array);
+  const Contiguous<double> rows(array);
   requireFinite(rows.data(), static_cast<std::size_t>(rows.size()), name);
   PointPairs pairs;
   for (const double* row = rows.data(); row != rows.data() + rows.size(); row += 6)
@@ -107,7 +103,7 @@ VertexValues valuesFrom(const py::handle& body, const py::handle& values) {
   const py::array array = numbersFrom(py::reinterpret_borrow<py::object>(values), name.c_str());
   if (array.ndim() != 1)
     throw py::value_error(name + " has the shape " + shapeOf(array) + "; (N,) is needed");
-  const Rows<double> numbers(array);
+  const Contiguous<double> numbers(array);
   return {bodyFrom(body, "clearance"), {numbers.data(), numbers.data() + numbers.size()}};
 }
 
@@ -133,37 +129,24 @@ std::vector<unsigned> trianglesOf(const py::object& object, const std::string& n
   return indicesFrom(object, std::numeric_limits<int>::max(), name.c_str(), "triangles at most");
 }
 
-/// Begins as the library makes them; the array is Python's to write.
-ContactPatches<double> regionsFrom(const PatchArrays& arrays, const std::string& name) {
-  ContactPatches<double> regions;
-  regions.triangles = trianglesOf(arrays.triangles, name + ".triangles");
-  std::int64_t last = 0;
-  for (py::ssize_t r = 0; r < arrays.begins.size(); ++r) {
-    const std::int64_t begin = arrays.begins.at(r);
-    if (begin < last || begin > arrays.triangles.size())
-      throw py::value_error(name + ".begins does not increase from 0 to the number of triangles");
-    regions.begins.push_back(static_cast<std::size_t>(last = begin));
-  }
-  return regions;
-}
-
 /// ContactPatches, these with identities, or triangles with the number of a patch for each.
 void addPatches(const py::handle& body, const py::handle& given, FrameResults& results) {
   const std::string name = entryOf("patches", body);
   const int number = bodyFrom(body, "patches");
-  if (py::isinstance<PatchArrays>(given)) {
-    results.colourTriangles(number, regionsFrom(given.cast<const PatchArrays&>(), name));
+  if (py::isinstance<ContactPatches<double>>(given)) {
+    results.colourTriangles(number,
+                            checkedPatches(given.cast<const ContactPatches<double>&>(), name));
     return;
   }
   const py::tuple parts =
       partsFrom(given, 2, 2, name, "ContactPatches, (ContactPatches, ids) or (triangles, patches)");
   const std::vector<std::uint64_t> patches = patchNumbersFrom(parts[1], name + "[1]");
-  if (!py::isinstance<PatchArrays>(parts[0])) {
+  if (!py::isinstance<ContactPatches<double>>(parts[0])) {
     results.patches.push_back({number, trianglesOf(parts[0], name + "[0]"), patches});
     return;
   }
   const ContactPatches<double> regions =
-      regionsFrom(parts[0].cast<const PatchArrays&>(), name + "[0]");
+      checkedPatches(parts[0].cast<const ContactPatches<double>&>(), name + "[0]");
   if (patches.size() + 1 != regions.begins.size())
     throw py::value_error(name + " has " + std::to_string(patches.size()) + " ids for " +
                           std::to_string(regions.begins.size() - 1) + " regions");
@@ -172,20 +155,21 @@ void addPatches(const py::handle& body, const py::handle& given, FrameResults& r
 
 // ---- results of queries -------------------------------------------------------------------------
 
-void addNearest(double distance, const double* points, FrameResults& results) {
+void addNearest(double distance, const std::array<fcl::Vector3d, 2>& points,
+                FrameResults& results) {
   fcl::DistanceResultd nearest;
   nearest.min_distance = distance;
-  for (int side = 0; side < 2; ++side) nearest.nearest_points[side] = rowOf(points + 3 * side);
+  for (std::size_t side : {0, 1}) nearest.nearest_points[side] = points[side];
   results.add(nearest);
 }
 
 void addDistance(const py::handle& found, FrameResults& results) {
   if (py::isinstance<Nearest>(found)) {
     const auto& nearest = found.cast<const Nearest&>();
-    addNearest(nearest.distance, nearest.points.data(), results);
-  } else if (py::isinstance<BodyGap>(found)) {
-    const auto& gap = found.cast<const BodyGap&>();
-    if (gap.first >= 0) addNearest(gap.distance, gap.points.data(), results);
+    addNearest(nearest.distance, nearest.points, results);
+  } else if (py::isinstance<SceneDistance<double>>(found)) {
+    const auto& gap = found.cast<const SceneDistance<double>&>();
+    if (gap.exists()) addNearest(gap.distance, gap.points, results);
   } else {
     const double number = PyFloat_AsDouble(found.ptr());
     if (number == -1 && PyErr_Occurred()) {
@@ -200,15 +184,11 @@ void addDistance(const py::handle& found, FrameResults& results) {
 }
 
 void addContacts(const py::handle& found, FrameResults& results) {
-  std::vector<fcl::Vector3d> points;
-  const auto add_points = [&points](const Contacts& contacts) {
-    for (py::ssize_t i = 0; i < contacts.points.shape(0); ++i)
-      points.push_back(rowOf(contacts.points.data(i, 0)));  // NaN where they were not computed
-  };
+  std::vector<fcl::Vector3d> points;  // NaN where they were not computed
   if (py::isinstance<Contacts>(found))
-    add_points(found.cast<const Contacts&>());
+    points = found.cast<const Contacts&>().points;
   else if (py::isinstance<OfBodyPairs<Contacts>>(found))
-    add_points(found.cast<const OfBodyPairs<Contacts>&>().found);
+    points = found.cast<const OfBodyPairs<Contacts>&>().found.points;
   else
     points = pointsFrom(py::reinterpret_borrow<py::object>(found), "contacts");
   results.contact_count = results.contact_count.value_or(0) + points.size();

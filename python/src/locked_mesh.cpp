@@ -8,28 +8,21 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "adaptive_bvh/write_file.h"
 #include "arrays.h"
+#include "bind.h"
 #include "docs.h"
 #include "meshes.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace {
 
-template <typename S>
-using Point = Eigen::Matrix<S, 3, 1>;
-
-/// True for float64. Throws py::type_error for what is neither.
-bool isDoubleType(const py::object& dtype) {
-  const py::dtype type = dtype.is_none() ? py::dtype::of<double>() : py::dtype::from_args(dtype);
-  if (type.kind() == 'f' && type.itemsize() == 8) return true;
-  if (type.kind() == 'f' && type.itemsize() == 4) return false;
-  throw py::type_error("dtype is " + std::string(py::str(py::handle(type))) +
-                       "; float64 or float32 is needed");
-}
+/// In a file or pickle before a mesh of float32, whose positions are float64 there.
+constexpr std::array<char, 8> kSingleMark = {'f', 'l', 'o', 'a', 't', '3', '2', '\n'};
 
 /// The vertices and faces of a mesh object, or as they were passed.
 std::pair<py::object, py::object> arraysOf(const py::object& vertices, const py::object& faces) {
@@ -46,161 +39,150 @@ void requireCount(std::size_t count, const char* things) {
     throw py::value_error(std::string("too many ") + things + ": at most 2^30 are possible");
 }
 
-template <typename S>
-DeformableMesh<S> makeMesh(const py::object& vertices, const py::object& faces) {
-  const Rows<S> rows = rowsFrom<S>(vertices, "vertices");
-  const auto count = static_cast<std::size_t>(rows.shape(0));
-  requireCount(count, "vertices");
-  std::vector<fcl::Triangle> triangles = trianglesFrom(faces, count);
+Mesh makeMesh(const std::pair<py::object, py::object>& arrays, bool is_single) {
+  const Rows rows(arrays.first, "vertices", is_single);
+  requireCount(rows.size(), "vertices");
+  std::vector<fcl::Triangle> triangles = trianglesFrom(arrays.second, rows.size());
   requireCount(triangles.size(), "faces");
-  const Point<S>* points = pointsOf<S>(rows);
   const py::gil_scoped_release nogil;
-  return DeformableMesh<S>(std::vector<Point<S>>(points, points + count), std::move(triangles));
+  return Mesh({rows.begin(), rows.end()}, std::move(triangles));
 }
 
-LockedMesh::Variant makeMeshes(const py::object& vertices, const py::object& faces,
-                               const py::object& dtype) {
-  const bool is_double = isDoubleType(dtype);
-  const auto [rows, triangles] = arraysOf(vertices, faces);
-  if (is_double) return makeMesh<double>(rows, triangles);
-  return makeMesh<float>(rows, triangles);
-}
-
-template <typename S>
-py::array rowsOf(std::vector<Point<S>>&& points) {
-  const auto count = static_cast<py::ssize_t>(points.size());
-  return adopt<S>(std::move(points), {count, 3});
+/// A mesh of float32 numbers, as earlier versions saved it. Its tree is built anew.
+Mesh loadSingle(std::istream& in) {
+  const auto saved = DeformableMesh<float>::load(in);
+  const auto in_double = [](const std::vector<fcl::Vector3f>& points) {
+    std::vector<fcl::Vector3d> result;
+    for (const fcl::Vector3f& point : points) result.push_back(point.cast<double>());
+    return result;
+  };
+  if (saved.previousVertices().empty()) return Mesh(in_double(saved.vertices()), saved.triangles());
+  Mesh mesh(in_double(saved.previousVertices()), saved.triangles());
+  mesh.updateTwoFrames(in_double(saved.vertices()));
+  return mesh;
 }
 
 }  // namespace
 
-LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype)
-    : LockedMesh(makeMeshes(vertices, faces, dtype)) {}
+bool isSingle(const py::object& dtype) {
+  const py::dtype type = dtype.is_none() ? py::dtype::of<double>() : py::dtype::from_args(dtype);
+  if (type.kind() == 'f' && type.itemsize() == 8) return false;
+  if (type.kind() == 'f' && type.itemsize() == 4) return true;
+  throw py::type_error("dtype is " + std::string(py::str(py::handle(type))) +
+                       "; float64 or float32 is needed");
+}
 
-LockedMesh::LockedMesh(Variant&& meshes)
-    : meshes_(std::move(meshes)),
-      num_vertices_(std::visit([](const auto& m) { return m.vertices().size(); }, meshes_)),
-      num_faces_(std::visit([](const auto& m) { return m.triangles().size(); }, meshes_)) {}
+LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype)
+    : LockedMesh(makeMesh(arraysOf(vertices, faces), isSingle(dtype)), isSingle(dtype)) {}
+
+LockedMesh::LockedMesh(Mesh&& mesh, bool is_single)
+    : mesh_(std::move(mesh)),
+      is_single_(is_single),
+      num_vertices_(mesh_.vertices().size()),
+      num_faces_(mesh_.triangles().size()) {}
 
 MeshUpdate LockedMesh::update(const py::object& vertices) {
-  return withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const StridedRows<S> rows(vertices, "vertices");
-    requireRows(rows.array(), num_vertices_, "vertices");
-    return changeAs<S>([&](auto& mesh) -> MeshUpdate {
-      return rows.isRowMajor() ? mesh.update(rows.rowMajor()) : mesh.update(rows.columnMajor());
+  const StridedRows rows(vertices, "vertices");
+  requireRows(rows.array(), num_vertices_, "vertices");
+  return change([&](Mesh& mesh) {
+    return rows.visit([&](const auto& matrix) -> MeshUpdate {
+      if constexpr (std::is_same_v<typename std::decay_t<decltype(matrix)>::Scalar, double>) {
+        if (!is_single_) return mesh.update(matrix);
+        converted_ = matrix.template cast<float>().template cast<double>();
+      } else {
+        converted_ = matrix.template cast<double>();
+      }
+      return mesh.update(converted_);
     });
   });
 }
 
 MeshUpdate LockedMesh::update(const py::object& indices, const py::object& vertices) {
   const std::vector<unsigned> names = indicesFrom(indices, num_vertices_, "indices", "vertices");
-  return withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rows<S> rows = rowsFrom<S>(vertices, "vertices");
-    if (static_cast<std::size_t>(rows.shape(0)) != names.size())
-      throw py::value_error("vertices has the shape " + shapeOf(rows) + "; there are " +
-                            std::to_string(names.size()) + " indices");
-    const Point<S>* points = pointsOf<S>(rows);
-    return changeAs<S>(
-        [&](auto& mesh) -> MeshUpdate { return mesh.update(names.data(), points, names.size()); });
+  const Rows rows(vertices, "vertices", is_single_);
+  if (rows.size() != names.size())
+    throw py::value_error("vertices has the shape " + shapeOf(rows.array()) + "; there are " +
+                          std::to_string(names.size()) + " indices");
+  return change([&](Mesh& mesh) -> MeshUpdate {
+    return mesh.update(names.data(), rows.begin(), names.size());
   });
 }
 
 MeshUpdate LockedMesh::updateTwoFrames(const py::object& vertices) {
-  return withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rows<S> rows = rowsFrom<S>(vertices, "vertices");
-    requireRows(rows, num_vertices_, "vertices");
-    const Point<S>* points = pointsOf<S>(rows);
-    return changeAs<S>(
-        [&](auto& mesh) -> MeshUpdate { return mesh.updateTwoFrames(points, num_vertices_); });
-  });
+  const Rows rows(vertices, "vertices", is_single_);
+  requireRows(rows.array(), num_vertices_, "vertices");
+  return change(
+      [&](Mesh& mesh) -> MeshUpdate { return mesh.updateTwoFrames(rows.begin(), num_vertices_); });
 }
 
 std::shared_ptr<LockedMesh> LockedMesh::copy() const {
-  return query([](const auto& mesh) { return std::make_shared<LockedMesh>(Variant(mesh)); });
+  return query(
+      [&](const Mesh& mesh) { return std::make_shared<LockedMesh>(Mesh(mesh), is_single_); });
 }
 
 void LockedMesh::save(std::ostream& out) const {
-  query([&](const auto& mesh) { mesh.save(out); });
+  query([&](const Mesh& mesh) {
+    if (is_single_) out.write(kSingleMark.data(), kSingleMark.size());
+    mesh.save(out);
+  });
 }
 
 std::shared_ptr<LockedMesh> LockedMesh::load(std::istream& in) {
-  std::array<char, 8> magic{};  // the last letter is the type's
-  in.read(magic.data(), magic.size());
+  std::array<char, 8> begin{};  // a mark, or the library's, whose last letter is the type's
+  in.read(begin.data(), begin.size());
   in.clear();
-  in.seekg(0);
+  const bool is_single = begin == kSingleMark;
+  if (!is_single) in.seekg(0);
   try {
     const py::gil_scoped_release nogil;
-    if (magic.back() == 'f') return std::make_shared<LockedMesh>(DeformableMesh<float>::load(in));
-    return std::make_shared<LockedMesh>(DeformableMesh<double>::load(in));
+    if (begin.back() == 'f') return std::make_shared<LockedMesh>(loadSingle(in), true);
+    return std::make_shared<LockedMesh>(Mesh::load(in), is_single);
   } catch (const std::runtime_error& error) {
     throw py::value_error(error.what());
   }
 }
 
-py::array LockedMesh::vertices() const {
-  return withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    return rowsOf<S>(
-        queryAs<S>([](const auto& mesh) -> std::vector<Point<S>> { return mesh.vertices(); }));
-  });
-}
-
-py::array LockedMesh::previousVertices() const {
-  return withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    return rowsOf<S>(queryAs<S>(
-        [](const auto& mesh) -> std::vector<Point<S>> { return mesh.previousVertices(); }));
-  });
+py::array LockedMesh::positions(const Points& (Mesh::*get)() const) const {
+  if (!is_single_) return adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); }));
+  return adopt(query([&](const Mesh& mesh) {
+    std::vector<fcl::Vector3f> rounded;
+    rounded.reserve((mesh.*get)().size());
+    for (const fcl::Vector3d& point : (mesh.*get)()) rounded.push_back(point.cast<float>());
+    return rounded;
+  }));
 }
 
 py::array LockedMesh::faces() const {
-  static_assert(sizeof(fcl::Triangle) == 3 * sizeof(std::int64_t), "three indices");
-  return adopt<std::int64_t>(
-      query([](const auto& mesh) { return std::vector<fcl::Triangle>(mesh.triangles()); }),
-      {static_cast<py::ssize_t>(num_faces_), 3});
-}
-
-void LockedMesh::requireSameType(const LockedMesh& first, const LockedMesh& second) {
-  if (first.isDouble() == second.isDouble()) return;
-  const auto name_of = [](const LockedMesh& mesh) {
-    return std::string(mesh.isDouble() ? "float64" : "float32");
-  };
-  throw py::type_error("the meshes have different numbers, " + name_of(first) + " and " +
-                       name_of(second) + "; give both the same dtype");
+  return adopt(
+      query([](const Mesh& mesh) { return std::vector<fcl::Triangle>(mesh.triangles()); }));
 }
 
 namespace {
 
 using Class = py::class_<LockedMesh, std::shared_ptr<LockedMesh>>;
 
+auto setThreads(void (Mesh::*set)(int)) {
+  return [set](LockedMesh& self, int threads) {
+    self.change([&](Mesh& mesh) { (mesh.*set)(threads); });
+  };
+}
+
 void bindUpdates(Class& mesh) {
-  mesh.def("update", py::overload_cast<const py::object&>(&LockedMesh::update), py::arg("vertices"),
+  mesh.def("update", py::overload_cast<const py::object&>(&LockedMesh::update), "vertices"_a,
            docs::kUpdate)
       .def("update", py::overload_cast<const py::object&, const py::object&>(&LockedMesh::update),
-           py::arg("indices"), py::arg("vertices"), docs::kUpdateSome)
-      .def("update_two_frames", &LockedMesh::updateTwoFrames, py::arg("vertices"),
-           docs::kUpdateTwoFrames)
+           "indices"_a, "vertices"_a, docs::kUpdateSome)
+      .def("update_two_frames", &LockedMesh::updateTwoFrames, "vertices"_a, docs::kUpdateTwoFrames)
       .def_property_readonly(
           "last_update",
           [](const LockedMesh& self) {
-            return self.query([](const auto& m) { return MeshUpdate(m.lastUpdate()); });
+            return self.query([](const Mesh& m) { return MeshUpdate(m.lastUpdate()); });
           },
           "What the last update did: a MeshUpdate.")
-      .def(
-          "set_update_threads",
-          [](LockedMesh& self, int threads) {
-            self.change([&](auto& m) { m.setUpdateThreads(threads); });
-          },
-          py::arg("threads"), docs::kUpdateThreads)
-      .def(
-          "set_query_threads",
-          [](LockedMesh& self, int threads) {
-            self.change([&](auto& m) { m.setQueryThreads(threads); });
-          },
-          py::arg("threads"), docs::kQueryThreads);
+      .def("set_update_threads", setThreads(&Mesh::setUpdateThreads), "threads"_a,
+           docs::kUpdateThreads)
+      .def("set_query_threads", setThreads(&Mesh::setQueryThreads), "threads"_a,
+           docs::kQueryThreads);
 }
 
 [[noreturn]] void raiseForFile(const py::object& path) {
@@ -225,8 +207,8 @@ std::shared_ptr<LockedMesh> loadFromFile(const py::object& path) {
 }
 
 void bindFiles(Class& mesh) {
-  mesh.def("save", &saveToFile, py::arg("path"), docs::kSave)
-      .def_static("load", &loadFromFile, py::arg("path"), docs::kLoad)
+  mesh.def("save", &saveToFile, "path"_a, docs::kSave)
+      .def_static("load", &loadFromFile, "path"_a, docs::kLoad)
       .def(py::pickle(
           [](const LockedMesh& self) {
             std::ostringstream out;
@@ -244,7 +226,7 @@ void bindCopies(Class& mesh) {
       .def("__copy__", &LockedMesh::copy)
       .def(
           "__deepcopy__", [](const LockedMesh& self, const py::dict&) { return self.copy(); },
-          py::arg("memo"));
+          "memo"_a);
 }
 
 void bindProperties(Class& mesh) {
@@ -257,23 +239,19 @@ void bindProperties(Class& mesh) {
                              "A copy of the vertices of each triangle, (M, 3), int64.")
       .def_property_readonly("num_vertices", &LockedMesh::numVertices, "N: how many vertices.")
       .def_property_readonly("num_faces", &LockedMesh::numFaces, "M: how many triangles.")
-      .def_property_readonly(
-          "dtype",
-          [](const LockedMesh& self) {
-            return self.isDouble() ? py::dtype::of<double>() : py::dtype::of<float>();
-          },
-          "The type of the mesh's numbers: float64 or float32.");
+      .def_property_readonly("dtype", &LockedMesh::dtype,
+                             "float64 or float32: what positions are rounded to.");
 }
 
 void bindMeshUpdate(py::module_& module) {
-  py::class_<MeshUpdate>(module, "MeshUpdate", "What an update did.")
-      .def_readonly("vertices", &MeshUpdate::vertices, "How many positions were given.")
-      .def_readonly("largest_displacement", &MeshUpdate::largest_displacement,
-                    "The largest motion of a vertex, rounded up, in the unit of the mesh.")
-      .def_readonly("turned", &MeshUpdate::turned,
-                    "Whether the boxes lie along other axes since, because the body has turned.")
-      .def_readonly("seconds", &MeshUpdate::seconds, "How long it took.")
-      .def("__repr__", TextOf({"vertices", "largest_displacement", "turned", "seconds"}));
+  using U = MeshUpdate;
+  ResultClass<U>(module, "MeshUpdate", "What an update did.")
+      .attribute("vertices", &U::vertices, "How many positions were given.")
+      .attribute("largest_displacement", &U::largest_displacement,
+                 "The largest motion of a vertex, rounded up, in the unit of the mesh.")
+      .attribute("turned", &U::turned,
+                 "Whether the boxes lie along other axes since, because the body has turned.")
+      .attribute("seconds", &U::seconds, "How long it took.");
 }
 
 }  // namespace
@@ -281,18 +259,18 @@ void bindMeshUpdate(py::module_& module) {
 void bindLockedMesh(py::module_& module) {
   bindMeshUpdate(module);
   Class mesh(module, "DeformableMesh", docs::kDeformableMesh);
-  mesh.def(py::init<const py::object&, const py::object&, const py::object&>(), py::arg("vertices"),
-           py::arg("faces") = py::none(), py::arg("dtype") = "float64", docs::kDeformableMeshInit)
+  mesh.def(py::init<const py::object&, const py::object&, const py::object&>(), "vertices"_a,
+           "faces"_a = py::none(), "dtype"_a = "float64", docs::kDeformableMeshInit)
       .def(
           "validate",
           [](const LockedMesh& self) {
-            return self.query([](const auto& m) { return m.validate(); });
+            return self.query([](const Mesh& m) { return m.validate(); });
           },
           docs::kValidate)
       .def("__repr__", [](const LockedMesh& self) {
         return "<adaptive_bvh.DeformableMesh: " + std::to_string(self.numVertices()) +
                " vertices, " + std::to_string(self.numFaces()) + " faces, " +
-               (self.isDouble() ? "float64" : "float32") + ">";
+               std::string(py::str(py::handle(self.dtype()))) + ">";
       });
   bindUpdates(mesh);
   bindCopies(mesh);

@@ -1,13 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <shared_mutex>
-#include <type_traits>
-#include <utility>
-#include <variant>
 #include <vector>
 
 #include <pybind11/numpy.h>
@@ -19,18 +17,21 @@
 
 namespace adaptive_bvh::python {
 
-/// Python's DeformableMesh: one of the two meshes of the library, behind a lock. Queries share the
-/// lock, what changes the mesh has it for itself. It is only held without the GIL, so neither waits
-/// for the other.
+using Mesh = DeformableMesh<double>;
+
+/// Whether a type of NumPy's is float32. Throws py::type_error where it is not float64 either.
+bool isSingle(const py::object& dtype);
+
+/// Python's DeformableMesh: a mesh of the library, behind a lock. Queries share the lock, what
+/// changes the mesh has it for itself. It is only held without the GIL, so neither waits for the
+/// other. Of a mesh of float32, positions are rounded to that, and all else is float64.
 class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh> {
  public:
-  using Variant = std::variant<DeformableMesh<double>, DeformableMesh<float>>;
-
-  /// `faces` may be None: then the first argument has both as attributes. Throws as rowsFrom and
-  /// trianglesFrom, and std::invalid_argument as the library's constructor.
+  /// `faces` may be None: then the first argument has both as attributes. Throws as Rows,
+  /// trianglesFrom and isSingle, and std::invalid_argument as the library's constructor.
   LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype);
   /// Takes a mesh over.
-  explicit LockedMesh(Variant&& meshes);
+  LockedMesh(Mesh&& mesh, bool is_single);
 
   /// All vertices. Float arrays whose rows or columns lie side by side are read in place.
   MeshUpdate update(const py::object& vertices);
@@ -41,38 +42,27 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
 
   /// A snapshot.
   std::shared_ptr<LockedMesh> copy() const;
-  /// Writes the mesh (DeformableMesh::save). Throws std::runtime_error when the stream fails.
+  /// Writes the mesh (DeformableMesh::save), after a mark where it is of float32. Throws
+  /// std::runtime_error when the stream fails.
   void save(std::ostream& out) const;
-  /// Reads a mesh of either type. Throws py::value_error on what is none.
+  /// Reads what `save` wrote, here or in earlier versions. Throws py::value_error on what is none.
   static std::shared_ptr<LockedMesh> load(std::istream& in);
   /// A copy.
-  py::array vertices() const;
+  py::array vertices() const { return positions(&Mesh::vertices); }
   /// A copy. Without rows where there are none.
-  py::array previousVertices() const;
+  py::array previousVertices() const { return positions(&Mesh::previousVertices); }
   /// A copy.
   py::array faces() const;
+  py::dtype dtype() const { return is_single_ ? py::dtype::of<float>() : py::dtype::of<double>(); }
   std::size_t numVertices() const { return num_vertices_; }
   std::size_t numFaces() const { return num_faces_; }
-  bool isDouble() const { return meshes_.index() == 0; }
 
-  /// Returns `f(S())` for the numbers S of the mesh.
-  template <typename F>
-  auto withScalar(const F& f) const {
-    return isDouble() ? f(double()) : f(float());
-  }
   /// Runs `f(mesh)` on the C++ mesh: without the GIL, beside other queries.
   template <typename F>
   auto query(const F& f) const {
     const py::gil_scoped_release nogil;
     const std::shared_lock lock = share();
-    return std::visit(f, meshes_);
-  }
-  /// As above, where it is known that the numbers are S.
-  template <typename S, typename F>
-  auto queryAs(const F& f) const {
-    const py::gil_scoped_release nogil;
-    const std::shared_lock lock = share();
-    return f(std::get<DeformableMesh<S>>(meshes_));
+    return std::invoke(f, mesh_);
   }
   /// Runs `f(mesh)` alone, otherwise as `query`.
   template <typename F>
@@ -80,52 +70,22 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
     CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock lock(mutex_);
-    return std::visit(f, meshes_);
+    return f(mesh_);
   }
-  /// As above, where it is known that the numbers are S.
-  template <typename S, typename F>
-  auto changeAs(const F& f) {
-    CallbackScope::refuseChange();
-    const py::gil_scoped_release nogil;
-    const std::unique_lock lock(mutex_);
-    return f(std::get<DeformableMesh<S>>(meshes_));
-  }
+  /// The C++ mesh, which stays where it is. Read it while the lock is held.
+  const Mesh& mesh() const { return mesh_; }
 
+  using SharedLock = std::shared_lock<std::shared_mutex>;
   /// Holds the lock as a query does; no lock in a callback whose query holds it. Call it without
   /// the GIL.
-  std::shared_lock<std::shared_mutex> share() const {
-    return CallbackScope::holds(this) ? std::shared_lock<std::shared_mutex>()
-                                      : std::shared_lock(mutex_);
+  SharedLock share() const {
+    return CallbackScope::holds(this) ? SharedLock() : SharedLock(mutex_);
   }
-
-  /// Runs `f(mesh)` on the C++ mesh, where the caller holds the lock.
-  template <typename F>
-  auto visit(const F& f) const {
-    return std::visit(f, meshes_);
-  }
-
   /// Shares the locks of many meshes as PairLock does for two. Call it without the GIL.
-  static std::vector<std::shared_lock<std::shared_mutex>> shareAll(
-      const std::set<const LockedMesh*>& meshes) {
-    std::vector<std::shared_lock<std::shared_mutex>> locks;
+  static std::vector<SharedLock> shareAll(const std::set<const LockedMesh*>& meshes) {
+    std::vector<SharedLock> locks;
     for (const LockedMesh* mesh : meshes) locks.push_back(mesh->share());
     return locks;
-  }
-
-  /// Throws py::type_error when the meshes have different numbers.
-  static void requireSameType(const LockedMesh& first, const LockedMesh& second);
-
-  /// Runs `f(first, second)` on two C++ meshes of one type, as `query`, with the same errors.
-  template <typename F>
-  static auto queryPair(const LockedMesh& first, const LockedMesh& second, const F& f) {
-    requireSameType(first, second);
-    const py::gil_scoped_release nogil;
-    const PairLock lock(first, second);
-    return std::visit(
-        [&](const auto& mesh) {
-          return f(mesh, std::get<std::decay_t<decltype(mesh)>>(second.meshes_));
-        },
-        first.meshes_);
   }
 
   /// Shares the locks of two meshes, which may be one. Always in the same order: two queries and
@@ -137,19 +97,28 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
     }
 
    private:
-    std::shared_lock<std::shared_mutex> first_, second_;
+    SharedLock first_, second_;
   };
 
  private:
-  Variant meshes_;
-  std::size_t num_vertices_, num_faces_;  ///< which never change
+  using Points = std::vector<fcl::Vector3d>;
+
+  py::array positions(const Points& (Mesh::*get)() const) const;
+
+  Mesh mesh_;
+  const bool is_single_;
+  const std::size_t num_vertices_, num_faces_;
+  /// Of an update, in float64; its memory stays.
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> converted_;
   mutable std::shared_mutex mutex_;
 };
 
-/// The scalar of a C++ mesh.
-template <typename M>
-using ScalarOf = typename std::decay_t<M>::Point::Scalar;
-
-void bindLockedMesh(py::module_& module);
+/// Runs `f(first, second)` on two C++ meshes, as `query` of one.
+template <typename F>
+auto queryPair(const LockedMesh& first, const LockedMesh& second, const F& f) {
+  const py::gil_scoped_release nogil;
+  const LockedMesh::PairLock lock(first, second);
+  return f(first.mesh(), second.mesh());
+}
 
 }  // namespace adaptive_bvh::python

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
 #include <shared_mutex>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "adaptive_bvh/scene.h"
@@ -15,16 +17,13 @@
 
 namespace adaptive_bvh::python {
 
-/// Python's Scene: one of the two scenes of the library, the meshes that it refers to, and a lock.
-/// Queries share the lock and those of the meshes, what changes the scene has it for itself. Locks
-/// are only held without the GIL.
+using Scene3 = Scene<double>;
+
+/// Python's Scene: a scene of the library, the meshes that it refers to, and a lock. Queries share
+/// the lock and those of the meshes, what changes the scene has it for itself. Locks are only held
+/// without the GIL.
 class LockedScene : public Bound {
  public:
-  /// Throws py::type_error on other types than float64 and float32.
-  explicit LockedScene(const py::object& dtype);
-
-  bool isDouble() const { return scene_.index() == 0; }
-
   /// Adds a mesh or a shape. Throws py::type_error on others, and as poseFrom.
   BodyId add(const py::object& body, const py::object& tf, const BodyOptions& options);
   void remove(BodyId body);
@@ -35,9 +34,12 @@ class LockedScene : public Bound {
   py::object geometry(BodyId body) const;
   /// A function of Python's, or None.
   void setFilter(const py::object& filter);
-  const py::object& filter() const { return filter_; }
   /// Without a lock: of a scene that nothing refers to any more.
-  void clearFilter();
+  void clearFunction();
+  int visitFunction(visitproc visit, void* arg) const {
+    Py_VISIT(filter_.ptr());
+    return 0;
+  }
 
   /// Runs f(scene) alone, without the GIL.
   template <typename F>
@@ -45,7 +47,7 @@ class LockedScene : public Bound {
     CallbackScope::refuseChange();
     const py::gil_scoped_release nogil;
     const std::unique_lock alone(mutex_);
-    return std::visit(f, scene_);
+    return f(scene_);
   }
   /// As above, with the locks of all meshes.
   template <typename F>
@@ -54,25 +56,25 @@ class LockedScene : public Bound {
     const py::gil_scoped_release nogil;
     const std::unique_lock alone(mutex_);
     const auto locks = lockMeshes();
-    return std::visit(f, scene_);
+    return f(scene_);
   }
   /// As above, beside other queries.
   template <typename F>
   auto query(const F& f) const {
     const py::gil_scoped_release nogil;
     const Locks locks = share({});
-    return std::visit(f, scene_);
+    return std::invoke(f, scene_);
   }
 
   /// The locks that a query holds.
   struct Locks {
-    std::shared_lock<std::shared_mutex> scene;
-    std::vector<std::shared_lock<std::shared_mutex>> meshes;
+    LockedMesh::SharedLock scene;
+    std::vector<LockedMesh::SharedLock> meshes;
   };
   /// Holds the locks of a query, and the locks of other meshes. Call it without the GIL.
   Locks share(const std::set<const LockedMesh*>& others) const {
-    std::shared_lock<std::shared_mutex> shared;
-    if (!CallbackScope::holds(this)) shared = std::shared_lock(mutex_);
+    LockedMesh::SharedLock shared;
+    if (!CallbackScope::holds(this)) shared = LockedMesh::SharedLock(mutex_);
     return {std::move(shared), lockMeshes(others)};
   }
   /// Whether a mesh is a body of the scene.
@@ -80,27 +82,44 @@ class LockedScene : public Bound {
     return std::any_of(meshes_.begin(), meshes_.end(),
                        [&](const auto& body) { return body.second.get() == mesh; });
   }
-  /// Runs f(scene), where the caller holds the locks.
-  template <typename F>
-  auto visit(const F& f) const {
-    return std::visit(f, scene_);
-  }
+  /// The C++ scene. Read it while the locks are held.
+  const Scene3& scene() const { return scene_; }
 
  private:
   /// Those of the scene and others.
-  std::vector<std::shared_lock<std::shared_mutex>> lockMeshes(
-      std::set<const LockedMesh*> meshes = {}) const;
+  std::vector<LockedMesh::SharedLock> lockMeshes(std::set<const LockedMesh*> meshes = {}) const;
 
-  std::variant<Scene<double>, Scene<float>> scene_;
-  std::vector<std::pair<BodyId, std::shared_ptr<LockedMesh>>> meshes_;
+  Scene3 scene_;
+  std::vector<std::pair<BodyId, std::shared_ptr<const LockedMesh>>> meshes_;
   std::map<BodyId, py::object> geometries_;  ///< only touched with the GIL
   py::object filter_ = py::none();           ///< likewise; the scene refers to it
   mutable std::shared_mutex mutex_;
 };
 
-/// The numbers of a C++ scene.
-template <typename SomeScene>
-using SceneScalar = typename std::decay_t<SomeScene>::Transform::Scalar;
+/// A method that runs one of the C++ scene's, which changes it.
+template <typename... Args>
+auto changing(void (Scene3::*method)(Args...)) {
+  return [method](LockedScene& self, const std::decay_t<Args>&... arguments) {
+    self.change([&](Scene3& scene) { (scene.*method)(arguments...); });
+  };
+}
+
+/// A method that returns what one of the C++ scene's returns, which only reads it.
+template <typename Result, typename... Args>
+auto reading(Result (Scene3::*method)(Args...) const) {
+  return [method](const LockedScene& self, const std::decay_t<Args>&... arguments) {
+    return self.query(
+        [&](const Scene3& scene) -> std::decay_t<Result> { return (scene.*method)(arguments...); });
+  };
+}
+
+/// Pairs of bodies, and what was found for them. Python's SceneCollisions and others.
+template <typename Found, typename Offset = std::size_t>
+struct OfBodyPairs : Bound {
+  std::vector<std::array<std::int64_t, 2>> bodies;
+  std::vector<Offset> offsets;
+  Found found;
+};
 
 using SceneClass = py::class_<LockedScene>;
 

@@ -6,7 +6,8 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
-#include "text.h"
+#include "bind.h"
+#include "results.h"
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 #include "adaptive_bvh/mesh_io.h"
 #endif
@@ -39,27 +40,14 @@ ValueError when the tolerance is negative or NaN.)";
 
 /// Python's Mesh.
 struct MeshArrays : Bound {
-  py::array_t<double> vertices;
-  py::array_t<std::int64_t> faces;
+  TriangleMesh<double> mesh;
 };
 
-MeshArrays arraysOf(TriangleMesh<double>&& mesh) {
-  static_assert(sizeof(fcl::Triangle) == 3 * sizeof(std::int64_t), "three indices");
-  const auto vertices = static_cast<py::ssize_t>(mesh.vertices.size()),
-             faces = static_cast<py::ssize_t>(mesh.triangles.size());
-  MeshArrays arrays;
-  arrays.vertices = adopt<double>(std::move(mesh.vertices), {vertices, 3});
-  arrays.faces = adopt<std::int64_t>(std::move(mesh.triangles), {faces, 3});
-  return arrays;
-}
-
 MeshArrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
-  TriangleMesh<double> mesh = meshFrom(vertices, faces);
-  {
-    const py::gil_scoped_release nogil;
-    weldVertices(mesh, tolerance);
-  }
-  return arraysOf(std::move(mesh));
+  MeshArrays welded{{}, meshFrom(vertices, faces)};
+  const py::gil_scoped_release nogil;
+  weldVertices(welded.mesh, tolerance);
+  return welded;
 }
 
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
@@ -82,12 +70,8 @@ MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.metres = metres;
   options.scale = scale;
   options.buffers_outside_folder = buffers_outside_folder;
-  TriangleMesh<double> mesh;
-  {
-    const py::gil_scoped_release nogil;
-    mesh = loadMesh<double>(name, options);
-  }
-  return arraysOf(std::move(mesh));
+  const py::gil_scoped_release nogil;
+  return {{}, loadMesh<double>(name, options)};
 }
 
 void bindLoadError(py::module_& module) {
@@ -115,11 +99,10 @@ std::string pathFrom(const py::object& path) {
 }
 
 TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& faces) {
-  const Rows<double> rows = rowsFrom<double>(vertices, "vertices");
-  const auto count = static_cast<std::size_t>(rows.shape(0));
+  const Rows rows(vertices, "vertices");
   TriangleMesh<double> mesh;
-  mesh.vertices.assign(pointsOf<double>(rows), pointsOf<double>(rows) + count);
-  mesh.triangles = trianglesFrom(faces, count);
+  mesh.vertices.assign(rows.begin(), rows.end());
+  mesh.triangles = trianglesFrom(faces, rows.size());
   return mesh;
 }
 
@@ -127,17 +110,18 @@ void bindMeshes(py::module_& module) {
   bindLoadError(module);
   module.attr("MeshLoadError").attr("__doc__") =
       "A file could not be used. Names the path and the reason.";
-  py::class_<MeshArrays>(module, "Mesh",
-                         "Positions, and triangles that index them. Pass it to DeformableMesh.")
-      .def_readonly("vertices", &MeshArrays::vertices, "(N, 3) float64.")
-      .def_readonly("faces", &MeshArrays::faces,
-                    "(M, 3) int64, counter-clockwise seen from outside.")
-      .def("__repr__", TextOf({"vertices", "faces"}));
-  module.def("load_mesh", &loadOf, py::arg("path"), py::kw_only(), py::arg("weld") = true,
-             py::arg("weld_tolerance") = 0., py::arg("up") = py::none(), py::arg("metres") = true,
-             py::arg("scale") = 1., py::arg("buffers_outside_folder") = false, kLoadMesh);
-  module.def("weld_vertices", &weldOf, py::arg("vertices"), py::arg("faces"),
-             py::arg("tolerance") = 0., kWeldVertices);
+  ResultClass<MeshArrays>(module, "Mesh",
+                          "Positions, and triangles that index them. Pass it to DeformableMesh.")
+      .attribute(
+          "vertices", [](const MeshArrays& m) -> auto& { return m.mesh.vertices; },
+          "(N, 3) float64.")
+      .attribute(
+          "faces", [](const MeshArrays& m) -> auto& { return m.mesh.triangles; },
+          "(M, 3) int64, counter-clockwise seen from outside.");
+  module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
+             "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
+             "buffers_outside_folder"_a = false, kLoadMesh);
+  module.def("weld_vertices", &weldOf, "vertices"_a, "faces"_a, "tolerance"_a = 0., kWeldVertices);
 }
 
 }  // namespace adaptive_bvh::python

@@ -10,10 +10,7 @@ namespace adaptive_bvh::python {
 /// A path from Python as the system's calls want it. Throws what Python's open would.
 std::string pathFrom(const py::object& path);
 
-/// A mesh of (N, 3) positions and (M, 3) indices. Throws as rowsFrom and trianglesFrom.
+/// A mesh of (N, 3) positions and (M, 3) indices. Throws as Rows and trianglesFrom.
 TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& faces);
-
-/// Mesh, load_mesh, weld_vertices.
-void bindMeshes(py::module_& module);
 
 }  // namespace adaptive_bvh::python

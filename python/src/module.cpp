@@ -2,26 +2,13 @@
 
 #include <pybind11/pybind11.h>
 
-#include "bound.h"
-#include "contact_regions.h"
-#include "continuous.h"
+#include "bind.h"
 #include "docs.h"
-#include "feature_details.h"
-#include "features.h"
-#include "inside.h"
-#include "locked_mesh.h"
-#include "meshes.h"
-#include "pairs.h"
-#include "penetration.h"
-#include "points.h"
-#include "proximity.h"
-#include "query.h"
-#include "rays.h"
-#include "recording.h"
-#include "scene.h"
-#include "shapes.h"
 
 namespace adaptive_bvh::python {
+
+namespace py = pybind11;
+
 namespace {
 
 /// pybind11 works in the main interpreter only: it takes the GIL by PyGILState_Ensure, which waits

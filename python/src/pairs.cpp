@@ -1,12 +1,41 @@
-#include "pairs.h"
+#include <memory>
+#include <mutex>
+#include <optional>
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/proximity.h"
-#include "objects.h"
+#include "bind.h"
+#include "locked_mesh.h"
+#include "pose.h"
 #include "query.h"
 
 namespace adaptive_bvh::python {
 namespace {
+
+/// A C++ object that watches two meshes, CoherentDistance or CoherentProximity, with what keeps
+/// them alive. Threads use it one after the other.
+template <template <typename> class Watcher>
+class MeshPair : public Bound {
+ public:
+  MeshPair(const LockedMesh& first, const LockedMesh& second)
+      : first_(first.shared_from_this()), second_(second.shared_from_this()) {
+    queryPair(*first_, *second_, [&](const Mesh& a, const Mesh& b) { watcher_.emplace(a, b); });
+  }
+
+  /// Returns `f(watcher)`, without the GIL.
+  template <typename F>
+  auto query(const F& f) {
+    const py::gil_scoped_release nogil;
+    const std::lock_guard alone(mutex_);
+    const LockedMesh::PairLock lock(*first_, *second_);
+    return f(*watcher_);
+  }
+
+ private:
+  std::shared_ptr<const LockedMesh> first_, second_;
+  std::mutex mutex_;
+  std::optional<Watcher<double>> watcher_;  ///< always there
+};
 
 using DistancePair = MeshPair<CoherentDistance>;
 using ProximityPair = MeshPair<CoherentProximity>;
@@ -24,60 +53,43 @@ constexpr const char* kCoherentProximity =
 Does not search at all while nothing can have come near. Keeps the meshes alive. Threads use one
 object one after the other.)";
 
-template <typename Watcher>
-struct ScalarOfWatcher;
-template <template <typename> class Watcher, typename S>
-struct ScalarOfWatcher<Watcher<S>> {
-  using Type = S;
-};
-
 Nearest nextDistance(DistancePair& pair, const py::object& tf1, const py::object& tf2,
                      bool nearest_points) {
-  const fcl::Transform3d pose1 = poseFrom(tf1, "tf1"), pose2 = poseFrom(tf2, "tf2");
-  Nearest nearest;
-  pair.query([&](auto& watcher) {
-    using S = typename ScalarOfWatcher<std::decay_t<decltype(watcher)>>::Type;
-    fcl::DistanceResult<S> result;
-    watcher.distance(poseAs<S>(pose1), poseAs<S>(pose2), fcl::DistanceRequest<S>(nearest_points),
-                     result);
-    nearest = nearestFrom(result);
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  return pair.query([&](CoherentDistance<double>& watcher) {
+    fcl::DistanceResultd result;
+    watcher.distance(poses.tf1, poses.tf2, fcl::DistanceRequestd(nearest_points), result);
+    return Nearest(result);
   });
-  return nearest;
 }
 
 bool nextIsNearer(ProximityPair& pair, double distance, const py::object& tf1,
                   const py::object& tf2) {
-  const fcl::Transform3d pose1 = poseFrom(tf1, "tf1"), pose2 = poseFrom(tf2, "tf2");
-  bool is_nearer = false;
-  pair.query([&](auto& watcher) {
-    using S = typename ScalarOfWatcher<std::decay_t<decltype(watcher)>>::Type;
-    is_nearer = watcher.isNearer(poseAs<S>(pose1), poseAs<S>(pose2), static_cast<S>(distance));
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  return pair.query([&](CoherentProximity<double>& watcher) {
+    return watcher.isNearer(poses.tf1, poses.tf2, distance);
   });
-  return is_nearer;
 }
 
 }  // namespace
 
 void bindPairs(py::module_& module) {
   py::class_<DistancePair>(module, "CoherentDistance", kCoherentDistance)
-      .def(py::init<const LockedMesh&, const LockedMesh&>(), py::arg("first"), py::arg("second"),
-           "first, second: meshes of the same dtype.")
-      .def("distance", &nextDistance, py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-           py::kw_only(), py::arg("nearest_points") = true,
+      .def(py::init<const LockedMesh&, const LockedMesh&>(), "first"_a, "second"_a,
+           "first, second: meshes.")
+      .def("distance", &nextDistance, "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(),
+           "nearest_points"_a = true,
            "The distance of the meshes placed by two poses, a DistanceResult: as distance gives "
            "it.");
   py::class_<ProximityPair>(module, "CoherentProximity", kCoherentProximity)
-      .def(py::init<const LockedMesh&, const LockedMesh&>(), py::arg("first"), py::arg("second"),
-           "first, second: meshes of the same dtype.")
-      .def("is_nearer", &nextIsNearer, py::arg("distance"), py::arg("tf1") = py::none(),
-           py::arg("tf2") = py::none(),
+      .def(py::init<const LockedMesh&, const LockedMesh&>(), "first"_a, "second"_a,
+           "first, second: meshes.")
+      .def("is_nearer", &nextIsNearer, "distance"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
            "Whether the meshes placed by two poses are at most `distance`, a length, apart.")
       .def_property_readonly(
           "searches",
           [](ProximityPair& self) {
-            std::size_t searches = 0;
-            self.query([&](auto& watcher) { searches = watcher.searches(); });
-            return searches;
+            return self.query([](auto& watcher) { return watcher.searches(); });
           },
           "How many calls had to search, so far.");
 }

@@ -1,11 +1,8 @@
-#include "penetration.h"
+#include "adaptive_bvh/penetration.h"
 
-#include "arrays.h"
-#include "either.h"
-#include "locked_mesh.h"
+#include "bind.h"
 #include "objects.h"
-#include "shapes.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -40,190 +37,94 @@ open; the message names an edge.)";
 
 namespace {
 
-/// N or N x 3 numbers.
-using Doubles = py::array_t<double>;
-
-}  // namespace
-
-template <typename S>
-ContactArrays contactArrays(VertexContacts<S>&& c) {
-  const auto count = static_cast<py::ssize_t>(c.size());
-  ContactArrays arrays;
-  arrays.vertices = adopt<std::int32_t>(std::move(c.vertices), {count});
-  arrays.triangles = adopt<std::int32_t>(std::move(c.triangles), {count});
-  arrays.distances = adoptDoubles<S>(std::move(c.distances), {count});
-  arrays.positions = adoptDoubles<S>(std::move(c.positions), {count, 3});
-  arrays.nearest_points = adoptDoubles<S>(std::move(c.nearest_points), {count, 3});
-  arrays.normals = adoptDoubles<S>(std::move(c.normals), {count, 3});
-  arrays.barycentric = adoptDoubles<S>(std::move(c.barycentric), {count, 3});
-  arrays.areas = adoptDoubles<S>(std::move(c.areas), {count});
-  return arrays;
-}
-
-template ContactArrays contactArrays(VertexContacts<double>&&);
-template ContactArrays contactArrays(VertexContacts<float>&&);
-
-namespace {
-
-ContactArrays arraysOf(Either<VertexContacts>&& contacts, const LockedMesh& mesh) {
-  return std::move(contacts).take(mesh.isDouble(),
-                                  [](auto&& c) { return contactArrays(std::move(c)); });
-}
-
-ContactArrays contactsWithMesh(const LockedMesh& mesh, const LockedMesh& other, double margin,
-                               const py::object& tf, const py::object& other_tf) {
+template <typename Other>
+VertexContacts<double> contactsOf(const LockedMesh& mesh, const Other& other, double margin,
+                                  const py::object& tf, const py::object& other_tf) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
-  Either<VertexContacts> result;
-  LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
-                   result.as<S>());
-  });
-  return arraysOf(std::move(result), mesh);
-}
-
-std::pair<ContactArrays, ContactArrays> contactsOfBoth(const LockedMesh& first,
-                                                       const LockedMesh& second, double margin,
-                                                       const py::object& tf1,
-                                                       const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  Either<VertexContacts> of_first, of_second;
-  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    vertexContacts(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(margin),
-                   of_first.as<S>(), of_second.as<S>());
-  });
-  return {arraysOf(std::move(of_first), first), arraysOf(std::move(of_second), second)};
-}
-
-ContactArrays contactsWithShape(const LockedMesh& mesh, const Shape& shape, double margin,
-                                const py::object& tf, const py::object& other_tf) {
-  const Poses poses(tf, other_tf, "tf", "other_tf");
-  Either<VertexContacts> result;
-  mesh.query([&](const auto& m) {
-    using S = ScalarOf<decltype(m)>;
-    const fcl::CollisionGeometry<S>& geometry = *shape.geometry<S>();
-    vertexContacts(m, poseAs<S>(poses.tf1), geometry, poseAs<S>(poses.tf2), static_cast<S>(margin),
-                   result.as<S>());
-  });
-  return arraysOf(std::move(result), mesh);
-}
-
-/// A SignedDistance of numbers of either type.
-struct BodyDistance : Bound {
-  SignedDistance<double> found;
-
-  const char* deepBody() const {
-    return found.deep_body == DeepBody::First    ? "first"
-           : found.deep_body == DeepBody::Second ? "second"
-                                                 : "none";
-  }
-  Doubles points() const {
-    Doubles array(std::vector<py::ssize_t>{2, 3});
-    for (int i = 0; i < 2; ++i)
-      for (int k = 0; k < 3; ++k)
-        array.mutable_at(i, k) = found.points[static_cast<std::size_t>(i)][k];
-    return array;
-  }
-  Doubles normal() const {
-    Doubles array(3);
-    for (int k = 0; k < 3; ++k) array.mutable_at(k) = found.normal[k];
-    return array;
-  }
-};
-
-template <typename S>
-SignedDistance<double> inDouble(const SignedDistance<S>& d) {
-  return {double(d.lower),
-          double(d.upper),
-          d.deep_body,
-          {d.points[0].template cast<double>(), d.points[1].template cast<double>()},
-          d.normal.template cast<double>(),
-          d.searches};
-}
-
-BodyDistance distanceOfMeshes(const LockedMesh& first, const LockedMesh& second, double tolerance,
-                              const py::object& tf1, const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  BodyDistance result;
-  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    result.found = inDouble(signedDistance(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2),
-                                           static_cast<S>(tolerance)));
+  VertexContacts<double> result;
+  queryPair(mesh, other, [&](const Mesh& a, const auto& b) {
+    vertexContacts(a, poses.tf1, b, poses.tf2, margin, result);
   });
   return result;
 }
 
-BodyDistance distanceToShape(const LockedMesh& first, const Shape& second, double tolerance,
-                             const py::object& tf1, const py::object& tf2) {
+std::pair<VertexContacts<double>, VertexContacts<double>> contactsOfBoth(const LockedMesh& first,
+                                                                         const LockedMesh& second,
+                                                                         double margin,
+                                                                         const py::object& tf1,
+                                                                         const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  BodyDistance result;
-  first.query([&](const auto& mesh) {
-    using S = ScalarOf<decltype(mesh)>;
-    const fcl::CollisionGeometry<S>& shape = *second.geometry<S>();
-    result.found = inDouble(signedDistance(mesh, poseAs<S>(poses.tf1), shape, poseAs<S>(poses.tf2),
-                                           static_cast<S>(tolerance)));
+  std::pair<VertexContacts<double>, VertexContacts<double>> result;
+  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
+    vertexContacts(a, poses.tf1, b, poses.tf2, margin, result.first, result.second);
   });
   return result;
+}
+
+template <typename Other>
+SignedDistance<double> signedDistanceOf(const LockedMesh& first, const Other& second,
+                                        double tolerance, const py::object& tf1,
+                                        const py::object& tf2) {
+  const Poses poses(tf1, tf2, "tf1", "tf2");
+  return queryPair(first, second, [&](const Mesh& a, const auto& b) {
+    return signedDistance(a, poses.tf1, b, poses.tf2, tolerance);
+  });
+}
+
+const char* nameOf(const SignedDistance<double>& d) {
+  return d.deep_body == DeepBody::First    ? "first"
+         : d.deep_body == DeepBody::Second ? "second"
+                                           : "none";
 }
 
 void bindSignedDistance(py::module_& module) {
-  py::class_<BodyDistance>(module, "SignedDistance",
-                           "The signed distance of two bodies: between `lower` and `upper`.")
-      .def_property_readonly(
-          "lower", [](const BodyDistance& d) { return d.found.lower; },
-          "Lower bound of the signed distance.")
-      .def_property_readonly(
-          "upper", [](const BodyDistance& d) { return d.found.upper; },
-          "Upper bound of the signed distance.")
-      .def_property_readonly("deep_body", &BodyDistance::deepBody,
-                             "'first' or 'second': the body with the deepest point on its surface; "
-                             "'none' where they are apart or touch.")
-      .def_property_readonly("points", &BodyDistance::points,
-                             "(2, 3) float64: on the first and on the second surface, in the "
-                             "world; their difference is the signed distance times the normal.")
-      .def_property_readonly("normal", &BodyDistance::normal,
-                             "(3,) float64, of length 1, from the first body to the second.")
-      .def("__repr__", TextOf({"lower", "upper", "deep_body", "points", "normal"}));
+  using D = SignedDistance<double>;
+  ResultClass<D>(module, "SignedDistance",
+                 "The signed distance of two bodies: between `lower` and `upper`.")
+      .attribute("lower", &D::lower, "Lower bound of the signed distance.")
+      .attribute("upper", &D::upper, "Upper bound of the signed distance.")
+      .attribute("deep_body", &nameOf,
+                 "'first' or 'second': the body with the deepest point on its surface; 'none' "
+                 "where they are apart or touch.")
+      .attribute("points", &D::points,
+                 "(2, 3) float64: on the first and on the second surface, in the world; their "
+                 "difference is the signed distance times the normal.")
+      .attribute("normal", &D::normal,
+                 "(3,) float64, of length 1, from the first body to the second.");
   const auto define = [&](auto function) {
-    module.def("signed_distance", function, py::arg("first"), py::arg("second"),
-               py::arg("tolerance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-               docs::kSignedDistance);
+    module.def("signed_distance", function, "first"_a, "second"_a, "tolerance"_a,
+               "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kSignedDistance);
   };
-  define(&distanceOfMeshes);
-  define(&distanceToShape);
+  define(&signedDistanceOf<LockedMesh>);
+  define(&signedDistanceOf<Shape>);
 }
 
 void bindContacts(py::module_& module) {
-  py::class_<ContactArrays>(
+  using C = VertexContacts<double>;
+  ResultClass<C>(
       module, "VertexContacts",
       "Vertices near another body or inside of it, by increasing index. len() counts them.")
-      .def_readonly("vertices", &ContactArrays::vertices, "(K,) int32: indices.")
-      .def_readonly("distances", &ContactArrays::distances, "(K,) float64; negative inside.")
-      .def_readonly("positions", &ContactArrays::positions, "(K, 3) float64, in the world.")
-      .def_readonly("nearest_points", &ContactArrays::nearest_points,
-                    "(K, 3) float64, on the other body, in the world.")
-      .def_readonly("normals", &ContactArrays::normals,
-                    "(K, 3) float64, of length 1, from the mesh to the other body, in the world.")
-      .def_readonly("triangles", &ContactArrays::triangles,
-                    "(K,) int32: of the other mesh; -1 of a shape.")
-      .def_readonly("barycentric", &ContactArrays::barycentric,
-                    "(K, 3) float64: of the nearest points, for the triangles' corners.")
-      .def_readonly("areas", &ContactArrays::areas,
-                    "(K,) float64: a third of the area of the vertex's triangles.")
-      .def("__len__", [](const ContactArrays& self) { return self.vertices.shape(0); })
-      .def("__repr__", TextOf({"vertices", "distances", "positions", "nearest_points", "normals",
-                               "triangles", "barycentric", "areas"}));
+      .attribute("vertices", &C::vertices, "(K,) int32: indices.")
+      .attribute("distances", &C::distances, "(K,) float64; negative inside.")
+      .attribute("positions", &C::positions, "(K, 3) float64, in the world.")
+      .attribute("nearest_points", &C::nearest_points,
+                 "(K, 3) float64, on the other body, in the world.")
+      .attribute("normals", &C::normals,
+                 "(K, 3) float64, of length 1, from the mesh to the other body, in the world.")
+      .attribute("triangles", &C::triangles, "(K,) int32: of the other mesh; -1 of a shape.")
+      .attribute("barycentric", &C::barycentric,
+                 "(K, 3) float64: of the nearest points, for the triangles' corners.")
+      .attribute("areas", &C::areas, "(K,) float64: a third of the area of the vertex's triangles.")
+      .length(&C::vertices);
+
   const auto define = [&](auto function) {
-    module.def("vertex_contacts", function, py::arg("mesh"), py::arg("other"),
-               py::arg("margin") = 0., py::arg("tf") = py::none(), py::arg("other_tf") = py::none(),
-               docs::kVertexContacts);
+    module.def("vertex_contacts", function, "mesh"_a, "other"_a, "margin"_a = 0.,
+               "tf"_a = py::none(), "other_tf"_a = py::none(), docs::kVertexContacts);
   };
-  define(&contactsWithMesh);
-  define(&contactsWithShape);
-  module.def("vertex_contacts_of_both", &contactsOfBoth, py::arg("first"), py::arg("second"),
-             py::arg("margin") = 0., py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             docs::kContactsOfBoth);
+  define(&contactsOf<LockedMesh>);
+  define(&contactsOf<Shape>);
+  module.def("vertex_contacts_of_both", &contactsOfBoth, "first"_a, "second"_a, "margin"_a = 0.,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kContactsOfBoth);
 }
 
 }  // namespace

@@ -1,12 +1,10 @@
-#include "points.h"
-
-#include <array>
 #include <limits>
 
 #include "adaptive_bvh/point_query.h"
 #include "arrays.h"
+#include "bind.h"
 #include "locked_mesh.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -25,164 +23,143 @@ limit: a length, 0 or more; points of the surface that are farther away are left
     it is negative or NaN.
 Returns ClosestFeatures.)";
 
+constexpr const char* kSignedDistances =
+    R"(The distances of points to the mesh's surface, negative inside (trimesh's `signed_distance` is
+positive there).
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64. Raises ValueError when the mesh is not
+closed; the message names an edge.)";
+
+constexpr const char* kWindingNumbers =
+    R"(How often the triangles wind around points: 0 outside and 1 inside of a closed mesh; of open
+meshes and soups the generalised winding number. Off by at most `tolerance`.
+
+points: (N, 3), in the mesh's own frame. Returns (N,) float64.)";
 }  // namespace docs
 
 namespace {
 
-struct OnePoint : Bound {
-  std::array<double, 3> point;
-  double distance;
-  int triangle;
-};
-
+/// Python's ClosestPoints.
 struct ManyPoints : Bound {
-  py::array_t<double> points, distances;
-  py::array_t<std::int32_t> triangles;
+  std::vector<fcl::Vector3d> points;
+  std::vector<double> distances;
+  std::vector<int> triangles;
 };
 
 /// Python's ClosestFeatures.
 struct ManyFeatures : Bound {
-  py::array_t<double> points, distances, barycentric, normals;
-  py::array_t<std::int32_t> triangles, numbers;
-  py::array features;  ///< of strings
+  std::vector<fcl::Vector3d> points, barycentric, normals;
+  std::vector<double> distances;
+  std::vector<int> triangles, numbers;
+  py::object features;  ///< an array of strings
 };
 
-OnePoint closestPointOf(const LockedMesh& mesh, const py::object& point) {
-  OnePoint answer{};
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const auto asked = pointFrom<S>(point, "point");
-    mesh.queryAs<S>([&](const auto& m) {
-      const ClosestPoint<S> closest = closestPoint(m, asked);
-      for (int k = 0; k < 3; ++k) answer.point[std::size_t(k)] = double(closest.point[k]);
-      answer.distance = double(closest.distance);
-      answer.triangle = closest.triangle;
-    });
-  });
-  return answer;
+ClosestPoint<double> closestPointOf(const LockedMesh& mesh, const py::object& point) {
+  const fcl::Vector3d asked = pointFrom(point, "point");
+  return mesh.query([&](const Mesh& m) { return closestPoint(m, asked); });
 }
 
 ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
-  std::vector<double> nearest, distances;
-  std::vector<int> triangles;
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rows<S> rows = rowsFrom<S>(points, "points");
-    const auto count = static_cast<std::size_t>(rows.shape(0));
-    const auto* asked = pointsOf<S>(rows);
-    mesh.queryAs<S>([&](const auto& m) {
-      std::vector<ClosestPoint<S>> result;
-      closestPoints(m, asked, count, result);
-      nearest.reserve(3 * count);
-      distances.reserve(count);
-      triangles.reserve(count);
-      for (const ClosestPoint<S>& closest : result) {
-        for (int k = 0; k < 3; ++k) nearest.push_back(double(closest.point[k]));
-        distances.push_back(double(closest.distance));
-        triangles.push_back(closest.triangle);
-      }
-    });
+  const Rows rows(points, "points");
+  return mesh.query([&](const Mesh& m) {
+    using P = ClosestPoint<double>;
+    std::vector<P> found;
+    closestPoints(m, rows.begin(), rows.size(), found);
+    return ManyPoints{
+        {}, column(found, &P::point), column(found, &P::distance), column(found, &P::triangle)};
   });
-  const auto count = static_cast<py::ssize_t>(distances.size());
-  ManyPoints arrays;
-  arrays.points = adopt<double>(std::move(nearest), {count, 3});
-  arrays.distances = adopt<double>(std::move(distances), {count});
-  arrays.triangles = adopt<std::int32_t>(std::move(triangles), {count});
-  return arrays;
 }
 
-/// numberOf(element) of each element; and vectorOf(element), three numbers each.
-template <typename T, typename Element, typename NumberOf>
-py::array_t<T> column(const std::vector<Element>& elements, const NumberOf& numberOf) {
-  const auto count = static_cast<py::ssize_t>(elements.size());
-  std::vector<T> numbers;
-  numbers.reserve(elements.size());
-  for (const Element& element : elements) numbers.push_back(static_cast<T>(numberOf(element)));
-  return adopt<T>(std::move(numbers), {count});
-}
-template <typename Element, typename VectorOf>
-py::array_t<double> vectors(const std::vector<Element>& elements, const VectorOf& vectorOf) {
-  const auto count = static_cast<py::ssize_t>(elements.size());
-  std::vector<Eigen::Vector3d> rows;
-  rows.reserve(elements.size());
-  for (const Element& element : elements) rows.push_back(vectorOf(element).template cast<double>());
-  return adopt<double>(std::move(rows), {count, 3});
-}
-
-template <typename S>
-ManyFeatures arraysOf(const std::vector<ClosestFeature<S>>& found) {
-  using F = ClosestFeature<S>;
-  ManyFeatures arrays;
-  arrays.points = vectors(found, [](const F& f) { return f.point; });
-  arrays.distances = column<double>(found, [](const F& f) { return f.distance; });
-  arrays.triangles = column<std::int32_t>(found, [](const F& f) { return f.triangle; });
-  arrays.barycentric = vectors(found, [](const F& f) { return f.barycentric; });
-  arrays.normals = vectors(found, [](const F& f) { return f.normal; });
-  arrays.numbers = column<std::int32_t>(
-      found, [](const F& f) { return f.triangle < 0 ? -1 : static_cast<int>(f.number); });
+/// The names of the features, by way of NumPy.
+py::object namesOf(const std::vector<ClosestFeature<double>>& found) {
   static_assert(int(SurfaceFeature::Face) == 0 && int(SurfaceFeature::Edge) == 1 &&
                     int(SurfaceFeature::Vertex) == 2,
                 "the order of the names");
+  std::vector<int> kinds;
+  for (const auto& f : found) kinds.push_back(f.triangle < 0 ? 3 : static_cast<int>(f.feature));
   const py::object names =
       py::module_::import("numpy").attr("array")(py::make_tuple("face", "edge", "vertex", "none"));
-  arrays.features = names[column<std::int32_t>(
-      found, [](const F& f) { return f.triangle < 0 ? 3 : static_cast<int>(f.feature); })];
-  return arrays;
+  return names[adopt(std::move(kinds))];
 }
 
 ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points, double limit) {
-  return mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rows<S> rows = rowsFrom<S>(points, "points");
-    const auto count = static_cast<std::size_t>(rows.shape(0));
-    const auto* asked = pointsOf<S>(rows);
-    std::vector<ClosestFeature<S>> found;
-    mesh.queryAs<S>(
-        [&](const auto& m) { closestFeatures(m, asked, count, static_cast<S>(limit), found); });
-    return arraysOf(found);
-  });
+  using F = ClosestFeature<double>;
+  const Rows rows(points, "points");
+  std::vector<F> found;
+  mesh.query([&](const Mesh& m) { closestFeatures(m, rows.begin(), rows.size(), limit, found); });
+  ManyFeatures result;
+  result.points = column(found, &F::point);
+  result.distances = column(found, &F::distance);
+  result.triangles = column(found, &F::triangle);
+  result.barycentric = column(found, &F::barycentric);
+  result.normals = column(found, &F::normal);
+  for (const F& f : found)
+    result.numbers.push_back(f.triangle < 0 ? -1 : static_cast<int>(f.number));
+  result.features = namesOf(found);
+  return result;
+}
+
+py::array_t<double> signedDistancesOf(const LockedMesh& mesh, const py::object& points) {
+  const Rows rows(points, "points");
+  std::vector<double> result;
+  mesh.query([&](const Mesh& m) { signedDistances(m, rows.begin(), rows.size(), result); });
+  return adopt(std::move(result));
+}
+
+py::array_t<double> windingNumbersOf(const LockedMesh& mesh, const py::object& points,
+                                     double tolerance) {
+  const Rows rows(points, "points");
+  std::vector<double> result;
+  mesh.query(
+      [&](const Mesh& m) { windingNumbers(m, rows.begin(), rows.size(), tolerance, result); });
+  return adopt(std::move(result));
+}
+
+py::array openEdgesOf(const LockedMesh& mesh) {
+  std::vector<OpenEdge> open;
+  mesh.query([&](const Mesh& m) { isWatertight(m, &open); });
+  std::vector<std::array<int, 4>> rows;
+  for (const OpenEdge& edge : open)
+    rows.push_back({int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
+  return adopt(std::move(rows));
 }
 
 void bindPointResults(py::module_& module) {
-  py::class_<OnePoint>(module, "ClosestPoint", "The point of a surface that is nearest to a point.")
-      .def_property_readonly(
-          "point", [](const OnePoint& self) { return py::array_t<double>(3, self.point.data()); },
-          "On the surface, (3,) float64.")
-      .def_readonly("distance", &OnePoint::distance, "A length.")
-      .def_readonly("triangle", &OnePoint::triangle, "That has the point.")
-      .def("__repr__", TextOf({"point", "distance", "triangle"}));
-  py::class_<ManyPoints>(module, "ClosestPoints", "Of N points, in their order. len() is N.")
-      .def_readonly("points", &ManyPoints::points, "On the surface, (N, 3) float64.")
-      .def_readonly("distances", &ManyPoints::distances, "(N,) float64, lengths.")
-      .def_readonly("triangles", &ManyPoints::triangles, "(N,) int32: the triangles of the points.")
-      .def("__len__", [](const ManyPoints& self) { return self.distances.shape(0); })
-      .def("__repr__", TextOf({"points", "distances", "triangles"}));
+  using P = ClosestPoint<double>;
+  ResultClass<P>(module, "ClosestPoint", "The point of a surface that is nearest to a point.")
+      .attribute("point", &P::point, "On the surface, (3,) float64.")
+      .attribute("distance", &P::distance, "A length.")
+      .attribute("triangle", &P::triangle, "That has the point.");
+  using M = ManyPoints;
+  ResultClass<M>(module, "ClosestPoints", "Of N points, in their order. len() is N.")
+      .attribute("points", &M::points, "On the surface, (N, 3) float64.")
+      .attribute("distances", &M::distances, "(N,) float64, lengths.")
+      .attribute("triangles", &M::triangles, "(N,) int32: the triangles of the points.")
+      .length(&M::distances);
 }
 
 void bindFeatureResults(py::module_& module) {
   using F = ManyFeatures;
-  py::class_<F>(module, "ClosestFeatures",
-                "Of N points, in their order, the nearest points of a surface. len() is N.")
-      .def_readonly("points", &F::points,
-                    "On the surface, (N, 3) float64; NaN where none is within the limit.")
-      .def_readonly("distances", &F::distances,
-                    "(N,) float64, lengths; infinite where none is within the limit.")
-      .def_readonly("triangles", &F::triangles,
-                    "(N,) int32: the triangles of the points; -1 where there is none.")
-      .def_readonly("barycentric", &F::barycentric,
-                    "(N, 3) float64: of the points, for the triangles' corners.")
-      .def_readonly("features", &F::features,
-                    "(N,) of 'face', 'edge', 'vertex', or 'none' where none is within the limit: "
-                    "what the points lie on.")
-      .def_readonly("numbers", &F::numbers,
-                    "(N,) int32: of the triangle, the edge (as in FeaturePairs) or the vertex; -1 "
-                    "where there is none.")
-      .def_readonly("normals", &F::normals,
-                    "(N, 3) float64, of length 1: the outward direction; on an edge the mean of "
-                    "its triangles, on a vertex their mean weighted by their angles.")
-      .def("__len__", [](const F& self) { return self.distances.shape(0); })
-      .def("__repr__", TextOf({"points", "distances", "triangles", "barycentric", "features",
-                               "numbers", "normals"}));
+  ResultClass<F>(module, "ClosestFeatures",
+                 "Of N points, in their order, the nearest points of a surface. len() is N.")
+      .attribute("points", &F::points,
+                 "On the surface, (N, 3) float64; NaN where none is within the limit.")
+      .attribute("distances", &F::distances,
+                 "(N,) float64, lengths; infinite where none is within the limit.")
+      .attribute("triangles", &F::triangles,
+                 "(N,) int32: the triangles of the points; -1 where there is none.")
+      .attribute("barycentric", &F::barycentric,
+                 "(N, 3) float64: of the points, for the triangles' corners.")
+      .attribute("features", &F::features,
+                 "(N,) of 'face', 'edge', 'vertex', or 'none' where none is within the limit: what "
+                 "the points lie on.")
+      .attribute("numbers", &F::numbers,
+                 "(N,) int32: of the triangle, the edge (as in FeaturePairs) or the vertex; -1 "
+                 "where there is none.")
+      .attribute("normals", &F::normals,
+                 "(N, 3) float64, of length 1: the outward direction; on an edge the mean of its "
+                 "triangles, on a vertex their mean weighted by their angles.")
+      .length(&F::distances);
 }
 
 }  // namespace
@@ -190,12 +167,31 @@ void bindFeatureResults(py::module_& module) {
 void bindPoints(py::module_& module) {
   bindPointResults(module);
   bindFeatureResults(module);
-  module.def("closest_point", &closestPointOf, py::arg("mesh"), py::arg("point"),
+  module.def("closest_point", &closestPointOf, "mesh"_a, "point"_a,
              "The nearest point of the mesh's surface to `point`, (3,), in the mesh's own frame.");
-  module.def("closest_points", &closestPointsOf, py::arg("mesh"), py::arg("points"),
-             docs::kClosestPoints);
-  module.def("closest_features", &closestFeaturesOf, py::arg("mesh"), py::arg("points"),
-             py::arg("limit") = std::numeric_limits<double>::infinity(), docs::kClosestFeatures);
+  module.def("closest_points", &closestPointsOf, "mesh"_a, "points"_a, docs::kClosestPoints);
+  module.def("closest_features", &closestFeaturesOf, "mesh"_a, "points"_a,
+             "limit"_a = std::numeric_limits<double>::infinity(), docs::kClosestFeatures);
+}
+
+void bindInside(py::module_& module) {
+  module.def("signed_distances", &signedDistancesOf, "mesh"_a, "points"_a, docs::kSignedDistances);
+  module.def("winding_numbers", &windingNumbersOf, "mesh"_a, "points"_a, "tolerance"_a = 0.1,
+             docs::kWindingNumbers);
+  module.def(
+      "is_watertight",
+      [](const LockedMesh& mesh) {
+        return mesh.query([](const Mesh& m) { return isWatertight(m); });
+      },
+      "mesh"_a,
+      "Whether a mesh encloses something: every edge is run through as often in one direction as "
+      "in the other by the triangles that share it. Vertices are compared by index "
+      "(weld_vertices).");
+  module.def(
+      "open_edges", &openEdgesOf, "mesh"_a,
+      "The edges for which a mesh is not watertight, (K, 4) int32, by increasing triangle: the "
+      "vertices where an edge begins and ends, its triangle with the smallest index, and how much "
+      "more often triangles run through it in this direction, 1 on a boundary.");
 }
 
 }  // namespace adaptive_bvh::python

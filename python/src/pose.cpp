@@ -11,12 +11,13 @@ namespace {
 
 constexpr double kLargestError = 1e-6;      // of a rotation that is accepted
 constexpr double kLargestRounding = 1e-12;  // of one that is taken as it is
+constexpr double kFarthest = 0x1p252;       // a translation
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 Matrix matrixFrom(const py::object& object, const std::string& name) {
   const py::array array = numbersFrom(object, name.c_str());
-  const py::array_t<double, int(py::array::c_style) | int(py::array::forcecast)> numbers(array);
+  const Contiguous<double> numbers(array);
   const bool is_column = numbers.ndim() == 1;
   if (numbers.ndim() != 2 && !is_column)
     throw py::value_error(name + " has the shape " + shapeOf(array) +
@@ -52,6 +53,8 @@ fcl::Transform3d poseOf(const fcl::Matrix3d& rotation, const fcl::Vector3d& tran
                           std::to_string(error) + ", more than 1e-6");
   if (rotation.determinant() < 0)
     throw py::value_error(name + ": the rotation mirrors: its determinant is -1");
+  if (translation.cwiseAbs().maxCoeff() > kFarthest)
+    throw std::invalid_argument("a pose moves a mesh too far away");
   fcl::Transform3d pose = fcl::Transform3d::Identity();
   pose.linear() = error > kLargestRounding ? nearestRotation(rotation) : rotation;
   pose.translation() = translation;
@@ -102,11 +105,6 @@ fcl::Transform3d poseFrom(const py::object& object, const char* name) {
   const Matrix pose = matrixFrom(object, prefix);
   requireShape(pose, 4, 4, prefix);
   return poseOf(Usual(pose.data()), name);
-}
-
-void requireNear(const fcl::Transform3d& pose, bool is_double) {
-  if (pose.translation().cwiseAbs().maxCoeff() > std::ldexp(1, is_double ? 252 : 28))
-    throw std::invalid_argument("a pose moves a mesh too far away");
 }
 
 }  // namespace adaptive_bvh::python

@@ -1,13 +1,11 @@
-#include "proximity.h"
-
 #include <limits>
 
-#include "either.h"
+#include "adaptive_bvh/proximity.h"
+#include "bind.h"
 #include "features.h"
 #include "objects.h"
 #include "query.h"
-#include "shapes.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -63,157 +61,95 @@ constexpr const char* kSignedClearance =
 
 namespace {
 
-bool isNearerOf(const LockedMesh& first, const LockedMesh& second, double distance,
+template <typename Other>
+bool isNearerOf(const LockedMesh& first, const Other& second, double distance,
                 const py::object& tf1, const py::object& tf2, bool solid) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  return LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    return isNearer(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), static_cast<S>(distance),
-                    solid);
+  return queryPair(first, second, [&](const Mesh& a, const auto& b) {
+    return isNearer(a, poses.tf1, b, poses.tf2, distance, solid);
   });
 }
 
-bool isNearerToShape(const LockedMesh& first, const Shape& second, double distance,
-                     const py::object& tf1, const py::object& tf2, bool solid) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  return first.query([&](const auto& mesh) {
-    using S = ScalarOf<decltype(mesh)>;
-    return isNearer(mesh, poseAs<S>(poses.tf1), *second.geometry<S>(), poseAs<S>(poses.tf2),
-                    static_cast<S>(distance), solid);
-  });
-}
-
-}  // namespace
-
-template <typename S>
-NearPairs nearPairs(TrianglePairs<S>&& pairs) {
-  const auto count = [](const auto& list) { return static_cast<py::ssize_t>(list.size()); };
-  NearPairs arrays;
-  const py::ssize_t triangles = count(pairs.triangles), distances = count(pairs.distances),
-                    points = count(pairs.nearest_points);
-  arrays.triangles = adopt<std::int32_t>(std::move(pairs.triangles), {triangles, 2});
-  arrays.distances = adoptDoubles<S>(std::move(pairs.distances), {distances});
-  arrays.nearest_points = adoptDoubles<S>(std::move(pairs.nearest_points), {points, 2, 3});
-  return arrays;
-}
-
-template NearPairs nearPairs(TrianglePairs<double>&&);
-template NearPairs nearPairs(TrianglePairs<float>&&);
-
-namespace {
-
-NearPairs arraysOf(Either<TrianglePairs>&& pairs, const LockedMesh& mesh) {
-  return std::move(pairs).take(mesh.isDouble(), [](auto&& p) { return nearPairs(std::move(p)); });
-}
-
-/// What Python asks for, of meshes of either precision.
-struct PairsRequest {
-  double distance;
-  bool enable_distances, enable_nearest_points;
-  IgnoredPairs ignored;
-
-  template <typename S>
-  ProximityRequest<S> as() const {
-    return {static_cast<S>(distance), enable_distances, enable_nearest_points, ignored};
-  }
-};
-
-/// As above, of features.
+/// The library's request, and the lists that it refers to.
 struct FeaturesRequest {
-  FeaturesRequest(double d, const FeatureArrays* ignored, bool is_self) : distance(d) {
-    if (!ignored) return;
-    vertex_face = ignoredFrom(ignored->vertex_face, "vertex_face");
-    face_vertex = ignoredFrom(ignored->face_vertex, "face_vertex");
-    edge_edge = ignoredFrom(ignored->edge_edge, "edge_edge", is_self);
+  FeaturesRequest(double distance, const FeaturePairs* ignored, bool is_self) {
+    request.distance = distance;
+    if (ignored) pairs = *ignored;
+    sortIgnored(pairs.vertex_face);
+    sortIgnored(pairs.face_vertex);
+    sortIgnored(pairs.edge_edge, is_self);
+    request.vertex_face.list = &pairs.vertex_face;
+    request.face_vertex.list = &pairs.face_vertex;
+    request.edge_edge.list = &pairs.edge_edge;
   }
+  FeaturesRequest(const FeaturesRequest&) = delete;
+  FeaturesRequest& operator=(const FeaturesRequest&) = delete;
 
-  double distance;
-  std::vector<FeaturePair> vertex_face, face_vertex, edge_edge;
-
-  template <typename S>
-  FeatureProximityRequest<S> as() const {
-    return {static_cast<S>(distance), {&vertex_face, {}}, {&face_vertex, {}}, {&edge_edge, {}}};
-  }
+  FeaturePairs pairs;
+  FeatureProximityRequest<double> request;
 };
 
-NearPairs pairsWithinOf(const LockedMesh& first, const LockedMesh& second, double distance,
-                        const py::object& tf1, const py::object& tf2, bool distances, bool points,
-                        const py::object& ignored) {
+TrianglePairs<double> pairsWithinOf(const LockedMesh& first, const LockedMesh& second,
+                                    double distance, const py::object& tf1, const py::object& tf2,
+                                    bool distances, bool points, const py::object& ignored) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
   const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored");
-  const PairsRequest request{distance, distances, points, {&list, {}}};
-  Either<TrianglePairs> result;
-  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    pairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), request.as<S>(), result.as<S>());
+  const ProximityRequest<double> request{distance, distances, points, {&list, {}}};
+  TrianglePairs<double> result;
+  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
+    pairsWithin(a, poses.tf1, b, poses.tf2, request, result);
   });
-  return arraysOf(std::move(result), first);
+  return result;
 }
 
-NearPairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances, bool points,
-                          const std::string& filter, const py::object& ignored,
-                          const py::object& labels, const std::string& label_rule) {
+TrianglePairs<double> pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances,
+                                      bool points, const std::string& filter,
+                                      const py::object& ignored, const py::object& labels,
+                                      const std::string& label_rule) {
   const NeighbourFilter neighbours = neighbourFilter(filter);
   const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored", true);
   const Labels of_faces(labels, label_rule, mesh);
-  const PairsRequest request{distance, distances, points, of_faces.triangles(list)};
-  Either<TrianglePairs> result;
-  mesh.query([&](const auto& m) {
-    using S = ScalarOf<decltype(m)>;
-    pairsWithin(m, request.as<S>(), result.as<S>(), neighbours);
-  });
-  return arraysOf(std::move(result), mesh);
+  const ProximityRequest<double> request{distance, distances, points, of_faces.triangles(list)};
+  TrianglePairs<double> result;
+  mesh.query([&](const Mesh& m) { pairsWithin(m, request, result, neighbours); });
+  return result;
 }
 
-FeatureArrays featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
-                             const py::object& tf1, const py::object& tf2,
-                             const FeatureArrays* ignored) {
+FeaturePairs featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
+                            const py::object& tf1, const py::object& tf2,
+                            const FeaturePairs* ignored) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  const FeaturesRequest request(distance, ignored, false);
+  const FeaturesRequest asked(distance, ignored, false);
   FeaturePairs pairs;
-  LockedMesh::queryPair(first, second, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    featurePairsWithin(a, poseAs<S>(poses.tf1), b, poseAs<S>(poses.tf2), request.as<S>(), pairs);
+  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
+    featurePairsWithin(a, poses.tf1, b, poses.tf2, asked.request, pairs);
   });
-  return FeatureArrays(std::move(pairs));
+  return pairs;
 }
 
-FeatureArrays featurePairsSelf(const LockedMesh& mesh, double distance,
-                               const FeatureArrays* ignored, const py::object& labels,
-                               const std::string& label_rule) {
-  const FeaturesRequest request(distance, ignored, true);
+FeaturePairs featurePairsSelf(const LockedMesh& mesh, double distance, const FeaturePairs* ignored,
+                              const py::object& labels, const std::string& label_rule) {
+  FeaturesRequest asked(distance, ignored, true);
   const Labels of_faces(labels, label_rule, mesh);
   FeaturePairs pairs;
-  mesh.query([&](const auto& m) {
-    auto asked = request.as<ScalarOf<decltype(m)>>();
+  mesh.query([&](const Mesh& m) {
     const IgnoredFeatures ignored_features = of_faces.features(m.triangles());
-    asked.vertex_face.test = ignored_features.vertex_face.test;
-    asked.edge_edge.test = ignored_features.edge_edge.test;
-    featurePairsWithin(m, asked, pairs);
+    asked.request.vertex_face.test = ignored_features.vertex_face.test;
+    asked.request.edge_edge.test = ignored_features.edge_edge.test;
+    featurePairsWithin(m, asked.request, pairs);
   });
-  return FeatureArrays(std::move(pairs));
+  return pairs;
 }
-
-template <typename S>
-using Numbers = std::vector<S>;
 
 py::array_t<double> clearanceOf(const LockedMesh& mesh, const LockedMesh& other, double limit,
                                 const py::object& tf, const py::object& other_tf, bool is_signed) {
   const Poses poses(tf, other_tf, "tf", "other_tf");
-  Either<Numbers> result;
-  LockedMesh::queryPair(mesh, other, [&](const auto& a, const auto& b) {
-    using S = ScalarOf<decltype(a)>;
-    const auto tf1 = poseAs<S>(poses.tf1), tf2 = poseAs<S>(poses.tf2);
-    if (is_signed)
-      signedClearance(a, tf1, b, tf2, static_cast<S>(limit), result.as<S>());
-    else
-      clearance(a, tf1, b, tf2, static_cast<S>(limit), result.as<S>());
+  std::vector<double> result;
+  queryPair(mesh, other, [&](const Mesh& a, const Mesh& b) {
+    const auto query = is_signed ? signedClearance<double> : clearance<double>;
+    query(a, poses.tf1, b, poses.tf2, limit, result);
   });
-  return std::move(result).take(mesh.isDouble(), [](auto&& numbers) {
-    using S = typename std::decay_t<decltype(numbers)>::value_type;
-    const auto count = static_cast<py::ssize_t>(numbers.size());
-    return adoptDoubles<S>(std::move(numbers), {count});
-  });
+  return adopt(std::move(result));
 }
 
 void bindClearance(py::module_& module) {
@@ -225,24 +161,24 @@ void bindClearance(py::module_& module) {
                     const py::object& tf, const py::object& other_tf) {
           return clearanceOf(mesh, other, limit, tf, other_tf, is_signed);
         },
-        py::arg("mesh"), py::arg("other"), py::arg("limit") = infinity, py::arg("tf") = py::none(),
-        py::arg("other_tf") = py::none(), doc);
+        "mesh"_a, "other"_a, "limit"_a = infinity, "tf"_a = py::none(), "other_tf"_a = py::none(),
+        doc);
   };
   define("clearance", false, docs::kClearance);
   define("signed_clearance", true, docs::kSignedClearance);
 }
 
 void bindNearPairs(py::module_& module) {
-  py::class_<NearPairs>(module, "TrianglePairs",
-                        "Pairs of triangles in arrays side by side. len() counts them.")
-      .def_readonly("triangles", &NearPairs::triangles, "(K, 2) int32.")
-      .def_readonly("distances", &NearPairs::distances,
-                    "(K,) float64, lengths, 0 where they touch; (0,) unless they were enabled.")
-      .def_readonly("nearest_points", &NearPairs::nearest_points,
-                    "(K, 2, 3) float64, in the world: of the first triangle and of the second; "
-                    "(0, 2, 3) unless they were enabled.")
-      .def("__len__", [](const NearPairs& self) { return self.triangles.shape(0); })
-      .def("__repr__", TextOf({"triangles", "distances", "nearest_points"}));
+  using P = TrianglePairs<double>;
+  ResultClass<P>(module, "TrianglePairs",
+                 "Pairs of triangles in arrays side by side. len() counts them.")
+      .attribute("triangles", &P::triangles, "(K, 2) int32.")
+      .attribute("distances", &P::distances,
+                 "(K,) float64, lengths, 0 where they touch; (0,) unless they were enabled.")
+      .attribute("nearest_points", &P::nearest_points,
+                 "(K, 2, 3) float64, in the world: of the first triangle and of the second; (0, 2, "
+                 "3) unless they were enabled.")
+      .length(&P::triangles);
 }
 
 }  // namespace
@@ -250,28 +186,25 @@ void bindNearPairs(py::module_& module) {
 void bindProximity(py::module_& module) {
   bindNearPairs(module);
   const auto define = [&](auto function) {
-    module.def("is_nearer", function, py::arg("first"), py::arg("second"), py::arg("distance"),
-               py::arg("tf1") = py::none(), py::arg("tf2") = py::none(), py::kw_only(),
-               py::arg("solid") = false, docs::kIsNearer);
+    module.def("is_nearer", function, "first"_a, "second"_a, "distance"_a, "tf1"_a = py::none(),
+               "tf2"_a = py::none(), py::kw_only(), "solid"_a = false, docs::kIsNearer);
   };
-  define(&isNearerOf);
-  define(&isNearerToShape);
-  module.def("pairs_within", &pairsWithinOf, py::arg("first"), py::arg("second"),
-             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             py::kw_only(), py::arg("enable_distances") = false,
-             py::arg("enable_nearest_points") = false, py::arg("ignored") = py::none(),
-             docs::kPairsWithin);
-  module.def("pairs_within", &pairsWithinSelf, py::arg("mesh"), py::arg("distance"), py::kw_only(),
-             py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
-             py::arg("filter") = "shared vertex", py::arg("ignored") = py::none(),
-             py::arg("labels") = py::none(), py::arg("label_rule") = "between",
-             docs::kPairsWithinSelf);
-  module.def("feature_pairs_within", &featurePairsOf, py::arg("first"), py::arg("second"),
-             py::arg("distance"), py::arg("tf1") = py::none(), py::arg("tf2") = py::none(),
-             py::kw_only(), py::arg("ignored") = py::none(), docs::kFeaturePairsWithin);
-  module.def("feature_pairs_within", &featurePairsSelf, py::arg("mesh"), py::arg("distance"),
-             py::kw_only(), py::arg("ignored") = py::none(), py::arg("labels") = py::none(),
-             py::arg("label_rule") = "between", docs::kFeaturePairsWithinSelf);
+  define(&isNearerOf<LockedMesh>);
+  define(&isNearerOf<Shape>);
+  module.def("pairs_within", &pairsWithinOf, "first"_a, "second"_a, "distance"_a,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(),
+             "enable_distances"_a = false, "enable_nearest_points"_a = false,
+             "ignored"_a = py::none(), docs::kPairsWithin);
+  module.def("pairs_within", &pairsWithinSelf, "mesh"_a, "distance"_a, py::kw_only(),
+             "enable_distances"_a = false, "enable_nearest_points"_a = false,
+             "filter"_a = "shared vertex", "ignored"_a = py::none(), "labels"_a = py::none(),
+             "label_rule"_a = "between", docs::kPairsWithinSelf);
+  module.def("feature_pairs_within", &featurePairsOf, "first"_a, "second"_a, "distance"_a,
+             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(), "ignored"_a = py::none(),
+             docs::kFeaturePairsWithin);
+  module.def("feature_pairs_within", &featurePairsSelf, "mesh"_a, "distance"_a, py::kw_only(),
+             "ignored"_a = py::none(), "labels"_a = py::none(), "label_rule"_a = "between",
+             docs::kFeaturePairsWithinSelf);
   bindClearance(module);
 }
 

@@ -4,9 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
-
 #include <fcl/narrowphase/contact.h>
 #include <fcl/narrowphase/distance_result.h>
 
@@ -17,35 +14,26 @@ namespace adaptive_bvh::python {
 
 /// Python's DistanceResult, in the order of the arguments.
 struct Nearest : Bound {
+  Nearest() = default;
+  /// `is_swapped`: the result's first object is the second of Python's.
+  explicit Nearest(const fcl::DistanceResultd& result, bool is_swapped = false);
+
   double distance = 0;
-  std::array<double, 6> points = {};  ///< two points
-  std::array<std::int32_t, 2> triangles = {};
+  std::array<fcl::Vector3d, 2> points;
+  std::array<int, 2> triangles = {};
 };
-/// Of two meshes.
-Nearest nearestFrom(const fcl::DistanceResult<double>& result);
-Nearest nearestFrom(const fcl::DistanceResult<float>& result);
 
-/// Python's Contacts: arrays side by side.
+/// Python's Contacts, side by side.
 struct Contacts : Bound {
-  py::array_t<std::int32_t> pairs;
-  py::array_t<double> points, normals, depths;
-};
-
-/// Contacts side by side, before they become arrays.
-struct ContactLists {
-  std::vector<int> triangles;
-  std::vector<double> points, normals, depths;
+  std::vector<std::array<int, 2>> pairs;
+  std::vector<fcl::Vector3d> points, normals;
+  std::vector<double> depths;
 
   /// `is_swapped`: the contact's first object is the second of Python's.
-  template <typename S>
-  void add(const fcl::Contact<S>& contact, bool is_swapped);
-  Contacts arrays() &&;
+  void add(const fcl::Contactd& contact, bool is_swapped);
 };
 
 /// 'shared vertex', 'shared edge', 'beyond shared' or 'none'. Throws py::value_error.
 NeighbourFilter neighbourFilter(const std::string& name);
-
-/// distance, collide, self_collide and their results.
-void bindQuery(py::module_& module);
 
 }  // namespace adaptive_bvh::python

@@ -1,10 +1,11 @@
-#include "rays.h"
-
 #include <limits>
+#include <numeric>
 
 #include "adaptive_bvh/point_query.h"
+#include "arrays.h"
+#include "bind.h"
 #include "locked_mesh.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -32,130 +33,74 @@ Returns RayHits; `rays` says which ray.)";
 
 namespace {
 
-/// One ray becomes a list of one.
-py::object listed(const py::object& rows, const char* name) {
-  py::array array = numbersFrom(rows, name);
-  return array.ndim() == 1 ? py::object(array.reshape({py::ssize_t(1), py::ssize_t(-1)}))
-                           : py::object(array);
-}
-
-}  // namespace
-
-template <typename S>
-Rays<S>::Rays(const py::object& from, const py::object& along)
-    : origins(rowsFrom<S>(listed(from, "origins"), "origins")),
-      directions(rowsFrom<S>(listed(along, "directions"), "directions")) {
-  if (origins.shape(0) != directions.shape(0))
-    throw py::value_error("there are " + std::to_string(origins.shape(0)) + " origins and " +
-                          std::to_string(directions.shape(0)) + " directions");
-}
-template struct Rays<double>;
-template struct Rays<float>;
-
-namespace {
-
+/// Python's RayHits.
 struct ManyHits : Bound {
-  py::array_t<std::int32_t> rays, triangles;
-  py::array_t<double> t, u, v;
-};
-
-/// Hits side by side, before they become arrays.
-struct HitLists {
   std::vector<int> rays, triangles;
   std::vector<double> t, u, v;
-
-  template <typename S>
-  void add(int ray, const RayHit<S>& hit) {
-    rays.push_back(ray);
-    triangles.push_back(hit.triangle);
-    t.push_back(double(hit.t));
-    u.push_back(double(hit.u));
-    v.push_back(double(hit.v));
-  }
-
-  ManyHits arrays() && {
-    const auto count = static_cast<py::ssize_t>(rays.size());
-    ManyHits hits;
-    hits.rays = adopt<std::int32_t>(std::move(rays), {count});
-    hits.triangles = adopt<std::int32_t>(std::move(triangles), {count});
-    hits.t = adopt<double>(std::move(t), {count});
-    hits.u = adopt<double>(std::move(u), {count});
-    hits.v = adopt<double>(std::move(v), {count});
-    return hits;
-  }
 };
 
-/// From `begin` to `end`, as S.
-template <typename S>
-RayRange<S> rangeOf(double begin, double end) {
-  return {static_cast<S>(begin), static_cast<S>(end)};
-}
-
-/// Runs query(mesh, origins, directions, count, range).
-template <typename Query>
-void queryRays(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
-               double begin, double end, const Query& query) {
-  mesh.withScalar([&](auto scalar) {
-    using S = decltype(scalar);
-    const Rays<S> rays(origins, directions);
-    const std::size_t count = rays.size();
-    const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-    mesh.queryAs<S>([&](const auto& m) { query(m, from, along, count, rangeOf<S>(begin, end)); });
-  });
+ManyHits manyHits(std::vector<int>&& rays, const std::vector<RayHit<double>>& hits) {
+  using H = RayHit<double>;
+  return {{},
+          std::move(rays),
+          column(hits, &H::triangle),
+          column(hits, &H::t),
+          column(hits, &H::u),
+          column(hits, &H::v)};
 }
 
 ManyHits firstHitOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
                     double begin, double end) {
-  HitLists lists;
-  queryRays(mesh, origins, directions, begin, end,
-            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
-              std::vector<RayHit<ScalarOf<decltype(m)>>> result;
-              firstHits(m, from, along, count, range, result);
-              for (std::size_t i = 0; i < count; ++i) lists.add(int(i), result[i]);
-            });
-  return std::move(lists).arrays();
+  const RayArguments rays(origins, directions);
+  std::vector<int> numbers(rays.origins.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  std::vector<RayHit<double>> hits;
+  mesh.query([&](const Mesh& m) {
+    firstHits(m, rays.origins.begin(), rays.directions.begin(), numbers.size(), {begin, end}, hits);
+  });
+  return manyHits(std::move(numbers), hits);
 }
 
 py::array_t<bool> anyHitOf(const LockedMesh& mesh, const py::object& origins,
                            const py::object& directions, double begin, double end) {
+  const RayArguments rays(origins, directions);
   std::vector<std::uint8_t> result;
-  queryRays(mesh, origins, directions, begin, end,
-            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
-              anyHits(m, from, along, count, range, result);
-            });
-  const auto count = static_cast<py::ssize_t>(result.size());
-  return adopt<bool>(std::move(result), {count});
+  mesh.query([&](const Mesh& m) {
+    anyHits(m, rays.origins.begin(), rays.directions.begin(), rays.origins.size(), {begin, end},
+            result);
+  });
+  return adopt(std::move(result));
 }
 
 ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,
                    double begin, double end) {
-  HitLists lists;
-  queryRays(mesh, origins, directions, begin, end,
-            [&](const auto& m, auto* from, auto* along, std::size_t count, const auto& range) {
-              std::vector<RayHit<ScalarOf<decltype(m)>>> result;
-              for (std::size_t i = 0; i < count; ++i) {
-                rayHits(m, from[i], along[i], range, result);
-                for (const auto& hit : result) lists.add(int(i), hit);
-              }
-            });
-  return std::move(lists).arrays();
+  const RayArguments rays(origins, directions);
+  std::vector<int> numbers;
+  std::vector<RayHit<double>> of_ray, hits;
+  mesh.query([&](const Mesh& m) {
+    for (std::size_t i = 0; i < rays.origins.size(); ++i) {
+      rayHits(m, rays.origins.begin()[i], rays.directions.begin()[i], {begin, end}, of_ray);
+      numbers.insert(numbers.end(), of_ray.size(), static_cast<int>(i));
+      hits.insert(hits.end(), of_ray.begin(), of_ray.end());
+    }
+  });
+  return manyHits(std::move(numbers), hits);
 }
 
 void bindHitResults(py::module_& module) {
-  py::class_<ManyHits>(module, "RayHits",
-                       "Where rays meet triangles, in arrays side by side. len() counts the hits.")
-      .def_readonly("rays", &ManyHits::rays, "(K,) int32: which of the rays.")
-      .def_readonly("triangles", &ManyHits::triangles,
-                    "(K,) int32: which triangle; -1 where a ray of first_hit meets nothing.")
-      .def_readonly("t", &ManyHits::t,
-                    "(K,) float64: the point is at origin + t * direction; infinite where a ray of "
-                    "first_hit meets nothing.")
-      .def_readonly(
-          "u", &ManyHits::u,
-          "(K,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners.")
-      .def_readonly("v", &ManyHits::v, "(K,) float64, as u.")
-      .def("__len__", [](const ManyHits& self) { return self.t.shape(0); })
-      .def("__repr__", TextOf({"rays", "triangles", "t", "u", "v"}));
+  using H = ManyHits;
+  ResultClass<H>(module, "RayHits",
+                 "Where rays meet triangles, in arrays side by side. len() counts the hits.")
+      .attribute("rays", &H::rays, "(K,) int32: which of the rays.")
+      .attribute("triangles", &H::triangles,
+                 "(K,) int32: which triangle; -1 where a ray of first_hit meets nothing.")
+      .attribute("t", &H::t,
+                 "(K,) float64: the point is at origin + t * direction; infinite where a ray of "
+                 "first_hit meets nothing.")
+      .attribute("u", &H::u,
+                 "(K,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners.")
+      .attribute("v", &H::v, "(K,) float64, as u.")
+      .length(&H::t);
 }
 
 }  // namespace
@@ -163,9 +108,8 @@ void bindHitResults(py::module_& module) {
 void bindRays(py::module_& module) {
   bindHitResults(module);
   const auto define = [&](const char* name, auto function, const char* doc) {
-    module.def(name, function, py::arg("mesh"), py::arg("origins"), py::arg("directions"),
-               py::kw_only(), py::arg("begin") = 0.0,
-               py::arg("end") = std::numeric_limits<double>::infinity(), doc);
+    module.def(name, function, "mesh"_a, "origins"_a, "directions"_a, py::kw_only(),
+               "begin"_a = 0.0, "end"_a = std::numeric_limits<double>::infinity(), doc);
   };
   define("first_hit", &firstHitOf, docs::kFirstHit);
   define("any_hit", &anyHitOf, docs::kAnyHit);

@@ -1,5 +1,3 @@
-#include "recording.h"
-
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -13,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "bind.h"
 #include "frame_results.h"
 #include "locked_scene.h"
 #include "meshes.h"
@@ -30,10 +29,6 @@ struct RecordingArguments {
 };
 
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
-std::string typeTextOf(const py::object& object) {
-  return py::str(py::type::of(object).attr("__name__"));
-}
-
 /// Python's Recording: the library's, what it reads, and a lock. The lock comes before those of a
 /// scene and of meshes. All are only held without the GIL.
 class LockedRecording : public Bound {
@@ -42,12 +37,9 @@ class LockedRecording : public Bound {
 
   int add(const py::object& body, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (py::isinstance<LockedMesh>(body))
-      return addMesh(body.cast<LockedMesh&>().shared_from_this(), pose, name);
-    if (py::isinstance<Shape>(body)) {
-      const auto shape = body.cast<const Shape&>().geometryPointer<double>();
-      return alone([&] { return recording_.add(*shape, pose, name); });
-    }
+    if (const LockedMesh* mesh = asMesh(body)) return addMesh(mesh->shared_from_this(), pose, name);
+    if (const Shape* shape = asShape(body))
+      return alone([&] { return recording_.add(shape->geometry(), pose, name); });
     const TriangleMesh<double> mesh = arraysOf(body);
     return alone([&] { return recording_.add(mesh, pose, name); });
   }
@@ -60,16 +52,14 @@ class LockedRecording : public Bound {
   }
   void follow(const py::object& scene, const py::object& name) {
     if (!py::isinstance<LockedScene>(scene))
-      throw py::type_error("scene is a " + typeTextOf(scene) + "; a Scene is needed");
+      throw py::type_error("scene is a " + typeNameOf(scene) + "; a Scene is needed");
     if (!name.is_none() && !PyCallable_Check(name.ptr()))
       throw py::type_error("name must be a function, or None");
     const auto* const locked = &scene.cast<const LockedScene&>();
     const auto function = std::make_shared<py::object>(name);
     alone([&] {
       const auto locks = locked->share(meshSet());
-      locked->visit([&](const auto& s) {
-        recording_.follow(s, [function](BodyId id) { return nameOf(id, *function); });
-      });
+      recording_.follow(locked->scene(), [function](BodyId id) { return nameOf(id, *function); });
       scene_ = locked;
     });
     followed_ = scene;
@@ -110,12 +100,12 @@ class LockedRecording : public Bound {
   }
 
   /// For Python's garbage collector: the function that names bodies may refer to this object.
-  int visitObjects(visitproc visit, void* arg) const {
+  int visitFunction(visitproc visit, void* arg) const {
     Py_VISIT(followed_.ptr());
     if (name_) Py_VISIT(name_->ptr());
     return 0;
   }
-  void clearName() {
+  void clearFunction() {
     if (name_) *name_ = py::none();
   }
 
@@ -145,13 +135,11 @@ class LockedRecording : public Bound {
     for (const auto& mesh : meshes_) meshes.insert(mesh.get());
     return meshes;
   }
-  int addMesh(const std::shared_ptr<LockedMesh>& mesh, const fcl::Transform3d& pose,
+  int addMesh(const std::shared_ptr<const LockedMesh>& mesh, const fcl::Transform3d& pose,
               const std::string& name) {
     return alone([&] {
       const auto lock = mesh->share();
-      const int number = mesh->visit([&](const auto& m) {
-        return recording_.add(m, poseAs<ScalarOf<std::decay_t<decltype(m)>>>(pose), name);
-      });
+      const int number = recording_.add(mesh->mesh(), pose, name);
       meshes_.push_back(mesh);
       return number;
     });
@@ -163,7 +151,7 @@ class LockedRecording : public Bound {
     if (function.is_none()) return "body " + std::to_string(id);
     const py::object name = function(id);
     if (!py::isinstance<py::str>(name))
-      throw py::type_error("name returned a " + typeTextOf(name) + "; a string is needed");
+      throw py::type_error("name returned a " + typeNameOf(name) + "; a string is needed");
     return name.cast<std::string>();
   }
 
@@ -173,12 +161,12 @@ class LockedRecording : public Bound {
     options.unit = a.unit;
     options.volume_depth = -1;  // a DeformableMesh has none
     options.frames_per_second = a.frames_per_second;
-    options.up = pointFrom<double>(a.up, "up");
+    options.up = pointFrom(a.up, "up");
     return options;
   }
   static TriangleMesh<double> arraysOf(const py::object& body) {
     if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
-      throw py::type_error("body is a " + typeTextOf(body) +
+      throw py::type_error("body is a " + typeNameOf(body) +
                            "; a DeformableMesh, a Shape, or an object with vertices and faces is "
                            "needed");
     return meshFrom(body.attr("vertices"), body.attr("faces"));
@@ -186,7 +174,7 @@ class LockedRecording : public Bound {
 
   std::mutex mutex_;
   Recording recording_;
-  std::vector<std::shared_ptr<LockedMesh>> meshes_;
+  std::vector<std::shared_ptr<const LockedMesh>> meshes_;
   const LockedScene* scene_ = nullptr;
   py::object followed_ = py::none();  ///< keeps the scene alive; only touched with the GIL
   std::shared_ptr<py::object> name_;  ///< likewise; the library calls it
@@ -210,45 +198,23 @@ class LockedRecording : public Bound {
   int bodies() { return 0; }
   int frames() { return 0; }
   std::size_t bytes() { return 0; }
-  int visitObjects(visitproc, void*) const { return 0; }
-  void clearName() {}
+  int visitFunction(visitproc, void*) const { return 0; }
+  void clearFunction() {}
 };
 #endif
-
-/// Null of an object whose __init__ was not called.
-LockedRecording* constructedRecording(PyObject* object) {
-  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
-  return holder.holder_constructed() ? static_cast<LockedRecording*>(holder.value_ptr()) : nullptr;
-}
-
-/// Shows what a recording refers to to Python's garbage collector.
-void collectRecordings(PyHeapTypeObject* heap_type) {
-  PyTypeObject& type = heap_type->ht_type;
-  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
-  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
-    Py_VISIT(Py_TYPE(object));
-    const LockedRecording* recording = constructedRecording(object);
-    return recording ? recording->visitObjects(visit, arg) : 0;
-  };
-  type.tp_clear = [](PyObject* object) -> int {
-    if (LockedRecording* recording = constructedRecording(object)) recording->clearName();
-    return 0;
-  };
-}
 
 using RecordingClass = py::class_<LockedRecording>;
 
 void bindRecordedBodies(RecordingClass& recording) {
   using R = LockedRecording;
   recording
-      .def("add", &R::add, py::arg("body"), py::arg("tf") = py::none(), py::kw_only(),
-           py::arg("name") = "", docs::kRecordingAdd)
-      .def("remove", &R::remove, py::arg("body"), docs::kRecordingRemove)
-      .def("place", &R::place, py::arg("body"), py::arg("tf"),
+      .def("add", &R::add, "body"_a, "tf"_a = py::none(), py::kw_only(), "name"_a = "",
+           docs::kRecordingAdd)
+      .def("remove", &R::remove, "body"_a, docs::kRecordingRemove)
+      .def("place", &R::place, "body"_a, "tf"_a,
            "The pose of the body with this number from the next frame on.")
-      .def("follow", &R::follow, py::arg("scene"), py::arg("name") = py::none(),
-           docs::kRecordingFollow)
-      .def("body_of", &R::bodyOf, py::arg("body"), docs::kRecordingBodyOf);
+      .def("follow", &R::follow, "scene"_a, "name"_a = py::none(), docs::kRecordingFollow)
+      .def("body_of", &R::bodyOf, "body"_a, docs::kRecordingBodyOf);
 }
 
 void bindFrames(RecordingClass& recording) {
@@ -264,12 +230,11 @@ void bindFrames(RecordingClass& recording) {
             self.frame({distance, contacts, update_ms, query_ms, nearest_points, clearance, arrows,
                         segments, patches, note});
           },
-          py::arg("distance") = py::none(), py::arg("contacts") = py::none(), py::kw_only(),
-          py::arg("update_ms") = py::none(), py::arg("query_ms") = py::none(),
-          py::arg("nearest_points") = py::none(), py::arg("clearance") = py::none(),
-          py::arg("arrows") = py::none(), py::arg("segments") = py::none(),
-          py::arg("patches") = py::none(), py::arg("note") = "", docs::kRecordingFrame)
-      .def("write", &R::write, py::arg("path"), docs::kRecordingWrite)
+          "distance"_a = py::none(), "contacts"_a = py::none(), py::kw_only(),
+          "update_ms"_a = py::none(), "query_ms"_a = py::none(), "nearest_points"_a = py::none(),
+          "clearance"_a = py::none(), "arrows"_a = py::none(), "segments"_a = py::none(),
+          "patches"_a = py::none(), "note"_a = "", docs::kRecordingFrame)
+      .def("write", &R::write, "path"_a, docs::kRecordingWrite)
       .def("html", &R::html, docs::kRecordingHtml)
       .def_property_readonly("num_bodies", &R::bodies,
                              "How many bodies were added, including removed ones.")
@@ -281,15 +246,14 @@ void bindFrames(RecordingClass& recording) {
 
 void bindRecording(py::module_& module) {
   RecordingClass recording(module, "Recording", docs::kRecording,
-                           py::custom_type_setup(&collectRecordings));
+                           py::custom_type_setup(&collectGarbage<LockedRecording>));
   recording.def(py::init([](const std::string& title, const std::string& unit,
                             double frames_per_second, const py::object& up) {
                   return std::make_unique<LockedRecording>(
                       RecordingArguments{title, unit, frames_per_second, up});
                 }),
-                py::kw_only(), py::arg("title") = "A run", py::arg("unit") = "",
-                py::arg("frames_per_second") = 25.0, py::arg("up") = py::make_tuple(0, 0, 1),
-                docs::kRecordingInit);
+                py::kw_only(), "title"_a = "A run", "unit"_a = "", "frames_per_second"_a = 25.0,
+                "up"_a = py::make_tuple(0, 0, 1), docs::kRecordingInit);
   bindRecordedBodies(recording);
   bindFrames(recording);
 }

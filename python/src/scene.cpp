@@ -1,16 +1,13 @@
-#include "scene.h"
-
 #include <algorithm>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "arrays.h"
+#include "bind.h"
 #include "locked_scene.h"
 #include "objects.h"
-#include "shapes.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -20,15 +17,15 @@ that may be near. Call `update` after all changes of a step, before its first qu
 RuntimeError when something has changed since.
 
 Shapes are filled, and pairs of two shapes count as any other: `ignore` or groups leave out those
-that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by numbers that `add` gives, each once. Results
-are sorted by body, the smaller number of a pair first, and are in the world. ValueError on a number
-that no body has, and on a distance that is negative or NaN; the scene is then as it was.
+that may overlap. A shape is a body without triangles: results have -1 there. Bodies are named by
+numbers that `add` gives, each once. Results are sorted by body, the smaller number of a pair first,
+and are in the world. ValueError on a number that no body has, and on a distance that is negative or
+NaN; the scene is then as it was.
 
 Thread-safe: threads share a lock for queries, and take it for themselves for changes.)";
 
 constexpr const char* kAdd =
-    R"(Adds a body, a DeformableMesh of the scene's dtype or a shape. Several bodies may share one.
-Returns its number.
+    R"(Adds a body, a DeformableMesh or a shape. Several bodies may share one. Returns its number.
 
 tf: pose that places it in the world.
 group, mask: bits; two bodies are a pair where each one's mask has a bit of the other's group.
@@ -70,43 +67,6 @@ class PythonFilter {
   const LockedScene& scene_;
 };
 
-/// Null of an object whose __init__ was not called.
-LockedScene* constructedScene(PyObject* object) {
-  const auto holder = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
-  return holder.holder_constructed() ? static_cast<LockedScene*>(holder.value_ptr()) : nullptr;
-}
-
-/// Shows the filter to Python's garbage collector: it may refer to what owns the scene.
-void addGarbageCollection(PyHeapTypeObject* heap_type) {
-  PyTypeObject& type = heap_type->ht_type;
-  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
-  type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
-    Py_VISIT(Py_TYPE(object));
-    if (LockedScene* scene = constructedScene(object)) Py_VISIT(scene->filter().ptr());
-    return 0;
-  };
-  type.tp_clear = [](PyObject* object) -> int {
-    if (LockedScene* scene = constructedScene(object)) scene->clearFilter();
-    return 0;
-  };
-}
-
-/// Python's BodyOptions.
-struct OptionsOfBody : Bound {
-  BodyOptions options;
-};
-
-BodyOptions optionsOf(std::uint32_t group, std::uint32_t mask, bool self_collision, bool solid,
-                      std::uintptr_t user) {
-  BodyOptions options;
-  options.group = group;
-  options.mask = mask;
-  options.self_collision = self_collision;
-  options.solid = solid;
-  options.user = user;
-  return options;
-}
-
 }  // namespace
 
 const CallbackScope*& CallbackScope::innermost() {
@@ -131,16 +91,7 @@ bool CallbackScope::holds(const void* mesh_or_scene) {
   return holds;
 }
 
-LockedScene::LockedScene(const py::object& dtype) {
-  const py::dtype type = py::dtype::from_args(dtype);
-  if (type.equal(py::dtype::of<float>()))
-    scene_.emplace<Scene<float>>();
-  else if (!type.equal(py::dtype::of<double>()))
-    throw py::type_error("dtype is " + std::string(py::str(py::handle(type))) +
-                         "; float64 or float32 is needed");
-}
-
-std::vector<std::shared_lock<std::shared_mutex>> LockedScene::lockMeshes(
+std::vector<LockedMesh::SharedLock> LockedScene::lockMeshes(
     std::set<const LockedMesh*> meshes) const {
   for (const auto& entry : meshes_) meshes.insert(entry.second.get());
   return LockedMesh::shareAll(meshes);
@@ -148,27 +99,18 @@ std::vector<std::shared_lock<std::shared_mutex>> LockedScene::lockMeshes(
 
 BodyId LockedScene::add(const py::object& body, const py::object& tf, const BodyOptions& options) {
   const fcl::Transform3d pose = poseFrom(tf, "tf");
-  std::shared_ptr<LockedMesh> mesh;
-  std::optional<Shape> shape;
-  if (py::isinstance<LockedMesh>(body))
-    mesh = body.cast<LockedMesh&>().shared_from_this();
-  else if (py::isinstance<Shape>(body))
-    shape = body.cast<Shape>();
-  else
-    throw py::type_error("a body must be a DeformableMesh or a Shape, not " +
-                         std::string(py::str(py::type::of(body).attr("__name__"))));
-  if (mesh && mesh->isDouble() != isDouble())
-    throw std::invalid_argument("the mesh has other numbers than the scene; give both one dtype");
-  const void* of_mesh = nullptr;  // it stays where it is
-  if (mesh) mesh->query([&](const auto& m) { of_mesh = &m; });
-  const BodyId id = change([&](auto& scene) {
-    using S = SceneScalar<decltype(scene)>;
-    std::shared_ptr<const fcl::CollisionGeometry<S>> geometry;
-    if (mesh)
-      geometry = {mesh, static_cast<const DeformableMesh<S>*>(of_mesh)};
-    else
-      geometry = shape->geometryPointer<S>();
-    const BodyId number = scene.add(std::move(geometry), poseAs<S>(pose), options);
+  std::shared_ptr<const fcl::CollisionGeometryd> geometry;
+  std::shared_ptr<const LockedMesh> mesh;
+  if (asMesh(body)) {
+    mesh = asMesh(body)->shared_from_this();
+    geometry = {mesh, &mesh->mesh()};
+  } else if (asShape(body)) {
+    geometry = asShape(body)->geometryPointer();
+  } else {
+    throw py::type_error("a body must be a DeformableMesh or a Shape, not " + typeNameOf(body));
+  }
+  const BodyId id = change([&](Scene3& scene) {
+    const BodyId number = scene.add(std::move(geometry), pose, options);
     if (mesh) meshes_.emplace_back(number, mesh);
     return number;
   });
@@ -187,15 +129,13 @@ void LockedScene::remove(BodyId body) {
 
 void LockedScene::setTransform(BodyId body, const py::object& tf) {
   const fcl::Transform3d pose = poseFrom(tf, "tf");
-  change(
-      [&](auto& scene) { scene.setTransform(body, poseAs<SceneScalar<decltype(scene)>>(pose)); });
+  change([&](Scene3& scene) { scene.setTransform(body, pose); });
 }
 
 py::array LockedScene::transform(BodyId body) const {
   using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
-  const Matrix pose = query([&](const auto& scene) -> Matrix {
-    return scene.transform(body).matrix().template cast<double>();
-  });
+  const Matrix pose =
+      query([&](const Scene3& scene) -> Matrix { return scene.transform(body).matrix(); });
   return py::array_t<double>({4, 4}, pose.data());
 }
 
@@ -210,146 +150,114 @@ void LockedScene::setFilter(const py::object& filter) {
   if (!filter.is_none() && !PyCallable_Check(filter.ptr()))
     throw py::type_error("filter must be a function, or None");
   py::object function = filter;
-  change([&](auto& scene) {
-    using Filter = typename std::decay_t<decltype(scene)>::Filter;
-    scene.setFilter(function.is_none() ? Filter() : Filter(PythonFilter(function, *this)));
+  change([&](Scene3& scene) {
+    scene.setFilter(function.is_none() ? Scene3::Filter() : PythonFilter(function, *this));
     const py::gil_scoped_acquire gil;
     std::swap(filter_, function);  // under the lock: no query calls the one before any more
   });
 }
 
-void LockedScene::clearFilter() {
-  std::visit([](auto& scene) { scene.setFilter({}); }, scene_);
+void LockedScene::clearFunction() {
+  scene_.setFilter({});
   filter_ = py::none();
 }
 
 namespace {
 
 void bindOptions(py::module_& module) {
-  py::class_<OptionsOfBody>(module, "BodyOptions", "What a Scene knows of a body beside its shape.")
-      .def_property_readonly(
-          "group", [](const OptionsOfBody& self) { return self.options.group; },
-          "Bits: the groups that the body belongs to.")
-      .def_property_readonly(
-          "mask", [](const OptionsOfBody& self) { return self.options.mask; },
-          "Bits: the groups that the body meets.")
-      .def_property_readonly(
-          "self_collision", [](const OptionsOfBody& self) { return self.options.self_collision; },
-          "Whether queries of pairs include the mesh with itself.")
-      .def_property_readonly(
-          "solid", [](const OptionsOfBody& self) { return self.options.solid; },
-          "Whether the mesh is filled.")
-      .def_property_readonly(
-          "user", [](const OptionsOfBody& self) { return self.options.user; },
-          "A number of the caller's.")
-      .def("__repr__", TextOf({"group", "mask", "self_collision", "solid", "user"}));
+  using O = BodyOptions;
+  ResultClass<O>(module, "BodyOptions", "What a Scene knows of a body beside its shape.")
+      .attribute("group", &O::group, "Bits: the groups that the body belongs to.")
+      .attribute("mask", &O::mask, "Bits: the groups that the body meets.")
+      .attribute("self_collision", &O::self_collision,
+                 "Whether queries of pairs include the mesh with itself.")
+      .attribute("solid", &O::solid, "Whether the mesh is filled.")
+      .attribute("user", &O::user, "A number of the caller's.");
+}
+
+/// Defines a method with the arguments of BodyOptions at the end: method(self, options, ...).
+template <typename Result, typename... First, typename... Names>
+void defineWithOptions(SceneClass& scene, const char* name,
+                       Result (*method)(LockedScene&, const BodyOptions&, First...),
+                       const char* doc, const Names&... names) {
+  scene.def(
+      name,
+      [method](LockedScene& self, First... first, std::uint32_t group, std::uint32_t mask,
+               bool self_collision, bool solid, std::uintptr_t user) {
+        BodyOptions options;
+        options.group = group;
+        options.mask = mask;
+        options.self_collision = self_collision;
+        options.solid = solid;
+        options.user = user;
+        return method(self, options, first...);
+      },
+      names..., py::kw_only(), "group"_a = 1, "mask"_a = 0xffffffffu, "self_collision"_a = false,
+      "solid"_a = false, "user"_a = 0, doc);
+}
+
+BodyId add(LockedScene& self, const BodyOptions& options, const py::object& body,
+           const py::object& tf) {
+  return self.add(body, tf, options);
+}
+void setOptions(LockedScene& self, const BodyOptions& options, BodyId body) {
+  self.change([&](Scene3& s) { s.setOptions(body, options); });
 }
 
 void bindBodies(SceneClass& scene) {
+  defineWithOptions(scene, "add", &add, docs::kAdd, "body"_a, "tf"_a = py::none());
+  defineWithOptions(scene, "set_options", &setOptions, docs::kSetOptions, "body"_a);
   scene
-      .def(
-          "add",
-          [](LockedScene& self, const py::object& body, const py::object& tf, std::uint32_t group,
-             std::uint32_t mask, bool self_collision, bool solid, std::uintptr_t user) {
-            return self.add(body, tf, optionsOf(group, mask, self_collision, solid, user));
-          },
-          py::arg("body"), py::arg("tf") = py::none(), py::kw_only(), py::arg("group") = 1,
-          py::arg("mask") = 0xffffffffu, py::arg("self_collision") = false,
-          py::arg("solid") = false, py::arg("user") = 0, docs::kAdd)
-      .def("remove", &LockedScene::remove, py::arg("body"),
+      .def("remove", &LockedScene::remove, "body"_a,
            "Removes a body. Its number is not given again.")
-      .def("set_transform", &LockedScene::setTransform, py::arg("body"), py::arg("tf"),
+      .def("set_transform", &LockedScene::setTransform, "body"_a, "tf"_a,
            "Moves a body; tf is a pose.")
-      .def("transform", &LockedScene::transform, py::arg("body"),
-           "(4, 4) float64: the pose of a body.")
-      .def("geometry", &LockedScene::geometry, py::arg("body"),
+      .def("transform", &LockedScene::transform, "body"_a, "(4, 4) float64: the pose of a body.")
+      .def("geometry", &LockedScene::geometry, "body"_a,
            "The DeformableMesh or Shape that `add` was given.")
-      .def(
-          "set_options",
-          [](LockedScene& self, BodyId body, std::uint32_t group, std::uint32_t mask,
-             bool self_collision, bool solid, std::uintptr_t user) {
-            self.change([&](auto& s) {
-              s.setOptions(body, optionsOf(group, mask, self_collision, solid, user));
-            });
-          },
-          py::arg("body"), py::kw_only(), py::arg("group") = 1, py::arg("mask") = 0xffffffffu,
-          py::arg("self_collision") = false, py::arg("solid") = false, py::arg("user") = 0,
-          docs::kSetOptions)
-      .def(
-          "options",
-          [](const LockedScene& self, BodyId body) {
-            return OptionsOfBody{
-                {}, self.query([&](const auto& s) { return BodyOptions(s.options(body)); })};
-          },
-          py::arg("body"), "BodyOptions of a body.")
+      .def("options", reading(&Scene3::options), "body"_a, "BodyOptions of a body.")
       .def_property_readonly(
           "bodies",
           [](const LockedScene& self) {
-            const auto ids = self.query([](const auto& s) { return s.bodies(); });
-            const auto count = static_cast<py::ssize_t>(ids.size());
-            return adopt<std::int64_t>(std::vector<std::int64_t>(ids.begin(), ids.end()), {count});
+            const std::vector<BodyId> ids = self.query(&Scene3::bodies);
+            return adopt(std::vector<std::int64_t>(ids.begin(), ids.end()));
           },
           "(B,) int64: the numbers of all bodies, by increasing number.")
       .def(
           "__contains__",
           [](const LockedScene& self, std::int64_t body) {
             return body >= 0 && body <= std::numeric_limits<BodyId>::max() &&
-                   self.query([&](const auto& s) { return s.contains(static_cast<BodyId>(body)); });
+                   self.query([&](const Scene3& s) { return s.contains(BodyId(body)); });
           },
-          py::arg("body"), "Whether a body has this number.")
-      .def("__len__",
-           [](const LockedScene& self) {
-             return self.query([](const auto& s) { return s.size(); });
-           })
+          "body"_a, "Whether a body has this number.")
+      .def("__len__", reading(&Scene3::size))
       .def("__repr__", [](const LockedScene& self) {
-        const std::size_t count = self.query([](const auto& s) { return s.size(); });
-        return "<adaptive_bvh.Scene: " + std::to_string(count) + " bodies, " +
-               (self.isDouble() ? "float64" : "float32") + ">";
+        return "<adaptive_bvh.Scene: " + std::to_string(self.query(&Scene3::size)) + " bodies>";
       });
 }
 
 void bindPairRules(SceneClass& scene) {
   scene
-      .def(
-          "ignore",
-          [](LockedScene& self, BodyId a, BodyId b) {
-            self.change([&](auto& s) { s.ignore(a, b); });
-          },
-          py::arg("first"), py::arg("second"), "Leaves a pair of bodies out.")
-      .def(
-          "unignore",
-          [](LockedScene& self, BodyId a, BodyId b) {
-            self.change([&](auto& s) { s.unignore(a, b); });
-          },
-          py::arg("first"), py::arg("second"),
-          "Lets a pair count again that `ignore` or `ignore_neighbours` left out.")
-      .def(
-          "ignore_neighbours",
-          [](LockedScene& self, const std::vector<BodyId>& chain) {
-            self.change([&](auto& s) { s.ignoreNeighbours(chain); });
-          },
-          py::arg("chain"),
-          "Leaves out bodies that follow each other in `chain`, a list of numbers: the links of a "
-          "kinematic chain.")
-      .def("set_filter", &LockedScene::setFilter, py::arg("filter"), docs::kSetFilter);
+      .def("ignore", changing(&Scene3::ignore), "first"_a, "second"_a,
+           "Leaves a pair of bodies out.")
+      .def("unignore", changing(&Scene3::unignore), "first"_a, "second"_a,
+           "Lets a pair count again that `ignore` or `ignore_neighbours` left out.")
+      .def("ignore_neighbours", changing(&Scene3::ignoreNeighbours), "chain"_a,
+           "Leaves out bodies that follow each other in `chain`, a list of numbers: the links of a "
+           "kinematic chain.")
+      .def("set_filter", &LockedScene::setFilter, "filter"_a, docs::kSetFilter);
 }
 
 void bindSteps(SceneClass& scene) {
   scene
+      .def("begin_step", changing(&Scene3::beginStep),
+           "Remembers all poses: where the step of `earliest_impact` begins. A body that is added "
+           "later begins where it is.")
       .def(
-          "begin_step", [](LockedScene& self) { self.change([](auto& s) { s.beginStep(); }); },
-          "Remembers all poses: where the step of `earliest_impact` begins. A body that is added "
-          "later begins where it is.")
-      .def(
-          "update", [](LockedScene& self) { self.changeWithMeshes([](auto& s) { s.update(); }); },
+          "update", [](LockedScene& self) { self.changeWithMeshes([](Scene3& s) { s.update(); }); },
           "Computes the boxes of all bodies: after all changes of a step, before its first query.")
-      .def(
-          "set_threads",
-          [](LockedScene& self, int threads) {
-            self.change([&](auto& s) { s.setThreads(threads); });
-          },
-          py::arg("threads"),
-          "Lets queries use so many threads, 1 or more. Results stay the same.");
+      .def("set_threads", changing(&Scene3::setThreads), "threads"_a,
+           "Lets queries use so many threads, 1 or more. Results stay the same.");
 }
 
 }  // namespace
@@ -357,9 +265,14 @@ void bindSteps(SceneClass& scene) {
 void bindScene(py::module_& module) {
   bindOptions(module);
   bindSceneResults(module);
-  SceneClass scene(module, "Scene", docs::kScene, py::custom_type_setup(&addGarbageCollection));
-  scene.def(py::init<const py::object&>(), py::arg("dtype") = "float64",
-            "dtype: the numbers of all meshes, float64 or float32; others are a TypeError.");
+  SceneClass scene(module, "Scene", docs::kScene,
+                   py::custom_type_setup(&collectGarbage<LockedScene>));
+  scene.def(py::init([](const py::object& dtype) {
+              isSingle(dtype);  // throws
+              return std::make_unique<LockedScene>();
+            }),
+            "dtype"_a = "float64",
+            "dtype: float64 or float32, without effect; others are a TypeError.");
   bindBodies(scene);
   bindPairRules(scene);
   bindSteps(scene);

@@ -1,17 +1,12 @@
-#include <limits>
+#include <array>
 #include <optional>
+#include <utility>
 
 #include <pybind11/stl.h>
 
-#include "arrays.h"
-#include "either.h"
-#include "features.h"
 #include "locked_scene.h"
-#include "penetration.h"
-#include "proximity.h"
 #include "query.h"
-#include "scene_results.h"
-#include "text.h"
+#include "results.h"
 
 // Queries of all pairs of bodies.
 namespace adaptive_bvh::python {
@@ -43,38 +38,15 @@ constexpr const char* kPairOffsets =
 
 namespace {
 
-using LongArray = py::array_t<std::int64_t>;
-
-template <typename Result>
-void setBodies(const Result& result, LongArray& bodies, LongArray& offsets) {
-  std::vector<std::int64_t> ids, begins;
-  for (const BodyPair& pair : result.pairs) {
-    ids.push_back(pair.first);
-    ids.push_back(pair.second);
-  }
-  const auto pairs = static_cast<py::ssize_t>(result.pairs.size());
-  bodies = adopt<std::int64_t>(std::move(ids), {pairs, 2});
-  using Offset = std::decay_t<decltype(result.offsets[0])>;
-  constexpr auto kKinds = static_cast<py::ssize_t>(sizeof(Offset) / sizeof(std::size_t));
-  for (const Offset& offset : result.offsets)
-    for (py::ssize_t k = 0; k < kKinds; ++k)
-      begins.push_back(static_cast<std::int64_t>(reinterpret_cast<const std::size_t*>(&offset)[k]));
-  const auto shape = kKinds == 1 ? std::vector<py::ssize_t>{pairs + 1}
-                                 : std::vector<py::ssize_t>{pairs + 1, kKinds};
-  offsets = adopt<std::int64_t>(std::move(begins), shape);
-}
-
-/// Runs query(scene, result) and makes arrays of the result.
-template <template <typename> class Result, typename Query, typename Arrays>
-auto queryPairsOf(const LockedScene& scene, const Query& query, const Arrays& arraysOf) {
-  Either<Result> result;
-  scene.query([&](const auto& s) { query(s, result.template as<SceneScalar<decltype(s)>>()); });
-  return std::move(result).take(scene.isDouble(), [&](auto&& r) {
-    OfBodyPairs<decltype(arraysOf(std::move(r)))> arrays;
-    setBodies(r, arrays.bodies, arrays.offsets);
-    arrays.found = arraysOf(std::move(r));
-    return arrays;
-  });
+/// What the library found, and its pairs of bodies and offsets.
+template <typename Found, typename Result>
+auto ofBodyPairs(Result& result, Found&& found) {
+  using Offset = typename decltype(result.offsets)::value_type;
+  OfBodyPairs<std::decay_t<Found>, Offset> of_pairs;
+  for (const BodyPair& pair : result.pairs) of_pairs.bodies.push_back({pair.first, pair.second});
+  of_pairs.offsets = std::move(result.offsets);
+  of_pairs.found = std::forward<Found>(found);
+  return of_pairs;
 }
 
 OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
@@ -84,59 +56,43 @@ OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
   if (contacts_per_pair) request.contacts_per_pair = *contacts_per_pair;
   request.enable_contact = enable_contact;
   request.first_only = first_only;
-  return queryPairsOf<SceneCollisions>(
-      scene, [&](const auto& s, auto& result) { s.collisions(request, result); },
-      [](auto&& result) {
-        ContactLists lists;
-        for (const auto& contact : result.contacts) lists.add(contact, false);
-        return std::move(lists).arrays();
-      });
+  SceneCollisions<double> result;
+  scene.query([&](const Scene3& s) { s.collisions(request, result); });
+  Contacts contacts;
+  for (const fcl::Contactd& contact : result.contacts) contacts.add(contact, false);
+  return ofBodyPairs(result, std::move(contacts));
 }
 
-OfBodyPairs<NearPairs> scenePairsWithin(const LockedScene& scene, double distance,
-                                        bool enable_distances, bool enable_nearest_points) {
-  return queryPairsOf<SceneTrianglePairs>(
-      scene,
-      [&](const auto& s, auto& result) {
-        using S = SceneScalar<decltype(s)>;
-        s.pairsWithin({static_cast<S>(distance), enable_distances, enable_nearest_points, {}},
-                      result);
-      },
-      [](auto&& result) { return nearPairs(std::move(result.found)); });
-}
-
-OfBodyPairs<FeatureArrays> sceneFeaturePairs(const LockedScene& scene, double distance) {
-  SceneFeaturePairs result;
-  scene.query([&](const auto& s) {
-    s.featurePairsWithin(static_cast<SceneScalar<decltype(s)>>(distance), result);
+auto scenePairsWithin(const LockedScene& scene, double distance, bool enable_distances,
+                      bool enable_nearest_points) {
+  SceneTrianglePairs<double> result;
+  scene.query([&](const Scene3& s) {
+    s.pairsWithin({distance, enable_distances, enable_nearest_points, {}}, result);
   });
-  OfBodyPairs<FeatureArrays> arrays;
-  setBodies(result, arrays.bodies, arrays.offsets);
-  arrays.found = FeatureArrays(std::move(result.found));
-  return arrays;
+  return ofBodyPairs(result, std::move(result.found));
 }
 
-OfBodyPairs<ContactArrays> sceneVertexContacts(const LockedScene& scene, double margin) {
-  return queryPairsOf<SceneVertexContacts>(
-      scene,
-      [&](const auto& s, auto& result) {
-        s.vertexContacts(static_cast<SceneScalar<decltype(s)>>(margin), result);
-      },
-      [](auto&& result) { return contactArrays(std::move(result.found)); });
+auto sceneFeaturePairs(const LockedScene& scene, double distance) {
+  SceneFeaturePairs result;
+  scene.query([&](const Scene3& s) { s.featurePairsWithin(distance, result); });
+  return ofBodyPairs(result, std::move(result.found));
 }
 
-template <typename Found>
+auto sceneVertexContacts(const LockedScene& scene, double margin) {
+  SceneVertexContacts<double> result;
+  scene.query([&](const Scene3& s) { s.vertexContacts(margin, result); });
+  return ofBodyPairs(result, std::move(result.found));
+}
+
+template <typename Found, typename Offset = std::size_t>
 void bindOfBodyPairs(py::module_& module, const char* name, const char* doc, const char* bodies_doc,
                      const char* offsets_doc, const char* found_name, const char* found_doc) {
-  using Result = OfBodyPairs<Found>;
-  py::class_<Result>(module, name, doc)
-      .def_readonly("bodies", &Result::bodies, bodies_doc)
-      .def_readonly("offsets", &Result::offsets, offsets_doc)
-      // A copy, which shares the arrays: objects of Python own what they hold (bound.h).
-      .def_property_readonly(
-          found_name, [](const Result& self) -> Found { return self.found; }, found_doc)
-      .def("__len__", [](const Result& self) { return self.bodies.shape(0); })
-      .def("__repr__", TextOf({"bodies", "offsets", found_name}));
+  using Result = OfBodyPairs<Found, Offset>;
+  ResultClass<Result>(module, name, doc)
+      .attribute("bodies", &Result::bodies, bodies_doc)
+      .attribute("offsets", &Result::offsets, offsets_doc)
+      .attribute(found_name, &Result::found, found_doc)
+      .length(&Result::bodies);
 }
 
 }  // namespace
@@ -151,19 +107,19 @@ void bindScenePairResults(py::module_& module) {
       docs::kPairOffsets, "contacts",
       "Contacts of all pairs, one after the other. Normals are as those of collide, but point from "
       "the first body to the second.");
-  bindOfBodyPairs<NearPairs>(module, "SceneTrianglePairs",
-                             "Pairs of bodies with pairs of triangles that are near. len() counts "
-                             "the pairs of bodies.",
-                             kBodies, docs::kPairOffsets, "found",
-                             "TrianglePairs of all pairs, one after the other.");
-  bindOfBodyPairs<FeatureArrays>(
+  bindOfBodyPairs<TrianglePairs<double>>(
+      module, "SceneTrianglePairs",
+      "Pairs of bodies with pairs of triangles that are near. len() counts "
+      "the pairs of bodies.",
+      kBodies, docs::kPairOffsets, "found", "TrianglePairs of all pairs, one after the other.");
+  bindOfBodyPairs<FeaturePairs, std::array<std::size_t, 3>>(
       module, "SceneFeaturePairs",
       "Pairs of bodies with pairs of features that are near. len() counts the pairs of bodies.",
       kBodies,
       "(P + 1, 3) int64: pair i has found.vertex_face from offsets[i, 0] to offsets[i + 1, 0], "
       "found.face_vertex by column 1 and found.edge_edge by column 2.",
       "found", "FeaturePairs of all pairs, one after the other.");
-  bindOfBodyPairs<ContactArrays>(
+  bindOfBodyPairs<VertexContacts<double>>(
       module, "SceneVertexContacts",
       "Pairs of bodies with contacts of vertices. len() counts the pairs of bodies.", kDirected,
       docs::kPairOffsets, "found", "VertexContacts of all pairs, one after the other.");
@@ -171,23 +127,14 @@ void bindScenePairResults(py::module_& module) {
 
 void bindScenePairs(SceneClass& scene) {
   scene
-      .def("collisions", &collisionsOf, py::kw_only(), py::arg("contacts_per_pair") = py::none(),
-           py::arg("enable_contact") = true, py::arg("first_only") = false, docs::kCollisions)
-      .def("pairs_within", &scenePairsWithin, py::arg("distance"), py::kw_only(),
-           py::arg("enable_distances") = false, py::arg("enable_nearest_points") = false,
-           docs::kScenePairsWithin)
-      .def("feature_pairs_within", &sceneFeaturePairs, py::arg("distance"),
-           docs::kSceneFeaturePairsWithin)
-      .def("vertex_contacts", &sceneVertexContacts, py::arg("margin") = 0.,
-           docs::kSceneVertexContacts)
-      .def(
-          "is_nearer",
-          [](const LockedScene& self, double distance) {
-            return self.query([&](const auto& s) {
-              return s.isNearer(static_cast<SceneScalar<decltype(s)>>(distance));
-            });
-          },
-          py::arg("distance"), "Whether any two bodies are at most `distance`, a length, apart.");
+      .def("collisions", &collisionsOf, py::kw_only(), "contacts_per_pair"_a = py::none(),
+           "enable_contact"_a = true, "first_only"_a = false, docs::kCollisions)
+      .def("pairs_within", &scenePairsWithin, "distance"_a, py::kw_only(),
+           "enable_distances"_a = false, "enable_nearest_points"_a = false, docs::kScenePairsWithin)
+      .def("feature_pairs_within", &sceneFeaturePairs, "distance"_a, docs::kSceneFeaturePairsWithin)
+      .def("vertex_contacts", &sceneVertexContacts, "margin"_a = 0., docs::kSceneVertexContacts)
+      .def("is_nearer", reading(&Scene3::isNearer), "distance"_a,
+           "Whether any two bodies are at most `distance`, a length, apart.");
 }
 
 }  // namespace adaptive_bvh::python

@@ -1,14 +1,11 @@
-#include <array>
+#include <cstdint>
 #include <limits>
 
 #include <pybind11/stl.h>
 
 #include "arrays.h"
-#include "continuous.h"
 #include "locked_scene.h"
-#include "rays.h"
-#include "scene_results.h"
-#include "text.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace docs {
@@ -40,159 +37,101 @@ earliest_impact.)";
 
 namespace {
 
-template <typename S>
-BodyGap gapOf(const SceneDistance<S>& found) {
-  BodyGap gap;
-  gap.first = found.exists() ? std::int64_t(found.bodies.first) : -1;
-  gap.second = found.exists() ? std::int64_t(found.bodies.second) : -1;
-  gap.distance = double(found.distance);
-  for (std::size_t side = 0; side < 2; ++side)
-    for (int k = 0; k < 3; ++k)
-      gap.points[3 * side + std::size_t(k)] = double(found.points[side][k]);
-  gap.triangles = found.elements;
-  return gap;
-}
-
-std::vector<BodyGap> nearestBodies(const LockedScene& scene, BodyId body, std::size_t k) {
-  return scene.query([&](const auto& s) {
-    std::vector<SceneDistance<SceneScalar<decltype(s)>>> found;
+std::vector<SceneDistance<double>> nearestBodies(const LockedScene& scene, BodyId body,
+                                                 std::size_t k) {
+  return scene.query([&](const Scene3& s) {
+    std::vector<SceneDistance<double>> found;
     s.nearest(body, k, found);
-    std::vector<BodyGap> gaps;
-    for (const auto& one : found) gaps.push_back(gapOf(one));
-    return gaps;
+    return found;
   });
 }
 
-/// Python's ScenePoint.
-struct PointOnBody : Bound {
-  std::int64_t body = -1;
-  double distance = std::numeric_limits<double>::infinity();
-  std::array<double, 3> point{};
-  std::int32_t triangle = -1;
-};
-
-PointOnBody nearestPointOf(const LockedScene& scene, const py::object& point) {
-  const Eigen::Vector3d x = pointFrom<double>(point, "point");
-  return scene.query([&](const auto& s) {
-    const auto found = s.nearestPoint(x.template cast<SceneScalar<decltype(s)>>());
-    PointOnBody nearest;
-    if (found.exists()) nearest.body = found.body;
-    nearest.distance = double(found.distance);
-    for (int k = 0; k < 3; ++k) nearest.point[std::size_t(k)] = double(found.point[k]);
-    nearest.triangle = found.triangle;
-    return nearest;
-  });
+ScenePoint<double> nearestPointOf(const LockedScene& scene, const py::object& point) {
+  const fcl::Vector3d x = pointFrom(point, "point");
+  return scene.query([&](const Scene3& s) { return s.nearestPoint(x); });
 }
 
 /// Python's SceneRayHits.
 struct HitsOfBodies : Bound {
-  py::array_t<std::int64_t> bodies;
-  py::array_t<std::int32_t> triangles;
-  py::array_t<double> t, u, v;
+  std::vector<std::int64_t> bodies;
+  std::vector<int> triangles;
+  std::vector<double> t, u, v;
 };
 
-template <typename S>
-HitsOfBodies castRays(const LockedScene& scene, const py::object& origins,
-                      const py::object& directions, double begin, double end) {
-  const Rays<S> rays(origins, directions);
-  const std::size_t count = rays.size();
-  const auto *from = pointsOf<S>(rays.origins), *along = pointsOf<S>(rays.directions);
-  std::vector<SceneRayHit<S>> hits;
-  scene.query([&](const auto& s) {
-    if constexpr (std::is_same_v<SceneScalar<decltype(s)>, S>)
-      s.firstHits(from, along, count, {static_cast<S>(begin), static_cast<S>(end)}, hits);
+HitsOfBodies firstHitsOf(const LockedScene& scene, const py::object& origins,
+                         const py::object& directions, double begin, double end) {
+  const RayArguments rays(origins, directions);
+  std::vector<SceneRayHit<double>> found;
+  scene.query([&](const Scene3& s) {
+    s.firstHits(rays.origins.begin(), rays.directions.begin(), rays.origins.size(), {begin, end},
+                found);
   });
-  const auto n = static_cast<py::ssize_t>(count);
-  const auto numbers = [&](auto number) {
-    std::vector<decltype(number(hits[0]))> list;
-    list.reserve(count);
-    for (const SceneRayHit<S>& hit : hits) list.push_back(number(hit));
-    return list;
-  };
-  HitsOfBodies arrays;
-  arrays.bodies =
-      adopt<std::int64_t>(numbers([](const auto& hit) {
-                            return hit.exists() ? std::int64_t(hit.body) : std::int64_t(-1);
-                          }),
-                          {n});
-  arrays.triangles =
-      adopt<std::int32_t>(numbers([](const auto& hit) { return hit.hit.triangle; }), {n});
-  arrays.t = adopt<double>(numbers([](const auto& hit) { return double(hit.hit.t); }), {n});
-  arrays.u = adopt<double>(numbers([](const auto& hit) { return double(hit.hit.u); }), {n});
-  arrays.v = adopt<double>(numbers([](const auto& hit) { return double(hit.hit.v); }), {n});
-  return arrays;
+  HitsOfBodies hits;
+  for (const auto& hit : found) hits.bodies.push_back(hit.exists() ? std::int64_t(hit.body) : -1);
+  const auto of_meshes = column(found, &SceneRayHit<double>::hit);
+  hits.triangles = column(of_meshes, &RayHit<double>::triangle);
+  hits.t = column(of_meshes, &RayHit<double>::t);
+  hits.u = column(of_meshes, &RayHit<double>::u);
+  hits.v = column(of_meshes, &RayHit<double>::v);
+  return hits;
 }
 
-/// Python's SceneImpact.
-struct ImpactOfBodies : Bound {
-  BodyPair bodies;
-  FirstImpact impact;
-};
+py::tuple bodiesOf(const SceneDistance<double>& found) {
+  if (!found.exists()) return py::make_tuple(-1, -1);
+  return py::make_tuple(found.bodies.first, found.bodies.second);
+}
+
+std::int64_t bodyOf(const ScenePoint<double>& found) {
+  return found.exists() ? std::int64_t(found.body) : -1;
+}
 
 void bindNearestResults(py::module_& module) {
-  py::class_<BodyGap>(module, "SceneDistance", "Two bodies, and how far apart they are.")
-      .def_property_readonly(
-          "bodies", [](const BodyGap& self) { return py::make_tuple(self.first, self.second); },
-          "Two numbers of bodies; of Scene.nearest the body that was asked for comes first. -1 "
-          "where there is no pair.")
-      .def_readonly("distance", &BodyGap::distance,
-                    "A length; 0 or, of a shape, less where they touch; infinite where there is no "
-                    "pair.")
-      .def_property_readonly(
-          "points",
-          [](const BodyGap& self) {
-            return py::array_t<double>({2, 3}, self.points.data());
-          },
-          "(2, 3) float64: on the first body and on the second, in the world; NaN where there is "
-          "no pair.")
-      .def_property_readonly(
-          "triangles",
-          [](const BodyGap& self) { return py::array_t<std::int32_t>(2, self.triangles.data()); },
-          "(2,) int32: those of these points; -1 of a shape.")
-      .def("__repr__", TextOf({"bodies", "distance", "points", "triangles"}));
-  py::class_<PointOnBody>(module, "ScenePoint", "The nearest point of all bodies of a Scene.")
-      .def_readonly("body", &PointOnBody::body, "Its number; -1 where there is no body.")
-      .def_readonly("distance", &PointOnBody::distance,
-                    "A length; infinite where there is no body.")
-      .def_property_readonly(
-          "point",
-          [](const PointOnBody& self) { return py::array_t<double>(3, self.point.data()); },
-          "(3,) float64, in the world; NaN where there is no body.")
-      .def_readonly("triangle", &PointOnBody::triangle, "That has it; -1 of a shape.")
-      .def("__repr__", TextOf({"body", "distance", "point", "triangle"}));
+  using D = SceneDistance<double>;
+  ResultClass<D>(module, "SceneDistance", "Two bodies, and how far apart they are.")
+      .attribute("bodies", &bodiesOf,
+                 "Two numbers of bodies; of Scene.nearest the body that was asked for comes first. "
+                 "-1 where there is no pair.")
+      .attribute("distance", &D::distance,
+                 "A length; 0 or, of a shape, less where they touch; infinite where there is no "
+                 "pair.")
+      .attribute("points", &D::points,
+                 "(2, 3) float64: on the first body and on the second, in the world; NaN where "
+                 "there is no pair.")
+      .attribute("triangles", &D::elements, "(2,) int32: those of these points; -1 of a shape.");
+  using P = ScenePoint<double>;
+  ResultClass<P>(module, "ScenePoint", "The nearest point of all bodies of a Scene.")
+      .attribute("body", &bodyOf, "Its number; -1 where there is no body.")
+      .attribute("distance", &P::distance, "A length; infinite where there is no body.")
+      .attribute("point", &P::point, "(3,) float64, in the world; NaN where there is no body.")
+      .attribute("triangle", &P::triangle, "That has it; -1 of a shape.");
 }
 
 void bindOtherResults(py::module_& module) {
-  py::class_<HitsOfBodies>(module, "SceneRayHits",
-                           "Where each of N rays meets the bodies of a Scene first. len() is N.")
-      .def_readonly("bodies", &HitsOfBodies::bodies, "(N,) int64; -1 where a ray meets nothing.")
-      .def_readonly("triangles", &HitsOfBodies::triangles,
-                    "(N,) int32; -1 where a ray meets a shape or nothing.")
-      .def_readonly("t", &HitsOfBodies::t,
-                    "(N,) float64: the point is at origin + t * direction; infinite where a ray "
-                    "meets nothing.")
-      .def_readonly(
-          "u", &HitsOfBodies::u,
-          "(N,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners; 0 of a "
-          "shape.")
-      .def_readonly("v", &HitsOfBodies::v, "(N,) float64, as u.")
-      .def("__len__", [](const HitsOfBodies& self) { return self.t.shape(0); })
-      .def("__repr__", TextOf({"bodies", "triangles", "t", "u", "v"}));
-  py::class_<ImpactOfBodies>(module, "SceneImpact", "The first two bodies that come together.")
-      .def_property_readonly(
+  using H = HitsOfBodies;
+  ResultClass<H>(module, "SceneRayHits",
+                 "Where each of N rays meets the bodies of a Scene first. len() is N.")
+      .attribute("bodies", &H::bodies, "(N,) int64; -1 where a ray meets nothing.")
+      .attribute("triangles", &H::triangles, "(N,) int32; -1 where a ray meets a shape or nothing.")
+      .attribute("t", &H::t,
+                 "(N,) float64: the point is at origin + t * direction; infinite where a ray meets "
+                 "nothing.")
+      .attribute("u", &H::u,
+                 "(N,) float64: the point is (1 - u - v) a + u b + v c of the triangle's corners; "
+                 "0 of a shape.")
+      .attribute("v", &H::v, "(N,) float64, as u.")
+      .length(&H::t);
+  ResultClass<SceneImpact> impact(module, "SceneImpact",
+                                  "The first two bodies that come together.");
+  impact
+      .attribute(
           "bodies",
-          [](const ImpactOfBodies& self) {
-            return py::make_tuple(self.bodies.first, self.bodies.second);
-          },
+          [](const SceneImpact& i) { return py::make_tuple(i.bodies.first, i.bodies.second); },
           "Two numbers of bodies, the same twice where a body meets itself; without meaning where "
           "nothing happens.")
-      .def_property_readonly(
-          "impact", [](const ImpactOfBodies& self) -> FirstImpact { return self.impact; },
-          "An Impact: features of the first body and of the second, and the time.")
-      .def_property_readonly(
-          "happens", [](const ImpactOfBodies& self) { return self.impact.impact.happens(); },
-          "Whether anything comes together.")
-      .def("__repr__", TextOf({"bodies", "impact"}));
+      .attribute("impact", &SceneImpact::impact,
+                 "An Impact: features of the first body and of the second, and the time.");
+  (*impact).def_property_readonly("happens", &SceneImpact::happens,
+                                  "Whether anything comes together.");
 }
 
 }  // namespace
@@ -210,49 +149,32 @@ void bindNearestQueries(SceneClass& scene) {
       .def(
           "nearest",
           [](LockedScene& self, BodyId body) {
-            return self.changeWithMeshes([&](auto& s) { return gapOf(s.nearest(body)); });
+            return self.changeWithMeshes([&](Scene3& s) { return s.nearest(body); });
           },
-          py::arg("body"),
+          "body"_a,
           "The body nearest to one, a SceneDistance. The scene remembers it: the next call starts "
           "from it.")
-      .def("nearest", &nearestBodies, py::arg("body"), py::arg("k"), docs::kNearestBodies)
+      .def("nearest", &nearestBodies, "body"_a, "k"_a, docs::kNearestBodies)
       .def(
           "distance",
           [](LockedScene& self) {
-            return self.changeWithMeshes([&](auto& s) { return gapOf(s.distance()); });
+            return self.changeWithMeshes([](Scene3& s) { return s.distance(); });
           },
           "The two bodies that are nearest, a SceneDistance. The scene remembers them: the next "
           "call starts from them.")
-      .def("nearest_point", &nearestPointOf, py::arg("point"),
+      .def("nearest_point", &nearestPointOf, "point"_a,
            "The point of the bodies' surfaces that is nearest to `point`, (3,), in the world: a "
            "ScenePoint.");
 }
 
 void bindRayAndStepQueries(SceneClass& scene) {
   scene
-      .def(
-          "first_hit",
-          [](const LockedScene& self, const py::object& origins, const py::object& directions,
-             double begin, double end) {
-            return self.isDouble() ? castRays<double>(self, origins, directions, begin, end)
-                                   : castRays<float>(self, origins, directions, begin, end);
-          },
-          py::arg("origins"), py::arg("directions"), py::kw_only(), py::arg("begin") = 0.0,
-          py::arg("end") = std::numeric_limits<double>::infinity(), docs::kSceneFirstHit)
-      .def(
-          "earliest_impact",
-          [](const LockedScene& self, double separation) {
-            const SceneImpact found =
-                self.query([&](const auto& s) { return s.earliestImpact(separation); });
-            return ImpactOfBodies{{}, found.bodies, {{}, found.impact}};
-          },
-          py::arg("separation") = 0.0, docs::kSceneEarliestImpact)
-      .def(
-          "largest_safe_step",
-          [](const LockedScene& self, double separation) {
-            return self.query([&](const auto& s) { return s.largestSafeStep(separation); });
-          },
-          py::arg("separation") = 0.0, docs::kSceneLargestSafeStep);
+      .def("first_hit", &firstHitsOf, "origins"_a, "directions"_a, py::kw_only(), "begin"_a = 0.0,
+           "end"_a = std::numeric_limits<double>::infinity(), docs::kSceneFirstHit)
+      .def("earliest_impact", reading(&Scene3::earliestImpact), "separation"_a = 0.0,
+           docs::kSceneEarliestImpact)
+      .def("largest_safe_step", reading(&Scene3::largestSafeStep), "separation"_a = 0.0,
+           docs::kSceneLargestSafeStep);
 }
 
 }  // namespace

@@ -15,96 +15,90 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "arrays.h"
+#include "bind.h"
+#include "results.h"
 
 namespace adaptive_bvh::python {
 namespace {
 
-// Beyond these the products of four lengths in FCL's solver overflow in single precision, or
-// vanish.
+// Products of four such lengths are far from overflow and underflow.
 constexpr double kSmallest = 1e-8, kLargest = 1e8;
 
-// A type for each shape, so that Python has a class for each.
-struct Box : Shape {
-  Box(double x, double y, double z) : Shape(make<fcl::Box>("Box", x, y, z)) {}
-};
-struct Sphere : Shape {
-  explicit Sphere(double radius) : Shape(make<fcl::Sphere>("Sphere", radius)) {}
-};
-struct Capsule : Shape {
-  Capsule(double radius, double lz) : Shape(make<fcl::Capsule>("Capsule", radius, lz)) {}
-};
-struct Cylinder : Shape {
-  Cylinder(double radius, double lz) : Shape(make<fcl::Cylinder>("Cylinder", radius, lz)) {}
-};
-struct Cone : Shape {
-  Cone(double radius, double lz) : Shape(make<fcl::Cone>("Cone", radius, lz)) {}
-};
-struct Ellipsoid : Shape {
-  Ellipsoid(double a, double b, double c) : Shape(make<fcl::Ellipsoid>("Ellipsoid", a, b, c)) {}
+/// A type for each shape, so that Python has a class for each.
+template <template <typename> class Geometry>
+struct Typed : Shape {
+  explicit Typed(Shape&& shape) : Shape(std::move(shape)) {}
 };
 
-struct Plane : Shape {
-  Plane(const py::object& normal, double offset)
-      : Shape(makeUnbounded<fcl::Plane>("Plane", pointFrom<double>(normal, "normal"), offset)) {}
+/// An argument of a shape's constructor, which is also a property.
+struct Size {
+  const char *name, *doc;
 };
-struct Halfspace : Shape {
-  Halfspace(const py::object& normal, double offset)
-      : Shape(makeUnbounded<fcl::Halfspace>("Halfspace", pointFrom<double>(normal, "normal"),
-                                            offset)) {}
-};
+template <std::size_t>
+using Length = double;
 
-/// A property for each size.
-template <typename Class>
-void addSizes(Class& type, const std::vector<std::pair<const char*, const char*>>& sizes) {
-  for (std::size_t i = 0; i < sizes.size(); ++i)
-    type.def_property_readonly(
-        sizes[i].first, [i](const Shape& self) { return self.size(i); }, sizes[i].second);
+/// A shape of some sizes.
+template <template <typename> class Primitive, std::size_t... kIndices>
+void bindSolid(py::module_& module, const char* name, const char* doc, const char* sizes_doc,
+               const Size* sizes, std::index_sequence<kIndices...>) {
+  using Solid = Typed<Primitive>;
+  py::class_<Solid, Shape> solid(module, name, doc);
+  solid.def(py::init([name](Length<kIndices>... lengths) {
+              return Solid(Shape::make<Primitive>(name, lengths...));
+            }),
+            py::arg(sizes[kIndices].name)..., sizes_doc);
+  (solid.def_property_readonly(
+       sizes[kIndices].name, [](const Shape& self) { return self.size(kIndices); },
+       sizes[kIndices].doc),
+   ...);
+}
+template <template <typename> class Primitive, std::size_t kCount>
+void bindSolid(py::module_& module, const char* name, const char* doc, const char* sizes_doc,
+               const Size (&sizes)[kCount]) {
+  bindSolid<Primitive>(module, name, doc, sizes_doc, sizes, std::make_index_sequence<kCount>());
 }
 
-void bindRound(py::module_& module) {
-  py::class_<Sphere, Shape> sphere(module, "Sphere", "A sphere around the origin.");
-  sphere.def(py::init<double>(), py::arg("radius"), "radius: a length.");
-  addSizes(sphere, {{"radius", "A length."}});
-  py::class_<Ellipsoid, Shape> ellipsoid(module, "Ellipsoid", "An ellipsoid around the origin.");
-  ellipsoid.def(py::init<double, double, double>(), py::arg("a"), py::arg("b"), py::arg("c"),
-                "a, b, c: half of the extents along x, y and z.");
-  addSizes(ellipsoid, {{"a", "Half of the extent along x."},
-                       {"b", "Half of the extent along y."},
-                       {"c", "Half of the extent along z."}});
-}
-
-/// Those with the axis z.
-template <typename T>
-void bindAxial(py::module_& module, const char* name, const char* what, const char* length) {
-  py::class_<T, Shape> shape(module, name, what);
-  shape.def(py::init<double, double>(), py::arg("radius"), py::arg("lz"),
-            "radius, lz: two lengths, the second along z.");
-  addSizes(shape, {{"radius", "A length."}, {"lz", length}});
+void bindSolids(py::module_& module) {
+  bindSolid<fcl::Box>(
+      module, "Box", "A box around the origin.", "x, y, z: the whole lengths of its sides.",
+      {{"x", "The length along x."}, {"y", "The length along y."}, {"z", "The length along z."}});
+  bindSolid<fcl::Sphere>(module, "Sphere", "A sphere around the origin.", "radius: a length.",
+                         {{"radius", "A length."}});
+  bindSolid<fcl::Ellipsoid>(module, "Ellipsoid", "An ellipsoid around the origin.",
+                            "a, b, c: half of the extents along x, y and z.",
+                            {{"a", "Half of the extent along x."},
+                             {"b", "Half of the extent along y."},
+                             {"c", "Half of the extent along z."}});
+  const char* axial = "radius, lz: two lengths, the second along z.";
+  const Size radius = {"radius", "A length."}, lz = {"lz", "Its whole length along z."};
+  bindSolid<fcl::Capsule>(
+      module, "Capsule", "A capsule: the points within radius of a segment.", axial,
+      {radius, {"lz", "The length of the segment along z; the capsule is longer by two radii."}});
+  bindSolid<fcl::Cylinder>(module, "Cylinder", "A cylinder.", axial, {radius, lz});
+  bindSolid<fcl::Cone>(module, "Cone", "A cone. Its tip is at +lz / 2, its base at -lz / 2.", axial,
+                       {radius, lz});
 }
 
 /// Plane and Halfspace.
-template <typename T>
+template <template <typename> class Geometry>
 void bindUnbounded(py::module_& module, const char* name, const char* what) {
-  py::class_<T, Shape>(module, name, what)
-      .def(py::init<const py::object&, double>(), py::arg("normal"), py::arg("offset") = 0.0,
+  using Unbounded = Typed<Geometry>;
+  py::class_<Unbounded, Shape>(module, name, what)
+      .def(py::init([name](const py::object& normal, double offset) {
+             return Unbounded(
+                 Shape::makeUnbounded<Geometry>(name, pointFrom(normal, "normal"), offset));
+           }),
+           "normal"_a, "offset"_a = 0.0,
            "normal: (3,), of length 1 to 1e-6. offset: a length, how far from the origin the plane "
            "is along the normal.")
       .def_property_readonly(
           "normal",
           [](const Shape& self) {
-            const double numbers[] = {self.size(0), self.size(1), self.size(2)};
-            return py::array_t<double>(3, numbers);
+            return arrayOf(fcl::Vector3d(self.size(0), self.size(1), self.size(2)));
           },
           "(3,) float64, of length 1.")
       .def_property_readonly(
-          "offset", [](const Shape& self) { return self.size(3); }, "A length.")
-      .def("__repr__", [type = std::string(name)](const Shape& self) {
-        const auto number = [&](std::size_t i) {
-          return std::string(py::repr(py::float_(self.size(i))));
-        };
-        return type + "((" + number(0) + ", " + number(1) + ", " + number(2) + "), " + number(3) +
-               ")";
-      });
+          "offset", [](const Shape& self) { return self.size(3); }, "A length.");
 }
 
 }  // namespace
@@ -136,10 +130,8 @@ py::tuple Shape::arguments() const {
 }
 
 std::string Shape::text() const {
-  std::string text = name_ + "(";
-  for (std::size_t i = 0; i < sizes_.size(); ++i)
-    text += (i ? ", " : "") + std::string(py::repr(py::float_(sizes_[i])));
-  return text + ")";
+  const std::string text = py::repr(arguments());  // "(1.0,)" of one
+  return name_ + (sizes_.size() == 1 ? text.substr(0, text.size() - 2) + ")" : text);
 }
 
 void bindShapes(py::module_& module) {
@@ -152,22 +144,11 @@ void bindShapes(py::module_& module) {
              return py::make_tuple(py::type::of(self), self.cast<const Shape&>().arguments());
            })
       .def("__repr__", &Shape::text);
-  py::class_<Box, Shape> box(module, "Box", "A box around the origin.");
-  box.def(py::init<double, double, double>(), py::arg("x"), py::arg("y"), py::arg("z"),
-          "x, y, z: the whole lengths of its sides.");
-  addSizes(
-      box,
-      {{"x", "The length along x."}, {"y", "The length along y."}, {"z", "The length along z."}});
-  bindRound(module);
-  bindAxial<Capsule>(module, "Capsule", "A capsule: the points within radius of a segment.",
-                     "The length of the segment along z; the capsule is longer by two radii.");
-  bindAxial<Cylinder>(module, "Cylinder", "A cylinder.", "Its whole length along z.");
-  bindAxial<Cone>(module, "Cone", "A cone. Its tip is at +lz / 2, its base at -lz / 2.",
-                  "Its whole length along z.");
-  bindUnbounded<Plane>(module, "Plane",
-                       "The points x with normal . x = offset: both sides are out.");
-  bindUnbounded<Halfspace>(module, "Halfspace",
-                           "The points x with normal . x <= offset: the normal points out.");
+  bindSolids(module);
+  bindUnbounded<fcl::Plane>(module, "Plane",
+                            "The points x with normal . x = offset: both sides are out.");
+  bindUnbounded<fcl::Halfspace>(module, "Halfspace",
+                                "The points x with normal . x <= offset: the normal points out.");
 }
 
 }  // namespace adaptive_bvh::python

@@ -6,14 +6,14 @@
 
 #include <pybind11/pybind11.h>
 
-#include <fcl/geometry/shape/shape_base.h>
+#include <fcl/geometry/collision_geometry.h>
 #include <Eigen/Core>
 
 #include "bound.h"
 
 namespace adaptive_bvh::python {
 
-/// A primitive of FCL, a plane or a half-space in both precisions. Does not change, so threads may
+/// A primitive of FCL, a plane or a half-space. Does not change, so threads may
 /// share it.
 class Shape : public Bound {
  public:
@@ -22,8 +22,7 @@ class Shape : public Bound {
   template <template <typename> class Primitive, typename... Sizes>
   static Shape make(const char* name, Sizes... sizes) {
     Shape shape(name, {sizes...});
-    shape.double_ = std::make_shared<Primitive<double>>(sizes...);
-    shape.float_ = std::make_shared<Primitive<float>>(static_cast<float>(sizes)...);
+    shape.geometry_ = std::make_shared<Primitive<double>>(sizes...);
     return shape;
   }
 
@@ -34,28 +33,13 @@ class Shape : public Bound {
     const Eigen::Vector3d unit = unitNormal(name, normal, offset);
     Shape shape(name, {});
     shape.sizes_ = {unit[0], unit[1], unit[2], offset};
-    shape.double_ = std::make_shared<Unbounded<double>>(unit, offset);
-    shape.float_ = std::make_shared<Unbounded<float>>(unit.cast<float>(), float(offset));
+    shape.geometry_ = std::make_shared<Unbounded<double>>(unit, offset);
     return shape;
   }
 
-  /// FCL's object, of numbers of type S.
-  template <typename S>
-  const fcl::CollisionGeometry<S>* geometry() const {
-    if constexpr (sizeof(S) == sizeof(double))
-      return double_.get();
-    else
-      return float_.get();
-  }
-
-  /// As above, shared.
-  template <typename S>
-  std::shared_ptr<const fcl::CollisionGeometry<S>> geometryPointer() const {
-    if constexpr (sizeof(S) == sizeof(double))
-      return double_;
-    else
-      return float_;
-  }
+  /// FCL's object.
+  const fcl::CollisionGeometryd& geometry() const { return *geometry_; }
+  std::shared_ptr<const fcl::CollisionGeometryd> geometryPointer() const { return geometry_; }
 
   double size(std::size_t i) const { return sizes_[i]; }
   /// What Python's constructor takes.
@@ -72,10 +56,7 @@ class Shape : public Bound {
 
   std::string name_;
   std::vector<double> sizes_;  ///< or a normal and an offset
-  std::shared_ptr<const fcl::ShapeBase<double>> double_;
-  std::shared_ptr<const fcl::ShapeBase<float>> float_;
+  std::shared_ptr<const fcl::CollisionGeometryd> geometry_;
 };
-
-void bindShapes(py::module_& module);
 
 }  // namespace adaptive_bvh::python

@@ -29,7 +29,7 @@ std::string textOfValue(const py::object& value) {
 
 std::string TextOf::operator()(const py::object& self) const {
   std::string text = py::type::of(self).attr("__name__").cast<std::string>() + "(", separator;
-  for (const char* name : attributes_) {
+  for (const char* name : *attributes_) {
     text += separator + name + "=" + textOfValue(self.attr(name));
     separator = ", ";
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <pybind11/pybind11.h>
@@ -13,11 +15,13 @@ namespace py = pybind11;
 /// of arrays have six digits. Arrays of more than 12 are abbreviated, and followed by their shape.
 class TextOf {
  public:
-  explicit TextOf(std::vector<const char*> attributes) : attributes_(std::move(attributes)) {}
+  /// The names may still change.
+  explicit TextOf(std::shared_ptr<const std::vector<const char*>> attributes)
+      : attributes_(std::move(attributes)) {}
   std::string operator()(const py::object& self) const;
 
  private:
-  std::vector<const char*> attributes_;
+  std::shared_ptr<const std::vector<const char*>> attributes_;
 };
 
 }  // namespace adaptive_bvh::python

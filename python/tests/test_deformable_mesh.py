@@ -177,7 +177,6 @@ def test_wrong_meshes_are_refused():
         ((vertices * np.nan, faces), ValueError, "coordinate x of vertex 0 is nan"),
         ((vertices * 1e200, faces), ValueError, "too large"),
         ((vertices + np.inf, faces), ValueError, "coordinate x of vertex 0 is inf"),
-        ((vertices * 1e10, faces, "float32"), ValueError, "too large"),
         ((vertices, faces, "int32"), TypeError, "float64 or float32 is needed"),
         ((vertices, faces[:0]), ValueError, "no triangles"),
         ((vertices[:0], faces[:0]), ValueError, "no triangles"),
@@ -190,7 +189,7 @@ def test_wrong_meshes_are_refused():
 
 
 def in_memory(array):
-    """The same numbers in arrays that are read in place, and in arrays that are converted."""
+    """The same numbers in arrays that are read as they lie, and in arrays that are converted."""
     padded = np.zeros((len(array), 5), array.dtype)
     padded[:, 1:4] = array
     other = np.float32 if array.dtype == np.float64 else np.float64
@@ -198,10 +197,10 @@ def in_memory(array):
     twice = np.asfortranarray(np.concatenate([array, array]))
     in_place += [np.asfortranarray(padded)[:, 1:4], twice[: len(array)]]
     turned = array[:, ::-1].copy()[:, ::-1]
-    return in_place, [array.astype(other), turned, array[::-1].copy()[::-1]]
+    return in_place + [array.astype(other)], [turned, array[::-1].copy()[::-1]]
 
 
-def test_arrays_in_either_order_are_read_in_place(kind):
+def test_arrays_in_either_order_need_no_other_array(kind):
     vertices, faces = meshes.sheet(100)
     mine = np.ascontiguousarray(meshes.wave(vertices, 1), np.float32).astype(kind["dtype"])
     mesh = ab.DeformableMesh(vertices, faces, **kind)
@@ -263,6 +262,11 @@ def test_threads_are_at_least_one():
 def test_results_outlive_what_they_came_from():
     mesh = ab.DeformableMesh(*meshes.ball(1))
     kept = [mesh.vertices, ab.collide(mesh, ab.Box(1, 1, 9)).points, ab.clearance(mesh, mesh)]
+    other = ab.DeformableMesh(meshes.ball(1)[0] + [0, 0, 1], meshes.ball(1)[1])
+    kept += [ab.contact_regions(mesh, other).first.areas]  # an array of a part of a result
+    near = ab.feature_pairs_within(mesh, other, 0.5)
+    kept += [ab.feature_pair_details(mesh, other, near).edge_edge.normals]
+    assert all(array.size for array in kept)
     copies = [array.copy() for array in kept]
     del mesh
     gc.collect()

@@ -105,12 +105,17 @@ def test_what_is_no_pose_is_refused(tf, sentence):
         ab.distance(a, a, None, tf)
 
 
-def test_meshes_of_different_types_are_refused():
-    ball = meshes.ball(0)
-    a, other = ab.DeformableMesh(*ball), ab.DeformableMesh(*ball, dtype="float32")
-    for query in (ab.distance, ab.collide, ab.CoherentDistance, ab.clearance):
-        with pytest.raises(TypeError, match="float64 and float32; give both the same dtype"):
-            query(a, other)
+def test_meshes_of_different_types_meet():
+    vertices, faces = meshes.ball(1)
+    tf = meshes.place(0.1, 0.2, 3)
+    single = ab.DeformableMesh(vertices, faces, dtype="float32")
+    same = ab.DeformableMesh(single.vertices, faces)
+    other = ab.DeformableMesh(vertices, faces)
+    for pose in (tf, np.eye(4)):
+        for query in (ab.distance, ab.collide, ab.contact_regions):
+            assert repr(query(other, single, None, pose)) == repr(query(other, same, None, pose))
+    expected = ab.distance(other, same, None, tf).distance
+    assert ab.CoherentDistance(other, single).distance(None, tf).distance == expected
 
 
 def test_other_objects_are_refused():

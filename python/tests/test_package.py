@@ -88,6 +88,51 @@ def test_stub_has_the_parameters_and_defaults_of_the_module():
     assert checked > 50
 
 
+ARRAYS = {"numpy.float64": "_Floats", "numpy.int32": "_Ints", "numpy.int64": "_Longs",
+          "bool": "_Bools"}
+
+
+def type_in_stub(text):
+    """A type as pybind11 generates it, as the stub writes it."""
+    text = re.sub(r"adaptive_bvh\.", "", text)
+    return re.sub(r"numpy\.ndarray\[([\w.]+)\]", lambda match: ARRAYS[match.group(1)], text)
+
+
+def agree(generated, written):
+    """Whether the stub's type is the generated one, or says more."""
+    vague = {"object": "", "tuple": "Tuple", "list": "List", "str": "(str|Literal|_Kind)",
+             "numpy.ndarray": "(npt.NDArray|_)", "dtype": "np.dtype"}
+    generated = type_in_stub(generated)
+    return generated == written or bool(re.match(vague.get(generated, "$"), written))
+
+
+def results_in_stub():
+    """Name and type of what functions return and of properties."""
+    for name, node in functions_in_stub():
+        yield name, ast.unparse(node.returns)
+    for node in STUB.body:
+        if isinstance(node, ast.ClassDef) and node.name[0] != "_":
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef) and member.decorator_list:
+                    if ast.unparse(member.decorator_list[0]) == "property":
+                        yield node.name + "." + member.name, ast.unparse(member.returns)
+
+
+def test_stub_has_the_results_of_the_module():
+    checked = 0
+    for path, written in results_in_stub():
+        target = ab
+        for part in path.split("."):
+            target = getattr(target, part)
+        text = target.fget.__doc__ if isinstance(target, property) else target.__doc__
+        generated = re.findall(r"\) -> (.+)$", text.split("\n\n")[0], re.M)
+        generated += re.findall(r"^\d+\. .*\) -> (.+)$", text, re.M)
+        if generated:
+            assert any(agree(g, written) for g in generated), (path, generated, written)
+            checked += 1
+    assert checked > 200
+
+
 def test_everything_public_has_a_docstring():
     for name in ab.__all__:
         thing = getattr(ab, name)

@@ -60,6 +60,26 @@ def test_a_pickle_holds_the_mesh(moved, protocol):
     expect_same(moved, copy.deepcopy({"mesh": moved})["mesh"])
 
 
+def test_files_of_float32_of_earlier_versions():
+    """A file whose numbers are float32, of a mesh that update_two_frames moved."""
+    path = pathlib.Path(__file__).parent / "saved_float32.bin"
+    vertices, faces = sheet(4)
+    expected = ab.DeformableMesh(vertices, faces, dtype="float32")
+    expected.update_two_frames(wave(vertices, 1))
+    expect_same(expected, ab.DeformableMesh.load(path))
+
+    def unpickled(state):
+        mesh = ab.DeformableMesh.__new__(ab.DeformableMesh)
+        mesh.__setstate__(state)
+        return mesh
+
+    expect_same(expected, unpickled(path.read_bytes()))
+    damaged = bytearray(path.read_bytes())
+    damaged[700] ^= 1
+    with pytest.raises(ValueError, match="DeformableMesh::load"):
+        unpickled(bytes(damaged))
+
+
 def distance_in_worker(mesh, z):
     mesh.update(wave(mesh.vertices, z))
     return ab.distance(mesh, ab.Sphere(0.5), None, (np.eye(3), [0, 0, z])).distance
