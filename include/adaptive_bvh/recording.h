@@ -222,9 +222,9 @@ struct RecordingOptions {
 /// program run without a recording, keep the times of its steps, and pass them in a second run
 /// (examples/tools/run_page.cpp).
 ///
-/// **Memory.** A call that throws std::bad_alloc leaves bodies and frames as they were before. (JSON
-/// is made by nlohmann-json, which allocates when it frees a value: the program ends where that
-/// allocation fails.)
+/// **Memory.** A call that throws std::bad_alloc leaves bodies and frames as they were before.
+/// (JSON is made by nlohmann-json, which allocates when it frees a value: the program ends where
+/// that allocation fails.)
 ///
 /// **Lifetime.** Keeps references: a mesh or model must live until the last call of `frame`.
 /// `write` reads none. The object serves one thread at a time.
