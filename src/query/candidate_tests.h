@@ -136,7 +136,7 @@ class CandidateTests {
 
   /// From the mesh's own positions.
   TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
-    TriangleDifferences<double> differences(in_.tree1.scale());
+    TriangleDifferences differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
       differences.set(k, in_.pointsOfFirst(group[k].first), in_.pointsOfSecond(group[k].second));
     }

@@ -10,33 +10,29 @@ namespace adaptive_bvh {
 /// What products of two to four lengths may lose by underflow, in body units: FCL's, in units of
 /// the model, `scale` of which are one body unit, and those of TrianglePairs4. No length is larger
 /// than `longest`, in body units.
-template <typename S>
-float leastProduct(double scale, double longest) {
+inline float leastProduct(double scale, double longest) {
   const auto lost = [&](double smallest, double unit) {
     const double square = unit * unit;
     return 64 * smallest * square * (square + unit * longest + longest * longest);
   };
-  return static_cast<float>(lost(double(std::numeric_limits<S>::min()), scale) +
+  return static_cast<float>(lost(std::numeric_limits<double>::min(), scale) +
                             lost(double(std::numeric_limits<float>::min()), 1));
 }
 
-/// A difference of numbers of S is off by this share of the extent of a pair, along any axes.
-template <typename S>
-constexpr float differenceError() {
-  return 2 * std::numeric_limits<S>::epsilon();
-}
+/// A difference of coordinates is off by this share of the extent of a pair, along any axes.
+constexpr float kDifferenceError = 2 * std::numeric_limits<double>::epsilon();
 
 /// Four pairs of triangles from the corners in the model's own numbers, by the differences that
 /// FCL's test takes, too.
-template <typename S>
 class TriangleDifferences {
  public:
   /// Lengths in the pairs are `scale`, a power of two, times those of the corners.
-  explicit TriangleDifferences(double scale) : scale_(static_cast<S>(scale)) {}
+  explicit TriangleDifferences(double scale) : scale_(scale) {}
 
-  ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<S>& p, TrianglePoints<S> q) {
+  ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<double>& p,
+                               TrianglePoints<double> q) {
     for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
-    const fcl::Vector3<S> p1 = p[1] - p[0], p2 = p[2] - p[0];
+    const fcl::Vector3d p1 = p[1] - p[0], p2 = p[2] - p[0];
     set(kPEdges + 0, lane, p1);
     set(kPEdges + 1, lane, p2 - p1);
     set(kPEdges + 2, lane, -p2);
@@ -59,7 +55,7 @@ class TriangleDifferences {
  private:
   static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;
 
-  ADAPTIVE_BVH_INLINE void set(std::size_t which, int lane, const fcl::Vector3<S>& v) {
+  ADAPTIVE_BVH_INLINE void set(std::size_t which, int lane, const fcl::Vector3d& v) {
     vectors_[which][lane] =
         Float4{static_cast<float>(v[0] * scale_), static_cast<float>(v[1] * scale_),
                static_cast<float>(v[2] * scale_), 0};
@@ -69,7 +65,7 @@ class TriangleDifferences {
     return float4::columns(v[0], v[1], v[2], v[3]);
   }
 
-  const S scale_;
+  const double scale_;
   Float4 vectors_[9][4];
 };
 
@@ -80,8 +76,7 @@ struct PairErrors {
 /// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::reach.
 template <typename Frame>
 PairErrors pairErrors(const Frame& frame, double scale, float reach) {
-  const float share = differenceError<double>(),
-              least = leastProduct<double>(scale, frame.longest());
+  const float share = kDifferenceError, least = leastProduct(scale, frame.longest());
   return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
 }
 

@@ -27,22 +27,21 @@ using adaptive_bvh::Vector4x3;
 using exact::Real;
 
 /// Four pairs of triangles of one body.
-template <typename S>
 struct Group {
-  TrianglePoints<S> p[4], q[4];
-  S extent;            ///< of the body, from its origin
-  Vector3<S> origin;   ///< where the body is
-  fcl::Matrix3d axes;  ///< of its coordinates
+  TrianglePoints<double> p[4], q[4];
+  double extent;           ///< of the body, from its origin
+  Vector3<double> origin;  ///< where the body is
+  fcl::Matrix3d axes;      ///< of its coordinates
 
   double scale() const { return std::ldexp(1., -std::ilogb(double(extent))); }
 
   /// In the coordinates of a four-wide tree: positions, or what rounding took off them.
-  Vector4x3 corner(const TrianglePoints<S> (&triangles)[4], std::size_t c, bool residuals) const {
+  Vector4x3 corner(const TrianglePoints<double> (&triangles)[4], std::size_t c,
+                   bool residuals) const {
     const adaptive_bvh::RoundedCoordinates coordinates(
-        adaptive_bvh::BodyCoordinates(axes, origin.template cast<double>(), scale()));
+        adaptive_bvh::BodyCoordinates(axes, origin, scale()));
     Float4 rounded[4], residual[4];
-    for (std::size_t k = 0; k < 4; ++k)
-      coordinates(triangles[k][c].template cast<double>(), rounded[k], residual[k]);
+    for (std::size_t k = 0; k < 4; ++k) coordinates(triangles[k][c], rounded[k], residual[k]);
     const Float4(&at)[4] = residuals ? residual : rounded;
     return adaptive_bvh::float4::columns(at[0], at[1], at[2], at[3]);
   }
@@ -57,41 +56,39 @@ struct Group {
                           {corner(q, 0, true), corner(q, 1, true), corner(q, 2, true)});
   }
   TrianglePairs4 fine() const {
-    TriangleDifferences<S> differences(scale());
+    TriangleDifferences differences(scale());
     for (int k = 0; k < 4; ++k) differences.set(k, p[k], q[k]);
     return differences.pairs();
   }
   PairError error(float position) const {
-    return {position, adaptive_bvh::differenceError<S>(),
-            adaptive_bvh::leastProduct<S>(scale(), 12)};
+    return {position, adaptive_bvh::kDifferenceError, adaptive_bvh::leastProduct(scale(), 12)};
   }
   PairError preciseError() const { return error(2 * adaptive_bvh::WideTree::kResidualError); }
   PairError coarseError() const { return error(adaptive_bvh::WideTree::kPositionError); }
 };
 
-template <typename S>
 class Pairs4 : public testing::Test {
  protected:
-  using P = Vector3<S>;
+  using P = Vector3<double>;
 
   /// Of any shape: general, a needle, a segment, a point.
-  TrianglePoints<S> triangle(const P& at, S size) {
+  TrianglePoints<double> triangle(const P& at, double size) {
     const P u = random_.vectorOfSize(size);
     P v = random_.vectorOfSize(size);
     const int kind = random_.below(16);
-    if (kind == 0) v = u * S(0.3) + random_.point() * size * random_.size(-9, -2);
-    if (kind == 1) v = u * S(0.3);
+    if (kind == 0) v = u * double(0.3) + random_.point() * size * random_.size(-9, -2);
+    if (kind == 1) v = u * double(0.3);
     if (kind == 2) v = u;
     if (kind == 3) return {at, at, at};
     return {at, at + u, at + v};
   }
-  static P inside(const TrianglePoints<S>& t, S a, S b) {
+  static P inside(const TrianglePoints<double>& t, double a, double b) {
     return t[0] + a * (t[1] - t[0]) + b * (1 - a) * (t[2] - t[0]);
   }
 
   /// How the second lies to the first.
-  TrianglePoints<S> beside(const TrianglePoints<S>& p, S size) {
-    TrianglePoints<S> q = triangle(p[0], size * random_.size(-1, 0.5));
+  TrianglePoints<double> beside(const TrianglePoints<double>& p, double size) {
+    TrianglePoints<double> q = triangle(p[0], size * random_.size(-1, 0.5));
     const P onto = inside(p, random_.uniform(0, 1), random_.uniform(0, 1));
     P shift = onto - inside(q, random_.uniform(0, 1), random_.uniform(0, 1));
     switch (random_.below(8)) {
@@ -106,43 +103,40 @@ class Pairs4 : public testing::Test {
         shift = random_.point() * size * random_.size(-9, 0);
         break;
       case 4: shift += random_.direction() * size * random_.size(-9, -1); break;
-      default: shift += random_.point() * size * S(random_.below(3)); break;
+      default: shift += random_.point() * size * double(random_.below(3)); break;
     }
     for (P& x : q) x += shift;
     return q;
   }
 
-  Group<S> group(double least_size) {
-    Group<S> g;
+  Group group(double least_size) {
+    Group g;
     g.extent = random_.size(least_size, 6);
-    g.origin = random_.point() * g.extent * (random_.oneIn(2) ? S(0) : random_.size(0, 3));
-    g.axes = random_.rotation().template cast<double>();
+    g.origin = random_.point() * g.extent * (random_.oneIn(2) ? double(0) : random_.size(0, 3));
+    g.axes = random_.rotation();
     for (int k = 0; k < 3; ++k) g.axes.col(k).normalize();
     const double smallest = random_.oneIn(3) ? -7 : -3;
     for (int k = 0; k < 4; ++k) {
-      const S size = S(0.05) * g.extent * random_.size(smallest, 0);
-      g.p[k] = triangle(g.origin + random_.point() * g.extent * S(0.2), size);
+      const double size = double(0.05) * g.extent * random_.size(smallest, 0);
+      g.p[k] = triangle(g.origin + random_.point() * g.extent * double(0.2), size);
       g.q[k] = beside(g.p[k], size);
     }
     return g;
   }
 
-  static exact::Triangle exactOf(const TrianglePoints<S>& t) {
+  static exact::Triangle exactOf(const TrianglePoints<double>& t) {
     return {exact::of(t[0]), exact::of(t[1]), exact::of(t[2])};
   }
-  static bool fclSays(const TrianglePoints<S>& a, const TrianglePoints<S>& b) {
-    return fcl::detail::Intersect<S>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]);
+  static bool fclSays(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+    return fcl::detail::Intersect<double>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]);
   }
 
-  RandomGeometry<S> random_{41};
+  RandomGeometry<double> random_{41};
 };
-
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(Pairs4, Scalars);
 
 /// Apart: never where FCL finds an intersection, nor where there is one. Touching: only where both
 /// do.
-TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
+TEST_F(Pairs4, WhatIsCertainIsSo) {
   int apart = 0, residuals_apart = 0, touching = 0, by_planes = 0, pairs_apart = 0,
       pairs_touching = 0;
   for (int round = 0; round < manySteps(6000); ++round) {
@@ -181,7 +175,7 @@ TYPED_TEST(Pairs4, WhatIsCertainIsSo) {
 }
 
 /// With a reach: "apart" only of what is farther.
-TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
+TEST_F(Pairs4, WhatIsFartherIsSo) {
   int farther = 0, apart = 0, nearly = 0, surely_farther = 0, doubtful = 0;
   const auto seenFrom = [](const exact::Point& from, exact::Triangle t) -> exact::Triangle {
     for (exact::Point& x : t) x -= from;
@@ -232,15 +226,14 @@ TYPED_TEST(Pairs4, WhatIsFartherIsSo) {
 }
 
 /// So small that FCL's products underflow.
-TYPED_TEST(Pairs4, NothingIsCertainWhereFclUnderflows) {
-  using S = TypeParam;
-  const double smallest = std::is_same<S, float>::value ? -18 : -110;
+TEST_F(Pairs4, NothingIsCertainWhereFclUnderflows) {
+  const double smallest = -110;
   int fcl_says_touching = 0;
   for (int round = 0; round < 4000; ++round) {
     auto g = this->group(-6);
-    const S size = this->random_.size(smallest, -4);
-    const S factor = size / g.extent;
-    const auto shrink = [&](TrianglePoints<S>& t) {
+    const double size = this->random_.size(smallest, -4);
+    const double factor = size / g.extent;
+    const auto shrink = [&](TrianglePoints<double>& t) {
       for (auto& x : t) x = (x - g.origin) * factor;
     };
     for (int k = 0; k < 4; ++k) {
