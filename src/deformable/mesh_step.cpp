@@ -181,6 +181,9 @@ void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangl
   topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
   topology->owners.adopt(mesh, vertices.size(), order.primitives);
   topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
+  if (!topology->owners.isClosed())
+    topology->boundary.adopt(mesh, static_cast<unsigned>(triangles.size()),
+                             topology->vertex_triangles);
   topology->components.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
   topology->features.adopt(state.tree, topology->owners);
