@@ -135,7 +135,7 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
   axes.col(0) = axes.col(2).unitOrthogonal();
   axes.col(1) = axes.col(2).cross(axes.col(0));
   BoundaryView view;
-  view.limit = std::ldexp(1., std::min(22 + 2 * tries, 50));
+  view.limit = std::ldexp(1., 22 + std::min(std::max(0, tries - 16), 30));
   for (int k = 0; k < 3; ++k) {
     view.at[k] = at[k];
     for (int i = 0; i < 3; ++i) view.axes[i][k] = axes(k, i);

@@ -28,7 +28,7 @@ class BoundaryCone {
 
   /// Adds the winding number of the cone, turned inside out, to `number`; the ray goes along
   /// `ray`. Takes time in proportion to the boundary. Off by at most 2^-52 for each edge. False
-  /// where a vertex is too near to the ray's direction: after `tries` of them, nearer ones do.
+  /// where a vertex is within 2^-10 of the ray's direction, or after many `tries`, nearer to it.
   bool addTo(double& number, const fcl::Vector3d& x, const fcl::Vector3d& ray, int tries) const;
 
  private:
