@@ -158,7 +158,7 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
       sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, axes);
     }
   }
-  number += (sum + std::atan2(turn.y, turn.x)) / kTurn + static_cast<double>(turn.turns);
+  number += (sum + std::atan2(turn.y + 0., turn.x)) / kTurn + static_cast<double>(turn.turns);
   return true;
 }
 

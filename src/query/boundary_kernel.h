@@ -26,16 +26,14 @@ struct BoundaryTurn {
   double x = 1, y = 0;
   long long turns = 0;
 
-  /// By a number of a positive real part, or one of the product of such.
   ADAPTIVE_BVH_INLINE void multiply(const BoundaryTurn& by) {
     const double re = x * by.x - y * by.y, im = x * by.y + y * by.x;
-    // Both angles are from -pi to pi. The sum has left that range if it has the other sign.
-    const bool was_below = y < 0, is_by_below = by.y < 0, is_below = im < 0;
-    if (was_below == is_by_below && is_below != was_below) turns += was_below ? -1 : 1;
+    // Both angles are above -pi, and pi at most. Only the sum of two of one sign leaves that range.
+    if (y < 0 && by.y < 0 && (im > 0 || (im == 0 && (x < 0 || by.x < 0)))) --turns;
+    if (y >= 0 && by.y >= 0 && (im < 0 || (im == 0 && x < 0 && by.x < 0))) ++turns;
     turns += by.turns;
     x = re;
     y = im;
-    normalize();
   }
   ADAPTIVE_BVH_INLINE void normalize() {
     const double inverse = 1 / ((x < 0 ? -x : x) + (y < 0 ? -y : y));
@@ -79,6 +77,7 @@ struct BoundaryKernel {
       for (std::size_t lane = 0; lane < kLanes; ++lane)
         turn.multiply({sum.x[lane], sum.y[lane], sum.turns[lane]});
     }
+    turn.normalize();
     return true;
   }
 
@@ -124,7 +123,7 @@ struct BoundaryKernel {
                       const BoundaryView& view, Projected& z) {
     const P limit = filled(view.limit), one = filled(1), listed = filled(0x1p21),
             kTiny = filled(0x1p-900);
-    unsigned is_within = ~0u;
+    auto is_within = limit > P{};
     for (std::size_t i = 0; i < count; i += kLanes) {
       const P dx = load(boundary.x + begin + i) - view.at[0],
               dy = load(boundary.y + begin + i) - view.at[1],
@@ -139,13 +138,13 @@ struct BoundaryKernel {
       // So near that squares underflow: the edges are to be listed.
       const auto is_tiny = square < kTiny;
       const P size = weight * (is_tiny ? listed : one + x * x + y * y);
-      is_within &= bits(size < limit);
+      is_within &= size < limit;
       store(is_tiny ? P{} : x, z.x + i);
       store(is_tiny ? P{} : y, z.y + i);
       store(size, z.square + i);
     }
     constexpr unsigned kAll = (1u << kLanes) - 1;
-    return (is_within & kAll) == kAll;
+    return bits(is_within) == kAll;
   }
 
   /// Returns a bit for each edge that was added: where the real part is more than half the product
