@@ -81,6 +81,32 @@ double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const Se
   return std::atan2(apex.dot(across.direction), real);
 }
 
+/// Right-handed, its third axis opposite to a ray. For a ray along an axis of the coordinates,
+/// these in another order; else in theirs.
+struct Frame {
+  fcl::Matrix3d axes;
+  int order[3] = {0, 1, 2};
+  bool is_aligned;
+
+  explicit Frame(const Vector& ray) : is_aligned((ray.array() != 0).count() == 1) {
+    is_aligned ? align(ray) : turn(ray);
+  }
+  void turn(const Vector& ray) {
+    axes.col(2) = -ray.normalized();
+    axes.col(0) = axes.col(2).unitOrthogonal();
+    axes.col(1) = axes.col(2).cross(axes.col(0));
+  }
+  void align(const Vector& ray) {
+    for (int k = 0; k < 3; ++k)
+      if (ray[k] != 0) order[2] = k;
+    const bool is_backward = ray[order[2]] < 0;
+    order[is_backward ? 0 : 1] = (order[2] + 1) % 3;
+    order[is_backward ? 1 : 0] = (order[2] + 2) % 3;
+    for (int k = 0; k < 3; ++k) axes.col(k) = Vector::Unit(order[k]);
+    if (!is_backward) axes.col(2) = -axes.col(2);
+  }
+};
+
 AddBoundary addBoundary() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
   if (packs::hasAvx2()) return kAddBoundaryAvx2;
@@ -130,32 +156,34 @@ BoundaryCone::BoundaryCone(const MeshState& mesh) : scale_(mesh.tree.scale()) {
 
 bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int tries) const {
   const Vector at = scale_ * x;
-  fcl::Matrix3d axes;
-  axes.col(2) = -ray.normalized();
-  axes.col(0) = axes.col(2).unitOrthogonal();
-  axes.col(1) = axes.col(2).cross(axes.col(0));
-  BoundaryView view;
-  view.limit = std::ldexp(1., 22 + std::min(std::max(0, tries - 16), 30));
-  for (int k = 0; k < 3; ++k) {
-    view.at[k] = at[k];
-    for (int i = 0; i < 3; ++i) view.axes[i][k] = axes(k, i);
-  }
   const Memory& m = *memory_;
+  const Frame frame(ray);
   const BoundaryArrays arrays = {m.coordinates[0].data(), m.coordinates[1].data(),
                                  m.coordinates[2].data(), m.weights.data()};
+  BoundaryView view;
+  view.is_aligned = frame.is_aligned;
+  view.limit = std::ldexp(1., 22 + std::min(std::max(0, tries - 16), 30));
+  for (int k = 0; k < 3; ++k) {
+    view.at[k] = at[frame.order[k]];
+    for (int i = 0; i < 3; ++i) view.axes[i][k] = frame.axes(frame.order[k], i);
+  }
+  const auto coordinates = [&](int k) {
+    return m.coordinates[static_cast<std::size_t>(frame.order[k])].data();
+  };
+  const BoundaryArrays ordered = {coordinates(0), coordinates(1), coordinates(2), arrays.weight};
   static const AddBoundary addBlock = addBoundary();
   BoundaryTurn turn;
   double sum = 0;
   for (std::size_t begin = 0; begin < num_edges_; begin += kBlock) {
     unsigned listed[kBlock];
     std::size_t count = 0;
-    if (!addBlock(arrays, begin, std::min(kBlock, num_edges_ - begin), view, turn, listed, count))
+    if (!addBlock(ordered, begin, std::min(kBlock, num_edges_ - begin), view, turn, listed, count))
       return false;
     for (std::size_t k = 0; k < count; ++k) {
       const auto vertexAt = [&](std::size_t i) -> Vector {
         return {arrays.x[i], arrays.y[i], arrays.z[i]};
       };
-      sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, axes);
+      sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, frame.axes);
     }
   }
   number += (sum + std::atan2(turn.y + 0., turn.x)) / kTurn + static_cast<double>(turn.turns);

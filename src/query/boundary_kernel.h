@@ -16,6 +16,8 @@ struct BoundaryArrays {
 /// cone's apex.
 struct BoundaryView {
   double at[3], axes[3][3];
+  /// Whether the frame's axes are those of the coordinates, apart from the third one's sign.
+  bool is_aligned;
   /// 1 + tan^2 of half the angle between the apex and a vertex must be below this.
   double limit;
 };
@@ -59,7 +61,10 @@ struct BoundaryKernel {
                   const BoundaryView& view, BoundaryTurn& turn, unsigned* listed,
                   std::size_t& num_listed) {
     Projected z;
-    if (!project(boundary, begin, count + kStep, view, z)) return false;
+    const bool is_within = view.is_aligned
+                               ? project<true>(boundary, begin, count + kStep, view, z)
+                               : project<false>(boundary, begin, count + kStep, view, z);
+    if (!is_within) return false;
     Sum sums[kPacks];
     for (std::size_t i = 0; i < count; i += kStep) {
       unsigned added = 0;
@@ -119,6 +124,7 @@ struct BoundaryKernel {
       return packs::bitsOf2(mask);
   }
 
+  template <bool kIsAligned>
   static bool project(const BoundaryArrays& boundary, std::size_t begin, std::size_t count,
                       const BoundaryView& view, Projected& z) {
     const P limit = filled(view.limit), one = filled(1), listed = filled(0x1p21),
@@ -129,12 +135,13 @@ struct BoundaryKernel {
               dy = load(boundary.y + begin + i) - view.at[1],
               dz = load(boundary.z + begin + i) - view.at[2],
               weight = load(boundary.weight + begin + i);
-      const auto along = [&](const double(&axis)[3]) -> P {
-        return dx * axis[0] + dy * axis[1] + dz * axis[2];
+      const auto along = [&](int k) -> P {
+        if constexpr (kIsAligned) return k == 0 ? dx : k == 1 ? dy : dz * view.axes[2][2];
+        return dx * view.axes[k][0] + dy * view.axes[k][1] + dz * view.axes[k][2];
       };
       const P square = dx * dx + dy * dy + dz * dz;
-      const P inverse = weight / (squareRoot(square) + along(view.axes[2]));
-      const P x = along(view.axes[0]) * inverse, y = along(view.axes[1]) * inverse;
+      const P inverse = weight / (squareRoot(square) + along(2));
+      const P x = along(0) * inverse, y = along(1) * inverse;
       // So near that squares underflow: the edges are to be listed.
       const auto is_tiny = square < kTiny;
       const P size = weight * (is_tiny ? listed : one + x * x + y * y);

