@@ -162,7 +162,7 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
                                  m.coordinates[2].data(), m.weights.data()};
   BoundaryView view;
   view.is_aligned = frame.is_aligned;
-  view.limit = std::ldexp(1., 22 + std::min(std::max(0, tries - 16), 30));
+  view.limit = std::ldexp(1., 42 + 2 * std::min(std::max(0, tries - 16), 20));
   for (int k = 0; k < 3; ++k) {
     view.at[k] = at[frame.order[k]];
     for (int i = 0; i < 3; ++i) view.axes[i][k] = frame.axes(frame.order[k], i);

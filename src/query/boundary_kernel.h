@@ -18,7 +18,7 @@ struct BoundaryView {
   double at[3], axes[3][3];
   /// Whether the frame's axes are those of the coordinates, apart from the third one's sign.
   bool is_aligned;
-  /// 1 + tan^2 of half the angle between the apex and a vertex must be below this.
+  /// Bound of 1 / (1 + cos a)^2, a the angle between the apex and a vertex.
   double limit;
 };
 
@@ -47,7 +47,8 @@ struct BoundaryTurn {
 /// Sums half the solid angles of triangles between the edges of a boundary and the apex of a cone,
 /// for packs P of numbers, which are two or four. Seen from the point, a vertex is projected from
 /// the apex's opposite onto a plane, at z = tan(a / 2) e^(ib), a its angle with the apex. Half the
-/// solid angle of the edge from z to w is the argument of 1 + z* w. docs/bounds.md, 16.
+/// solid angle of the edge from z to w is the argument of 1 + z* w. Here z is x + iy over a depth,
+/// and no division is made. docs/bounds.md, 16.
 template <typename P>
 struct BoundaryKernel {
   static constexpr std::size_t kLanes = sizeof(P) / sizeof(double), kBlock = 256;
@@ -88,8 +89,8 @@ struct BoundaryKernel {
 
  private:
   struct Projected {
-    double x[kBlock + kStep], y[kBlock + kStep];
-    double square[kBlock + kStep];  ///< 1 + |z|^2; 0 between curves
+    double x[kBlock + kStep], y[kBlock + kStep], depth[kBlock + kStep];
+    double square[kBlock + kStep];  ///< x^2 + y^2 + depth^2; 0 between curves
   };
   struct Sum {
     P x = filled(1), y = filled(0);
@@ -127,8 +128,7 @@ struct BoundaryKernel {
   template <bool kIsAligned>
   static bool project(const BoundaryArrays& boundary, std::size_t begin, std::size_t count,
                       const BoundaryView& view, Projected& z) {
-    const P limit = filled(view.limit), one = filled(1), listed = filled(0x1p21),
-            kTiny = filled(0x1p-900);
+    const P limit = filled(view.limit), one = filled(1), kNear = filled(0x1p-80);
     auto is_within = limit > P{};
     for (std::size_t i = 0; i < count; i += kLanes) {
       const P dx = load(boundary.x + begin + i) - view.at[0],
@@ -140,26 +140,27 @@ struct BoundaryKernel {
         return dx * view.axes[k][0] + dy * view.axes[k][1] + dz * view.axes[k][2];
       };
       const P square = dx * dx + dy * dy + dz * dz;
-      const P inverse = weight / (squareRoot(square) + along(2));
-      const P x = along(0) * inverse, y = along(1) * inverse;
-      // So near that squares underflow: the edges are to be listed.
-      const auto is_tiny = square < kTiny;
-      const P size = weight * (is_tiny ? listed : one + x * x + y * y);
-      is_within &= size < limit;
-      store(is_tiny ? P{} : x, z.x + i);
-      store(is_tiny ? P{} : y, z.y + i);
-      store(size, z.square + i);
+      const P depth = weight * (squareRoot(square) + along(2)) + (one - weight),
+              x = weight * along(0), y = weight * along(1);
+      const P across = x * x + y * y, along2 = depth * depth;
+      // So near that products of many underflow: the edges of that vertex are to be listed.
+      const auto is_near = square < kNear;
+      is_within &= (weight * square < limit * along2) | is_near;
+      store(x, z.x + i);
+      store(y, z.y + i);
+      store(depth, z.depth + i);
+      store(weight * (is_near ? limit * along2 : along2 + across), z.square + i);
     }
     constexpr unsigned kAll = (1u << kLanes) - 1;
     return bits(is_within) == kAll;
   }
 
   /// Returns a bit for each edge that was added: where the real part is more than half the product
-  /// of the lengths of (1, z) and (1, w).
+  /// of the lengths of (depth, x, y) of both ends.
   ADAPTIVE_BVH_INLINE static unsigned multiply(const Projected& z, std::size_t i, Sum& sum) {
     const P zx = load(z.x + i), zy = load(z.y + i), wx = load(z.x + i + 1), wy = load(z.y + i + 1),
             zero{}, one = filled(1);
-    P x = one + zx * wx + zy * wy, y = zx * wy - zy * wx;
+    P x = load(z.depth + i) * load(z.depth + i + 1) + zx * wx + zy * wy, y = zx * wy - zy * wx;
     const auto is_far =
         (x > zero) & (filled(4) * x * x > load(z.square + i) * load(z.square + i + 1));
     x = is_far ? x : one;
