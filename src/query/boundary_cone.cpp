@@ -107,18 +107,18 @@ struct Frame {
   }
 };
 
+constexpr std::size_t kBlock = BoundaryKernel<Pack<double>>::kBlock,
+                      kStep = BoundaryKernel<Pack<double>>::kStep;
+constexpr double kTurn = 6.283185307179586;
+
+}  // namespace
+
 AddBoundary addBoundary() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
   if (packs::hasAvx2()) return kAddBoundaryAvx2;
 #endif
   return BoundaryKernel<Pack<double>>::add;
 }
-
-constexpr std::size_t kBlock = BoundaryKernel<Pack<double>>::kBlock,
-                      kStep = BoundaryKernel<Pack<double>>::kStep;
-constexpr double kTurn = 6.283185307179586;
-
-}  // namespace
 
 double halfSolidAngle(const Vector& a, const Vector& b, const Vector& x,
                       const fcl::Matrix3d& axes) {

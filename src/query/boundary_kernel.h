@@ -185,4 +185,7 @@ struct BoundaryKernel {
 using AddBoundary = bool (*)(const BoundaryArrays&, std::size_t, std::size_t, const BoundaryView&,
                              BoundaryTurn&, unsigned*, std::size_t&);
 
+/// That of the widest packs this processor has.
+AddBoundary addBoundary();
+
 }  // namespace adaptive_bvh
