@@ -670,7 +670,8 @@ def winding_numbers(results):
         if found := re.match(r"\d+ points (.*), [\d]+ triangles", line):
             where = found[1]
         found = re.match(
-            r"windingNumbers of (.*), boundary edges (.*): .*, (.*) of closestPoints, worst error (.*)",
+            r"windingNumbers of (.*), boundary edges (.*): .*, "
+            r"(.*) of closestPoints, worst error (.*)",
             line,
         )
         if found:

@@ -83,12 +83,12 @@ double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const Se
 
 /// Right-handed, its third axis opposite to a ray. For a ray along an axis of the coordinates,
 /// these in another order; else in theirs.
-struct Frame {
+struct ConeFrame {
   fcl::Matrix3d axes;
   int order[3] = {0, 1, 2};
   bool is_aligned;
 
-  explicit Frame(const Vector& ray) : is_aligned((ray.array() != 0).count() == 1) {
+  explicit ConeFrame(const Vector& ray) : is_aligned((ray.array() != 0).count() == 1) {
     is_aligned ? align(ray) : turn(ray);
   }
   void turn(const Vector& ray) {
@@ -157,7 +157,7 @@ BoundaryCone::BoundaryCone(const MeshState& mesh) : scale_(mesh.tree.scale()) {
 bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int tries) const {
   const Vector at = scale_ * x;
   const Memory& m = *memory_;
-  const Frame frame(ray);
+  const ConeFrame frame(ray);
   const BoundaryArrays arrays = {m.coordinates[0].data(), m.coordinates[1].data(),
                                  m.coordinates[2].data(), m.weights.data()};
   BoundaryView view;
