@@ -1,11 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstddef>
 #include <numeric>
+#include <utility>
 #include <vector>
 
-#include "mesh/vertex_triangles.h"
+#include "mesh/feature_owners.h"
 
 namespace adaptive_bvh {
 
@@ -15,15 +16,12 @@ namespace adaptive_bvh {
 /// mesh; of separate triangles, all edges.
 class BoundaryLoops {
  public:
-  template <typename S>
-  void adopt(const MeshView<S>& mesh, unsigned num_triangles, const VertexTriangles& triangles) {
+  /// In any order.
+  void adopt(const std::vector<BoundaryEdge>& boundary) {
     std::vector<Edge> edges;
-    forEachOpenEdge(mesh, num_triangles, triangles,
-                    [&](unsigned from, unsigned to, const EdgeUse& use) {
-                      const int surplus = std::abs(use.forward - use.back);
-                      edges.insert(edges.end(), static_cast<std::size_t>(surplus), {from, to});
-                      return true;
-                    });
+    edges.reserve(boundary.size());
+    for (const BoundaryEdge& e : boundary)
+      edges.insert(edges.end(), static_cast<std::size_t>(e.surplus), {e.from, e.to});
     trace(std::move(edges));
   }
 
@@ -48,7 +46,7 @@ class BoundaryLoops {
   /// Follows edges that were not used until none begins where the last one ends, which is at the
   /// first vertex.
   void trace(std::vector<Edge> edges) {
-    std::stable_sort(edges.begin(), edges.end());
+    if (!std::is_sorted(edges.begin(), edges.end())) std::stable_sort(edges.begin(), edges.end());
     std::vector<std::size_t> next(edges.size());  // at the first edge of a vertex: one not used
     std::iota(next.begin(), next.end(), std::size_t(0));
     vertices_.reserve(edges.size());
