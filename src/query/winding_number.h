@@ -46,7 +46,7 @@ class WindingNumber {
     return {std::copysign(0.6214831, y[0]), std::copysign(0.5463127, y[1]),
             std::copysign(0.5614279, y[2])};
   }
-  /// With a cone, along an axis: that takes 0.8 of the time.
+  /// Where there is a cone: its frame needs no rotation.
   static fcl::Vector3d alongAxis(const fcl::Vector3d& y) {
     int k;
     y.cwiseAbs().maxCoeff(&k);
