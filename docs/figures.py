@@ -670,12 +670,14 @@ def winding_numbers(results):
         if found := re.match(r"\d+ points (.*), [\d]+ triangles", line):
             where = found[1]
         found = re.match(
-            r"windingNumbers of (.*?),? at (.*): .*, (.*) of closestPoints, worst error (.*)", line
+            r"windingNumbers of (.*), boundary edges (.*): .*, "
+            r"(.*) of closestPoints, worst error (.*)",
+            line,
         )
         if found:
-            what = found[1].replace("it with", "the mesh with")
+            what = found[1].replace("it without", "the mesh without")
             rows.append([f"{what}, points {where}", found[2], number(float(found[3])), found[4]])
-    return markdown(["", "tolerance", "of the time of `closestPoints`", "worst error"], rows)
+    return markdown(["", "boundary edges", "of the time of `closestPoints`", "worst error"], rows)
 
 
 @block("octree")

@@ -167,7 +167,7 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
 TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
   const TriangleMesh<double> mesh = gridBall<double>(24, 20);
   DeformableMeshd model(mesh);
-  const DeformableMeshd other(gridBall<double>(20, 16));
+  const DeformableMeshd other(gridBall<double>(20, 16)), open(dome<double>(20, 8));
   const fcl::Sphered sphere(1);
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 1.6);
@@ -185,7 +185,8 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
     found += vertexContacts(model, tf, other, above, 0.1, of_first, of_second);
     found += vertexContacts(model, tf, sphere, above, 0.1, of_sphere);
     signedDistances(other, frames[0], distances);
-    windingNumbers(model, frames[1], 0.1, numbers);
+    windingNumbers(model, frames[1], numbers);
+    windingNumbers(open, frames[1], numbers);
     closestFeatures(model, frames[1], 0.1, features);
     if (frame >= 40) in_queries += allocationCount() - before;
   }

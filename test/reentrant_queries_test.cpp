@@ -257,7 +257,7 @@ class Questions {
     add("winding numbers", false, [this](Answer& to) {
       std::vector<S> found;
       const std::vector<Vector3<S>> points(64, Vector3<S>(S(0.2), S(0.1), S(0.3)));
-      adaptive_bvh::windingNumbers(*meshes_[1], points.data(), points.size(), S(0.01), found);
+      adaptive_bvh::windingNumbers(*meshes_[1], points.data(), points.size(), found);
       to.assign(found.begin(), found.end());
     });
     add("build", false, [](Answer& to) {

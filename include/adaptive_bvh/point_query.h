@@ -103,22 +103,20 @@ void signedDistances(const DeformableMesh<S>& mesh, const std::vector<fcl::Vecto
 }
 
 /// Computes the winding numbers of the surface around many points. For a closed surface they are
-/// integers without any error, 0 outside (on the surface, 0 or the number of one side). For open
-/// meshes and soups they are generalised winding numbers, the sum of the triangles' solid angles
-/// divided by 4 pi, which is near 1 well inside (Jacobson, Kavan, Sorkine-Hornung 2013). The error
-/// is at most `tolerance` and rounding: far triangles are summed up by moments of their areas with
-/// a bounded error. A smaller tolerance takes longer; at 0 every triangle is evaluated by itself.
-/// Rounding is that to S, 1e-14 for each triangle evaluated by itself, and 1e-18 (L / h)^2 for a
-/// triangle of size L with an edge at a distance of h (with the long double of x86). `result` is
-/// overwritten. Also throws std::invalid_argument if the tolerance is negative or NaN.
+/// integers without any error, 0 outside. For open meshes and soups they are generalised winding
+/// numbers, the sum of the triangles' solid angles divided by 4 pi, which is near 1 well inside
+/// (Jacobson, Kavan, Sorkine-Hornung 2013): off by at most 1e-12, or by 2^-52 for each boundary
+/// edge where there are more than 4,000, and by the rounding to S. On the surface, 0 or the number
+/// of one side. Takes, for each point, the time of a ray and a time in proportion to the boundary
+/// edges (isWatertight; of separate triangles, all edges). `result` is overwritten.
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
-                    S tolerance, std::vector<S>& result);
+                    std::vector<S>& result);
 /// From a vector.
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
-                    S tolerance, std::vector<S>& result) {
-  windingNumbers(mesh, points.data(), points.size(), tolerance, result);
+                    std::vector<S>& result) {
+  windingNumbers(mesh, points.data(), points.size(), result);
 }
 
 /// An edge that its triangles traverse more often in one direction than in the other.

@@ -10,6 +10,7 @@
 #include "boxes/wide_tree.h"
 #include "deformable/body_axes.h"
 #include "deformable/moved_leaves.h"
+#include "mesh/boundary_loops.h"
 #include "mesh/components.h"
 #include "mesh/local_bounds.h"
 #include "mesh/vertex_triangles.h"
@@ -22,6 +23,7 @@ struct MeshTopology {
   LeafTriangles leaves;
   FeatureOwners owners;
   VertexTriangles vertex_triangles;
+  BoundaryLoops boundary;
   Components components;
   FeatureLeaves features;
   Contours contours;
@@ -29,8 +31,8 @@ struct MeshTopology {
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
-           owners.bytes() + vertex_triangles.bytes() + components.bytes() + features.bytes() +
-           contours.bytes() + shape.capacity() / 8;
+           owners.bytes() + vertex_triangles.bytes() + boundary.bytes() + components.bytes() +
+           features.bytes() + contours.bytes() + shape.capacity() / 8;
   }
 };
 

@@ -179,8 +179,10 @@ void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangl
   const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
   topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
-  topology->owners.adopt(mesh, vertices.size(), order.primitives);
+  std::vector<BoundaryEdge> boundary;
+  topology->owners.adopt(mesh, vertices.size(), order.primitives, boundary);
   topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
+  topology->boundary.adopt(boundary);
   topology->components.adopt(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
   topology->features.adopt(state.tree, topology->owners);

@@ -27,10 +27,9 @@ void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit)
   }
 }
 
-/// Returns whether each edge is run through as often in one direction as in the other.
 template <typename S>
-bool ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
-              Scratch<std::uint8_t>& bits) {
+void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+              Scratch<std::uint8_t>& bits, std::vector<BoundaryEdge>& boundary) {
   Scratch<unsigned> begin(vertices + 2, 0);  // of those at a vertex; shifted by one while filled
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
   for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
@@ -41,20 +40,17 @@ bool ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
   const auto direction = [&](unsigned v, unsigned number) {
     return mesh.verticesOf(number / 3)[number % 3] == v ? 1 : -1;
   };
-  bool is_closed = true;
-  int sum = 0;  // of the directions of one edge
   for (unsigned v = 0; v < vertices; ++v) {
     std::sort(edges.begin() + begin[v], edges.begin() + begin[v + 1]);
-    for (unsigned i = begin[v]; i < begin[v + 1]; ++i) {
-      if (i == begin[v] || edges[i].other != edges[i - 1].other) {
-        bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
-        is_closed = is_closed && sum == 0;
-        sum = 0;
-      }
-      sum += direction(v, edges[i].number);
+    for (unsigned i = begin[v]; i < begin[v + 1];) {
+      const unsigned other = edges[i].other;
+      bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
+      int sum = 0;  // of the directions of one edge
+      for (; i < begin[v + 1] && edges[i].other == other; ++i) sum += direction(v, edges[i].number);
+      if (sum > 0) boundary.push_back({v, other, sum});
+      if (sum < 0) boundary.push_back({other, v, -sum});
     }
   }
-  return is_closed && sum == 0;
 }
 
 template <typename S>
@@ -74,17 +70,22 @@ void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertic
 
 template <typename S>
 void FeatureOwners::adopt(const MeshView<S>& mesh, std::size_t num_vertices,
-                          const Scratch<unsigned>& primitives) {
+                          const Scratch<unsigned>& primitives,
+                          std::vector<BoundaryEdge>& boundary) {
   const auto triangles = static_cast<unsigned>(primitives.size());
   Scratch<std::uint8_t> bits(triangles, 0);
   ownVertices(mesh, triangles, num_vertices, bits);
-  is_closed_ = ownEdges(mesh, triangles, num_vertices, bits);
+  boundary.clear();
+  ownEdges(mesh, triangles, num_vertices, bits, boundary);
+  is_closed_ = boundary.empty();
   owners_.resize(triangles);
   for (std::size_t place = 0; place < triangles; ++place)
     owners_[place] = {primitives[place], bits[primitives[place]]};
 }
 
-template void FeatureOwners::adopt(const MeshView<float>&, std::size_t, const Scratch<unsigned>&);
-template void FeatureOwners::adopt(const MeshView<double>&, std::size_t, const Scratch<unsigned>&);
+template void FeatureOwners::adopt(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
+                                   std::vector<BoundaryEdge>&);
+template void FeatureOwners::adopt(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
+                                   std::vector<BoundaryEdge>&);
 
 }  // namespace adaptive_bvh

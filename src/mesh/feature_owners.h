@@ -19,16 +19,23 @@ struct FeatureOwner {
   bool ownsEdge(unsigned k) const { return bits >> (3 + k) & 1; }
 };
 
+/// An edge in the direction in which triangles run through it more often, and how much more.
+struct BoundaryEdge {
+  unsigned from, to;
+  int surplus;
+};
+
 /// Each vertex and each edge is owned by one triangle, the one with the smallest number. So pairs
 /// of triangles whose boxes meet give every pair of features once: the owned vertices of one with
 /// the face of the other, and owned edges with owned edges (representative triangles: Curtis,
 /// Tamstorf, Manocha 2008). An edge between a vertex and itself is owned by none.
 class FeatureOwners {
  public:
-  /// `primitives`: the triangles' indices, by place in the order of a tree's leaves.
+  /// `primitives`: the triangles' indices, by place in the order of a tree's leaves. Overwrites
+  /// `boundary` with each edge that is not run through as often in one direction as in the other.
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_vertices,
-             const Scratch<unsigned>& primitives);
+  void adopt(const MeshView<S>& mesh, std::size_t num_vertices, const Scratch<unsigned>& primitives,
+             std::vector<BoundaryEdge>& boundary);
 
   /// By place in that order.
   const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }

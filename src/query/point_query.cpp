@@ -4,13 +4,11 @@
 #include <stdexcept>
 
 #include "adaptive_bvh/proximity.h"
-#include "base/leased.h"
 #include "base/rigid.h"
 #include "query/closed_surface.h"
 #include "query/point_search.h"
 #include "query/surface_normals.h"
 #include "query/winding_number.h"
-#include "query/winding_tree.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -128,25 +126,13 @@ void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
 
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
-                    S tolerance, std::vector<S>& result) {
-  requireTolerance(tolerance);
+                    std::vector<S>& result) {
   requireFinite(points, count);
   result.resize(count);
   const MeshState& state = stateOf(mesh);
-  if (state.topology->owners.isClosed()) {
-    forEachPoint(state, points, count, [&] {
-      return [&, winding = WindingNumber(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-        result[i] = static_cast<S>(winding.of(x));
-      };
-    });
-    return;
-  }
-  const Leased<WindingTree> memory;
-  WindingTree& tree = *memory;
-  tree.refit(state);
   forEachPoint(state, points, count, [&] {
-    return [&](std::size_t i, const fcl::Vector3d& x) {
-      result[i] = static_cast<S>(tree.of(state, x, static_cast<double>(tolerance)));
+    return [&, winding = WindingNumber(state)](std::size_t i, const fcl::Vector3d& x) mutable {
+      result[i] = static_cast<S>(winding.of(x));
     };
   });
 }
@@ -204,7 +190,7 @@ void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf
                                 std::vector<ClosestFeature<S>>&);                                 \
   template void signedDistances(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,    \
                                 std::vector<S>&);                                                 \
-  template void windingNumbers(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S,  \
+  template void windingNumbers(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,     \
                                std::vector<S>&);                                                  \
   template bool isWatertight(const DeformableMesh<S>&, std::vector<OpenEdge>*);                   \
   template void clearance(const DeformableMesh<S>&, const fcl::Transform3<S>&,                    \

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "mesh/feature_owners.h"
+
+namespace adaptive_bvh {
+
+/// The boundary of a surface as closed curves of edges: the edges that its triangles run through
+/// more often in one direction than in the other, in that direction, each as often as the counts
+/// differ by. At each vertex as many begin as end, so they are closed curves. None of a closed
+/// mesh; of separate triangles, all edges.
+class BoundaryLoops {
+ public:
+  /// In any order.
+  void adopt(const std::vector<BoundaryEdge>& boundary) {
+    std::vector<Edge> edges;
+    edges.reserve(boundary.size());
+    for (const BoundaryEdge& e : boundary)
+      edges.insert(edges.end(), static_cast<std::size_t>(e.surplus), {e.from, e.to});
+    trace(std::move(edges));
+  }
+
+  bool isEmpty() const { return vertices_.empty(); }
+  /// The vertices along all curves, one after the other. The last one of a curve is followed by
+  /// its first.
+  const std::vector<unsigned>& vertices() const { return vertices_; }
+  std::size_t size() const { return ends_.size(); }
+  /// Where a curve ends in vertices(), and the next one begins.
+  std::size_t end(std::size_t curve) const { return ends_[curve]; }
+  std::size_t bytes() const {
+    return vertices_.capacity() * sizeof(unsigned) + ends_.capacity() * sizeof(std::size_t);
+  }
+
+ private:
+  struct Edge {
+    unsigned from, to;
+
+    friend bool operator<(const Edge& a, const Edge& b) { return a.from < b.from; }
+  };
+
+  /// Follows edges that were not used until none begins where the last one ends, which is at the
+  /// first vertex.
+  void trace(std::vector<Edge> edges) {
+    if (!std::is_sorted(edges.begin(), edges.end())) std::stable_sort(edges.begin(), edges.end());
+    std::vector<std::size_t> next(edges.size());  // at the first edge of a vertex: one not used
+    std::iota(next.begin(), next.end(), std::size_t(0));
+    vertices_.reserve(edges.size());
+    const auto isLeft = [&](std::size_t i) {
+      return next[i] < edges.size() && edges[next[i]].from == edges[i].from;
+    };
+    for (std::size_t first = 0; first < edges.size(); first = next[first])
+      while (isLeft(first)) {
+        for (std::size_t i = first; isLeft(i);) {
+          vertices_.push_back(edges[i].from);
+          const Edge after{edges[next[i]++].to, 0};
+          i = static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), after) -
+                                       edges.begin());
+        }
+        ends_.push_back(vertices_.size());
+      }
+    ends_.shrink_to_fit();
+  }
+
+  std::vector<unsigned> vertices_;
+  std::vector<std::size_t> ends_;
+};
+
+}  // namespace adaptive_bvh
