@@ -109,7 +109,7 @@ struct ConeFrame {
 
 constexpr std::size_t kBlock = BoundaryKernel<Pack<double>>::kBlock,
                       kStep = BoundaryKernel<Pack<double>>::kStep;
-constexpr double kTurn = 6.283185307179586;
+constexpr double kFullTurn = 6.283185307179586;
 
 }  // namespace
 
@@ -186,7 +186,7 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
       sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, frame.axes);
     }
   }
-  number += (sum + std::atan2(turn.y + 0., turn.x)) / kTurn + static_cast<double>(turn.turns);
+  number += (sum + std::atan2(turn.y + 0., turn.x)) / kFullTurn + static_cast<double>(turn.turns);
   return true;
 }
 
