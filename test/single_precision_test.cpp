@@ -296,5 +296,29 @@ TEST_F(SinglePrecision, OccupancyIsThatOfTheMesh) {
   EXPECT_FALSE(result.isCollision());
 }
 
+/// Points that were not asked for stay NaN, and a result that is more than full takes no contact.
+TEST_F(SinglePrecision, ResultsKeepWhatIsNotAskedFor) {
+  next(4);
+  fcl::DistanceResultf distance;
+  adaptive_bvh::distance(&first_.single, tf1_, &second_.single, tf2_, fcl::DistanceRequestf(false),
+                         distance);
+  EXPECT_GT(distance.min_distance, 0);
+  EXPECT_TRUE(distance.nearest_points[0].array().isNaN().all());
+  adaptive_bvh::CoherentDistance<float> coherent(first_.single, second_.single);
+  distance = fcl::DistanceResultf();
+  coherent.distance(tf1_, tf2_, fcl::DistanceRequestf(false), distance);
+  EXPECT_TRUE(distance.nearest_points[1].array().isNaN().all());
+  next(1);
+  fcl::CollisionResultf contacts;
+  adaptive_bvh::collide(&first_.single, tf1_, &second_.single, tf2_, fcl::CollisionRequestf(100000),
+                        contacts);
+  const std::size_t before = contacts.numContacts();
+  ASSERT_GT(before, 5u);
+  adaptive_bvh::collide(&first_.single, tf1_, &second_.single, tf2_,
+                        fcl::CollisionRequestf(3, false, 5, true), contacts);
+  EXPECT_EQ(before, contacts.numContacts());
+  EXPECT_GT(contacts.numCostSources(), 0u);
+}
+
 }  // namespace single_precision_test
 }  // namespace adaptive_bvh_test

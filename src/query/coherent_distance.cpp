@@ -17,6 +17,7 @@ class CoherentNearest {
               const DistanceQuery<double>& query) {
     if (!isAnswered(first, second, query.request)) {
       result_ = fcl::DistanceResultd();
+      unsetPoints(result_);
       NearestPair nearest(first, second, {query.request, result_});
       nearest.addWitness(static_cast<int>(witness1_), static_cast<int>(witness2_));
       NearestSearch search(first, second, nearest, supports_paid_);

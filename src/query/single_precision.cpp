@@ -1,5 +1,6 @@
 #include "query/single_precision.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -122,8 +123,9 @@ void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
 
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query) {
   const fcl::CollisionRequestf& request = query.request;
-  return fcl::CollisionRequestd(request.num_max_contacts - query.result.numContacts(),
-                                request.enable_contact, request.num_max_cost_sources,
+  const std::size_t most = request.num_max_contacts,
+                    room = most - std::min(most, query.result.numContacts());
+  return fcl::CollisionRequestd(room, request.enable_contact, request.num_max_cost_sources,
                                 request.enable_cost, request.use_approximate_cost);
 }
 

@@ -69,6 +69,8 @@ void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeome
   const fcl::DistanceRequestd request = inDouble(query.request);
   const auto before = static_cast<double>(query.result.min_distance);
   fcl::DistanceResultd found(before);
+  for (std::size_t i = 0; i < 2; ++i)  // they stay where none are asked for
+    found.nearest_points[i] = query.result.nearest_points[i].cast<double>();
   search(DistanceQuery<double>{request, found});
   if (found.min_distance < before) narrow(found, o1, o2, query.result);
 }
@@ -84,7 +86,7 @@ class ContactObject final : public fcl::CollisionGeometryd {
   void computeLocalAABB() override {}
 };
 
-/// The query that adds to what a result holds.
+/// The request of a query that adds to what a result holds.
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
 /// Adds contacts and costs of two objects.
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
