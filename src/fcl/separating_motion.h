@@ -75,8 +75,7 @@ class SeparatingMotion {
     const double most = deepest_.lower + precision_.tolerance(),
                  length = deepest_.lower + kShare * precision_.tolerance();
     PlacedGeometry<S> moved = shape_;
-    moved.tf.translation() +=
-        (mesh_.tf.linear().template cast<double>() * (length * n)).template cast<S>();
+    moved.tf.translation() += (mesh_.placed.tf.linear() * (length * n)).template cast<S>();
     const double travel =
         (moved.tf.translation() - shape_.tf.translation()).template cast<double>().norm();
     const RelativePlacement to_mesh(mesh_.tf, moved.tf);

@@ -82,15 +82,14 @@ class ShapeTriangles {
   /// nearest points of one and the shape or, if that is nearly the same, along the normal of the
   /// triangle. No where that could hide a touch.
   bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
-    constexpr double kNearly = 0.999, kOfNumbers = 8 * 0x1p-52, kOfDistance = 18 * 0x1p-52;
+    constexpr double kNearly = 0.999;
     const auto& geometry = *triangles_.geometry;
-    const double numbers = 2 * nearest.first.template lpNorm<1>() +
-                           nearest.second.template lpNorm<1>() +
-                           4 * geometry.aabb_center.template cast<double>().template lpNorm<1>() +
-                           8 * double(geometry.aabb_radius);
-    const double rounding = kOfNumbers * numbers,
-                 least = distance - rounding - kOfDistance * distance;
-    if (!(distance > 4 * rounding)) return false;
+    const DistanceRounding rounding(
+        2 * nearest.first.template lpNorm<1>() + nearest.second.template lpNorm<1>() +
+        4 * geometry.aabb_center.template cast<double>().template lpNorm<1>() +
+        8 * double(geometry.aabb_radius));
+    if (!rounding.isClear(distance)) return false;
+    const double least = rounding.below(distance);
     const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
     const TrianglePoints<double> x = corners(triangle);
     const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();

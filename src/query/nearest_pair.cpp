@@ -6,13 +6,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The distance of two triangles is off by some epsilon of what their coordinates are made of: the
-/// second's are placed in the first's frame.
-double roundingOf(const fcl::Vector3d& T, const PlacedMesh& first, const PlacedMesh& second) {
+/// The second's coordinates are placed in the first's frame.
+DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
+                            const PlacedMesh& second) {
   const auto size = [](const PlacedMesh& mesh) -> double {
-    return mesh.bounds().aabb_center.template lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
+    return mesh.bounds().aabb_center.lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
   };
-  return 8 * rounding::epsilon<double>() * (T.template lpNorm<1>() + size(first) + size(second));
+  return DistanceRounding(T.lpNorm<1>() + size(first) + size(second));
 }
 
 VertexIndices verticesOf(const Int4& corners) {
@@ -55,7 +55,7 @@ void NearestPair::lookAlong(const TriangleGap& gap, const VertexIndices& a,
 void NearestPair::refineLine() {
   is_refined_ = true;
   if (triangles_.direction() == fcl::Vector3d::Zero()) return;
-  triangles_.preferNormals(near1_, near2_, near_distance_ - tolerance());
+  triangles_.preferNormals(near1_, near2_, rounding_.below(near_distance_));
   raiseLeast();
 }
 
@@ -107,7 +107,8 @@ void NearestPair::addWitness(int triangle1, int triangle2) {
 
 void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, double error,
                        const WideNode& leaf1, const WideNode& leaf2) {
-  const double off = rounding_ + error, slack = double(block.slack()) * unit + 2 * off;
+  const double off = rounding_.ofSeparations() + error,
+               slack = double(block.slack()) * unit + 2 * off;
   const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));
   Float4 bounds[4];
   if (open & 0x000f) bounds[0] = block.bounds<0>(enough, open & 15);

@@ -46,11 +46,13 @@ class NearestPair {
   double limit() const { return limit_; }
   /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
   /// so parallel faces prune. Not where that would hide a touch.
-  double limitWithinRounding() const { return isClear() ? limit_ - tolerance() : limit_; }
+  double limitWithinRounding() const { return isClear() ? rounding_.below(limit_) : limit_; }
   /// For bounds that may be off by as much as distances are.
-  double limitOfBounds() const { return isClear() ? limit_ - tolerance() : limit_ + rounding_; }
+  double limitOfBounds() const {
+    return isClear() ? rounding_.below(limit_) : limit_ + rounding_.ofSeparations();
+  }
   /// Whether what is as near as the limit, up to rounding, surely does not touch.
-  bool isClear() const { return limit_ > 4 * rounding_; }
+  bool isClear() const { return rounding_.isClear(limit_); }
   /// The line between the nearest points.
   const TriangleSeparation<double>& triangles() const { return triangles_; }
 
@@ -66,12 +68,6 @@ class NearestPair {
   long triangleTests() const { return triangle_tests_; }
 
  private:
-  /// By so much distances are rounded: separations, and nearest points, which may be farther apart
-  /// than the triangles by a share of the distance.
-  double tolerance() const {
-    constexpr double kOfDistance = 18 * 0x1p-52;
-    return rounding_ + kOfDistance * limit_;
-  }
   void setLimit();
   void raiseLeast();
   void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
@@ -84,7 +80,7 @@ class NearestPair {
   const RelativePlacement to_first_;
   const LocalBoxes boxes_;
   TriangleSeparation<double> triangles_;
-  const double rounding_;  ///< of separations of two triangles
+  const DistanceRounding rounding_;
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
   double least_enough_ = std::numeric_limits<double>::infinity();  ///< that ends the search

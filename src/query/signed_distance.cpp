@@ -76,7 +76,7 @@ SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first
     return rounded * unit == length ? rounded : std::nextafter(rounded, outward);
   };
   found.lower = reduced(found.lower, -kInfinity);
-  found.upper = found.upper == 0 ? double(0) : reduced(found.upper, kInfinity);
+  found.upper = found.upper == 0 ? 0. : reduced(found.upper, kInfinity);
   return found;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
@@ -19,7 +18,7 @@ class DepthPrecision {
                  double tolerance)
       : size_(size),
         error_(size * (0x1p-42 + 1.5 * std::max(defectOf(tf1), defectOf(tf2)))),
-        tolerance_(std::max({static_cast<double>(tolerance), 4 * error_, size * 0x1p-30})) {}
+        tolerance_(std::max({tolerance, 4 * error_, size * 0x1p-30})) {}
 
   double size() const { return size_; }
   /// Error of a computed depth or distance.
@@ -49,7 +48,7 @@ class SignedDistanceResult {
                                const fcl::Vector3d& outward) const {
     SignedDistance<double> result = touching(gap, is_in_first, outward, 0);
     setBounds(gap.distance, gap.distance, result);
-    result.lower = std::max(result.lower, double(0));
+    result.lower = std::max(result.lower, 0.);
     return result;
   }
   /// Result for bodies that touch without a point inside; the depth is at most `depth`.
@@ -80,7 +79,7 @@ class SignedDistanceResult {
     }
     setBounds(-std::max(first_in_second.upper, second_in_first.upper),
               -std::max(first_in_second.lower, second_in_first.lower), result);
-    result.upper = std::min(result.upper, double(0));
+    result.upper = std::min(result.upper, 0.);
     return result;
   }
 
@@ -89,22 +88,18 @@ class SignedDistanceResult {
   void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
                  const fcl::Vector3d& otherwise, SignedDistance<double>& result) const {
     constexpr double kShort = 1e-8;
-    result.points = {fcl::Vector3d(first), fcl::Vector3d(second)};
+    result.points = {first, second};
     fcl::Vector3d normal = sign * (second - first);
     if (!(normal.norm() > kShort * precision_.size())) normal = otherwise;
     if (normal.isZero(0)) normal = fcl::Vector3d::UnitZ();
     result.normal = normal.stableNormalized();
   }
   void setBounds(double lower, double upper, SignedDistance<double>& result) const {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const double low = lower - precision_.error(), high = upper + precision_.error();
-    result.lower = low;
-    result.upper = high;
-    if (double(result.lower) > low) result.lower = std::nextafter(result.lower, -kInfinity);
-    if (double(result.upper) < high) result.upper = std::nextafter(result.upper, kInfinity);
+    result.lower = lower - precision_.error();
+    result.upper = upper + precision_.error();
   }
 
-  const fcl::Transform3<double> tf1_, tf2_;
+  const fcl::Transform3d tf1_, tf2_;
   const DepthPrecision& precision_;
 };
 

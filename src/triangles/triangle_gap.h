@@ -27,6 +27,25 @@ S distanceAs(double distance) {
 /// common point, up to rounding.
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
+/// By how much distances of bodies are rounded: separations along a line by a share of the numbers
+/// that coordinates are made of; nearest points, which may be farther apart than the triangles, by
+/// a share of the distance. docs/bounds.md, 5.
+class DistanceRounding {
+ public:
+  explicit DistanceRounding(double numbers) : of_separations_(8 * 0x1p-52 * numbers) {}
+
+  double ofSeparations() const { return of_separations_; }
+  /// Whether what is as near as `distance`, up to rounding, surely does not touch.
+  bool isClear(double distance) const { return distance > 4 * of_separations_; }
+  /// What is not nearer than this is as near as `distance`.
+  double below(double distance) const {
+    return distance - (of_separations_ + 18 * 0x1p-52 * distance);
+  }
+
+ private:
+  double of_separations_;
+};
+
 /// Whether two triangles are surely farther apart than that, along a normal or a product of two
 /// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.
 inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
