@@ -9,7 +9,8 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "fcl/octree_pair.h"
+#include "fcl/fcl_nodes.h"
+#include "fcl/octree_cells.h"
 #include "support/exact_geometry.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
@@ -301,8 +302,17 @@ struct Placement {
            (octree_tf.linear().template cast<long double>() * v);
   }
 
+  adaptive_bvh::IntoOctree into() const {
+    return {mesh_tf.template cast<double>(), octree_tf.template cast<double>()};
+  }
+
   fcl::Transform3<S> mesh_tf, octree_tf;
 };
+
+template <typename S>
+fcl::AABBd inDouble(const fcl::AABB<S>& box) {
+  return {box.min_.template cast<double>(), box.max_.template cast<double>()};
+}
 
 template <typename S>
 class CellSeparation : public testing::Test {
@@ -333,7 +343,7 @@ class CellSeparation : public testing::Test {
   }
 
   /// `isApart` and `bound` of a body that holds p.
-  void judge(const Wide& p, const fcl::AABB<S>& cell, bool is_apart, S bound) {
+  void judge(const Wide& p, const fcl::AABB<S>& cell, bool is_apart, double bound) {
     const long double d = distance(p, cell);
     if (d == 0) {
       EXPECT_FALSE(is_apart);
@@ -341,7 +351,7 @@ class CellSeparation : public testing::Test {
     }
     apart_ += is_apart;
     EXPECT_LE(bound, d);
-    tight_ += bound > 0 && bound > S(0.5) * S(d);
+    tight_ += bound > 0 && bound > 0.5 * double(d);
   }
 
   std::mt19937 random_{testSeed(17)};
@@ -364,10 +374,14 @@ TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
         placement.inOctree((1 - u - v) * a.template cast<long double>() +
                            u * b.template cast<long double>() + v * c.template cast<long double>());
     const fcl::AABB<S> cell = this->cellAt(p);
-    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
-    const adaptive_bvh::CellExtent<S> extent(cell);
-    this->judge(p, cell, adaptive_bvh::TriangleOverlap<S>(a, b, c, into).isApart(extent),
-                adaptive_bvh::TriangleDistance<S>(a, b, c, into).distance(extent));
+    const fcl::Vector3d corners[] = {a.template cast<double>(), b.template cast<double>(),
+                                     c.template cast<double>()};
+    const adaptive_bvh::IntoOctree into = placement.into();
+    const adaptive_bvh::CellExtent extent(inDouble(cell));
+    this->judge(
+        p, cell,
+        adaptive_bvh::TriangleOverlap(corners[0], corners[1], corners[2], into).isApart(extent),
+        adaptive_bvh::TriangleDistance(corners[0], corners[1], corners[2], into).distance(extent));
   }
   EXPECT_GT(this->touching_, 2000);
   EXPECT_GT(this->apart_, 2000);
@@ -378,28 +392,25 @@ TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
 TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
   using S = TypeParam;
   using Wide = typename Placement<S>::Wide;
-  using Nodes = adaptive_bvh::WideNodes<S>;
+  using adaptive_bvh::MeshNode;
   for (int round = 0; round < 100; ++round) {
     const Placement<S> placement(this->random_, round % 2 ? S(1000) : S(1));
     TriangleMesh<S> mesh = dome<S>(6, 3);
     for (Vector3<S>& p : mesh.vertices) p += S(0.1) * this->point();
     const adaptive_bvh::DeformableMesh<S> body(mesh);
     const BodyView<S> model(body);
-    const Nodes nodes(adaptive_bvh::MeshObject<S>(body, placement.mesh_tf));
-    const adaptive_bvh::IntoOctree<S> into(placement.mesh_tf, placement.octree_tf);
+    const adaptive_bvh::WideNodes nodes(adaptive_bvh::stateOf(body).tree);
+    const adaptive_bvh::IntoOctree into = placement.into();
     // Returns the triangles below; each judges the box of the node.
-    const std::function<std::vector<int>(typename Nodes::Node)> judge =
-        [&](typename Nodes::Node node) -> std::vector<int> {
+    const std::function<std::vector<int>(MeshNode)> judge = [&](MeshNode node) -> std::vector<int> {
       std::vector<int> below;
-      if (nodes.isLeaf(node))
-        below.push_back(nodes.triangle(node));
-      else
-        nodes.forEachBelow(node, [&](typename Nodes::Node child) {
-          const std::vector<int> more = judge(child);
-          below.insert(below.end(), more.begin(), more.end());
-          return false;
-        });
-      const adaptive_bvh::VolumeInOctree<S> volume(nodes.body(node), into);
+      MeshNode children[4];
+      if (nodes.isLeaf(node)) below.push_back(nodes.triangle(node));
+      for (int i = 0; !nodes.isLeaf(node) && i < nodes.below(node, children); ++i) {
+        const std::vector<int> more = judge(children[i]);
+        below.insert(below.end(), more.begin(), more.end());
+      }
+      const adaptive_bvh::VolumeInOctree volume(nodes.body(node), into);
       for (int t : below) {
         const fcl::Triangle& corners = model.tri_indices[t];
         const S u = this->uniform(0, 1), v = this->uniform(0, 1 - u);
@@ -409,12 +420,12 @@ TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
         const Wide p = placement.inOctree((1 - (long double)(u)-v) * at(0) +
                                           (long double)(u)*at(1) + (long double)(v)*at(2));
         const fcl::AABB<S> cell = this->cellAt(p);
-        const adaptive_bvh::CellExtent<S> extent(cell);
+        const adaptive_bvh::CellExtent extent(inDouble(cell));
         this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
       }
       return below;
     };
-    EXPECT_EQ(std::size_t(model.num_tris), judge(nodes.root()).size());
+    EXPECT_EQ(std::size_t(model.num_tris), judge(MeshNode()).size());
   }
   EXPECT_GT(this->touching_, 2000);
   EXPECT_GT(this->apart_, 2000);
@@ -451,10 +462,8 @@ TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
       cell.min_[axis] = S(p[axis]);
       cell.max_[axis] = cell.min_[axis] + side;
     }
-    const adaptive_bvh::VolumeInOctree<S> volume(
-        adaptive_bvh::sweptBoxOf(bv),
-        adaptive_bvh::IntoOctree<S>(placement.mesh_tf, placement.octree_tf));
-    const adaptive_bvh::CellExtent<S> extent(cell);
+    const adaptive_bvh::VolumeInOctree volume(adaptive_bvh::sweptBoxOf(bv), placement.into());
+    const adaptive_bvh::CellExtent extent(inDouble(cell));
     this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
   }
   EXPECT_GT(this->touching_, 2000);

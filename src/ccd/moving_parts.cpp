@@ -72,8 +72,8 @@ struct Plane {
   Vector n;
   double d;
 
-  explicit Plane(const PlacedShape& placed) {
-    const FlatShape& flat = *placed.shape.flat();
+  explicit Plane(const PlacedSolid& placed) {
+    const FlatSolid& flat = *placed.solid.flat();
     n = placed.tf.linear() * flat.normal();
     d = n.dot(placed.tf * Vector(flat.offset() * flat.normal()));
   }
@@ -106,17 +106,15 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
 }
 
 /// Unbounded shapes that are apart are parallel, and meet as soon as one turns.
-template <typename S>
 double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second, double separation,
-                              double latest) {
-  constexpr double kParallel = 16 * double(std::numeric_limits<S>::epsilon());
-  const TriangleGap start = gapOf<S>(first.placed(false), second.placed(false));
+                              double latest, double parallel) {
+  const TriangleGap start = gapOf(first.placed(false), second.placed(false), parallel);
   if (!(start.distance > separation)) return 0;
   const Vector n = (start.points.second - start.points.first) / start.distance;
   double at_end = 0;  // the gap, negative where they overlap
   for (const MovingPart* part : {&first, &second}) {
     const Plane from(part->placed(false)), to(part->placed(true));
-    if (from.n.cross(to.n).norm() > kParallel) return 0;
+    if (from.n.cross(to.n).norm() > parallel) return 0;
     at_end += (part == &first ? -1 : 1) * n.dot(to.n) * to.d;
   }
   if (at_end > separation) return Impact::kNever;
@@ -128,7 +126,7 @@ double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second,
 }  // namespace
 
 Vector MovingPart::support(double t, const Vector& direction) const {
-  if (const TriangleShape* const shape = this->shape()) {
+  if (const Solid* const shape = this->shape()) {
     const fcl::Matrix3d turn = (1 - t) * start_tf_.linear() + t * end_tf_.linear();
     const Vector shift = (1 - t) * start_tf_.translation() + t * end_tf_.translation();
     return turn * shape->support(turn.transpose() * direction) + shift;
@@ -167,17 +165,13 @@ double MovingPart::extent() const {
   return most;
 }
 
-template <typename S>
 double timeOfContact(const MovingPart& first, const MovingPart& second, double separation,
-                     double latest) {
+                     double latest, double parallel) {
   if (first.flat() && second.flat())
-    return timeOfUnboundedContact<S>(first, second, separation, latest);
+    return timeOfUnboundedContact(first, second, separation, latest, parallel);
   if (first.flat()) return timeOfFlatContact(second, first, separation, latest);
   if (second.flat()) return timeOfFlatContact(first, second, separation, latest);
   return timeOfConvexContact(first, second, separation, latest);
 }
-
-template double timeOfContact<float>(const MovingPart&, const MovingPart&, double, double);
-template double timeOfContact<double>(const MovingPart&, const MovingPart&, double, double);
 
 }  // namespace adaptive_bvh

@@ -4,9 +4,11 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
+#include "fcl/shape_triangles.h"
 #include "mesh/mesh_view.h"
 #include "query/contacts.h"
 #include "query/placed_mesh.h"
+#include "solids/shape_solid.h"
 #include "volumes/traversal_statistics.h"
 
 namespace adaptive_bvh {
@@ -22,6 +24,10 @@ struct PlacedModel {
 
   PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
   int numTriangles() const { return model->num_tris; }
+  QueryTriangles queryTriangles() const {
+    return {viewOf(*model), model->num_tris, tf.template cast<double>(),
+            model->aabb_center.template cast<double>(), static_cast<double>(model->aabb_radius)};
+  }
 };
 
 template <typename BV>
@@ -42,11 +48,6 @@ void requireTriangles(const fcl::BVHModel<BV>& model) {
         "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
 }
 
-/// Whether our queries take it as a shape.
-inline bool isShape(fcl::NODE_TYPE type) {
-  return type >= fcl::GEOM_BOX && type <= fcl::GEOM_HALFSPACE;
-}
-
 /// Recorded queries of two meshes by FCL's traversal. Both must have triangles.
 template <typename BV>
 typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
@@ -62,39 +63,42 @@ std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV
 /// first object, as in FCL for both orders. Throw std::logic_error where FCL was built without
 /// octomap: there no octree can exist.
 template <typename S>
-S meshOctreeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
-                     const DistanceQuery<S>& query);
+void meshOctreeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
+                        const DistanceQuery<S>& query);
 template <typename BV>
-typename BV::S modelOctreeDistance(const PlacedModel<BV>& model,
-                                   const PlacedGeometry<typename BV::S>& octree,
-                                   const DistanceQuery<typename BV::S>& query);
+void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
+                         const DistanceQuery<typename BV::S>& query);
 
 template <typename S>
-std::size_t meshOctreeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
-                              const CollisionQuery<S>& query);
+void meshOctreeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree,
+                       const CollisionQuery<S>& query);
 template <typename BV>
-std::size_t modelOctreeCollide(const PlacedModel<BV>& model,
-                               const PlacedGeometry<typename BV::S>& octree,
-                               const CollisionQuery<typename BV::S>& query);
+void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
+                        const CollisionQuery<typename BV::S>& query);
+
+[[noreturn]] inline void refuseOctree() {
+  throw std::logic_error("adaptive_bvh: FCL was built without octomap");
+}
 
 /// Queries of a mesh, or of a model by FCL's traversal, and a shape, whose geometry decides about
-/// each triangle. The mesh is the first object, as FCL orders the pair. Ends where the distance is
-/// at most `enough`.
+/// each triangle. The mesh is the first object, as FCL orders the pair.
 template <typename S>
-S meshShapeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
-                    const DistanceQuery<S>& query, S enough = 0);
+void meshShapeDistance(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
+                       const DistanceQuery<S>& query);
 template <typename BV>
-typename BV::S modelShapeDistance(const PlacedModel<BV>& model,
-                                  const PlacedGeometry<typename BV::S>& shape,
-                                  const DistanceQuery<typename BV::S>& query);
+void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
+                        const DistanceQuery<typename BV::S>& query);
 
 template <typename S>
-std::size_t meshShapeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
-                             const CollisionQuery<S>& query);
+void meshShapeCollide(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
+                      const CollisionQuery<S>& query);
 template <typename BV>
-std::size_t modelShapeCollide(const PlacedModel<BV>& model,
-                              const PlacedGeometry<typename BV::S>& shape,
-                              const CollisionQuery<typename BV::S>& query);
+void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
+                       const CollisionQuery<typename BV::S>& query);
+
+/// Whether a mesh is at most so far from a shape. `core`: of the shape.
+bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
+              double distance);
 
 /// \name For pairs whose surfaces do not touch, where closed meshes and shapes count as filled
 /// \{

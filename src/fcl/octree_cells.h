@@ -11,54 +11,85 @@
 namespace adaptive_bvh {
 
 /// A cell of an octree and where it is, in the octree's coordinates.
-template <typename S>
 struct Cell {
   Cell() = default;
-  Cell(const typename fcl::OcTree<S>::OcTreeNode* cell, const fcl::AABB<S>& where)
+  Cell(const octomap::OcTreeNode* cell, const fcl::AABBd& where)
       : node(cell), box(where), extent(where) {}
 
-  const typename fcl::OcTree<S>::OcTreeNode* node;
-  fcl::AABB<S> box;
-  CellExtent<S> extent;
+  fcl::Vector3d middle() const { return (box.min_ + box.max_) / 2; }
+  fcl::Vector3d half() const { return (box.max_ - box.min_) / 2; }
+
+  const octomap::OcTreeNode* node;
+  fcl::AABBd box;
+  CellExtent extent;
 };
 
-/// The occupied cells of an octree.
-template <typename S>
+/// The occupied cells of an octree of FCL's in either number type: boxes in double precision from
+/// the root's on.
 class OctreeCells {
- public:
-  explicit OctreeCells(const fcl::CollisionGeometry<S>& octree)
-      : octree_(static_cast<const fcl::OcTree<S>&>(octree)) {}
+  /// What a question answers about the octree.
+  template <typename Question>
+  auto ask(const Question& question) const {
+    return single_ ? question(*single_) : question(*double_);
+  }
 
+ public:
+  explicit OctreeCells(const fcl::CollisionGeometryf& octree)
+      : single_(static_cast<const fcl::OcTreef*>(&octree)) {}
+  explicit OctreeCells(const fcl::CollisionGeometryd& octree)
+      : double_(static_cast<const fcl::OcTreed*>(&octree)) {}
+
+  fcl::AABBd rootBox() const {
+    return ask([](const auto& octree) -> fcl::AABBd {
+      const auto box = octree.getRootBV();
+      return {box.min_.template cast<double>(), box.max_.template cast<double>()};
+    });
+  }
   /// Calls start(cell) with the root, if it is occupied.
   template <typename Start>
   void visitRoot(Start&& start) const {
-    if (const Node* root = octree_.getRoot(); root && octree_.isNodeOccupied(root))
-      start(Cell<S>(root, octree_.getRootBV()));
+    if (const Node* node = root(); node && isOccupied(node)) start(Cell(node, rootBox()));
   }
-  bool isLeaf(const Cell<S>& cell) const { return !octree_.nodeHasChildren(cell.node); }
+  bool isLeaf(const Cell& cell) const {
+    return ask([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
+  }
 
   /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
   /// whether it did.
   template <typename Visit>
-  bool forEachChild(const Cell<S>& cell, Visit&& visit) const {
+  bool forEachChild(const Cell& cell, Visit&& visit) const {
     for (unsigned i = 0; i < 8; ++i) {
-      if (!octree_.nodeChildExists(cell.node, i)) continue;
-      const Node* child = octree_.getNodeChild(cell.node, i);
-      if (!octree_.isNodeOccupied(child)) continue;
-      fcl::AABB<S> box;
+      const Node* const child = occupiedChild(cell.node, i);
+      if (!child) continue;
+      fcl::AABBd box;
       fcl::computeChildBV(cell.box, i, box);
-      if (visit(Cell<S>(child, box))) return true;
+      if (visit(Cell(child, box))) return true;
     }
     return false;
   }
 
   /// FCL's number of a cell.
-  std::intptr_t id(const Cell<S>& cell) const { return cell.node - octree_.getRoot(); }
+  std::intptr_t id(const Cell& cell) const { return cell.node - root(); }
 
  private:
-  using Node = typename fcl::OcTree<S>::OcTreeNode;
+  using Node = octomap::OcTreeNode;
 
-  const fcl::OcTree<S>& octree_;
+  const Node* root() const {
+    return ask([](const auto& octree) -> const Node* { return octree.getRoot(); });
+  }
+  bool isOccupied(const Node* node) const {
+    return ask([&](const auto& octree) { return octree.isNodeOccupied(node); });
+  }
+  const Node* occupiedChild(const Node* node, unsigned i) const {
+    return ask([&](const auto& octree) -> const Node* {
+      if (!octree.nodeChildExists(node, i)) return nullptr;
+      const Node* const child = octree.getNodeChild(node, i);
+      return octree.isNodeOccupied(child) ? child : nullptr;
+    });
+  }
+
+  const fcl::OcTreef* single_ = nullptr;
+  const fcl::OcTreed* double_ = nullptr;
 };
 
 }  // namespace adaptive_bvh

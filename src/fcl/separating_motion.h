@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "fcl/mesh_pairs.h"
-#include "fcl/solid_shape.h"
 #include "query/depth_meshes.h"
 #include "query/signed_distance.h"
 
@@ -12,17 +11,17 @@ namespace adaptive_bvh {
 
 /// A short motion of a shape that takes it out of a closed mesh. If there is one of the length l,
 /// no point of either surface is deeper than l in the other body. docs/bounds.md, 19.
-template <typename S>
 class SeparatingMotion {
  public:
-  SeparatingMotion(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape,
-                   const SolidShape& solid, const DepthPrecision& precision)
+  /// `core`: of the shape.
+  SeparatingMotion(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
+                   const DepthPrecision& precision)
       : mesh_(mesh),
         shape_(shape),
-        solid_(solid),
+        core_(core),
         precision_(precision),
         to_mesh_(mesh.tf, shape.tf),
-        target_(mesh.placed),
+        target_(mesh),
         deepest_(DepthBounds::from(precision.error())) {}
 
   /// A depth that is certain, of any surface in the other body: less does not matter.
@@ -55,7 +54,7 @@ class SeparatingMotion {
   fcl::Vector3d outwardNear(const fcl::Vector3d& n) {
     constexpr double kShort = 1e-8;
     DepthPoint<int> point;
-    point.x = to_mesh_(solid_.support(to_mesh_.R.transpose() * -n));
+    point.x = to_mesh_(shape_.solid.support(to_mesh_.R.transpose() * -n));
     target_.measure(point, 0);
     const bool is_inside = point.distance > 0 && target_.isInside(point.x);
     DepthBounds found;
@@ -71,31 +70,27 @@ class SeparatingMotion {
   }
   /// Whether the shape, moved along n by what counts, neither touches the mesh nor is inside of it.
   bool isApartMoved(const fcl::Vector3d& n) {
-    constexpr double kShare = 15. / 16;  // room for the placement's rounding to S
+    constexpr double kShare = 15. / 16;  // room for the placement's rounding
     const double most = deepest_.lower + precision_.tolerance(),
                  length = deepest_.lower + kShare * precision_.tolerance();
-    PlacedGeometry<S> moved = shape_;
-    moved.tf.translation() += (mesh_.placed.tf.linear() * (length * n)).template cast<S>();
-    const double travel =
-        (moved.tf.translation() - shape_.tf.translation()).template cast<double>().norm();
+    PlacedSolid moved = shape_;
+    moved.tf.translation() += mesh_.tf.linear() * (length * n);
+    const double travel = (moved.tf.translation() - shape_.tf.translation()).norm();
     const RelativePlacement to_mesh(mesh_.tf, moved.tf);
-    if (!(travel <= most) || target_.isInside(to_mesh(solid_.inner)) || isNear(moved)) return false;
+    const fcl::Vector3d inner = to_mesh(shape_.solid.inner());
+    if (!(travel <= most) || target_.isInside(inner) || isNear(moved)) return false;
     deepest_.upper = std::max(travel, deepest_.lower);
     return true;
   }
   /// Whether the shape is not certainly apart from the mesh's surface.
-  bool isNear(const PlacedGeometry<S>& moved) const {
-    const fcl::DistanceRequest<S> request;
-    const auto near = static_cast<S>(2 * precision_.error());
-    if (!(near > 0)) return true;  // it underflows
-    fcl::DistanceResult<S> result(near);
-    meshShapeDistance<S>(mesh_, moved, {request, result}, near);
-    return result.o1 != nullptr;
+  bool isNear(const PlacedSolid& moved) const {
+    const double near = 2 * precision_.error();
+    return !(near > 0) || isNearer(mesh_, moved, core_, near);  // 0: it underflows
   }
 
-  const MeshObject<S>& mesh_;
-  const PlacedGeometry<S>& shape_;
-  const SolidShape& solid_;
+  const PlacedMesh& mesh_;
+  const PlacedSolid shape_;
+  const ShapeCore& core_;
   const DepthPrecision& precision_;
   const RelativePlacement to_mesh_;
   MeshTarget target_;

@@ -2,7 +2,6 @@
 
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
-#include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
 #include "query/single_precision.h"
 #include "query/vertex_contacts.h"
@@ -27,25 +26,22 @@ void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double mar
       });
 }
 
-template <typename S>
-void contactsOf(const PlacedMesh& mesh, const fcl::CollisionGeometry<S>& geometry,
-                const fcl::Transform3d& shape_tf, double margin, VertexContacts<double>& result) {
+void contactsOf(const PlacedMesh& mesh, const ShapeSolid& shape, const fcl::Transform3d& shape_tf,
+                double margin, VertexContacts<double>& result) {
   ContactWriter writer(mesh, shape_tf);
   const RelativePlacement to_shape(shape_tf, mesh.tf);
-  visitShape(geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
-    const ShapeInTree in_tree(core, shape_tf, mesh.tree(), mesh.tf);
-    if (in_tree.isPrecise())
-      findCandidates(mesh, in_tree, margin, writer.candidates());
-    else
-      writer.addAll();
-    const auto test = [&](const VertexCandidate& candidate, VertexContact& contact) {
-      const ShapeSurface found = shape.surface(to_shape(mesh.mesh.vertices[candidate.vertex]));
-      contact = {found.distance, found.nearest, -found.outward, fcl::Vector3d::Zero(), -1};
-      return found.distance <= margin;
-    };
-    writer.write(
-        mesh.mesh.query_threads, [&] { return test; }, result);
-  });
+  const ShapeInTree in_tree(shape.core(), shape_tf, mesh.tree(), mesh.tf);
+  if (in_tree.isPrecise())
+    findCandidates(mesh, in_tree, margin, writer.candidates());
+  else
+    writer.addAll();
+  const auto test = [&](const VertexCandidate& candidate, VertexContact& contact) {
+    const ShapeSurface found = shape->surface(to_shape(mesh.mesh.vertices[candidate.vertex]));
+    contact = {found.distance, found.nearest, -found.outward, fcl::Vector3d::Zero(), -1};
+    return found.distance <= margin;
+  };
+  writer.write(
+      mesh.mesh.query_threads, [&] { return test; }, result);
 }
 
 }  // namespace
@@ -60,8 +56,9 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
   requireDistance(margin);
   requireRigid(tf);
   requireRigid(other_tf);
+  const ShapeSolid shape(other);
   answerInDouble(result, [&](VertexContacts<double>& contacts) {
-    contactsOf({mesh, tf}, other, other_tf.template cast<double>(), static_cast<double>(margin),
+    contactsOf({mesh, tf}, shape, other_tf.template cast<double>(), static_cast<double>(margin),
                contacts);
   });
   return result.size();

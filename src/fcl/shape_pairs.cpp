@@ -1,37 +1,34 @@
 #include "fcl/shape_pairs.h"
 
-#include "fcl/convex_parts.h"
+#include <limits>
+
+#include "query/single_precision.h"
+#include "solids/solid_pair.h"
 
 namespace adaptive_bvh {
 namespace {
 
-template <typename S>
-bool isOctree(const PlacedGeometry<S>& body) {
-  return body.geometry->getNodeType() == fcl::GEOM_OCTREE;
-}
-
 /// The box around all cells of an octree, in the world, as a shape.
-template <typename S>
 class BoxAroundCells {
  public:
-  explicit BoxAroundCells(const PlacedGeometry<S>& octree) {
+  explicit BoxAroundCells(const ConvexParts& octree) {
     const auto all = [](const CellBall&) { return 0.; };
-    visitParts(
-        octree, all, [] { return 0.; },
+    octree.visit(
+        all, [] { return 0.; },
         [&](const ConvexPart& cell) {
           for (int k = 0; k < 3; ++k) {
-            const auto& [shape, tf] = cell.placed;
+            const auto& [solid, tf] = cell.placed;
             const fcl::Vector3d along = tf.linear().transpose() * fcl::Vector3d::Unit(k);
-            low_[k] = std::min(low_[k], (tf * shape.support(-along))[k]);
-            high_[k] = std::max(high_[k], (tf * shape.support(along))[k]);
+            low_[k] = std::min(low_[k], (tf * solid.support(-along))[k]);
+            high_[k] = std::max(high_[k], (tf * solid.support(along))[k]);
           }
           return false;
         });
   }
   double bound(const CellBall& ball) const {
-    const BoxShape box((high_ - low_) / 2);
+    const BoxSolid box((high_ - low_) / 2);
     const fcl::Transform3d tf(Eigen::Translation3d((low_ + high_) / 2));
-    return (low_.array() <= high_.array()).all() ? boundOf(PlacedShape{box, tf}, ball) : kInfinity;
+    return (low_.array() <= high_.array()).all() ? boundOf(PlacedSolid{box, tf}, ball) : kInfinity;
   }
 
  private:
@@ -42,83 +39,95 @@ class BoxAroundCells {
 
 /// Calls test(part of the first, part of the second) for those that may be at most limit() apart,
 /// until it returns true. The second is an octree if the first is one.
-template <typename S, typename Limit, typename Test>
-void visitPairsInOrder(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                       const Limit& limit, const Test& test) {
+template <typename Limit, typename Test>
+void visitPairsInOrder(const ConvexParts& first, const ConvexParts& second, const Limit& limit,
+                       const Test& test) {
   const auto visitSecond = [&](const ConvexPart& a) {
-    return visitParts(
-        second, [&](const CellBall& ball) { return boundOf(a.placed, ball); }, limit,
-        [&](const ConvexPart& b) { return test(a, b); });
+    return second.visit([&](const CellBall& ball) { return boundOf(a.placed, ball); }, limit,
+                        [&](const ConvexPart& b) { return test(a, b); });
   };
-  if (!isOctree(first)) {
-    visitParts(
-        first, [](const CellBall&) { return 0.; }, limit, visitSecond);
+  if (!first.isOctree()) {
+    first.visit([](const CellBall&) { return 0.; }, limit, visitSecond);
     return;
   }
-  const BoxAroundCells<S> around(second);
-  visitParts(
-      first, [&](const CellBall& ball) { return around.bound(ball); }, limit, visitSecond);
+  const BoxAroundCells around(second);
+  first.visit([&](const CellBall& ball) { return around.bound(ball); }, limit, visitSecond);
 }
 
-template <typename S, typename Limit, typename Test>
-void visitPairs(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Limit& limit,
+template <typename Limit, typename Test>
+void visitPairs(const ConvexParts& first, const ConvexParts& second, const Limit& limit,
                 const Test& test) {
-  if (!isOctree(first) || isOctree(second)) return visitPairsInOrder(first, second, limit, test);
+  if (!first.isOctree() || second.isOctree()) return visitPairsInOrder(first, second, limit, test);
   visitPairsInOrder(second, first, limit,
                     [&](const ConvexPart& b, const ConvexPart& a) { return test(a, b); });
 }
 
 }  // namespace
 
-template <typename S>
-S shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                    const DistanceQuery<S>& query) {
-  fcl::DistanceResult<S>& result = query.result;
+void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+                     const DistanceQuery<double>& query) {
+  fcl::DistanceResultd& result = query.result;
   visitPairs(
-      first, second, [&] { return double(result.min_distance); },
+      first, second, [&] { return result.min_distance; },
       [&](const ConvexPart& a, const ConvexPart& b) {
-        const TriangleGap gap = gapOf<S>(a.placed, b.placed);
-        if (gap.distance < double(result.min_distance))
-          result.update(distanceAs<S>(gap.distance), first.geometry, second.geometry, int(a.id),
-                        int(b.id), gap.points.first.template cast<S>(),
-                        gap.points.second.template cast<S>());
+        const TriangleGap gap = gapOf(a.placed, b.placed, parallel);
+        result.update(gap.distance, nullptr, nullptr, int(a.id), int(b.id), gap.points.first,
+                      gap.points.second);
         return query.isSatisfied();
       });
-  return result.min_distance;
 }
 
-template <typename S>
-std::size_t shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                             const CollisionQuery<S>& query) {
-  fcl::CollisionResult<S>& result = query.result;
-  if (query.isSatisfied() || !first.geometry->isOccupied() || !second.geometry->isOccupied())
-    return result.numContacts();
+void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+                  const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                  const CollisionQuery<double>& query) {
+  if (query.isSatisfied() || !o1.isOccupied() || !o2.isOccupied()) return;
   visitPairs(
       first, second, [] { return 0.; },
       [&](const ConvexPart& a, const ConvexPart& b) {
-        fcl::Contact<S> contact(first.geometry, second.geometry, int(a.id), int(b.id),
-                                unsetPoint<S>(), unsetPoint<S>(),
-                                std::numeric_limits<S>::quiet_NaN());
+        fcl::Contactd contact(&o1, &o2, int(a.id), int(b.id), unsetPoint<double>(),
+                              unsetPoint<double>(), std::numeric_limits<double>::quiet_NaN());
         if (query.request.enable_contact) {
           ShapeContact found;
-          if (!touch<S>(a.placed, b.placed, found)) return false;
-          contact.pos = found.position.template cast<S>();
-          contact.normal = found.normal.template cast<S>();
-          contact.penetration_depth = static_cast<S>(found.depth);
-        } else if (gapOf<S>(a.placed, b.placed).distance > 0) {
+          if (!touch(a.placed, b.placed, parallel, found)) return false;
+          contact.pos = found.position;
+          contact.normal = found.normal;
+          contact.penetration_depth = found.depth;
+        } else if (gapOf(a.placed, b.placed, parallel).distance > 0) {
           return false;
         }
-        result.addContact(contact);
+        query.result.addContact(contact);
         return query.isSatisfied();
       });
-  return result.numContacts();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                         \
-  template S shapePairDistance(const PlacedGeometry<S>&, const PlacedGeometry<S>&,          \
-                               const DistanceQuery<S>&);                                    \
-  template std::size_t shapePairCollide(const PlacedGeometry<S>&, const PlacedGeometry<S>&, \
-                                        const CollisionQuery<S>&);
+template <typename S>
+void shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
+                       const DistanceQuery<S>& query) {
+  const ConvexParts a(*first.geometry, first.tf.template cast<double>()),
+      b(*second.geometry, second.tf.template cast<double>());
+  answerInDouble(query, first.geometry, second.geometry, [&](const DistanceQuery<double>& asked) {
+    distanceOfParts(a, b, kParallelIn<S>, asked);
+  });
+}
+
+template <typename S>
+void shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
+                      const CollisionQuery<S>& query) {
+  if (query.isSatisfied()) return;
+  const ConvexParts a(*first.geometry, first.tf.template cast<double>()),
+      b(*second.geometry, second.tf.template cast<double>());
+  answerInDouble(query, first.geometry, second.geometry,
+                 [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                     const CollisionQuery<double>& asked) {
+                   collideParts(a, b, kParallelIn<S>, o1, o2, asked);
+                 });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                   \
+  template void shapePairDistance(const PlacedGeometry<S>&, const PlacedGeometry<S>&, \
+                                  const DistanceQuery<S>&);                           \
+  template void shapePairCollide(const PlacedGeometry<S>&, const PlacedGeometry<S>&,  \
+                                 const CollisionQuery<S>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fcl/convex_parts.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -7,11 +8,18 @@ namespace adaptive_bvh {
 // Two bodies without a mesh: shapes, and octrees, whose cells are boxes. In the result the objects
 // are in the order of the call. Each pair of a shape or cell and another one has one contact.
 
+/// `parallel`: as of gapOf(PlacedSolid, PlacedSolid, parallel). The result names no objects.
+void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+                     const DistanceQuery<double>& query);
+void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+                  const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                  const CollisionQuery<double>& query);
+
 template <typename S>
-S shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                    const DistanceQuery<S>& query);
+void shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
+                       const DistanceQuery<S>& query);
 template <typename S>
-std::size_t shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                             const CollisionQuery<S>& query);
+void shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
+                      const CollisionQuery<S>& query);
 
 }  // namespace adaptive_bvh

@@ -4,11 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include <fcl/geometry/shape/box.h>
-
 #include "base/frame_change.h"
 #include "boxes/tree_walk.h"
-#include "fcl/shape_geometry.h"
+#include "fcl/shape_triangles.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -17,29 +15,22 @@ namespace adaptive_bvh {
 /// and in their own. docs/bounds.md, 13.
 class ShapeInTree {
  public:
-  template <typename S>
-  ShapeInTree(const ShapeCore& core, const fcl::Transform3<S>& shape_tf, const WideTree& tree,
-              const fcl::Transform3<S>& mesh_tf) {
-    const auto turnOf = [](const auto& tf) -> fcl::Matrix3d {
-      return tf.linear().template cast<double>();
-    };
-    const auto placeOf = [](const auto& tf) -> fcl::Vector3d {
-      return tf.translation().template cast<double>();
-    };
+  ShapeInTree(const ShapeCore& core, const fcl::Transform3d& shape_tf, const WideTree& tree,
+              const fcl::Transform3d& mesh_tf) {
     const double scale = tree.scale();
-    const fcl::Matrix3d to_core = core.axes.transpose() * turnOf(shape_tf).transpose();
+    const fcl::Matrix3d to_core = core.axes.transpose() * shape_tf.linear().transpose();
     const fcl::Matrix3d m =
-        to_core * turnOf(mesh_tf) * tree.toBody().transpose() / scale;  // times 1: a rotation
-    const fcl::Vector3d origin = turnOf(mesh_tf) * tree.origin() + placeOf(mesh_tf);
-    const fcl::Vector3d seen = to_core * (origin - placeOf(shape_tf));  // the tree's
+        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // times 1: a rotation
+    const fcl::Vector3d origin = mesh_tf.linear() * tree.origin() + mesh_tf.translation();
+    const fcl::Vector3d seen = to_core * (origin - shape_tf.translation());  // the tree's
     // Coordinates begin at the core's nearest point to the tree, where single precision is densest.
     const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
     const fcl::Vector3d t = scale * (seen - nearest);
-    const double numbers =
-        tree.origin().template lpNorm<1>() + 6 / scale + placeOf(mesh_tf).template lpNorm<1>() +
-        placeOf(shape_tf).template lpNorm<1>() + nearest.template lpNorm<1>() + core.radius;
-    const double off = 16 * scale * numbers * double(std::numeric_limits<S>::epsilon());
-    const double margin = kUnit * (160 + 32 * t.template lpNorm<1>()) + off;
+    const double numbers = tree.origin().lpNorm<1>() + 6 / scale +
+                           mesh_tf.translation().lpNorm<1>() + shape_tf.translation().lpNorm<1>() +
+                           nearest.lpNorm<1>() + core.radius;
+    const double off = 16 * scale * numbers * std::numeric_limits<double>::epsilon();
+    const double margin = kUnit * (160 + 32 * t.lpNorm<1>()) + off;
     is_precise_ = margin < 1e6 && !core.low.hasNaN() && !core.high.hasNaN();
     if (!is_precise_) return;
     change_ = FrameChange(m, t, margin);
@@ -96,23 +87,16 @@ class ShapeInTree {
 
 /// A mesh and a shape in their places, by the mesh's four-wide tree. Where single precision cannot
 /// express how the two lie, every triangle is tested.
-template <typename S>
-class MeshShapeSearch {
+class MeshShapeSearch final : public ShapeSearch {
  public:
-  MeshShapeSearch(const MeshObject<S>& mesh, const TriangleShape& shape, const ShapeCore& core,
-                  const fcl::Transform3<S>& shape_tf)
-      : triangles({mesh.geometry, mesh.placed.mesh.view(), mesh.tf},
-                  mesh.placed.mesh.numTriangles(), shape, shape_tf),
-        mesh_(mesh.placed),
-        tf_(mesh.tf),
-        in_tree_(core, shape_tf, mesh.placed.tree(), mesh.tf) {}
+  /// `core`: of the shape.
+  MeshShapeSearch(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core)
+      : ShapeSearch(QueryTriangles(mesh), shape),
+        mesh_(mesh),
+        in_tree_(core, shape.tf, mesh.tree(), mesh.tf) {}
 
-  const ShapeTriangles<S, double> triangles;
-
-  /// Calls test(triangle) for those whose boxes touch the shape, in the order of the leaves, until
-  /// it returns true.
-  template <typename Test>
-  void touching(const Test& test) const {
+  /// In the order of the leaves.
+  void touching(const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
     const Float4 limit = float4::all(in_tree_.squaredLimit(0));
     TreeWalk(mesh_.tree())
@@ -121,10 +105,8 @@ class MeshShapeSearch {
             [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
   }
 
-  /// Calls test(triangle) for those whose boxes may be nearer to the shape than query.result, the
-  /// nearest boxes first, until it returns true. The test updates that result.
-  template <typename Test>
-  void nearest(const DistanceQuery<S>& query, const Test& test) const {
+  /// The nearest boxes first.
+  void nearest(const DistanceQuery<double>& query, const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
     const auto squaredLimit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
     float limit = squaredLimit();
@@ -142,16 +124,14 @@ class MeshShapeSearch {
                       });
   }
 
-  /// Box of the whole mesh, for FCL's approximate cost.
-  void boxAround(fcl::Box<S>& box, fcl::Transform3<S>& box_tf) const {
+  void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
     const fcl::AABBd& local = mesh_.bounds().aabb_local;
-    box = fcl::Box<S>(fcl::Vector3<S>((local.max_ - local.min_).template cast<S>()));
-    box_tf = tf_;
-    box_tf.translation() = tf_ * fcl::Vector3<S>(local.center().template cast<S>());
+    box = fcl::Boxd(fcl::Vector3d(local.max_ - local.min_));
+    box_tf = mesh_.tf;
+    box_tf.translation() = mesh_.tf * local.center();
   }
 
  private:
-  template <typename Test>
   void testAll(const Test& test) const {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
@@ -167,7 +147,6 @@ class MeshShapeSearch {
   }
 
   const PlacedMesh& mesh_;
-  const fcl::Transform3<S>& tf_;
   const ShapeInTree in_tree_;
 };
 

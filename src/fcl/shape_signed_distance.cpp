@@ -1,14 +1,13 @@
 #include <limits>
 
 #include "fcl/separating_motion.h"
-#include "fcl/shape_geometry.h"
 #include "fcl/shape_search.h"
-#include "fcl/solid_shape.h"
 #include "query/closed_surface.h"
 #include "query/depth_meshes.h"
 #include "query/depth_search.h"
 #include "query/signed_distance.h"
 #include "query/single_precision.h"
+#include "solids/hull.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -28,7 +27,7 @@ class ShapeTarget {
     double operator()(const fcl::Vector3d& x) const { return plane.d - plane.n.dot(x); }
   };
 
-  explicit ShapeTarget(const SolidShape& shape) : shape_(shape) {}
+  explicit ShapeTarget(const Solid& shape) : shape_(shape) {}
 
   Reach reach(const Witness& plane) const { return {plane}; }
   double overBox(const Reach& reach, const TurnedBox& box) const {
@@ -53,7 +52,7 @@ class ShapeTarget {
   }
 
  private:
-  const SolidShape& shape_;
+  const Solid& shape_;
 };
 
 /// The surface of a shape, for DepthSearch, in the target's frame.
@@ -61,13 +60,15 @@ class ShapeSource {
  public:
   using Vector = fcl::Vector3d;
 
-  ShapeSource(const SolidShape& shape, const RelativePlacement& to_target)
+  ShapeSource(const Solid& shape, const RelativePlacement& to_target)
       : shape_(shape), to_target_(to_target) {}
 
   template <typename Search>
   void start(Search& search) {
     const int hint = search.addMeasured(to_target_.T, -1);
-    for (const SolidShape::Patch& patch : shape_.patches) {
+    std::vector<SurfacePatch> patches;
+    shape_.addPatches(patches);
+    for (const SurfacePatch& patch : patches) {
       const auto add = [&](const Vector& parameter) {
         return search.add(to_target_(patch.chart(parameter)), parameter);
       };
@@ -104,7 +105,7 @@ class ShapeSource {
     return count_++;
   }
 
-  const SolidShape& shape_;
+  const Solid& shape_;
   const RelativePlacement to_target_;
   std::array<SurfaceChart, 3> charts_ = {SurfaceChart::flat(), SurfaceChart::flat(),
                                          SurfaceChart::flat()};
@@ -112,25 +113,36 @@ class ShapeSource {
 };
 
 /// A mesh and a shape.
-template <typename S>
 class MeshAndShape {
  public:
-  MeshAndShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape, S tolerance)
-      : object_(mesh),
-        mesh_(object_.placed),
+  MeshAndShape(const PlacedMesh& mesh, const ShapeSolid& shape, const fcl::Transform3d& shape_tf,
+               double tolerance)
+      : mesh_(mesh),
         shape_(shape),
-        shape_tf_(shape.tf.template cast<double>()),
+        shape_tf_(shape_tf),
         to_shape_(shape_tf_, mesh_.tf),
         to_mesh_(mesh_.tf, shape_tf_),
-        precision_(mesh_.tf, shape_tf_, size(), static_cast<double>(tolerance)),
+        precision_(mesh_.tf, shape_tf_, size(), tolerance),
         result_(mesh_.tf, shape_tf_, precision_) {}
 
-  SignedDistance<double> distanceTo(const SolidShape& solid) const {
+  /// Throws std::invalid_argument of a plane, and where the faces of a convex do not enclose it.
+  SignedDistance<double> distance() const {
+    if (const HullSolid* hull = shape_->hull()) return distanceTo(FacedHull(*hull));
+    const FlatSolid* const flat = shape_->flat();
+    if (!flat) return distanceTo(*shape_);
+    if (!flat->isSolid())
+      throw std::invalid_argument(
+          "adaptive_bvh: there is no signed distance to a plane, which has no inside");
+    return distanceToHalfSpace(*flat);
+  }
+
+ private:
+  SignedDistance<double> distanceTo(const Solid& solid) const {
     const ShapeTarget target(solid);
     const Nearest nearest = findNearest();
     const TriangleGap& gap = nearest.gap;
     MeshTarget mesh_target(mesh_);
-    if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.inner)))
+    if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.inner())))
       return result_.apart(gap, false, target.outward(gap.points.second));
     Depths depths;
     if (gap.distance > 0)
@@ -148,9 +160,9 @@ class MeshAndShape {
   }
   /// The deepest point of the mesh's surface is a vertex. A point of the plane is no deeper: from
   /// there straight on into the half-space the mesh's surface is reached, which is deeper.
-  SignedDistance<double> distanceToHalfSpace(const fcl::Halfspace<S>& solid) const {
-    const fcl::Vector3d n = solid.n.template cast<double>() / double(solid.n.norm());
-    const double d = double(solid.d) / double(solid.n.norm());
+  SignedDistance<double> distanceToHalfSpace(const FlatSolid& solid) const {
+    const fcl::Vector3d& n = solid.normal();
+    const double d = solid.offset();
     TriangleGap lowest;
     lowest.distance = std::numeric_limits<double>::infinity();
     for (unsigned t = 0; t < unsigned(mesh_.mesh.numTriangles()); ++t)
@@ -170,7 +182,6 @@ class MeshAndShape {
     return result_.inside(bounds, {});
   }
 
- private:
   /// How deep the surface of the mesh is in the shape, and that of the shape in the mesh.
   struct Depths {
     DepthBounds in_shape, in_mesh;
@@ -182,13 +193,13 @@ class MeshAndShape {
 
   /// Of surfaces that touch. A ball that rolls along a round shape from within, or a motion that
   /// separates, bounds the depth of the shape's surface; else that is searched. docs/bounds.md, 19.
-  Depths depthsOf(const SolidShape& solid, const Nearest& nearest) const {
-    const bool is_round = solid.rolling_radius > 0;
+  Depths depthsOf(const Solid& solid, const Nearest& nearest) const {
+    const bool is_round = solid.rollingRadius() > 0;
     Depths depths;
     DepthBounds &in_shape = depths.in_shape, &in_mesh = depths.in_mesh;
     ShapeTarget target(solid);
     in_shape = depthAt(nearest.gap.points.first, target, precision_.error());
-    SeparatingMotion<S> motion(object_, shape_, solid, precision_);
+    SeparatingMotion motion(mesh_, {solid, shape_tf_}, shape_.core(), precision_);
     motion.raiseTo(in_shape.lower);
     if (!is_round && motion.isFound(SurfaceNormals(mesh_.mesh).ofFace(nearest.triangle))) {
       in_mesh = motion.deepest();
@@ -197,8 +208,8 @@ class MeshAndShape {
     if (motion.deepest().is_found) in_shape = DepthBounds::from(motion.deepest().lower);
     in_shape = depthInShape(solid, in_shape);
     motion.raiseTo(in_shape.lower);
-    const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.inner));
-    if (is_out && in_shape.upper + 4 * precision_.error() < solid.rolling_radius) {
+    const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.inner()));
+    if (is_out && in_shape.upper + 4 * precision_.error() < solid.rollingRadius()) {
       in_mesh.upper = in_shape.upper;
     } else if (is_out && in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward)) {
       in_mesh = motion.deepest();
@@ -209,44 +220,36 @@ class MeshAndShape {
     }
     return depths;
   }
-  DepthBounds depthInShape(const SolidShape& solid, const DepthBounds& known) const {
+  DepthBounds depthInShape(const Solid& solid, const DepthBounds& known) const {
     MeshSource source(mesh_, to_shape_);
     ShapeTarget target(solid);
     return DepthSearch<MeshSource, ShapeTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
-  DepthBounds depthInMesh(const SolidShape& solid, const DepthBounds& known) const {
+  DepthBounds depthInMesh(const Solid& solid, const DepthBounds& known) const {
     ShapeSource source(solid, to_mesh_);
     MeshTarget target(mesh_);
     return DepthSearch<ShapeSource, MeshTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
   double size() const {
-    double shape = 0;
-    visitShape(*shape_.geometry, [&](const TriangleShape&, const ShapeCore& core) {
-      const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
-      shape = core.isBounded() ? far.norm() + core.radius : 0;
-    });
-    return mesh_.bounds().aabb_center.norm() + mesh_.bounds().aabb_radius + shape +
-           to_shape_.T.norm();
+    const ShapeCore& core = shape_.core();
+    const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
+    return mesh_.bounds().aabb_center.norm() + mesh_.bounds().aabb_radius +
+           (core.isBounded() ? far.norm() + core.radius : 0) + to_shape_.T.norm();
   }
 
   Nearest findNearest() const {
-    const fcl::DistanceRequest<S> request;
-    fcl::DistanceResult<S> result;
-    meshShapeDistance<S>(object_, shape_, {request, result});
-    Nearest nearest;
-    nearest.triangle = static_cast<unsigned>(result.b1);
-    visitShape(*shape_.geometry, [&](const TriangleShape& shape, const ShapeCore& core) {
-      const MeshShapeSearch<S> search(object_, shape, core, shape_.tf);
-      nearest.gap = search.triangles.gap(static_cast<int>(result.b1));
-    });
-    return nearest;
+    const MeshShapeSearch search(mesh_, {*shape_, shape_tf_}, shape_.core());
+    const fcl::DistanceRequestd request;
+    fcl::DistanceResultd result;
+    distanceToShape(search, {request, result});
+    const auto triangle = static_cast<int>(result.b1);
+    return {search.triangles.gap(triangle), static_cast<unsigned>(triangle)};
   }
 
-  const MeshObject<S> object_;
   const PlacedMesh& mesh_;
-  const PlacedGeometry<S> shape_;
+  const ShapeSolid& shape_;
   const fcl::Transform3d shape_tf_;
   const RelativePlacement to_shape_, to_mesh_;
   const DepthPrecision precision_;
@@ -265,13 +268,12 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireRigid(tf1);
   requireRigid(tf2);
   requireClosed(stateOf(first), "signedDistance");
-  requireSizes(second);
-  const auto pair = [&]() -> MeshAndShape<S> { return {{first, tf1}, {&second, tf2}, tolerance}; };
+  const ShapeSolid shape(second);
+  const PlacedMesh mesh(first, tf1);
   SignedDistance<S> result;
   answerInDouble(result, [&](SignedDistance<double>& found) {
-    found = second.getNodeType() == fcl::GEOM_HALFSPACE
-                ? pair().distanceToHalfSpace(static_cast<const fcl::Halfspace<S>&>(second))
-                : pair().distanceTo(solidOf(second));  // which refuses others
+    found = MeshAndShape(mesh, shape, tf2.template cast<double>(), static_cast<double>(tolerance))
+                .distance();
   });
   return result;
 }

@@ -6,7 +6,9 @@
 namespace adaptive_bvh {
 namespace {
 
-const char* nameOf(fcl::NODE_TYPE type) {
+std::string nameOf(fcl::NODE_TYPE type) {
+  if (isShape(type))
+    return std::string(type == fcl::GEOM_ELLIPSOID ? "an " : "a ") + nameOfShape(type);
   switch (type) {
     case fcl::BV_AABB: return "a BVHModel of AABB";
     case fcl::BV_OBB: return "a BVHModel of OBB";
@@ -16,15 +18,6 @@ const char* nameOf(fcl::NODE_TYPE type) {
     case fcl::BV_KDOP16: return "a BVHModel of KDOP 16";
     case fcl::BV_KDOP18: return "a BVHModel of KDOP 18";
     case fcl::BV_KDOP24: return "a BVHModel of KDOP 24";
-    case fcl::GEOM_BOX: return "a box";
-    case fcl::GEOM_SPHERE: return "a sphere";
-    case fcl::GEOM_ELLIPSOID: return "an ellipsoid";
-    case fcl::GEOM_CAPSULE: return "a capsule";
-    case fcl::GEOM_CONE: return "a cone";
-    case fcl::GEOM_CYLINDER: return "a cylinder";
-    case fcl::GEOM_CONVEX: return "a convex";
-    case fcl::GEOM_PLANE: return "a plane";
-    case fcl::GEOM_HALFSPACE: return "a half-space";
     case fcl::GEOM_TRIANGLE: return "a TriangleP";
     case fcl::GEOM_OCTREE: return "an octree";
     default: return "a geometry of unknown type";

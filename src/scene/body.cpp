@@ -10,7 +10,6 @@
 
 #include "deformable/mesh_state.h"
 #include "fcl/mesh_pairs.h"
-#include "fcl/shape_geometry.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -77,10 +76,7 @@ WorldBox boxOfGeometry(const fcl::CollisionGeometry<S>& geometry, const fcl::Tra
     return turned(tf, core);
   }
 #endif
-  WorldBox box;
-  visitShape(geometry,
-             [&](const TriangleShape&, const ShapeCore& core) { box = turned(tf, core); });
-  return box;
+  return turned(tf, ShapeSolid(geometry).core());
 }
 
 /// So much a rotation may be off that is taken for one (requireRigid), and what is rounded.

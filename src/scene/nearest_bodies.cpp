@@ -56,8 +56,8 @@ bool hasNearLeaf(const Body<S>& mesh, const WorldBox& box, double distance) {
   core.low = box.low;
   core.high = box.high;
   const WideTree& tree = stateOf(*mesh.mesh).tree;
-  const ShapeInTree in_tree(core, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), tree,
-                            mesh.tf);
+  const ShapeInTree in_tree(core, fcl::Transform3d::Identity(), tree,
+                            mesh.tf.template cast<double>());
   if (!in_tree.isPrecise()) return true;
   const float limit = in_tree.squaredLimit(distance);
   return TreeWalk(tree).nearestFirst(

@@ -33,26 +33,28 @@ void improveByParts(const Body<S>& body, const fcl::Vector3d& x, double& distanc
     const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
     return (ball.middle - x).norm() - ball.radius - rounding;
   };
-  visitParts<S>(
-      {body.geometry, body.tf}, bound, [&] { return distance; },
-      [&](const ConvexPart& part) {
-        const auto& [shape, tf] = part.placed;
-        const ShapeSurface found = shape.surface(tf.linear().transpose() * (x - tf.translation()));
-        if (!(std::fabs(found.distance) < distance)) return false;
-        distance = std::fabs(found.distance);
-        best = {body.id, static_cast<S>(distance), (tf * found.nearest).template cast<S>(),
-                int(part.id)};
-        return false;
-      });
+  ConvexParts(*body.geometry, body.tf.template cast<double>())
+      .visit(
+          bound, [&] { return distance; },
+          [&](const ConvexPart& part) {
+            const auto& [solid, tf] = part.placed;
+            const ShapeSurface found =
+                solid.surface(tf.linear().transpose() * (x - tf.translation()));
+            if (!(std::fabs(found.distance) < distance)) return false;
+            distance = std::fabs(found.distance);
+            best = {body.id, static_cast<S>(distance), (tf * found.nearest).template cast<S>(),
+                    int(part.id)};
+            return false;
+          });
 }
 
 /// The first t of the range, rounded to S, at which a line crosses the surface of a shape; infinite
 /// where it does not.
 template <typename S>
-S crossing(const PlacedShape& placed, const Line& line, const RayRange<S>& range) {
+S crossing(const PlacedSolid& placed, const Line& line, const RayRange<S>& range) {
   const fcl::Matrix3d back = placed.tf.linear().transpose();
   const LineInterval found =
-      placed.shape.along({back * (line.origin - placed.tf.translation()), back * line.direction});
+      placed.solid.along({back * (line.origin - placed.tf.translation()), back * line.direction});
   if (found.isEmpty()) return std::numeric_limits<S>::infinity();
   for (const double end : {found.enter, found.leave}) {
     const S t = static_cast<S>(end);
@@ -91,17 +93,17 @@ class SceneRay {
   void testParts(const Body<S>& body) {
     const auto bound = [&](const CellBall& ball) {
       const double rounding = kCellRounding * (line_.origin.norm() + ball.middle.norm());
-      const LineInterval in_ball = lineInRoundedSegment(
-          {line_.origin - ball.middle, line_.direction}, ball.radius + rounding, 0);
+      const LineInterval in_ball = lineInBall<fcl::Vector3d>(
+          line_.origin - ball.middle, line_.direction, ball.radius + rounding);
       return in_ball.isEmpty() || in_ball.leave < 0 ? kNone : std::max(in_ball.enter, 0.);
     };
-    visitParts<S>(
-        {body.geometry, body.tf}, bound,
-        [&] { return std::min(end(), std::numeric_limits<double>::max()); },
-        [&](const ConvexPart& part) {
-          take(body.id, {crossing(part.placed, line_, range_), int(part.id), 0, 0});
-          return false;
-        });
+    ConvexParts(*body.geometry, body.tf.template cast<double>())
+        .visit(
+            bound, [&] { return std::min(end(), std::numeric_limits<double>::max()); },
+            [&](const ConvexPart& part) {
+              take(body.id, {crossing(part.placed, line_, range_), int(part.id), 0, 0});
+              return false;
+            });
   }
   void take(BodyId body, const RayHit<S>& hit) {
     const bool is_smaller = body < best_.body && hit.t < std::numeric_limits<S>::infinity();

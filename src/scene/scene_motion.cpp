@@ -101,18 +101,18 @@ void withShapes(const Body<S>& body, const WorldBox& other, double separation, c
     return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
   };
   const bool is_octree = body.geometry->getNodeType() == fcl::GEOM_OCTREE;
-  const fcl::Transform3<S> in_place = fcl::Transform3<S>::Identity();
-  visitParts<S>(
-      {body.geometry, in_place}, bound, [] { return 0.; },
+  const ConvexParts parts(*body.geometry, fcl::Transform3d::Identity());
+  parts.visit(
+      bound, [] { return 0.; },
       [&](const ConvexPart& part) {
-        const auto& [shape, tf] = part.placed;
+        const auto& [solid, tf] = part.placed;
         if (!is_octree) {
-          found.add(MovingPart(shape, start_tf, end_tf), sweptBoxOf(body), SceneImpact::kNoFeature);
+          found.add(MovingPart(solid, start_tf, end_tf), sweptBoxOf(body), SceneImpact::kNoFeature);
           use(found);
           return false;
         }
-        const fcl::Vector3d half = shape.support(fcl::Vector3d::Ones());
-        found.add(MovingPart(BoxShape(half), start_tf * tf, end_tf * tf),
+        const fcl::Vector3d half = solid.support(fcl::Vector3d::Ones());
+        found.add(MovingPart(BoxSolid(half), start_tf * tf, end_tf * tf),
                   boxOf({tf.translation(), 1.01 * half.norm()}), static_cast<unsigned>(part.id));
         return false;
       });
@@ -125,7 +125,8 @@ Impact firstContact(const MovingParts& first, const MovingParts& second, double 
   Impact best;
   const auto test = [&](std::size_t i, std::size_t j) {
     const double latest = std::min(best.time, 1.);
-    const double time = timeOfContact<S>(first.parts[i], second.parts[j], separation, latest);
+    const double time =
+        timeOfContact(first.parts[i], second.parts[j], separation, latest, kParallelIn<S>);
     const FeaturePair pair{first.numbers[i], second.numbers[j]};
     if (time < best.time || (time == best.time && pair < best.pair)) best = {time, {}, pair};
   };

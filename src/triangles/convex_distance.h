@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -63,18 +64,19 @@ ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 
-// How deep a triangle is in a round shape that it touches, by the directions in which the way out
-// can be shortest (docs/bounds.md, 17).
+inline std::array<fcl::Vector3d, 3> edgesOf(const TrianglePoints<double>& t) {
+  return {t[1] - t[0], t[2] - t[1], t[0] - t[2]};
+}
 
-/// A cylinder around the z axis, from -half to half.
-Penetration cylinderPenetration(const TrianglePoints<double>& triangle, double radius, double half);
-/// A cone around the z axis, with its base at -half and its tip at half.
-Penetration conePenetration(const TrianglePoints<double>& triangle, double radius, double half);
-/// An ellipsoid with its axes along the coordinates.
-Penetration ellipsoidPenetration(const TrianglePoints<double>& triangle,
-                                 const fcl::Vector3d& radii);
+/// At right angles to both; zero where they are so nearly parallel that this would be rounding.
+inline fcl::Vector3d acrossEdges(const fcl::Vector3d& e, const fcl::Vector3d& f) {
+  const fcl::Vector3d across = e.cross(f);
+  const double least = 0x1p-40 * e.norm() * f.norm();
+  return across.norm() > least ? across : fcl::Vector3d::Zero();
+}
 
-/// The shortest of the motions along some directions that take a convex set out of a triangle.
+/// The shortest of the motions along some directions that take a convex set out of a triangle
+/// (docs/bounds.md, 17).
 /// `Reach` says how far the set reaches against a direction of length 1.
 template <typename Reach>
 class ShortestWay {

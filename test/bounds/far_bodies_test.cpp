@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "fcl/shape_results.h"
 #include "fcl/shape_search.h"
 #include "query/nearest_search.h"
 #include "support/exact_geometry.h"
@@ -25,11 +24,8 @@ using adaptive_bvh::NearestPair;
 using adaptive_bvh::NearestSearch;
 using adaptive_bvh::PlacedMesh;
 using adaptive_bvh::RelativePlacement;
-using adaptive_bvh::ShapeCore;
-using adaptive_bvh::ShapeDistance;
-using adaptive_bvh::ShapeTriangles;
+using adaptive_bvh::ShapeSearch;
 using adaptive_bvh::TreePair;
-using adaptive_bvh::TriangleShape;
 using adaptive_bvh::WideNode;
 using exact::Real;
 using Mesh = TriangleMesh<double>;
@@ -186,39 +182,39 @@ TEST_F(FarBodies, ParallelPlatesTakeAFewTests) {
 }
 
 /// The search of a shape, which counts the triangles that are tested.
-struct CountingSearch {
-  const MeshShapeSearch<double>& search;
-  const ShapeTriangles<double>& triangles;
-  mutable long tests = 0;
+class CountingSearch final : public ShapeSearch {
+ public:
+  CountingSearch(const PlacedMesh& mesh, const adaptive_bvh::PlacedSolid& shape,
+                 const adaptive_bvh::ShapeCore& core)
+      : ShapeSearch(adaptive_bvh::QueryTriangles(mesh), shape), search_(mesh, shape, core) {}
 
-  template <typename Test>
-  void nearest(const DistanceQuery<double>& query, const Test& test) const {
-    search.nearest(query, [&](int triangle) {
-      ++tests;
+  void nearest(const DistanceQuery<double>& query, const Test& test) const override {
+    search_.nearest(query, [&](int triangle) {
+      ++tests_;
       return test(triangle);
     });
   }
-  template <typename Test>
-  void touching(const Test& test) const {
-    search.touching(test);
+  void touching(const Test& test) const override { search_.touching(test); }
+  void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
+    search_.boxAround(box, box_tf);
   }
+  long tests() const { return tests_; }
+
+ private:
+  const MeshShapeSearch search_;
+  mutable long tests_ = 0;
 };
 
 Answer askedOf(const Mesh& mesh, const Transform& tf, const fcl::ShapeBase<double>& shape,
                const Transform& shape_tf) {
   const DeformableMesh<double> deformable(mesh);
-  const adaptive_bvh::MeshObject<double> placed(deformable, tf);
+  const PlacedMesh placed(deformable, tf);
   const fcl::DistanceRequest<double> request(true);
   fcl::DistanceResult<double> result;
-  long tests = 0;
-  adaptive_bvh::visitShape<double>(shape, [&](const TriangleShape& geometry,
-                                              const ShapeCore& core) {
-    const MeshShapeSearch<double> search(placed, geometry, core, shape_tf);
-    const CountingSearch counting{search, search.triangles};
-    ShapeDistance<double, CountingSearch>({&shape, shape_tf}, counting, {request, result}, 0).run();
-    tests = counting.tests;
-  });
-  return {result.min_distance, tests};
+  const adaptive_bvh::ShapeSolid solid(shape);
+  const CountingSearch search(placed, {*solid, shape_tf}, solid.core());
+  distanceToShape(search, {request, result});
+  return {result.min_distance, search.tests()};
 }
 
 /// A sphere, a box and a half-space above plates, rough ones and boxes, in any rotation: distances

@@ -2,9 +2,11 @@
 // convex set, and against motions in any direction.
 #include <gtest/gtest.h>
 
+#include "solids/cone.h"
+#include "solids/cylinder.h"
+#include "solids/ellipsoid.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "triangles/convex_distance.h"
 
 namespace adaptive_bvh_test {
 namespace round_penetration_test {
@@ -42,7 +44,7 @@ struct Cylinder final : Shape {
     return std::hypot(x[0], x[1]) <= box[0] && std::abs(x[2]) <= box[2];
   }
   Penetration depthOf(const Triangle& t) const override {
-    return adaptive_bvh::cylinderPenetration(t, box[0], box[2]);
+    return adaptive_bvh::CylinderSolid(box[0], box[2]).penetration(t);
   }
 };
 struct Cone final : Shape {
@@ -56,7 +58,7 @@ struct Cone final : Shape {
            std::hypot(x[0], x[1]) <= box[0] * (box[2] - x[2]) / (2 * box[2]);
   }
   Penetration depthOf(const Triangle& t) const override {
-    return adaptive_bvh::conePenetration(t, box[0], box[2]);
+    return adaptive_bvh::ConeSolid(box[0], box[2]).penetration(t);
   }
 };
 struct Ellipsoid final : Shape {
@@ -67,7 +69,7 @@ struct Ellipsoid final : Shape {
   }
   bool holds(const Point& x) const override { return x.cwiseQuotient(box).norm() <= 1; }
   Penetration depthOf(const Triangle& t) const override {
-    return adaptive_bvh::ellipsoidPenetration(t, box);
+    return adaptive_bvh::EllipsoidSolid(box).penetration(t);
   }
 };
 

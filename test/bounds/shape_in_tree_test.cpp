@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "fcl/shape_geometry.h"
+#include "solids/flat.h"
+#include "solids/shape_solid.h"
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
 #include "support/shapes.h"
@@ -38,9 +39,8 @@ class ShapeBounds : public testing::Test {
     ShapeCore core;
     if (random_.oneIn(3)) {
       const double d = random_.size(-2, 1) * size;
-      core = adaptive_bvh::coreOfSlab(
-          random_.point().template cast<double>(),
-          random_.oneIn(2) ? d : -std::numeric_limits<double>::infinity(), d);
+      core = adaptive_bvh::FlatSolid(random_.point().template cast<double>(), d, random_.oneIn(2))
+                 .core();
     } else {
       for (int k = 0; k < 3; ++k) {
         core.high[k] = random_.oneIn(3) ? 0 : random_.size(-2, 3) * size;
@@ -89,7 +89,7 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
     shape_tf.translation() += placed.tf.translation();
     const ShapeCore core = this->core(double(size));
     const WideTree& tree = placed.placed.tree();
-    const ShapeInTree shape(core, shape_tf, tree, placed.tf);
+    const ShapeInTree shape(core, shape_tf.template cast<double>(), tree, placed.placed.tf);
     ASSERT_TRUE(shape.isPrecise());
     const exact::Placement mesh_at = exact::placement(placed.tf),
                            shape_at = exact::placement(shape_tf);
@@ -113,9 +113,8 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
 TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
   using S = TypeParam;
   for (const auto& shape : boundedShapes<S>()) {
-    ShapeCore core;
-    adaptive_bvh::visitShape<S>(*shape,
-                                [&](const auto&, const ShapeCore& of_shape) { core = of_shape; });
+    const adaptive_bvh::ShapeSolid solid(*shape);
+    const ShapeCore& core = solid.core();
     shape->computeLocalAABB();
     for (int k = 0; k < 3; ++k) {
       EXPECT_NEAR(double(shape->aabb_local.min_[k]), core.low[k] - core.radius, 1e-6);
@@ -129,19 +128,19 @@ TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
   const typename TestFixture::Mesh mesh(plate<S>(3, 3));
   const MeshObject<S> placed(mesh, fcl::Transform3<S>::Identity());
   const WideTree& tree = placed.placed.tree();
-  fcl::Transform3<S> away = fcl::Transform3<S>::Identity();
+  fcl::Transform3d away = fcl::Transform3d::Identity();
   ShapeCore ball;
   ball.low = ball.high = fcl::Vector3d::Zero();
   ball.radius = 0.5;
-  EXPECT_TRUE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
-  away.translation()[0] = S(1e20);
-  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
-  away.translation()[0] = std::numeric_limits<S>::quiet_NaN();
-  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
+  EXPECT_TRUE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
+  away.translation()[0] = 1e20;
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
+  away.translation()[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
   away.translation()[0] = 0;
   const ShapeCore nowhere =
-      adaptive_bvh::coreOfSlab(fcl::Vector3d::Zero(), 0, 1);  // a plane without a normal
-  EXPECT_FALSE(ShapeInTree(nowhere, away, tree, placed.tf).isPrecise());
+      adaptive_bvh::FlatSolid(fcl::Vector3d::Zero(), 1, false).core();  // a plane without a normal
+  EXPECT_FALSE(ShapeInTree(nowhere, away, tree, placed.placed.tf).isPrecise());
 }
 
 }  // namespace shape_in_tree_test

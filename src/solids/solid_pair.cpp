@@ -1,8 +1,10 @@
-#include "triangles/shape_pair.h"
+#include "solids/solid_pair.h"
 
 #include <utility>
 
 #include "base/rigid.h"
+#include "solids/flat.h"
+#include "solids/rounded_segment.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -13,31 +15,21 @@ using Triangle = TrianglePoints<double>;
 /// A shape in the frame of another one, by its farthest points.
 class PlacedSet final : public ConvexSet {
  public:
-  PlacedSet(const PlacedShape& placed, const fcl::Transform3d& seen_from)
-      : shape_(placed.shape), to_frame_(seen_from, placed.tf) {}
+  PlacedSet(const PlacedSolid& placed, const fcl::Transform3d& seen_from)
+      : solid_(placed.solid), to_frame_(seen_from, placed.tf) {}
   Vector support(const Vector& direction) const override {
-    return to_frame_(shape_.support(to_frame_.R.transpose() * direction));
+    return to_frame_(solid_.support(to_frame_.R.transpose() * direction));
   }
 
  private:
-  const TriangleShape& shape_;
+  const Solid& solid_;
   const RelativePlacement to_frame_;
-};
-
-/// A shape in its own frame, by its farthest points.
-class OwnSet final : public ConvexSet {
- public:
-  explicit OwnSet(const TriangleShape& shape) : shape_(shape) {}
-  Vector support(const Vector& direction) const override { return shape_.support(direction); }
-
- private:
-  const TriangleShape& shape_;
 };
 
 /// A sphere or a capsule and a shape, in the shape's frame.
 class SegmentPair {
  public:
-  SegmentPair(const RoundedSegment& rounded, const fcl::Transform3d& tf, const PlacedShape& other)
+  SegmentPair(const RoundedSegment& rounded, const fcl::Transform3d& tf, const PlacedSolid& other)
       : radius_(rounded.radius()), other_(other) {
     const RelativePlacement to_other(other.tf, tf);
     const Vector a = to_other(rounded.end()), b = to_other(Vector(-rounded.end()));
@@ -47,20 +39,20 @@ class SegmentPair {
 
   TriangleGap gap() const {
     if (is_point_) return gapOfBall();
-    TriangleGap gap = other_.shape.gap(segment_);
+    TriangleGap gap = other_.solid.gap(segment_);
     return gap.distance > radius_ ? rounded(gap) : touching(gap.points.second);
   }
 
   /// The normal points from the segment to the shape.
   bool touches(ShapeContact& contact) const {
     if (is_point_) return touchesBall(contact);
-    const TriangleGap gap = other_.shape.gap(segment_);
+    const TriangleGap gap = other_.solid.gap(segment_);
     if (gap.distance > radius_) return false;
     if (gap.distance > 0) {
       const Vector normal = apartAlong(gap);
       contact = {gap.points.second, normal, depthAlong(normal, gap)};
     } else {
-      other_.shape.touches(segment_, contact);
+      other_.solid.touches(segment_, contact);
       contact.depth += radius_;
     }
     return true;
@@ -70,13 +62,13 @@ class SegmentPair {
   /// The plane has no inside: `surface` measures from either side.
   TriangleGap gapOfBall() const {
     const Vector& x = segment_[0];
-    const ShapeSurface at = other_.shape.surface(x);
+    const ShapeSurface at = other_.solid.surface(x);
     if (at.distance > radius_) return rounded({{x, at.nearest}, at.distance});
     return touching(at.distance > 0 ? at.nearest : x);
   }
   bool touchesBall(ShapeContact& contact) const {
     const Vector& x = segment_[0];
-    const ShapeSurface at = other_.shape.surface(x);
+    const ShapeSurface at = other_.solid.surface(x);
     if (at.distance > radius_) return false;
     contact = {at.distance > 0 ? at.nearest : x, -at.outward, radius_ - at.distance};
     return true;
@@ -85,15 +77,15 @@ class SegmentPair {
   /// points has few digits; the normal of a plane between the two has all.
   Vector apartAlong(const TriangleGap& gap) const {
     const Vector between = gap.points.second - gap.points.first;
-    if (const FlatShape* const flat = other_.shape.flat())
+    if (const FlatSolid* const flat = other_.solid.flat())
       return between.dot(flat->normal()) < 0 ? Vector(-flat->normal()) : flat->normal();
-    const Vector normal = -convexGap(segment_, OwnSet(other_.shape)).normal;
+    const Vector normal = -convexGap(segment_, other_.solid).normal;
     return normal.isZero(0) ? Vector(between.stableNormalized()) : normal;
   }
   double depthAlong(const Vector& normal, const TriangleGap& gap) const {
-    if (other_.shape.flat()) return radius_ - gap.distance;
+    if (other_.solid.flat()) return radius_ - gap.distance;
     const double end = std::max(normal.dot(segment_[0]), normal.dot(segment_[1]));
-    return std::max(0., radius_ + end - normal.dot(other_.shape.support(-normal)));
+    return std::max(0., radius_ + end - normal.dot(other_.solid.support(-normal)));
   }
   TriangleGap rounded(TriangleGap gap) const {
     gap.points.first += (gap.points.second - gap.points.first) * (radius_ / gap.distance);
@@ -103,31 +95,29 @@ class SegmentPair {
   static TriangleGap touching(const Vector& x) { return {{x, x}, 0}; }
 
   const double radius_;
-  const PlacedShape& other_;
+  const PlacedSolid& other_;
   bool is_point_;
   Triangle segment_;
 };
 
 /// The lowest and the highest point of a shape above a plane, in the plane's frame, as a triangle.
-Triangle extremesAbove(const PlacedShape& flat, const PlacedShape& other) {
+Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   const PlacedSet set(other, flat.tf);
-  const Vector& n = flat.shape.flat()->normal();
+  const Vector& n = flat.solid.flat()->normal();
   const Vector lowest = set.support(-n), highest = set.support(n);
   return {lowest, highest, highest};
 }
 
 /// Two planes or half-spaces.
-template <typename S>
 class FlatPair {
  public:
-  FlatPair(const PlacedShape& first, const PlacedShape& second)
-      : a_(*first.shape.flat()), b_(*second.shape.flat()) {
-    constexpr double kParallel = 16 * double(std::numeric_limits<S>::epsilon());
+  FlatPair(const PlacedSolid& first, const PlacedSolid& second, double parallel)
+      : a_(*first.solid.flat()), b_(*second.solid.flat()) {
     n_ = first.tf.linear() * a_.normal();
     m_ = second.tf.linear() * b_.normal();
     on_first_ = first.tf * Vector(a_.offset() * a_.normal());
     on_second_ = second.tf * Vector(b_.offset() * b_.normal());
-    is_parallel_ = n_.cross(m_).norm() <= kParallel;
+    is_parallel_ = n_.cross(m_).norm() <= parallel;
     height_ = n_.dot(on_second_ - on_first_);
   }
 
@@ -164,7 +154,7 @@ class FlatPair {
     return on_second_ - in_second * (height_ / n_.dot(in_second));
   }
 
-  const FlatShape &a_, &b_;
+  const FlatSolid &a_, &b_;
   Vector n_, m_, on_first_, on_second_;
   bool is_parallel_;
   double height_;  ///< of the second's plane above the first's
@@ -172,27 +162,27 @@ class FlatPair {
 
 /// Whether the pair is that of the second to the first: one that is made of another shape's corners
 /// comes first, a flat shape second.
-bool isSwapped(const PlacedShape& first, const PlacedShape& second) {
-  if (first.shape.flat() || second.shape.flat()) return first.shape.flat();
-  return second.shape.roundedSegment() && !first.shape.roundedSegment();
+bool isSwapped(const PlacedSolid& first, const PlacedSolid& second) {
+  if (first.solid.flat() || second.solid.flat()) return first.solid.flat();
+  return second.solid.roundedSegment() && !first.solid.roundedSegment();
 }
 
 // In the frame of the second. The pair is not swapped, and at most the second is flat.
 
-TriangleGap gapInFrame(const PlacedShape& first, const PlacedShape& second) {
-  if (const RoundedSegment* segment = first.shape.roundedSegment())
+TriangleGap gapInFrame(const PlacedSolid& first, const PlacedSolid& second) {
+  if (const RoundedSegment* segment = first.solid.roundedSegment())
     return SegmentPair(*segment, first.tf, second).gap();
-  if (second.shape.flat()) return second.shape.gap(extremesAbove(second, first));
-  const ConvexGap gap = convexGap(PlacedSet(first, second.tf), OwnSet(second.shape));
+  if (second.solid.flat()) return second.solid.gap(extremesAbove(second, first));
+  const ConvexGap gap = convexGap(PlacedSet(first, second.tf), second.solid);
   return {gap.points, gap.distance};
 }
 
-bool touchInFrame(const PlacedShape& first, const PlacedShape& second, ShapeContact& contact) {
-  if (const RoundedSegment* segment = first.shape.roundedSegment())
+bool touchInFrame(const PlacedSolid& first, const PlacedSolid& second, ShapeContact& contact) {
+  if (const RoundedSegment* segment = first.solid.roundedSegment())
     return SegmentPair(*segment, first.tf, second).touches(contact);
-  if (second.shape.flat()) return second.shape.touches(extremesAbove(second, first), contact);
+  if (second.solid.flat()) return second.solid.touches(extremesAbove(second, first), contact);
   const PlacedSet a(first, second.tf);
-  const OwnSet b(second.shape);
+  const Solid& b = second.solid;
   const ConvexGap gap = convexGap(a, b);
   if (gap.distance > 0) return false;
   const Penetration way = penetrationOf(a, b);
@@ -202,34 +192,28 @@ bool touchInFrame(const PlacedShape& first, const PlacedShape& second, ShapeCont
 
 }  // namespace
 
-template <typename S>
-TriangleGap gapOf(const PlacedShape& first, const PlacedShape& second) {
-  if (first.shape.flat() && second.shape.flat()) return FlatPair<S>(first, second).gap();
+TriangleGap gapOf(const PlacedSolid& first, const PlacedSolid& second, double parallel) {
+  if (first.solid.flat() && second.solid.flat()) return FlatPair(first, second, parallel).gap();
   const bool is_swapped = isSwapped(first, second);
-  const PlacedShape &a = is_swapped ? second : first, &b = is_swapped ? first : second;
+  const PlacedSolid &a = is_swapped ? second : first, &b = is_swapped ? first : second;
   TriangleGap gap = gapInFrame(a, b);
   gap.points = {b.tf * gap.points.first, b.tf * gap.points.second};
   if (is_swapped) std::swap(gap.points.first, gap.points.second);
   return gap;
 }
 
-template <typename S>
-bool touch(const PlacedShape& first, const PlacedShape& second, ShapeContact& contact) {
-  if (first.shape.flat() && second.shape.flat()) {
-    contact = FlatPair<S>(first, second).contact();
+bool touch(const PlacedSolid& first, const PlacedSolid& second, double parallel,
+           ShapeContact& contact) {
+  if (first.solid.flat() && second.solid.flat()) {
+    contact = FlatPair(first, second, parallel).contact();
     return contact.depth >= 0;
   }
   const bool is_swapped = isSwapped(first, second);
-  const PlacedShape &a = is_swapped ? second : first, &b = is_swapped ? first : second;
+  const PlacedSolid &a = is_swapped ? second : first, &b = is_swapped ? first : second;
   if (!touchInFrame(a, b, contact)) return false;
   contact.position = b.tf * contact.position;
   contact.normal = (is_swapped ? -1. : 1.) * (b.tf.linear() * contact.normal);
   return true;
 }
-
-template TriangleGap gapOf<float>(const PlacedShape&, const PlacedShape&);
-template TriangleGap gapOf<double>(const PlacedShape&, const PlacedShape&);
-template bool touch<float>(const PlacedShape&, const PlacedShape&, ShapeContact&);
-template bool touch<double>(const PlacedShape&, const PlacedShape&, ShapeContact&);
 
 }  // namespace adaptive_bvh

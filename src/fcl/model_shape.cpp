@@ -1,0 +1,194 @@
+#include "fcl/mesh_pairs.h"
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/utility.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_shape_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
+
+#include "fcl/recording_node.h"
+#include "fcl/shape_triangles.h"
+#include "query/single_precision.h"
+#include "volumes/volume.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// FCL's traversals are compiled for a solver; the triangles of ours are not tested by it.
+struct NoSolver {
+  template <typename... Args>
+  bool shapeTriangleIntersect(const Args&...) const {
+    return false;
+  }
+  template <typename... Args>
+  bool shapeTriangleDistance(const Args&...) const {
+    return false;
+  }
+};
+
+/// FCL's traversals of a mesh with volumes of some type, and a box.
+template <typename BV>
+struct FclBoxTraversal;
+template <typename S>
+struct FclBoxTraversal<fcl::RSS<S>> {
+  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Box<S>, NoSolver>;
+  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeRSS<fcl::Box<S>, NoSolver>;
+};
+template <typename S>
+struct FclBoxTraversal<fcl::OBBRSS<S>> {
+  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
+  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
+};
+
+/// Hands the triangles that FCL's traversal reaches to test(triangle), until it returns true.
+template <typename BV>
+class TouchingNode : public FclBoxTraversal<BV>::Collision {
+ public:
+  const ShapeSearch::Test* test = nullptr;
+
+  bool canStop() const override { return is_done_; }
+  void leafTesting(int leaf, int) const override {
+    is_done_ = (*test)(this->model1->getBV(leaf).primitiveId());
+  }
+
+ private:
+  mutable bool is_done_ = false;
+};
+template <typename BV>
+class NearestNode : public FclBoxTraversal<BV>::Distance {
+ public:
+  const ShapeSearch::Test* test = nullptr;
+
+  void preprocess() override { is_done_ = (*test)(0); }
+  bool canStop(typename BV::S bound) const override {
+    return is_done_ || FclBoxTraversal<BV>::Distance::canStop(bound);
+  }
+  void leafTesting(int leaf, int) const override {
+    is_done_ = is_done_ || (*test)(this->model1->getBV(leaf).primitiveId());
+  }
+
+ private:
+  mutable bool is_done_ = false;
+};
+
+/// A model and a shape in their places, by FCL's traversal of the model and the box around the
+/// shape. A plane and a half-space have no such box: every triangle is tested.
+template <typename BV>
+class ModelShapeSearch final : public ShapeSearch {
+ public:
+  using S = typename BV::S;
+
+  /// `core`: of the shape.
+  ModelShapeSearch(const PlacedModel<BV>& model, const PlacedSolid& shape, const ShapeCore& core,
+                   const fcl::Transform3<S>& shape_tf)
+      : ShapeSearch(model.queryTriangles(), shape),
+        model_(model),
+        core_(core),
+        shape_tf_(shape_tf) {}
+
+  void touching(const Test& test) const override {
+    if (!core_.isBounded()) return testAll(test);
+    using Node = TouchingNode<BV>;
+    RecordingCollisionNode<Node, S> node(statisticsOf(model_));
+    fcl::CollisionResult<S> unused;
+    initialize(static_cast<typename FclBoxTraversal<BV>::Collision&>(node),
+               fcl::CollisionRequest<S>(), unused);
+    node.test = &test;
+    fcl::detail::collide(&node);
+  }
+
+  void nearest(const DistanceQuery<double>& query, const Test& test) const override {
+    if (!core_.isBounded()) return testAll(test);
+    using Node = NearestNode<BV>;
+    RecordingDistanceNode<Node, S> node(statisticsOf(model_));
+    fcl::DistanceRequest<S> request;
+    request.rel_err = static_cast<S>(query.request.rel_err);
+    request.abs_err = static_cast<S>(query.request.abs_err);
+    fcl::DistanceResult<S> limit(distanceAs<S>(query.result.min_distance));
+    initialize(static_cast<typename FclBoxTraversal<BV>::Distance&>(node), request, limit);
+    const Test lowering = [&](int triangle) {
+      const bool is_done = test(triangle);
+      limit.min_distance = distanceAs<S>(query.result.min_distance);
+      return is_done;
+    };
+    node.test = &lowering;
+    fcl::detail::distance(&node);
+  }
+
+  /// The root volume. (FCL centres that box on the rectangle's corner; kept, so that the cost is
+  /// FCL's.)
+  void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
+    fcl::Box<S> root;
+    fcl::Transform3<S> root_tf;
+    fcl::constructBox(model_.model->getBV(0).bv, model_.tf, root, root_tf);
+    box.side = root.side.template cast<double>();
+    box_tf = root_tf.template cast<double>();
+  }
+
+ private:
+  void testAll(const Test& test) const {
+    QueryWork work;
+    for (int i = 0; i < model_.numTriangles(); ++i) {
+      ++work.leaf_tests;
+      if (test(i)) break;
+    }
+    statisticsOf(model_).recordQuery(work);
+  }
+
+  template <typename Node, typename Request, typename Result>
+  void initialize(Node& node, const Request& request, Result& result) const {
+    const fcl::Vector3d half = (core_.high - core_.low) / 2 + fcl::Vector3d::Constant(core_.radius);
+    const fcl::Box<S> box(fcl::Vector3<S>((2 * half).template cast<S>()));
+    fcl::Transform3<S> box_tf = shape_tf_;
+    box_tf.translation() = triangles.inWorld((core_.low + core_.high) / 2).template cast<S>();
+    const NoSolver solver;
+    fcl::detail::initialize(node, *model_.model, model_.tf, box, box_tf, &solver, request, result);
+  }
+
+  const PlacedModel<BV>& model_;
+  const ShapeCore& core_;
+  const fcl::Transform3<S> shape_tf_;
+};
+
+/// Calls use(search) with the model and the shape.
+template <typename BV, typename Use>
+void withSearch(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
+                const Use& use) {
+  const ShapeSolid solid(*shape.geometry);
+  const fcl::Transform3d shape_tf = shape.tf.template cast<double>();
+  use(ModelShapeSearch<BV>(model, {*solid, shape_tf}, solid.core(), shape.tf));
+}
+
+}  // namespace
+
+template <typename BV>
+void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
+                        const DistanceQuery<typename BV::S>& query) {
+  if (query.isSatisfied()) return;
+  withSearch(model, shape, [&](const ShapeSearch& search) {
+    answerInDouble(query, model.model, shape.geometry,
+                   [&](const DistanceQuery<double>& asked) { distanceToShape(search, asked); });
+  });
+}
+
+template <typename BV>
+void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
+                       const CollisionQuery<typename BV::S>& query) {
+  if (query.isSatisfied()) return;
+  withSearch(model, shape, [&](const ShapeSearch& search) {
+    answerInDouble(
+        query, model.model, shape.geometry,
+        [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+            const CollisionQuery<double>& asked) { collideWithShape(search, o1, o2, asked); });
+  });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                     \
+  template void modelShapeDistance(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&, \
+                                   const DistanceQuery<BV::S>&);                         \
+  template void modelShapeCollide(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&,  \
+                                  const CollisionQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

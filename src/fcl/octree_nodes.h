@@ -1,0 +1,79 @@
+#pragma once
+
+#include "fcl/cell_separation.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+
+/// A node of a tree over the triangles of a mesh: a node of FCL's, or a lane of a wide node; lane
+/// -1: all of it.
+struct MeshNode {
+  int node = 0, lane = -1;
+};
+
+/// A tree over the triangles of a mesh, as a search with an octree sees it.
+class MeshNodes {
+ public:
+  virtual ~MeshNodes() = default;
+  virtual bool isLeaf(MeshNode node) const = 0;
+  virtual int triangle(MeshNode leaf) const = 0;
+  virtual SweptBox body(MeshNode node) const = 0;
+  /// As FCL compares it with that of a cell.
+  virtual double size(MeshNode node) const = 0;
+  /// Stores the nodes below, and returns how many.
+  virtual int below(MeshNode node, MeshNode (&nodes)[4]) const = 0;
+  virtual void recordVisit(MeshNode) const {}
+  /// What the query did: tests of nodes and cells, and of triangles and cells.
+  virtual void recordTests(std::size_t, std::size_t) const {}
+};
+
+/// The boxes of a mesh's four-wide tree.
+class WideNodes final : public MeshNodes {
+ public:
+  explicit WideNodes(const WideTree& tree) : tree_(tree), axes_(tree.coordinates().axes()) {}
+
+  bool isLeaf(MeshNode node) const override { return node.lane >= 0 && wide(node).isLeaf(); }
+  int triangle(MeshNode leaf) const override {
+    return tree_.triangle(static_cast<unsigned>(wide(leaf).first + leaf.lane));
+  }
+  SweptBox body(MeshNode node) const override {
+    const Box box = boxOf(node);
+    const Float4 center = box.center(), half = box.halfSides();
+    const double unit = 1 / tree_.scale();
+    SweptBox body;
+    body.axes = axes_;
+    body.radius = 0;
+    body.middle = tree_.origin();
+    for (int k = 0; k < 3; ++k) {
+      body.middle += axes_.col(k) * (unit * double(center[k]));
+      body.half[k] = axes_.col(k) * (unit * double(half[k]));
+    }
+    // Coordinates in the tree are below 2; three times those, for they were rounded here.
+    body.coordinate_sum = tree_.origin().lpNorm<1>() + 18 * unit;
+    return body;
+  }
+  double size(MeshNode node) const override {
+    const Box box = boxOf(node);
+    return double(float4::sum(box.high - box.low)) / tree_.scale();
+  }
+  int below(MeshNode node, MeshNode (&nodes)[4]) const override {
+    const int below = node.lane < 0 ? node.node : wide(node).below[node.lane];
+    const int count = int(tree_.nodes()[below].count);
+    for (int i = 0; i < count; ++i) nodes[i] = {below, i};
+    return count;
+  }
+
+ private:
+  const WideNode& wide(MeshNode node) const { return tree_.nodes()[node.node]; }
+  Box boxOf(MeshNode node) const {
+    if (node.lane >= 0) return wide(node).boxes.box(node.lane);
+    Box all = wide(node).boxes.box(0);
+    for (int i = 1; i < int(wide(node).count); ++i) all.add(wide(node).boxes.box(i));
+    return all;
+  }
+
+  const WideTree& tree_;
+  const fcl::Matrix3d axes_;
+};
+
+}  // namespace adaptive_bvh

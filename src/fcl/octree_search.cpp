@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "fcl/octree_pair.h"
+#if FCL_HAVE_OCTOMAP
+
+namespace adaptive_bvh {
+namespace {
+
+/// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
+/// until it returns true. By FCL's nodes in FCL's order, so that a request for few contacts gets
+/// those of FCL.
+template <typename Test>
+class OverlappingCells {
+ public:
+  OverlappingCells(MeshOctreePair& pair, const Test& test) : pair_(pair), test_(test) {}
+
+  void operator()(const Cell& root) { visitNode(root, MeshNode()); }
+
+ private:
+  bool visitNode(const Cell& cell, MeshNode node) {
+    if (pair_.nodes().isLeaf(node))
+      return visitBound(cell, node, pair_.triangle<TriangleOverlap>(node));
+    return visitBound(cell, node, pair_.volume(node));
+  }
+
+  template <typename Bound>
+  bool visitBound(const Cell& cell, MeshNode node, Bound bound) {
+    if (isApart(cell, bound)) return false;
+    pair_.nodes().recordVisit(node);
+    return descend(cell, node, bound);
+  }
+
+  bool descend(const Cell& cell, MeshNode node, TriangleOverlap& triangle) {
+    if (pair_.octree().isLeaf(cell)) return test_(cell, pair_.nodes().triangle(node));
+    return descendOctree(cell, node, triangle);
+  }
+
+  bool descend(const Cell& cell, MeshNode node, VolumeInOctree& volume) {
+    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    MeshNode below[4];
+    const int count = pair_.nodes().below(node, below);
+    return std::any_of(below, below + count, [&](MeshNode at) { return visitNode(cell, at); });
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell& cell, MeshNode node, Bound& bound) {
+    return pair_.octree().forEachChild(cell, [&](const Cell& child) {
+      return !isApart(child, bound) && descend(child, node, bound);
+    });
+  }
+
+  template <typename Bound>
+  bool isApart(const Cell& cell, Bound& bound) {
+    pair_.addTest();
+    return bound.isApart(cell.extent);
+  }
+
+  MeshOctreePair& pair_;
+  const Test& test_;
+};
+
+/// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
+/// than limit, the nearer ones first, until it returns true.
+template <typename Test>
+class NearestCells {
+ public:
+  NearestCells(MeshOctreePair& pair, const double& limit, const Test& test)
+      : pair_(pair), limit_(limit), test_(test) {}
+
+  void operator()(const Cell& root) { visitNode(root, MeshNode()); }
+
+ private:
+  /// What is below a cell or a node, and how far off it is.
+  template <typename Part, int kMost>
+  struct Parts {
+    std::array<std::pair<double, Part>, std::size_t(kMost)> parts;
+    std::size_t count = 0;
+
+    void add(double distance, const Part& part) { parts[count++] = {distance, part}; }
+    /// The nearest first, while they are nearer than limit.
+    template <typename Visit>
+    bool forEach(const double& limit, const Visit& visit) {
+      for (auto *next = parts.data(), *end = next + count; next != end; ++next) {
+        std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
+                         return x.first < y.first;
+                       }));
+        if (!(next->first < limit)) return false;
+        if (visit(next->second)) return true;
+      }
+      return false;
+    }
+  };
+
+  bool visitNode(const Cell& cell, MeshNode node) {
+    pair_.nodes().recordVisit(node);
+    if (pair_.nodes().isLeaf(node))
+      return descend(cell, node, pair_.triangle<TriangleDistance>(node));
+    return descend(cell, node, pair_.volume(node));
+  }
+
+  bool descend(const Cell& cell, MeshNode node, const TriangleDistance& triangle) {
+    if (!pair_.octree().isLeaf(cell)) return descendOctree(cell, node, triangle);
+    if (!(triangle.distance(cell.extent) < limit_)) return false;
+    return test_(cell, pair_.nodes().triangle(node));
+  }
+
+  bool descend(const Cell& cell, MeshNode node, const VolumeInOctree& volume) {
+    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    MeshNode nodes[4];
+    const int count = pair_.nodes().below(node, nodes);
+    Parts<MeshNode, 4> below;
+    for (int i = 0; i < count; ++i) below.add(distance(cell, pair_.volume(nodes[i])), nodes[i]);
+    return below.forEach(limit_, [&](MeshNode child) { return visitNode(cell, child); });
+  }
+
+  template <typename Bound>
+  bool descendOctree(const Cell& cell, MeshNode node, const Bound& bound) {
+    Parts<Cell, 8> children;
+    pair_.octree().forEachChild(cell, [&](const Cell& child) {
+      children.add(distance(child, bound), child);
+      return false;
+    });
+    return children.forEach(limit_, [&](const Cell& child) { return descend(child, node, bound); });
+  }
+
+  template <typename Bound>
+  double distance(const Cell& cell, const Bound& bound) {
+    pair_.addTest();
+    return bound.distance(cell.extent);
+  }
+
+  MeshOctreePair& pair_;
+  const double& limit_;
+  const Test& test_;
+};
+
+}  // namespace
+
+void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
+                      const PlacedOctree& octree, const DistanceQuery<double>& query) {
+  if (query.isSatisfied()) return;
+  fcl::DistanceResultd& result = query.result;
+  MeshOctreePair pair(mesh, nodes, octree);
+  const auto test = [&](const Cell& cell, int triangle) {
+    const auto leaves = pair.leafPair(cell, triangle);
+    const TriangleGap gap = leaves.gap();
+    result.update(gap.distance, nullptr, nullptr, octree.cells.id(cell), triangle,
+                  leaves.inWorld(gap.points.second), leaves.inWorld(gap.points.first));
+    return query.isSatisfied();
+  };
+  // When bodies touch, any pair that touches is the answer: it is searched first.
+  const auto once = [&](const Cell& cell, int triangle) {
+    test(cell, triangle);
+    return true;
+  };
+  octree.cells.visitRoot(OverlappingCells<decltype(once)>(pair, once));
+  if (!query.isSatisfied())
+    octree.cells.visitRoot(NearestCells<decltype(test)>(pair, result.min_distance, test));
+}
+
+void collideWithOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
+                       const PlacedOctree& octree, const fcl::CollisionGeometryd& o1,
+                       const fcl::CollisionGeometryd& o2, const CollisionQuery<double>& query) {
+  if (query.isSatisfied() || !o2.isOccupied()) return;
+  MeshOctreePair pair(mesh, nodes, octree);
+  const auto test = [&](const Cell& cell, int triangle) {
+    const auto leaves = pair.leafPair(cell, triangle);
+    ShapeContact found;
+    const bool touches =
+        query.request.enable_contact ? leaves.touches(found) : leaves.gap().distance <= 0;
+    if (!touches) return false;
+    fcl::Contactd contact(&o1, &o2, octree.cells.id(cell), triangle);
+    if (query.request.enable_contact) {
+      contact.pos = leaves.inWorld(found.position);
+      contact.normal = leaves.turnedToWorld(-found.normal);  // from the octree to the mesh
+      contact.penetration_depth = found.depth;
+    }
+    query.result.addContact(contact);
+    return query.isSatisfied();
+  };
+  octree.cells.visitRoot(OverlappingCells<decltype(test)>(pair, test));
+}
+
+}  // namespace adaptive_bvh
+
+#endif  // FCL_HAVE_OCTOMAP

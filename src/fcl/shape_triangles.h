@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include <fcl/geometry/shape/box.h>
+
+#include "base/points.h"
+#include "base/rigid.h"
+#include "query/placed_mesh.h"
+#include "solids/flat.h"
+#include "solids/shape_solid.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+
+/// Distances from here on do not matter, as FCL prunes.
+inline double limitOf(const DistanceQuery<double>& query) {
+  const double found = query.result.min_distance;
+  return std::max(found - query.request.abs_err, found / (1 + query.request.rel_err));
+}
+
+/// The triangles of a mesh or of a model of FCL's, where they are.
+struct QueryTriangles {
+  explicit QueryTriangles(const PlacedMesh& mesh)
+      : QueryTriangles(mesh.mesh.view(), mesh.mesh.numTriangles(), mesh.tf,
+                       mesh.bounds().aabb_center, mesh.bounds().aabb_radius) {}
+  template <typename P>
+  QueryTriangles(const MeshView<P>& view, int number, const fcl::Transform3d& placement,
+                 const fcl::Vector3d& center, double radius)
+      : points(view.vertices),
+        count(number),
+        tf(placement),
+        largest_numbers(center.lpNorm<1>() + 2 * radius) {
+    corners.triangles = view.triangles;
+  }
+
+  TrianglePoints<double> operator[](int triangle) const {
+    const VertexIndices t = corners.verticesOf(static_cast<unsigned>(triangle));
+    return {points[t[0]], points[t[1]], points[t[2]]};
+  }
+
+  const Points points;
+  MeshView<double> corners;  ///< without positions
+  const int count;
+  const fcl::Transform3d tf;
+  const double largest_numbers;  ///< at least |x| + |y| + |z| of the points
+};
+
+/// The triangles of an object of a query, as a shape sees them.
+class ShapeTriangles {
+ public:
+  ShapeTriangles(const QueryTriangles& triangles, const PlacedSolid& shape)
+      : triangles_(triangles),
+        shape_(shape.solid),
+        shape_tf_(shape.tf),
+        to_shape_(shape.tf, triangles.tf) {}
+
+  const QueryTriangles& placed() const { return triangles_; }
+  const Solid& shape() const { return shape_; }
+  const fcl::Transform3d& shapeTransform() const { return shape_tf_; }
+  /// In the shape's frame.
+  TrianglePoints<double> corners(int triangle) const {
+    const TrianglePoints<double> points = triangles_[triangle];
+    return {to_shape_(points[0]), to_shape_(points[1]), to_shape_(points[2])};
+  }
+  TriangleGap gap(int triangle) const { return shape_.gap(corners(triangle)); }
+  bool touches(int triangle, ShapeContact& contact) const {
+    return shape_.touches(corners(triangle), contact);
+  }
+  /// Whether no triangle is nearer than `distance`, up to rounding, along the line between the
+  /// nearest points of one and the shape or, if that is nearly the same, along the normal of the
+  /// triangle. No where that could hide a touch.
+  bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
+    constexpr double kNearly = 0.999;
+    const DistanceRounding rounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
+                                    4 * triangles_.largest_numbers);
+    if (!rounding.isClear(distance)) return false;
+    const double least = rounding.below(distance);
+    const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
+    const TrianglePoints<double> x = corners(triangle);
+    const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
+    const double cosine = normal.dot(line);
+    return areApart(line, least) ||
+           (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
+  }
+  fcl::Vector3d inWorld(const fcl::Vector3d& x) const { return shape_tf_ * x; }
+  fcl::Vector3d turnedToWorld(const fcl::Vector3d& direction) const {
+    return shape_tf_.linear() * direction;
+  }
+
+ private:
+  /// Whether all triangles are at least so far from the shape along a direction of length 1, in its
+  /// frame. A few of them come first: they often say so.
+  bool areApart(fcl::Vector3d along, double least) const {
+    double reach;
+    if (const FlatSolid* const flat = shape_.flat()) {
+      const double side = flat->normal().dot(along) < 0 ? -1 : 1;
+      along = side * flat->normal();
+      reach = side * flat->offset();
+    } else {
+      reach = along.dot(shape_.support(along));
+    }
+    const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
+    const double from = reach + least - along.dot(to_shape_.T);
+    constexpr int kFew = 32;  // one of so many
+    for (const int stride : {kFew, 1})
+      for (int i = 0; i < triangles_.count; i += stride)
+        for (const fcl::Vector3d& x : triangles_[i])
+          if (!(in_mesh.dot(x) >= from)) return false;
+    return true;
+  }
+
+  const QueryTriangles triangles_;
+  const Solid& shape_;
+  const fcl::Transform3d shape_tf_;
+  const RelativePlacement to_shape_;
+};
+
+/// How the triangles that a shape may touch, or is near to, are found: by a mesh's four-wide tree,
+/// or by FCL's traversal of a model.
+class ShapeSearch {
+ public:
+  using Test = std::function<bool(int triangle)>;
+
+  virtual ~ShapeSearch() = default;
+  /// Calls test(triangle) for all that may touch the shape, until it returns true.
+  virtual void touching(const Test& test) const = 0;
+  /// Calls test(triangle) for all that may be nearer to the shape than query.result, the nearest
+  /// first, until it returns true. The test updates that result.
+  virtual void nearest(const DistanceQuery<double>& query, const Test& test) const = 0;
+  /// Box of the whole mesh, for FCL's approximate cost.
+  virtual void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const = 0;
+
+  const ShapeTriangles triangles;
+
+ protected:
+  ShapeSearch(const QueryTriangles& of, const PlacedSolid& shape) : triangles(of, shape) {}
+};
+
+/// The distance of triangles and a shape, in query.result, without objects. Ends where it is at
+/// most `enough`.
+void distanceToShape(const ShapeSearch& search, const DistanceQuery<double>& query,
+                     double enough = 0);
+
+/// Adds the contacts of triangles with a shape.
+void collideWithShape(const ShapeSearch& search, const fcl::CollisionGeometryd& mesh,
+                      const fcl::CollisionGeometryd& shape, const CollisionQuery<double>& query);
+
+}  // namespace adaptive_bvh

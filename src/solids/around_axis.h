@@ -1,0 +1,118 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "solids/solid.h"
+
+// What cylinders, cones and boxes have in common.
+namespace adaptive_bvh {
+
+/// The point of a box along the axes, around the origin, in any number of dimensions, whose surface
+/// is nearest to x.
+template <typename Point>
+struct BoxSurface {
+  double distance;
+  Point nearest, outward;
+
+  BoxSurface(const Point& x, const Point& half) {
+    const Point beyond = x.cwiseAbs() - half;
+    const auto side = [&](int k) { return x[k] < 0 ? -1. : 1.; };
+    outward = Point::Zero();
+    nearest = x;
+    int farthest;
+    distance = beyond.maxCoeff(&farthest);
+    if (distance > 0) {
+      nearest = x.cwiseMin(half).cwiseMax(-half);
+      outward = (x - nearest).stableNormalized();
+      distance = (x - nearest).stableNorm();
+    } else {
+      nearest[farthest] = side(farthest) * half[farthest];
+      for (int k = 0; k < x.size(); ++k)
+        if (k == farthest || (distance == 0 && beyond[k] == 0)) outward[k] = side(k);
+      outward.normalize();
+    }
+  }
+};
+
+using Profile = Eigen::Vector2d;  ///< distance from the z axis, and z
+
+/// A shape around the z axis, from what is found in the plane of x and the axis. On the axis it is
+/// as if x were a little along the x axis.
+class AroundAxis {
+ public:
+  explicit AroundAxis(const fcl::Vector3d& x) : profile_(std::hypot(x[0], x[1]), x[2]) {
+    if (profile_[0] > 0) away_ = fcl::Vector3d(x[0] / profile_[0], x[1] / profile_[0], 0);
+  }
+  const Profile& profile() const { return profile_; }
+  fcl::Vector3d operator()(const Profile& p) const {
+    return {p[0] * away_[0], p[0] * away_[1], p[1]};
+  }
+
+ private:
+  Profile profile_;
+  fcl::Vector3d away_ = fcl::Vector3d::UnitX();
+};
+
+/// Distance from the z axis.
+inline double levelOf(const fcl::Vector3d& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1]); }
+
+/// The point of a circle around the z axis that is farthest along a direction.
+inline fcl::Vector3d onCircle(const fcl::Vector3d& direction, double radius, double z) {
+  const double length = std::hypot(direction[0], direction[1]);
+  if (!(length > 0)) return {radius, 0, z};
+  return {radius * (direction[0] / length), radius * (direction[1] / length), z};
+}
+
+/// The directions at right angles to an edge along which a disk at the height `half`, or its
+/// reflection at -half, is the shortest way from getting past the edge. Let c and s be the level
+/// part and the height of the edge, in its length; u level and at right angles to it; w at right
+/// angles to both, w_z = c > 0. The way along cos(t) u + sin(t) w is
+///   half c |sin t| + radius sqrt(1 - c^2 sin^2 t) + cos(t) u v + sin(t) w v.
+struct RimAndEdge {
+  double radius, half;
+
+  /// The edge begins at v. Upright edges have no such u: the directions of their corners serve.
+  template <typename Way>
+  void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Way& way) const {
+    constexpr double kUpright = 0x1p-40;
+    const double length = edge.norm(), across = levelOf(edge);
+    if (!(across > kUpright * length)) return;
+    const fcl::Vector3d u = fcl::Vector3d(-edge[1], edge[0], 0) / across,
+                        w = (edge / length).cross(u);
+    way.tryBoth(u);
+    way.tryBoth(w);
+    const double along_u = u.dot(v), along_w = w.dot(v);
+    const double c = across / length, s = edge[2] / length;
+    const fcl::Vector3d from = along_u > 0 ? fcl::Vector3d(-u) : u;
+    for (const double side : {-1., 1.}) {
+      const double tangent = leastTangent(half * c + side * along_w, std::abs(along_u), c, s);
+      if (tangent > 0) way.tryDirection(from + (side * tangent) * w);
+    }
+  }
+
+ private:
+  /// The tangent x > 0 of the angle where the way is least: where its derivative, over the cosine,
+  /// g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes from less than 0 to
+  /// more. 0 where there is none. g is convex: Newton's method comes down to the root from the
+  /// right without passing it.
+  double leastTangent(double d, double a, double c, double s) const {
+    constexpr int kMostSteps = 60;
+    const double k = radius * c * c, s2 = s * s;
+    double x = (k / std::abs(s) - d) / a;  // right of the root: x / sqrt(1 + s2 x^2) < 1 / |s|
+    if (a > k) x = std::min(x, -d / (a - k));
+    if (!(x > 0) || !std::isfinite(x)) return 0;
+    for (int i = 0; i < kMostSteps; ++i) {
+      const double square = 1 + s2 * x * x, root = std::sqrt(square);
+      const double slope = a - k / (square * root);
+      if (!(slope > 0)) return 0;
+      const double next = x - (d + a * x - k * x / root) / slope;
+      if (!(next > 0)) return 0;
+      if (!(next < x * (1 - 0x1p-50))) break;
+      x = next;
+    }
+    return x;
+  }
+};
+
+}  // namespace adaptive_bvh

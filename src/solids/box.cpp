@@ -1,0 +1,66 @@
+#include "solids/box.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "solids/around_axis.h"
+#include "solids/patches.h"
+
+namespace adaptive_bvh {
+
+using Vector = fcl::Vector3d;
+using Triangle = TrianglePoints<double>;
+
+/// A triangle that is apart from a box is nearest to a face whose plane it is beyond, at least with
+/// a corner; and one that crosses the box, without a corner inside, crosses such a face.
+TriangleGap BoxSolid::gap(const Triangle& triangle) const {
+  for (const Vector& x : triangle)
+    if ((x.cwiseAbs().array() <= half_.array()).all()) return {{x, x}, 0};
+  TriangleGap nearest;
+  nearest.distance = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k)
+    for (const double side : {-1., 1.}) {
+      const double beyond =
+          std::max({side * triangle[0][k], side * triangle[1][k], side * triangle[2][k]});
+      if (beyond < half_[k]) continue;
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      const auto corner = [&](double u, double v) -> Vector {
+        Vector x;
+        x[k] = side * half_[k];
+        x[i] = u * half_[i];
+        x[j] = v * half_[j];
+        return x;
+      };
+      for (const double w : {-1., 1.}) {
+        const TriangleGap gap = gapOf(triangle, {corner(-1, -1), corner(1, 1), corner(w, -w)});
+        if (gap.distance < nearest.distance) nearest = gap;
+        if (nearest.distance <= 0) return nearest;
+      }
+    }
+  return nearest;
+}
+
+Penetration BoxSolid::penetration(const Triangle& triangle) const {
+  ShortestWay way(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
+  for (int k = 0; k < 3; ++k) way.tryBoth(Vector::Unit(k));
+  way.tryFaceNormal();
+  for (const Vector& edge : edgesOf(triangle))
+    for (int k = 0; k < 3; ++k) way.tryBoth(acrossEdges(edge, Vector::Unit(k)));
+  return way.penetration();
+}
+
+ShapeSurface BoxSolid::surface(const Vector& x) const {
+  const BoxSurface<Vector> found(x, half_);
+  return {found.distance, found.nearest, found.outward};
+}
+
+LineInterval BoxSolid::along(const Line& line) const {
+  return lineInSlab(line, 0, half_[0]) & lineInSlab(line, 1, half_[1]) &
+         lineInSlab(line, 2, half_[2]);
+}
+
+void BoxSolid::addPatches(std::vector<SurfacePatch>& patches) const {
+  PatchList(patches).addBox(half_);
+}
+
+}  // namespace adaptive_bvh

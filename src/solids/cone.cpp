@@ -1,0 +1,119 @@
+#include "solids/cone.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "solids/around_axis.h"
+#include "solids/patches.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+using Triangle = TrianglePoints<double>;
+
+/// A point that is nearer than this part of the coordinates is on the surface.
+constexpr double kOnSurface = 1e-8;
+
+/// The directions of a cone's side, whose slope is radius / height.
+struct Slant {
+  double radius, height;
+
+  /// The one along which it is the shortest way from getting past a point.
+  Vector towards(const Vector& v) const {
+    const double length = levelOf(v);
+    if (!(length > 0)) return {height, 0, -radius};
+    return {-v[0] / length * height, -v[1] / length * height, -radius};
+  }
+  /// Those at right angles to an edge.
+  template <typename Way>
+  void tryAcross(const Vector& edge, Way& way) const {
+    const double across = levelOf(edge), cosine = edge[2] * radius / (height * across);
+    if (!(std::abs(cosine) <= 1)) return;
+    const double sine = std::sqrt((1 - cosine) * (1 + cosine)), x = edge[0] / across,
+                 y = edge[1] / across;
+    for (const double s : {-sine, sine})
+      way.tryDirection({height * (cosine * x - s * y), height * (cosine * y + s * x), -radius});
+  }
+};
+
+}  // namespace
+
+Vector ConeSolid::support(const Vector& direction) const {
+  const Vector apex(0, 0, half_), on_base = onCircle(direction, radius_, -half_);
+  return direction.dot(apex) > direction.dot(on_base) ? apex : on_base;
+}
+
+Penetration ConeSolid::penetration(const Triangle& triangle) const {
+  ShortestWay way(triangle, [=](const Vector& m) {
+    return std::max(-half_ * m[2], half_ * m[2] + radius_ * levelOf(m));
+  });
+  const Slant side{radius_, 2 * half_};
+  way.tryBoth(Vector::UnitZ());
+  way.tryFaceNormal();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector &v = triangle[k], edge = triangle[(k + 1) % 3] - v;
+    way.tryDirection(side.towards(v));
+    side.tryAcross(edge, way);
+    way.tryDirection({-v[0], -v[1], 0});  // past an upright edge, by the base
+    RimAndEdge{radius_, 0}.tryDirections(v + half_ * Vector::UnitZ(), edge, way);
+  }
+  way.tryDirection(Vector::UnitX());  // where all of the triangle is on the axis
+  return way.penetration();
+}
+
+ShapeSurface ConeSolid::surface(const Vector& x) const {
+  const AroundAxis around(x);
+  const Profile &at = around.profile(), rim(radius_, -half_);
+  const Profile up(-radius_, 2 * half_), side = Profile(2 * half_, radius_).normalized();
+  // The side, from the rim to the tip, and the base.
+  const double share = std::clamp((at - rim).dot(up) / up.squaredNorm(), 0., 1.);
+  const Profile on_side = rim + share * up, on_base(std::min(at[0], radius_), -half_);
+  const double to_side = (at - on_side).norm(), to_base = (at - on_base).norm();
+  const bool is_inside = at[1] >= -half_ && side.dot(at - rim) <= 0, is_side = to_side < to_base;
+  const Profile& nearest = is_side ? on_side : on_base;
+  const double distance = std::min(to_side, to_base);
+  // On the side and on the base as it is, since x - nearest has few digits near them.
+  Profile outward = is_side ? side : Profile(0, -1);
+  const bool is_tip = is_side && share == 1;
+  if (is_tip || nearest == rim) {
+    if (distance > kOnSurface * std::max(at.cwiseAbs().maxCoeff(), distance))
+      outward = (is_inside ? Profile(nearest - at) : Profile(at - nearest)) / distance;
+    else
+      outward = is_tip ? Profile(0, 1) : Profile((side + Profile(0, -1)).normalized());
+  }
+  return {is_inside ? -distance : distance, around(nearest), around(outward)};
+}
+
+/// Between base and tip, where the distance from the axis is at most slope (half_ - z): a quadratic
+/// inequality, which one of two cones beside the tip solves as well.
+LineInterval ConeSolid::along(const Line& given) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double slope = radius_ / (2 * half_);
+  return fromNearest(given, [&](const Line& line) -> LineInterval {
+    const LineInterval slab = lineInSlab(line, 2, half_);
+    if (slab.isEmpty()) return {};
+    const Eigen::Vector2d x = line.origin.head<2>(), d = line.direction.head<2>();
+    const double s = slope * (half_ - line.origin[2]), ds = -slope * line.direction[2];
+    const double a = d.squaredNorm() - ds * ds, b = x.dot(d) - s * ds, c = x.squaredNorm() - s * s;
+    if (a == 0) return slab & LineInterval::whereNotPositive(c, 2 * b);
+    // b b - a c, as a sum without the cancellation of large products.
+    const double cross = x[0] * d[1] - x[1] * d[0];
+    const double root2 = (x * ds - d * s).squaredNorm() - cross * cross;
+    if (root2 < 0) return a > 0 ? LineInterval() : slab;
+    const double sum = -(b + std::copysign(std::sqrt(root2), b));
+    double first = sum / a, second = sum == 0 ? first : c / sum;
+    if (first > second) std::swap(first, second);
+    if (a > 0) return slab & LineInterval{first, second};
+    return slab & (ds < 0 ? LineInterval{-kInfinity, first} : LineInterval{second, kInfinity});
+  });
+}
+
+void ConeSolid::addPatches(std::vector<SurfacePatch>& to) const {
+  const PatchList patches(to);
+  patches.addDisk(radius_, -half_);
+  patches.addTurned(0, half_, radius_, -half_);
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "solids/round_solid.h"
+
+namespace adaptive_bvh {
+
+/// A cone around the z axis, with its base at -half and its tip at half.
+class ConeSolid final : public RoundSolid {
+ public:
+  ConeSolid(double radius, double half) : radius_(radius), half_(half) {}
+
+  fcl::Vector3d support(const fcl::Vector3d& direction) const override;
+  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  ShapeSurface surface(const fcl::Vector3d& x) const override;
+  LineInterval along(const Line& line) const override;
+  void addPatches(std::vector<SurfacePatch>& patches) const override;
+
+ private:
+  const double radius_, half_;
+};
+
+}  // namespace adaptive_bvh

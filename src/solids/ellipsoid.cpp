@@ -1,0 +1,186 @@
+#include "solids/ellipsoid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solids/patches.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+using Triangle = TrianglePoints<double>;
+
+/// A point and an ellipsoid with its axes along the coordinates, in numbers that no size and no
+/// ratio of the radii makes imprecise.
+struct ScaledEllipsoid {
+  int shortest;             ///< axis
+  fcl::Vector3d z;          ///< the point's distances from the middle, each by the radius there
+  fcl::Vector3d r, excess;  ///< squares of the radii, by that of the shortest; less 1
+
+  ScaledEllipsoid(const fcl::Vector3d& x, const fcl::Vector3d& radii) {
+    const double least = radii.minCoeff(&shortest);
+    z = x.cwiseAbs().cwiseQuotient(radii);
+    for (int k = 0; k < 3; ++k) {
+      r[k] = (radii[k] / least) * (radii[k] / least);
+      excess[k] = (radii[k] - least) / least * ((radii[k] + least) / least);
+    }
+  }
+};
+
+/// The root u of G(u) = sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none. By
+/// Newton's method on 1 / sqrt(G), which is concave, from below: every step stays below the root
+/// (J. J. More, D. C. Sorensen, "Computing a Trust Region Step", 1983).
+double ellipsoidRoot(const ScaledEllipsoid& scaled) {
+  constexpr int kMostSteps = 200;
+  const auto& [shortest, z, r, excess] = scaled;
+  double u = 0;
+  for (int k = 0; k < 3; ++k) u = std::max(u, r[k] * z[k] - excess[k]);
+  for (int i = 0; i < kMostSteps; ++i) {
+    double sum = 0, slope = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (!(z[k] > 0)) continue;
+      const double part = r[k] * z[k] / (u + excess[k]);
+      sum += part * part;
+      slope += part * part / (u + excess[k]);
+    }
+    const double next = u + sum * (std::sqrt(sum) - 1) / slope;
+    if (!(next > u)) break;
+    u = next;
+  }
+  return u;
+}
+
+/// The point of an ellipsoid that is nearest to x among those beyond the plane across its shortest
+/// axis, seen from x: the outward direction there. Zero where no such point is nearer than all
+/// around it. There is one at most (J. M. Martinez, "Local Minimizers of Quadratic Functions on
+/// Euclidean Balls and Spheres", 1994): at the smallest root w of
+///   sum (r_k z_k / (e_k - w))^2 = 1 in (0, least e_k beside that of the shortest axis),
+/// with z, r and e (the excess) of ScaledEllipsoid.
+class OtherSide {
+ public:
+  OtherSide(const Vector& x, const Vector& radii) : x_(x), radii_(radii), scaled_(x, radii) {}
+
+  Vector outward() const {
+    const auto& [shortest, z, r, excess] = scaled_;
+    const double least_excess = std::min(excess[(shortest + 1) % 3], excess[(shortest + 2) % 3]);
+    if (z[shortest] == 0) {  // x is in the plane: both sides are the same
+      Vector mirrored = EllipsoidSolid(radii_).surface(x_).outward;
+      mirrored[shortest] = -mirrored[shortest];
+      return mirrored;
+    }
+    // The sum is convex. It is more than 1 below z, and falls up to the root.
+    const double bottom = bisect(0, least_excess, [&](double w) { return sum(w, 1) < 0; });
+    if (!(sum(bottom, 0) <= 1)) return Vector::Zero();
+    const double root =
+        bisect(std::min(z[shortest], bottom), bottom, [&](double w) { return sum(w, 0) > 1; });
+    Vector outward;
+    for (int k = 0; k < 3; ++k)
+      outward[k] = (x_[k] < 0 ? -1 : 1) * r[k] * z[k] / ((excess[k] - root) * radii_[k]);
+    return outward;
+  }
+
+ private:
+  /// The sum at w, or half of its derivative there.
+  double sum(double w, int derivatives) const {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (scaled_.z[k] == 0) continue;
+      const double below = scaled_.excess[k] - w, part = scaled_.r[k] * scaled_.z[k] / below;
+      sum += derivatives == 0 ? part * part : part * part / below;
+    }
+    return sum;
+  }
+  /// The last number between low and high for which something holds that holds up to some number.
+  template <typename Holds>
+  static double bisect(double low, double high, const Holds& holds) {
+    for (;;) {
+      const double middle = low + (high - low) / 2;
+      if (!(middle > low && middle < high)) return high;
+      (holds(middle) ? low : high) = middle;
+    }
+  }
+
+  const Vector &x_, &radii_;
+  const ScaledEllipsoid scaled_;
+};
+
+/// The directions along which a point v is the shortest way, among all near them, from getting out
+/// of an ellipsoid.
+template <typename Try>
+void visitWaysOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
+  const Vector x = -v;
+  tryDirection(EllipsoidSolid(radii).surface(x).outward);
+  tryDirection(OtherSide(x, radii).outward());
+}
+
+/// The same at right angles to an edge: in the plane across it, the ellipsoid is an ellipse.
+template <typename Try>
+void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
+                     const Try& tryDirection) {
+  const double length = edge.norm();
+  if (!(length > 0)) return;
+  const Vector u = (edge / length).unitOrthogonal(), w = (edge / length).cross(u);
+  // The axes of the ellipse: those of the squares of its reach.
+  const Vector along_u = radii.cwiseProduct(u), along_w = radii.cwiseProduct(w);
+  const double angle =
+      std::atan2(2 * along_u.dot(along_w), along_u.squaredNorm() - along_w.squaredNorm()) / 2;
+  const Vector major = std::cos(angle) * u + std::sin(angle) * w,
+               minor = std::cos(angle) * w - std::sin(angle) * u;
+  const double longer = radii.cwiseProduct(major).norm(),
+               shorter = radii.cwiseProduct(minor).norm();
+  visitWaysOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
+               [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
+}
+
+}  // namespace
+
+Vector EllipsoidSolid::support(const Vector& direction) const {
+  const Vector scaled = radii_.cwiseProduct(direction / direction.lpNorm<Eigen::Infinity>());
+  const double length = scaled.norm();
+  return length > 0 ? Vector(radii_.cwiseProduct(scaled / length)) : radii_;
+}
+
+ShapeSurface EllipsoidSolid::surface(const Vector& x) const {
+  const Vector& radii = radii_;
+  const ScaledEllipsoid scaled(x, radii);
+  const auto& [shortest, z, r, excess] = scaled;
+  const double u = ellipsoidRoot(scaled);
+  Vector on_ball = Vector::Zero();  // the nearest point, by its radii
+  for (int k = 0; k < 3; ++k)
+    if (z[k] > 0) on_ball[k] = r[k] * z[k] / (u + excess[k]);
+  if (u == 0) {  // so deep that the nearest point is off the plane that x is in
+    on_ball[shortest] = 0;
+    on_ball[shortest] = std::sqrt(std::max(0., 1 - on_ball.squaredNorm()));
+  }
+  on_ball.normalize();
+  const auto signs = x.unaryExpr([](double c) { return c < 0 ? -1. : 1.; });
+  const Vector nearest = on_ball.cwiseProduct(radii).cwiseProduct(signs);
+  const Vector outward =
+      nearest.cwiseQuotient(radii).cwiseQuotient(radii / radii[shortest]).normalized();
+  const double distance = (x - nearest).norm();
+  return {z.squaredNorm() < 1 ? -distance : distance, nearest, outward};
+}
+
+Penetration EllipsoidSolid::penetration(const Triangle& triangle) const {
+  ShortestWay way(triangle, [&](const Vector& m) { return radii_.cwiseProduct(m).norm(); });
+  const auto tryDirection = [&](const Vector& m) { way.tryDirection(m); };
+  way.tryFaceNormal();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector& v = triangle[k];
+    visitWaysOut(v, radii_, tryDirection);
+    visitWaysAcross(v, triangle[(k + 1) % 3] - v, radii_, tryDirection);
+  }
+  return way.penetration();
+}
+
+LineInterval EllipsoidSolid::along(const Line& line) const {
+  return lineInBall<Vector>(line.origin.cwiseQuotient(radii_), line.direction.cwiseQuotient(radii_),
+                            1);
+}
+
+void EllipsoidSolid::addPatches(std::vector<SurfacePatch>& patches) const {
+  for (const double sign : {1., -1.}) PatchList(patches).addHalf(Vector::Zero(), radii_, sign);
+}
+
+}  // namespace adaptive_bvh
