@@ -9,8 +9,8 @@
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
+#include "dispatch/octree_cells.h"
 #include "fcl/fcl_nodes.h"
-#include "fcl/octree_cells.h"
 #include "support/exact_geometry.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"

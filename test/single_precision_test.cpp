@@ -2,7 +2,16 @@
 // rounded once: bounds outward, and a distance to 0 only where it is 0.
 #include <gtest/gtest.h>
 
+#include <fcl/geometry/octree/octree.h>
 #include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
+#include <fcl/geometry/shape/sphere.h>
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
@@ -54,9 +63,17 @@ class SinglePrecision : public testing::Test {
       for (auto& x : positions) x += 0.01f * random_.point();
       body->update(positions);
     }
-    tf1_ = random_.pose(1);
-    tf2_ = random_.pose(1);
+    tf1_ = pose();
+    tf2_ = pose();
     tf2_.translation() = tf1_.translation() + apart * random_.direction();
+  }
+  /// One that is rigid for a query in double precision, too.
+  Transform3f pose() {
+    for (;;) {
+      const Transform3f tf = random_.pose(1);
+      const fcl::Matrix3d R = tf.linear().cast<double>();
+      if ((R.transpose() * R - fcl::Matrix3d::Identity()).norm() < 9e-7) return tf;
+    }
   }
   Transform3d twin1() const { return tf1_.cast<double>(); }
   Transform3d twin2() const { return tf2_.cast<double>(); }
@@ -280,6 +297,139 @@ TEST_F(SinglePrecision, FeaturesAndImpactsAreThoseOfDouble) {
     impacts += impact.happens();
   }
   EXPECT_GT(impacts, 10);
+}
+
+/// A shape in both number types, with the same numbers.
+struct ShapeTwins {
+  std::shared_ptr<fcl::CollisionGeometryf> single;
+  std::shared_ptr<fcl::CollisionGeometryd> twin;
+};
+template <template <typename> class Shape, typename... Sizes>
+ShapeTwins shapeOf(Sizes... sizes) {
+  return {std::make_shared<Shape<float>>(sizes...),
+          std::make_shared<Shape<double>>(static_cast<double>(sizes)...)};
+}
+
+template <typename S>
+std::shared_ptr<fcl::Convex<S>> wedge() {
+  const auto points = std::make_shared<std::vector<fcl::Vector3<S>>>();
+  for (const fcl::Vector3f& x : {fcl::Vector3f(0.7f, 0.1f, -0.3f),
+                                 {-0.5f, 0.6f, -0.3f},
+                                 {-0.4f, -0.7f, -0.3f},
+                                 {0.1f, 0.05f, 0.9f}})
+    points->push_back(x.cast<S>());
+  const auto faces = std::make_shared<const std::vector<int>>(
+      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 1, 2, 3, 3, 2, 0, 3});
+  return std::make_shared<fcl::Convex<S>>(points, 4, faces);
+}
+
+std::vector<ShapeTwins> allShapes() {
+  std::vector<ShapeTwins> shapes = {
+      shapeOf<fcl::Sphere>(0.6f),        shapeOf<fcl::Box>(0.9f, 0.4f, 1.3f),
+      shapeOf<fcl::Capsule>(0.3f, 1.1f), shapeOf<fcl::Cylinder>(0.5f, 0.8f),
+      shapeOf<fcl::Cone>(0.6f, 1.2f),    shapeOf<fcl::Ellipsoid>(0.3f, 0.5f, 0.8f),
+      {wedge<float>(), wedge<double>()}};
+  for (const fcl::Vector3f& n : {fcl::Vector3f(0, 0, 1), {0.6f, 0, 0.8f}}) {
+    const auto plane = std::make_shared<fcl::Planed>(n.cast<double>(), double(0.3f));
+    const auto half_space = std::make_shared<fcl::Halfspaced>(n.cast<double>(), double(0.3f));
+    const auto single_plane = std::make_shared<fcl::Planef>(n, 0.3f);
+    const auto single_half_space = std::make_shared<fcl::Halfspacef>(n, 0.3f);
+    plane->n = single_plane->n.cast<double>();  // each divides by the length
+    half_space->n = single_half_space->n.cast<double>();
+    plane->d = double(single_plane->d);
+    half_space->d = double(single_half_space->d);
+    shapes.push_back({single_plane, plane});
+    shapes.push_back({single_half_space, half_space});
+  }
+  return shapes;
+}
+
+TEST_F(SinglePrecision, ShapesAreThoseOfDouble) {
+  std::size_t contacts = 0, vertices = 0;
+  const std::vector<ShapeTwins> shapes = allShapes();
+  for (int round = 0; round < 12; ++round)
+    for (const ShapeTwins& shape : shapes) {
+      next(kApart[round % 4]);
+      for (const bool is_signed : {false, true}) {
+        fcl::DistanceResultf found;
+        fcl::DistanceResultd expected;
+        adaptive_bvh::distance(&first_.single, tf1_, shape.single.get(), tf2_,
+                               fcl::DistanceRequestf(true, is_signed), found);
+        adaptive_bvh::distance(&first_.twin, twin1(), shape.twin.get(), twin2(),
+                               fcl::DistanceRequestd(true, is_signed), expected);
+        ASSERT_EQ(float(expected.min_distance), found.min_distance);
+        EXPECT_EQ(expected.b1, found.b1);
+        EXPECT_EQ(static_cast<const fcl::CollisionGeometryf*>(shape.single.get()), found.o2);
+        EXPECT_EQ(rounded(expected.nearest_points[1]), found.nearest_points[1]);
+        const auto limit = float(std::max(0., expected.min_distance));
+        EXPECT_EQ(adaptive_bvh::isNearer(first_.twin, twin1(), *shape.twin, twin2(), double(limit)),
+                  adaptive_bvh::isNearer(first_.single, tf1_, *shape.single, tf2_, limit));
+      }
+      fcl::CollisionResultf touching;
+      fcl::CollisionResultd expected;
+      adaptive_bvh::collide(&first_.single, tf1_, shape.single.get(), tf2_,
+                            fcl::CollisionRequestf(1000, true, 5, true, false), touching);
+      adaptive_bvh::collide(&first_.twin, twin1(), shape.twin.get(), twin2(),
+                            fcl::CollisionRequestd(1000, true, 5, true, false), expected);
+      ASSERT_EQ(expected.numContacts(), touching.numContacts());
+      EXPECT_EQ(expected.numCostSources(), touching.numCostSources());
+      for (std::size_t i = 0; i < touching.numContacts(); ++i) {
+        EXPECT_EQ(rounded(expected.getContact(i).pos), touching.getContact(i).pos);
+        EXPECT_EQ(rounded(expected.getContact(i).normal), touching.getContact(i).normal);
+        EXPECT_EQ(float(expected.getContact(i).penetration_depth),
+                  touching.getContact(i).penetration_depth);
+      }
+      contacts += touching.numContacts();
+      adaptive_bvh::VertexContacts<float> near;
+      adaptive_bvh::VertexContacts<double> near_twin;
+      vertices += vertexContacts(first_.single, tf1_, *shape.single, tf2_, 0.1f, near);
+      vertexContacts(first_.twin, twin1(), *shape.twin, twin2(), double(0.1f), near_twin);
+      ASSERT_EQ(near_twin.vertices, near.vertices);
+      for (std::size_t i = 0; i < near.size(); ++i)
+        EXPECT_EQ(float(near_twin.distances[i]), near.distances[i]);
+      if (shape.single->getNodeType() == fcl::GEOM_PLANE || round > 4) continue;
+      const auto depth = signedDistance(first_.single, tf1_, *shape.single, tf2_, 1e-2f);
+      const auto depth_twin =
+          signedDistance(first_.twin, twin1(), *shape.twin, twin2(), double(1e-2f));
+      EXPECT_LE(double(depth.lower), depth_twin.lower);
+      EXPECT_GE(double(depth.upper), depth_twin.upper);
+      EXPECT_EQ(rounded(depth_twin.points[0]), depth.points[0]);
+    }
+  EXPECT_GT(contacts, 100u);
+  EXPECT_GT(vertices, 100u);
+}
+
+TEST_F(SinglePrecision, OctreesAreThoseOfDouble) {
+  const auto cells = std::make_shared<octomap::OcTree>(double(0.1f));
+  for (int i = 0; i < 300; ++i) {
+    const fcl::Vector3f x = 0.8f * random_.direction();
+    cells->updateNode(octomap::point3d(x[0], x[1], x[2]), true);
+  }
+  const fcl::OcTreef single(cells);
+  const fcl::OcTreed twin(cells);
+  std::size_t contacts = 0;
+  for (int round = 0; round < 40; ++round) {
+    next(kApart[round % 4]);
+    fcl::DistanceResultf found;
+    fcl::DistanceResultd expected;
+    adaptive_bvh::distance(&single, tf1_, &second_.single, tf2_, fcl::DistanceRequestf(true),
+                           found);
+    adaptive_bvh::distance(&twin, twin1(), &second_.twin, twin2(), fcl::DistanceRequestd(true),
+                           expected);
+    ASSERT_EQ(float(expected.min_distance), found.min_distance);
+    EXPECT_EQ(expected.b1, found.b1);
+    EXPECT_EQ(expected.b2, found.b2);
+    EXPECT_EQ(static_cast<const fcl::CollisionGeometryf*>(&single), found.o1);
+    fcl::CollisionResultf touching;
+    fcl::CollisionResultd touching_twin;
+    adaptive_bvh::collide(&single, tf1_, &second_.single, tf2_, fcl::CollisionRequestf(1000),
+                          touching);
+    adaptive_bvh::collide(&twin, twin1(), &second_.twin, twin2(), fcl::CollisionRequestd(1000),
+                          touching_twin);
+    ASSERT_EQ(touching_twin.numContacts(), touching.numContacts());
+    contacts += touching.numContacts();
+  }
+  EXPECT_GT(contacts, 50u);
 }
 
 /// What a contact says of objects: FCL's fields of the mesh in single precision count.

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "fcl/mesh_pairs.h"
-#include "fcl/octree_nodes.h"
+#include "dispatch/octree_nodes.h"
+#include "fcl/model_pairs.h"
 #include "volumes/volume.h"
 
 namespace adaptive_bvh {

@@ -1,4 +1,4 @@
-#include "fcl/mesh_pairs.h"
+#include "fcl/model_pairs.h"
 
 #include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
 #include <fcl/narrowphase/detail/traversal/collision_node.h>

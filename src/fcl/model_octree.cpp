@@ -1,6 +1,6 @@
+#include "dispatch/octree_pair.h"
 #include "fcl/fcl_nodes.h"
-#include "fcl/mesh_pairs.h"
-#include "fcl/octree_pair.h"
+#include "fcl/model_pairs.h"
 #include "query/single_precision.h"
 #include "volumes/volume.h"
 
@@ -31,6 +31,12 @@ void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typen
 }
 
 #else
+
+namespace {
+[[noreturn]] void refuseOctree() {
+  throw std::logic_error("adaptive_bvh: FCL was built without octomap");
+}
+}  // namespace
 
 template <typename BV>
 void modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry<typename BV::S>&,

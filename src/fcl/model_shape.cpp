@@ -1,4 +1,4 @@
-#include "fcl/mesh_pairs.h"
+#include "fcl/model_pairs.h"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/utility.h>
@@ -6,8 +6,8 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
 
+#include "dispatch/shape_triangles.h"
 #include "fcl/recording_node.h"
-#include "fcl/shape_triangles.h"
 #include "query/single_precision.h"
 #include "volumes/volume.h"
 

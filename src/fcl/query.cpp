@@ -1,17 +1,14 @@
 #include "adaptive_bvh/query.h"
 
-#include <optional>
 #include <stdexcept>
 #include <typeinfo>
 
 #include "base/rigid.h"
-#include "fcl/mesh_pairs.h"
+#include "dispatch/contained.h"
+#include "dispatch/pairs.h"
+#include "fcl/model_pairs.h"
 #include "fcl/model_state.h"
-#include "query/close_triangles.h"
 #include "query/closed_surface.h"
-#include "query/contacts.h"
-#include "query/nearest_search.h"
-#include "query/placed_mesh.h"
 #include "query/single_precision.h"
 
 namespace adaptive_bvh {
@@ -85,13 +82,34 @@ bool runModels(const Object<BV>& first, const Object<BV>& second, const Run& run
   return other.type == fcl::GEOM_OCTREE && run.modelOctree(model.model, other.placed);
 }
 
-/// A DeformableMesh and something else.
-template <typename S, typename Run>
-void runMesh(const MeshObject<S>& mesh, const PlacedGeometry<S>& other, const Run& run) {
-  const fcl::NODE_TYPE type = other.geometry->getNodeType();
-  if (isShape(type)) return run.meshShape(mesh, other);
-  if (type == fcl::GEOM_OCTREE) return run.meshOctree(mesh, other);
-  refuse("a query of a DeformableMesh and a geometry of this type is not answered");
+/// A geometry of a query with a DeformableMesh, and where it is.
+template <typename S>
+struct MeshOrPart {
+  /// Throws std::invalid_argument on one that is not answered.
+  explicit MeshOrPart(const PlacedGeometry<S>& object)
+      : geometry(object.geometry), tf(object.tf), mesh(anyMeshOf(*object.geometry)) {
+    if (!mesh && !isShape(geometry->getNodeType()) && !isOctree())
+      refuse("a query of a DeformableMesh and a geometry of this type is not answered");
+  }
+  QueryObject inDouble() const {
+    return mesh ? QueryObject(*mesh, tf) : QueryObject(*geometry, tf);
+  }
+  bool isOctree() const { return geometry->getNodeType() == fcl::GEOM_OCTREE; }
+
+  const fcl::CollisionGeometry<S>* geometry;
+  const fcl::Transform3<S>& tf;
+  const DeformableMesh<S>* mesh;  ///< or null
+};
+
+/// Calls search(row of the table, first, o1, second, o2) in the order of results.
+template <typename S, typename Search>
+void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search& search) {
+  const QueryObject first(a.inDouble()), second(b.inDouble());
+  const PairSearch& pair = searchOf(first.kind(), second.kind());
+  if (pair.is_swapped)
+    search(pair, second, b.geometry, first, a.geometry);
+  else
+    search(pair, first, a.geometry, second, b.geometry);
 }
 
 /// Whether the pair is answered: else FCL's query is to run. Two models have the same volumes:
@@ -99,14 +117,7 @@ void runMesh(const MeshObject<S>& mesh, const PlacedGeometry<S>& other, const Ru
 template <typename S, typename Run>
 bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
   if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
-    const DeformableMesh<S>*a = anyMeshOf(*first.geometry), *b = anyMeshOf(*second.geometry);
-    if (a && b)
-      run.meshes(MeshObject<S>(*a, first.tf, *first.geometry),
-                 MeshObject<S>(*b, second.tf, *second.geometry));
-    else if (a)
-      runMesh(MeshObject<S>(*a, first.tf), second, run);
-    else
-      runMesh(MeshObject<S>(*b, second.tf), first, run);
+    run.meshAnd(MeshOrPart<S>(first), MeshOrPart<S>(second));
     return true;
   }
   const fcl::NODE_TYPE type1 = first.geometry->getNodeType(),
@@ -118,17 +129,6 @@ bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, c
   return runModels(Object<fcl::RSS<S>>(first, type1), Object<fcl::RSS<S>>(second, type2), run);
 }
 
-void searchNearest(const PlacedMesh& first, const PlacedMesh& second,
-                   const DistanceQuery<double>& query) {
-  NearestPair nearest(first, second, query);
-  constexpr int kMany = 1024;  // else it takes as long as it gains
-  if (first.mesh.numTriangles() + second.mesh.numTriangles() > kMany) {
-    const TrianglePair close = closeTriangles(PairOfMeshes(first, second));
-    nearest.addWitness(int(close.first), int(close.second));
-  }
-  NearestSearch(first, second, nearest).run();
-}
-
 template <typename S>
 struct RunDistance {
   const DistanceQuery<S>& query;
@@ -136,20 +136,17 @@ struct RunDistance {
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireDistance(first, second);
   }
-  void meshes(const MeshObject<S>& first, const MeshObject<S>& second) const {
-    if (query.isSatisfied()) return;
-    answerInDouble(query, first.geometry, second.geometry,
-                   [&](const DistanceQuery<double>& in_double) {
-                     searchNearest(first.placed, second.placed, in_double);
-                   });
-  }
-  void meshShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape) const {
-    meshShapeDistance(mesh, shape, query);
-  }
-  void meshOctree(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree) const {
-    if (query.request.enable_signed_distance)
+  void meshAnd(const MeshOrPart<S>& a, const MeshOrPart<S>& b) const {
+    if (query.request.enable_signed_distance && (a.isOctree() || b.isOctree()))
       refuse("a DeformableMesh and an octree have no signed distance");
-    meshOctreeDistance(mesh, octree, query);
+    if (query.isSatisfied()) return;
+    searchInOrder(a, b,
+                  [&](const PairSearch& pair, const QueryObject& first, const auto* o1,
+                      const QueryObject& second, const auto* o2) {
+                    answerInDouble(query, o1, o2, [&](const DistanceQuery<double>& in_double) {
+                      pair.distance(first, second, in_double);
+                    });
+                  });
   }
   template <typename BV>
   bool models(const PlacedModel<BV>& first, const PlacedModel<BV>& second) const {
@@ -181,6 +178,16 @@ void requireSolids(const fcl::CollisionGeometry<S>& first,
     refuse("a query of solid bodies needs a DeformableMesh: that of a model is model.mesh()");
 }
 
+/// Adds contacts of what is inside of a closed mesh: of two meshes, or a mesh and a shape.
+void addContainedPair(const QueryObject& first, const QueryObject& second,
+                      const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                      const CollisionQuery<double>& query) {
+  if (second.kind() == ObjectKind::Shape)
+    return addContained(second.solid(), first.mesh(), o1, o2, query);
+  addContained(first.mesh(), second.mesh(), false, o1, o2, query);
+  if (!query.isSatisfied()) addContained(second.mesh(), first.mesh(), true, o1, o2, query);
+}
+
 template <typename S>
 struct RunCollision {
   const CollisionQuery<S>& query;
@@ -189,33 +196,25 @@ struct RunCollision {
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
   }
-  void requireClosedIfSolid(const MeshObject<S>& mesh) const {
-    if (solid) requireClosed(mesh.placed.mesh, "collide of solid bodies");
-  }
-  void meshes(const MeshObject<S>& first, const MeshObject<S>& second) const {
-    requireClosedIfSolid(first);
-    requireClosedIfSolid(second);
-    const std::size_t before = query.result.numContacts();
+  void meshAnd(const MeshOrPart<S>& a, const MeshOrPart<S>& b) const {
+    if (query.request.enable_cost && (a.isOctree() || b.isOctree()))
+      refuse("a DeformableMesh and an octree have no costs");
+    for (const MeshOrPart<S>* object : {&a, &b})
+      if (solid && object->mesh) requireClosed(stateOf(*object->mesh), "collide of solid bodies");
     if (query.isSatisfied()) return;
-    answerInDouble(query, first.geometry, second.geometry,
-                   [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                       const CollisionQuery<double>& in_double) {
-                     collideMeshes({o1, first.placed}, {o2, second.placed}, in_double);
-                   });
-    if (!solid || query.result.numContacts() > before) return;
-    addContained(first, second, false, query);
-    if (!query.isSatisfied()) addContained(second, first, true, query);
-  }
-  void meshShape(const MeshObject<S>& mesh, const PlacedGeometry<S>& shape) const {
-    requireClosedIfSolid(mesh);
-    const std::size_t before = query.result.numContacts();
-    if (query.isSatisfied()) return;
-    meshShapeCollide(mesh, shape, query);
-    if (solid && query.result.numContacts() == before) addContained(shape, mesh, query);
-  }
-  void meshOctree(const MeshObject<S>& mesh, const PlacedGeometry<S>& octree) const {
-    if (query.request.enable_cost) refuse("a DeformableMesh and an octree have no costs");
-    meshOctreeCollide(mesh, octree, query);
+    searchInOrder(a, b,
+                  [&](const PairSearch& pair, const QueryObject& first, const auto* o1,
+                      const QueryObject& second, const auto* o2) {
+                    answerInDouble(
+                        query, o1, o2,
+                        [&](const fcl::CollisionGeometryd& d1, const fcl::CollisionGeometryd& d2,
+                            const CollisionQuery<double>& in_double) {
+                          const std::size_t before = in_double.result.numContacts();
+                          pair.collide(first, second, d1, d2, in_double);
+                          if (solid && in_double.result.numContacts() == before)
+                            addContainedPair(first, second, d1, d2, in_double);
+                        });
+                  });
   }
   template <typename BV>
   bool models(const PlacedModel<BV>& first, const PlacedModel<BV>& second) const {

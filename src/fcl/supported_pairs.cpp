@@ -1,4 +1,4 @@
-#include "fcl/mesh_pairs.h"
+#include "fcl/model_pairs.h"
 
 #include <stdexcept>
 #include <string>

@@ -113,7 +113,9 @@ void narrow(const SignedDistance<double>& from, SignedDistance<float>& to) {
 
 void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
             const fcl::CollisionGeometryf* o2, fcl::DistanceResultf& to) {
-  to.min_distance = distanceAs<float>(from.min_distance);
+  const bool is_depth = from.min_distance < 0;
+  to.min_distance =
+      is_depth ? static_cast<float>(from.min_distance) : distanceAs<float>(from.min_distance);
   to.o1 = o1;
   to.o2 = o2;
   to.b1 = from.b1;

@@ -9,7 +9,6 @@
 #endif
 
 #include "deformable/mesh_state.h"
-#include "fcl/mesh_pairs.h"
 
 namespace adaptive_bvh {
 namespace {

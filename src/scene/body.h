@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "adaptive_bvh/scene.h"
+#include "dispatch/query_object.h"
 
 namespace adaptive_bvh {
 
@@ -45,6 +46,12 @@ struct Body {
     std::array<int, 2> elements = {-1, -1};
   } witness;
 };
+
+/// The body as an object of a query.
+template <typename S>
+QueryObject objectOf(const Body<S>& body) {
+  return body.mesh ? QueryObject(*body.mesh, body.tf) : QueryObject(*body.geometry, body.tf);
+}
 
 /// Throws std::invalid_argument on geometry that a scene cannot hold.
 template <typename S>

@@ -1,10 +1,9 @@
 #include <cmath>
 
-#include "adaptive_bvh/query.h"
 #include "base/leased.h"
-#include "fcl/mesh_pairs.h"
-#include "fcl/shape_pairs.h"
-#include "fcl/shape_search.h"
+#include "dispatch/contained.h"
+#include "dispatch/pairs.h"
+#include "dispatch/shape_search.h"
 #include "query/depth_meshes.h"
 #include "query/nearest_search.h"
 #include "query/single_precision.h"
@@ -30,13 +29,16 @@ bool improve(const Body<S>& a, const Body<S>& b, const std::array<int, 2>& witne
                      NearestSearch(first, second, nearest).run();
                    });
     if (!result.o1) return false;
-  } else if (!a.mesh && !b.mesh) {
-    shapePairDistance<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {request, result});
-    if (!(result.min_distance < best.distance)) return false;
   } else {
-    detail::answerDistance(a.geometry, a.tf, b.geometry, b.tf, request, result);
+    const QueryObject first(objectOf(a)), second(objectOf(b));
+    const PairSearch& pair = searchOf(first.kind(), second.kind());
+    is_in_order = !pair.is_swapped;
+    answerInDouble(DistanceQuery<S>{request, result}, a.geometry, b.geometry,
+                   [&](const DistanceQuery<double>& query) {
+                     pair.distance(is_in_order ? first : second, is_in_order ? second : first,
+                                   query);
+                   });
     if (!(result.min_distance < best.distance)) return false;
-    is_in_order = result.o1 == a.geometry;
   }
   best.bodies = {a.id, b.id};
   best.distance = result.min_distance;
@@ -168,10 +170,10 @@ namespace {
 template <typename S>
 bool isInside(const Body<S>& inner, const Body<S>& around) {
   if (!around.options.solid) return false;
-  const MeshObject<S> solid(*around.mesh, around.tf);
-  if (inner.mesh) return isContained(PlacedMesh(*inner.mesh, inner.tf), solid.placed);
-  return isShape(inner.geometry->getNodeType()) &&
-         isContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid);
+  const PlacedMesh solid(*around.mesh, around.tf);
+  const QueryObject object(objectOf(inner));
+  if (object.kind() == ObjectKind::Mesh) return isContained(object.mesh(), solid);
+  return object.kind() == ObjectKind::Shape && isContained(object.solid(), solid);
 }
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include <tuple>
 #include <utility>
 
-#include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "base/leased.h"
 #include "base/task_pool.h"
-#include "fcl/mesh_pairs.h"
-#include "fcl/shape_pairs.h"
+#include "dispatch/contained.h"
+#include "dispatch/pairs.h"
+#include "query/single_precision.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -123,16 +123,38 @@ fcl::Contact<S> inOrder(fcl::Contact<S> contact, const fcl::CollisionGeometry<S>
   return contact;
 }
 
+/// Two bodies of a query and the objects that its contacts name, in the order of contacts.
+struct PairOfObjects {
+  const QueryObject &first, &second;
+  const fcl::CollisionGeometryd &o1, &o2;
+};
+
 /// Adds the contacts of a body inside of a solid one, whose surfaces do not touch.
+void addInside(const PairOfObjects& of, bool is_first_solid, bool is_second_solid,
+               const CollisionQuery<double>& query) {
+  if (is_second_solid && of.first.kind() == ObjectKind::Mesh && !query.isSatisfied())
+    addContained(of.first.mesh(), of.second.mesh(), false, of.o1, of.o2, query);
+  if (!is_first_solid || query.isSatisfied()) return;
+  if (of.second.kind() == ObjectKind::Mesh)
+    addContained(of.second.mesh(), of.first.mesh(), true, of.o1, of.o2, query);
+  if (of.second.kind() == ObjectKind::Shape)
+    addContained(of.second.solid(), of.first.mesh(), of.o1, of.o2, query);
+}
+
+/// Adds the contacts of two bodies.
 template <typename S>
-void addInside(const Body<S>& inner, const Body<S>& around, bool is_around_first,
-               const CollisionQuery<S>& query) {
-  if (!around.options.solid || query.isSatisfied()) return;
-  const MeshObject<S> solid(*around.mesh, around.tf);
-  if (inner.mesh)
-    addContained(MeshObject<S>(*inner.mesh, inner.tf), solid, is_around_first, query);
-  else if (isShape(inner.geometry->getNodeType()))
-    addContained(PlacedGeometry<S>{inner.geometry, inner.tf}, solid, query);
+void collideBodies(const Body<S>& a, const Body<S>& b, const CollisionQuery<S>& query) {
+  const QueryObject first(objectOf(a)), second(objectOf(b));
+  const PairSearch& pair = searchOf(first.kind(), second.kind());
+  if (pair.is_swapped) return collideBodies(b, a, query);
+  answerInDouble(
+      query, a.geometry, b.geometry,
+      [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+          const CollisionQuery<double>& in_double) {
+        pair.collide(first, second, o1, o2, in_double);
+        if (!in_double.result.isCollision())
+          addInside({first, second, o1, o2}, a.options.solid, b.options.solid, in_double);
+      });
 }
 
 /// Whether two bodies touch, with their contacts; or one itself.
@@ -146,15 +168,9 @@ bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest
   result.clear();
   if (&a == &b) {
     selfCollide(*a.mesh, a.tf, asked, result);
-  } else if (!a.mesh && !b.mesh) {
-    shapePairCollide<S>({a.geometry, a.tf}, {b.geometry, b.tf}, {asked, result});
   } else {
-    detail::answerCollide(a.geometry, a.tf, b.geometry, b.tf, asked, result, false);
-    if (!result.isCollision()) {
-      addInside<S>(a, b, false, {asked, result});
-      addInside<S>(b, a, true, {asked, result});
-    }
-    detail::finishCollide(asked, 0, result);
+    collideBodies<S>(a, b, {asked, result});
+    if (!asked.enable_contact) unsetFields(result, 0);
   }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
     found.push_back(inOrder(result.getContact(i), a.geometry));

@@ -1,6 +1,6 @@
 #include <stdexcept>
 
-#include "fcl/convex_parts.h"
+#include "dispatch/convex_parts.h"
 #include "query/point_search.h"
 #include "query/ray_search.h"
 #include "scene/scene_state.h"

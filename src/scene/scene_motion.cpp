@@ -1,7 +1,7 @@
 #include "base/leased.h"
 #include "base/task_pool.h"
 #include "ccd/moving_parts.h"
-#include "fcl/convex_parts.h"
+#include "dispatch/convex_parts.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {

@@ -25,6 +25,7 @@ class HullSolid : public Solid {
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   fcl::Vector3d inner() const override { return inner_; }
   const HullSolid* hull() const override { return this; }
+  fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
  protected:
   /// Calls visit(corners, count) for each face of the list, up to the first that is cut off.
@@ -38,7 +39,6 @@ class HullSolid : public Solid {
     }
   }
   std::size_t count() const { return count_; }
-  fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
  private:
   const Points points_;

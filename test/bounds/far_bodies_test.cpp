@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "fcl/shape_search.h"
+#include "dispatch/shape_search.h"
 #include "query/nearest_search.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"

@@ -1,5 +1,5 @@
 // What a search of a mesh and a shape prunes by, against distances in long double.
-#include "fcl/shape_search.h"
+#include "dispatch/shape_search.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace adaptive_bvh_test {
 namespace shape_in_tree_test {
 
-using adaptive_bvh::MeshObject;
+using adaptive_bvh::PlacedMesh;
 using adaptive_bvh::ShapeCore;
 using adaptive_bvh::ShapeInTree;
 using adaptive_bvh::WideNode;
@@ -84,17 +84,18 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
     TriangleMesh<S> triangles = plate<S>(4, 3);
     for (Vector3<S>& p : triangles.vertices) p = size * (p + S(0.3) * this->random_.point());
     const typename TestFixture::Mesh mesh(triangles);
-    const MeshObject<S> placed(mesh, this->random_.pose(far));
+    const fcl::Transform3<S> mesh_tf = this->random_.pose(far);
+    const PlacedMesh placed(mesh, mesh_tf);
     fcl::Transform3<S> shape_tf = this->random_.pose(size);
-    shape_tf.translation() += placed.tf.translation();
+    shape_tf.translation() += mesh_tf.translation();
     const ShapeCore core = this->core(double(size));
-    const WideTree& tree = placed.placed.tree();
-    const ShapeInTree shape(core, shape_tf.template cast<double>(), tree, placed.placed.tf);
+    const WideTree& tree = placed.tree();
+    const ShapeInTree shape(core, shape_tf.template cast<double>(), tree, placed.tf);
     ASSERT_TRUE(shape.isPrecise());
-    const exact::Placement mesh_at = exact::placement(placed.tf),
+    const exact::Placement mesh_at = exact::placement(mesh_tf),
                            shape_at = exact::placement(shape_tf);
     for (int i = 0; i < numTriangles(mesh); ++i) {
-      const adaptive_bvh::TrianglePoints<double> corners = placed.placed.pointsAt(unsigned(i));
+      const adaptive_bvh::TrianglePoints<double> corners = placed.pointsAt(unsigned(i));
       Real u = Real(this->random_.size(-3, 0)), v = Real(this->random_.size(-3, 0));
       if (u + v > 1) u = 1 - u, v = 1 - v;
       exact::Point x = (1 - u - v) * exact::of(corners[0]) + u * exact::of(corners[1]) +
@@ -126,21 +127,21 @@ TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
 TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
   using S = TypeParam;
   const typename TestFixture::Mesh mesh(plate<S>(3, 3));
-  const MeshObject<S> placed(mesh, fcl::Transform3<S>::Identity());
-  const WideTree& tree = placed.placed.tree();
+  const PlacedMesh placed(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
+  const WideTree& tree = placed.tree();
   fcl::Transform3d away = fcl::Transform3d::Identity();
   ShapeCore ball;
   ball.low = ball.high = fcl::Vector3d::Zero();
   ball.radius = 0.5;
-  EXPECT_TRUE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
+  EXPECT_TRUE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = 1e20;
-  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(ball, away, tree, placed.tf).isPrecise());
   away.translation()[0] = 0;
   const ShapeCore nowhere =
       adaptive_bvh::FlatSolid(fcl::Vector3d::Zero(), 1, false).core();  // a plane without a normal
-  EXPECT_FALSE(ShapeInTree(nowhere, away, tree, placed.placed.tf).isPrecise());
+  EXPECT_FALSE(ShapeInTree(nowhere, away, tree, placed.tf).isPrecise());
 }
 
 }  // namespace shape_in_tree_test

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "fcl/octree_cells.h"
+#include "dispatch/octree_cells.h"
 #include "solids/box.h"
 #include "solids/shape_solid.h"
 
@@ -49,6 +49,13 @@ class ConvexParts {
   }
 
   bool isOctree() const { return !shape_; }
+  /// Of one that is no octree.
+  const ShapeSolid& shape() const { return *shape_; }
+#if FCL_HAVE_OCTOMAP
+  /// Of an octree.
+  const OctreeCells& cells() const { return *cells_; }
+#endif
+  const fcl::Transform3d& tf() const { return tf_; }
 
   /// Calls visit(part) for the shape, or for the cells with bound(ball) <= limit() for their balls
   /// and those of all cells around them, the nearest first in each, until it returns true. Returns

@@ -4,7 +4,7 @@
 
 #include <fcl/geometry/shape/utility.h>
 
-#include "fcl/shape_triangles.h"
+#include "dispatch/shape_triangles.h"
 
 namespace adaptive_bvh {
 namespace {

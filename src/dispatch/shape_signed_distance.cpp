@@ -1,7 +1,7 @@
 #include <limits>
 
-#include "fcl/separating_motion.h"
-#include "fcl/shape_search.h"
+#include "dispatch/separating_motion.h"
+#include "dispatch/shape_search.h"
 #include "query/closed_surface.h"
 #include "query/depth_meshes.h"
 #include "query/depth_search.h"

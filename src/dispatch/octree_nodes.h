@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fcl/cell_separation.h"
+#include "dispatch/cell_separation.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {

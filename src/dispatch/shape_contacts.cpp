@@ -2,7 +2,7 @@
 
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
-#include "fcl/shape_search.h"
+#include "dispatch/shape_search.h"
 #include "query/single_precision.h"
 #include "query/vertex_contacts.h"
 

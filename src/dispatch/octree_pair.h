@@ -1,11 +1,11 @@
 #pragma once
 
-#include "fcl/octree_cells.h"
+#include "dispatch/octree_cells.h"
 #if FCL_HAVE_OCTOMAP
 
 #include "base/rigid.h"
-#include "fcl/octree_nodes.h"
-#include "fcl/shape_triangles.h"
+#include "dispatch/octree_nodes.h"
+#include "dispatch/shape_triangles.h"
 #include "query/placed_mesh.h"
 #include "solids/box.h"
 

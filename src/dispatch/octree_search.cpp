@@ -2,7 +2,7 @@
 #include <array>
 #include <utility>
 
-#include "fcl/octree_pair.h"
+#include "dispatch/octree_pair.h"
 #if FCL_HAVE_OCTOMAP
 
 namespace adaptive_bvh {

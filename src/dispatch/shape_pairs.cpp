@@ -1,4 +1,4 @@
-#include "fcl/shape_pairs.h"
+#include "dispatch/shape_pairs.h"
 
 #include <limits>
 
@@ -99,37 +99,5 @@ void collideParts(const ConvexParts& first, const ConvexParts& second, double pa
         return query.isSatisfied();
       });
 }
-
-template <typename S>
-void shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                       const DistanceQuery<S>& query) {
-  const ConvexParts a(*first.geometry, first.tf.template cast<double>()),
-      b(*second.geometry, second.tf.template cast<double>());
-  answerInDouble(query, first.geometry, second.geometry, [&](const DistanceQuery<double>& asked) {
-    distanceOfParts(a, b, kParallelIn<S>, asked);
-  });
-}
-
-template <typename S>
-void shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                      const CollisionQuery<S>& query) {
-  if (query.isSatisfied()) return;
-  const ConvexParts a(*first.geometry, first.tf.template cast<double>()),
-      b(*second.geometry, second.tf.template cast<double>());
-  answerInDouble(query, first.geometry, second.geometry,
-                 [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                     const CollisionQuery<double>& asked) {
-                   collideParts(a, b, kParallelIn<S>, o1, o2, asked);
-                 });
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                   \
-  template void shapePairDistance(const PlacedGeometry<S>&, const PlacedGeometry<S>&, \
-                                  const DistanceQuery<S>&);                           \
-  template void shapePairCollide(const PlacedGeometry<S>&, const PlacedGeometry<S>&,  \
-                                 const CollisionQuery<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

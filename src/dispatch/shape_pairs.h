@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fcl/convex_parts.h"
+#include "dispatch/convex_parts.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -14,12 +14,5 @@ void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double
 void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
                   const CollisionQuery<double>& query);
-
-template <typename S>
-void shapePairDistance(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                       const DistanceQuery<S>& query);
-template <typename S>
-void shapePairCollide(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second,
-                      const CollisionQuery<S>& query);
 
 }  // namespace adaptive_bvh

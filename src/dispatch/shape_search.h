@@ -6,7 +6,7 @@
 
 #include "base/frame_change.h"
 #include "boxes/tree_walk.h"
-#include "fcl/shape_triangles.h"
+#include "dispatch/shape_triangles.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -149,5 +149,9 @@ class MeshShapeSearch final : public ShapeSearch {
   const PlacedMesh& mesh_;
   const ShapeInTree in_tree_;
 };
+
+/// Whether a mesh is at most so far from a shape. `core`: of the shape.
+bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
+              double distance);
 
 }  // namespace adaptive_bvh

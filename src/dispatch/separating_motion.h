@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fcl/mesh_pairs.h"
+#include "dispatch/shape_search.h"
 #include "query/depth_meshes.h"
 #include "query/signed_distance.h"
 

@@ -6,7 +6,7 @@
 #if FCL_HAVE_OCTOMAP
 #include <fcl/geometry/octree/octree.h>
 
-#include "fcl/cell_separation.h"
+#include "dispatch/cell_separation.h"
 
 namespace adaptive_bvh {
 
