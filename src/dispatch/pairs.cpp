@@ -10,10 +10,10 @@
 namespace adaptive_bvh {
 namespace {
 
-using Object = QueryObject;
-using Geometry = fcl::CollisionGeometryd;
+using Reported = fcl::CollisionGeometryd;  ///< an object that contacts name
 
-void distanceOfMeshes(const Object& a, const Object& b, const DistanceQuery<double>& query) {
+void distanceOfMeshes(const QueryObject& a, const QueryObject& b,
+                      const DistanceQuery<double>& query) {
   NearestPair nearest(a.mesh(), b.mesh(), query);
   constexpr int kMany = 1024;  // else it takes as long as it gains
   if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMany) {
@@ -22,37 +22,40 @@ void distanceOfMeshes(const Object& a, const Object& b, const DistanceQuery<doub
   }
   NearestSearch(a.mesh(), b.mesh(), nearest).run();
 }
-void collideMeshPair(const Object& a, const Object& b, const Geometry& o1, const Geometry& o2,
-                     const CollisionQuery<double>& query) {
+void collideMeshPair(const QueryObject& a, const QueryObject& b, const Reported& o1,
+                     const Reported& o2, const CollisionQuery<double>& query) {
   collideMeshes({o1, a.mesh()}, {o2, b.mesh()}, query);
 }
 
-MeshShapeSearch shapeSearch(const Object& mesh, const Object& shape) {
+MeshShapeSearch shapeSearch(const QueryObject& mesh, const QueryObject& shape) {
   return {mesh.mesh(), shape.solid(), shape.parts().shape().core()};
 }
-void distanceToShapeOf(const Object& a, const Object& b, const DistanceQuery<double>& query) {
+void distanceToShapeOf(const QueryObject& a, const QueryObject& b,
+                       const DistanceQuery<double>& query) {
   distanceToShape(shapeSearch(a, b), query);
 }
-void collideWithShapeOf(const Object& a, const Object& b, const Geometry& o1, const Geometry& o2,
-                        const CollisionQuery<double>& query) {
+void collideWithShapeOf(const QueryObject& a, const QueryObject& b, const Reported& o1,
+                        const Reported& o2, const CollisionQuery<double>& query) {
   collideWithShape(shapeSearch(a, b), o1, o2, query);
 }
 
-void distanceOfPartsOf(const Object& a, const Object& b, const DistanceQuery<double>& query) {
+void distanceOfPartsOf(const QueryObject& a, const QueryObject& b,
+                       const DistanceQuery<double>& query) {
   distanceOfParts(a.parts(), b.parts(), a.parallel(), query);
 }
-void collidePartsOf(const Object& a, const Object& b, const Geometry& o1, const Geometry& o2,
-                    const CollisionQuery<double>& query) {
+void collidePartsOf(const QueryObject& a, const QueryObject& b, const Reported& o1,
+                    const Reported& o2, const CollisionQuery<double>& query) {
   collideParts(a.parts(), b.parts(), a.parallel(), o1, o2, query);
 }
 
 #if FCL_HAVE_OCTOMAP
-void distanceToMesh(const Object& octree, const Object& mesh, const DistanceQuery<double>& query) {
+void distanceToMesh(const QueryObject& octree, const QueryObject& mesh,
+                    const DistanceQuery<double>& query) {
   distanceToOctree(QueryTriangles(mesh.mesh()), WideNodes(mesh.mesh().tree()),
                    {octree.parts().cells(), octree.parts().tf()}, query);
 }
-void collideWithMesh(const Object& octree, const Object& mesh, const Geometry& o1,
-                     const Geometry& o2, const CollisionQuery<double>& query) {
+void collideWithMesh(const QueryObject& octree, const QueryObject& mesh, const Reported& o1,
+                     const Reported& o2, const CollisionQuery<double>& query) {
   collideWithOctree(QueryTriangles(mesh.mesh()), WideNodes(mesh.mesh().tree()),
                     {octree.parts().cells(), octree.parts().tf()}, o1, o2, query);
 }

@@ -13,6 +13,13 @@
 
 namespace adaptive_bvh {
 
+/// An object of a query, and where it is.
+template <typename S>
+struct PlacedGeometry {
+  const fcl::CollisionGeometry<S>* geometry;
+  fcl::Transform3<S> tf;
+};
+
 /// A model of FCL's, or an adaptive one, of a query that FCL's traversal answers, and where it is.
 template <typename BV>
 struct PlacedModel {

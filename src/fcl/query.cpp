@@ -51,10 +51,10 @@ const DeformableMesh<S>* anyMeshOf(const fcl::CollisionGeometry<S>& geometry) {
 /// One object of a query that has no DeformableMesh: a model of BV, adaptive or FCL's, or any other
 /// geometry.
 template <typename BV>
-struct Object {
+struct ModelOrOther {
   using S = typename BV::S;
 
-  Object(const PlacedGeometry<S>& object, fcl::NODE_TYPE node_type)
+  ModelOrOther(const PlacedGeometry<S>& object, fcl::NODE_TYPE node_type)
       : type(node_type), placed(object) {
     if (object.geometry->getObjectType() != fcl::OT_BVH) return;
     const auto* adaptive = dynamic_cast<const AdaptiveBVHModel<BV>*>(object.geometry);
@@ -71,12 +71,12 @@ struct Object {
 
 /// Hands a pair to its recorded query, the model first. False when there is none: FCL's is to run.
 template <typename BV, typename Run>
-bool runModels(const Object<BV>& first, const Object<BV>& second, const Run& run) {
-  for (const Object<BV>* object : {&first, &second})
+bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, const Run& run) {
+  for (const ModelOrOther<BV>* object : {&first, &second})
     if (object->isModel()) requireTriangles(*object->model.model);
   if (first.isModel() && second.isModel()) return run.models(first.model, second.model);
   if (!first.isModel() && !second.isModel()) return false;
-  const Object<BV>&model = first.isModel() ? first : second,
+  const ModelOrOther<BV>&model = first.isModel() ? first : second,
         &other = first.isModel() ? second : first;
   if (isShape(other.type)) return run.modelShape(model.model, other.placed);
   return other.type == fcl::GEOM_OCTREE && run.modelOctree(model.model, other.placed);
@@ -124,9 +124,10 @@ bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, c
                        type2 = second.geometry->getNodeType();
   run.require(type1, type2);
   if (type1 == fcl::BV_OBBRSS || type2 == fcl::BV_OBBRSS)
-    return runModels(Object<fcl::OBBRSS<S>>(first, type1), Object<fcl::OBBRSS<S>>(second, type2),
-                     run);
-  return runModels(Object<fcl::RSS<S>>(first, type1), Object<fcl::RSS<S>>(second, type2), run);
+    return runModels(ModelOrOther<fcl::OBBRSS<S>>(first, type1),
+                     ModelOrOther<fcl::OBBRSS<S>>(second, type2), run);
+  return runModels(ModelOrOther<fcl::RSS<S>>(first, type1),
+                   ModelOrOther<fcl::RSS<S>>(second, type2), run);
 }
 
 template <typename S>

@@ -42,28 +42,6 @@ struct PlacedMesh {
   }
 };
 
-/// A mesh as FCL's queries are given it.
-template <typename S>
-struct MeshObject {
-  MeshObject(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& placement)
-      : MeshObject(mesh, placement, mesh) {}
-  /// `reported`: what results name, with the same triangles.
-  MeshObject(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& placement,
-             const fcl::CollisionGeometry<S>& reported)
-      : geometry(&reported), tf(placement), placed(mesh, placement) {}
-
-  const fcl::CollisionGeometry<S>* geometry;
-  fcl::Transform3<S> tf;
-  PlacedMesh placed;
-};
-
-/// The other object of a query, a shape or an octree.
-template <typename S>
-struct PlacedGeometry {
-  const fcl::CollisionGeometry<S>* geometry;
-  fcl::Transform3<S> tf;
-};
-
 /// What a distance query is given.
 template <typename S>
 struct DistanceQuery {

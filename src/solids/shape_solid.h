@@ -32,14 +32,14 @@ class ShapeSolid {
   /// Makes it a solid of a type, which is `Made`. For the table in shape_solid.cpp.
   template <typename Made, typename... Args>
   void make(const Args&... args) {
-    static_assert(sizeof(Made) <= kBytes && alignof(Made) <= alignof(double), "enlarge kBytes");
+    static_assert(sizeof(Made) <= kBytes, "enlarge kBytes");
     solid_ = new (memory_) Made(args...);
   }
 
  private:
-  static constexpr std::size_t kBytes = 72;
+  static constexpr std::size_t kBytes = 96;
 
-  alignas(double) std::byte memory_[kBytes];
+  alignas(std::max_align_t) std::byte memory_[kBytes];
   const Solid* solid_ = nullptr;
   ShapeCore core_;
 };
