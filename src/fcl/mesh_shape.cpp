@@ -112,7 +112,7 @@ class ModelShapeSearch {
   /// Calls test(triangle) for all that may be nearer to the shape than query.result, the nearest
   /// first, until it returns true. The test updates that result.
   template <typename Test>
-  void nearest(const DistanceQuery<S>& query, const Test& test) const {
+  void nearest(const DistanceQuery<S>& query, const PointPair<double>&, const Test& test) const {
     if (!core_.isBounded()) return testAll(test);
     using Node = NearestNode<BV, Test>;
     RecordingDistanceNode<Node, S> node(statisticsOf(model_));

@@ -69,6 +69,7 @@ class ShapeTriangles {
 
   const PlacedTriangles<S, P>& placed() const { return triangles_; }
   int count() const { return count_; }
+  const TriangleShape& shape() const { return shape_; }
   /// In the shape's frame.
   TrianglePoints<double> corners(int triangle) const {
     const TrianglePoints<double> points = triangles_[triangle];
@@ -83,19 +84,23 @@ class ShapeTriangles {
   /// triangle. No where that could hide a touch.
   bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
     constexpr double kNearly = 0.999;
-    const auto& geometry = *triangles_.geometry;
-    const DistanceRounding rounding(
-        2 * nearest.first.template lpNorm<1>() + nearest.second.template lpNorm<1>() +
-        4 * geometry.aabb_center.template cast<double>().template lpNorm<1>() +
-        8 * double(geometry.aabb_radius));
-    if (!rounding.isClear(distance)) return false;
-    const double least = rounding.below(distance);
+    const DistanceRounding rounded = rounding(nearest);
+    if (!rounded.isClear(distance)) return false;
+    const double least = rounded.below(distance);
     const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
     const TrianglePoints<double> x = corners(triangle);
     const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
     const double cosine = normal.dot(line);
     return areApart(line, least) ||
            (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
+  }
+  /// Of the distances of all, where these are the nearest points of one and the shape.
+  DistanceRounding rounding(const PointPair<double>& nearest) const {
+    const auto& geometry = *triangles_.geometry;
+    return DistanceRounding(2 * nearest.first.template lpNorm<1>() +
+                            nearest.second.template lpNorm<1>() +
+                            4 * geometry.aabb_center.template cast<double>().template lpNorm<1>() +
+                            8 * double(geometry.aabb_radius));
   }
   fcl::Vector3<S> inWorld(const fcl::Vector3d& x) const {
     return (shape_tf_.template cast<double>() * x).template cast<S>();

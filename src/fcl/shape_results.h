@@ -29,7 +29,7 @@ class ShapeDistance {
         next_check_(std::max(kMany, search.triangles.count() / kShare)) {}
 
   void run() {
-    search_.nearest(query_, [&](int triangle) { return take(triangle); });
+    search_.nearest(query_, nearest_.points, [&](int triangle) { return take(triangle); });
     const fcl::DistanceResult<S>& result = query_.result;
     if (result.o1 != object() || result.o2 != shape_.geometry) return;
     if (result.min_distance <= 0 && query_.request.enable_signed_distance) takeDepth();
@@ -76,7 +76,7 @@ class ShapeDistance {
   const Search& search_;
   const DistanceQuery<S>& query_;
   const S enough_;
-  static constexpr int kMany = 64, kShare = 128;
+  static constexpr int kMany = 64, kShare = 256;
   TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
   int tests_ = 0, next_check_;
 };

@@ -7,9 +7,13 @@
 #include <fcl/geometry/shape/box.h>
 
 #include "base/frame_change.h"
+#include "base/leased.h"
+#include "base/rigid.h"
 #include "boxes/tree_walk.h"
 #include "fcl/shape_geometry.h"
+#include "query/line_to_core.h"
 #include "query/placed_mesh.h"
+#include "query/point_search.h"
 
 namespace adaptive_bvh {
 
@@ -105,6 +109,8 @@ class MeshShapeSearch {
                   mesh.placed.mesh.numTriangles(), shape, shape_tf),
         mesh_(mesh.placed),
         tf_(mesh.tf),
+        core_(core),
+        to_mesh_(mesh.tf, shape_tf),
         in_tree_(core, shape_tf, mesh.placed.tree(), mesh.tf) {}
 
   const ShapeTriangles<S, double> triangles;
@@ -122,24 +128,39 @@ class MeshShapeSearch {
   }
 
   /// Calls test(triangle) for those whose boxes may be nearer to the shape than query.result, the
-  /// nearest boxes first, until it returns true. The test updates that result.
+  /// nearest boxes first, until it returns true. The test updates that result, and `points`, the
+  /// nearest points so far, in the shape's frame. After many tests it looks along the line between
+  /// these.
   template <typename Test>
-  void nearest(const DistanceQuery<S>& query, const Test& test) const {
+  void nearest(const DistanceQuery<S>& query, const PointPair<double>& points,
+               const Test& test) const {
     if (!in_tree_.isPrecise()) return testAll(test);
-    const auto squaredLimit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    float limit = squaredLimit();
-    TreeWalk(mesh_.tree())
-        .nearestFirst([&](const Boxes4& boxes) -> Float4 { return in_tree_.squaredGaps(boxes); },
-                      [&] { return limit; },
-                      [&](const WideNode& at, unsigned lanes, const Float4& gaps) {
-                        for (; lanes; lanes &= float4::bits(gaps <= float4::all(limit))) {
-                          const int lane = leastLane(gaps, lanes);
-                          lanes &= ~(1u << lane);
-                          if (test(triangleOf(at, lane))) return true;
-                          limit = squaredLimit();
-                        }
-                        return false;
-                      });
+    const auto keysOf = [&](const WideNode& node) -> Float4 {
+      return in_tree_.squaredGaps(node.boxes);
+    };
+    const auto limit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
+    int tests = 0, many = kManyTests + static_cast<int>(mesh_.tree().slots().used() / kPerTest);
+    bool is_over = false;
+    const auto testSome = [&](int triangle) {
+      is_over = test(triangle);
+      return is_over || ++tests >= many;
+    };
+    if (!nearest(keysOf, limit, testSome) || is_over) return;
+    if (!core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
+      return (void)nearest(keysOf, limit, test);
+    if (improve(query, points, test)) return;
+    const Leased<LineToCore> line;
+    const auto isNear = [&, most = float4::all(limit())](int node) -> unsigned {
+      return float4::bits(keysOf(mesh_.tree().nodes()[node]) <= most);
+    };
+    const auto keysAlong = [&](const WideNode& node) -> Float4 { return line->keys(node); };
+    const auto limitAlong = [&]() -> float {
+      return line->limitOf(triangles.rounding(points).below(limitOf(query)) + core_.radius);
+    };
+    do {
+      many *= 4;
+      look(isNear, points, *line);
+    } while (nearest(keysAlong, limitAlong, testSome) && !is_over);
   }
 
   /// Box of the whole mesh, for FCL's approximate cost.
@@ -156,6 +177,50 @@ class MeshShapeSearch {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
   }
+  /// The same with any keys of nodes; limit() is that of keys. Returns whether a test was true.
+  template <typename Keys, typename Limit, typename Test>
+  bool nearest(const Keys& keysOf, const Limit& limitOfKeys, const Test& test) const {
+    float limit = limitOfKeys();
+    return TreeWalk(mesh_.tree())
+        .nearestFirst(
+            keysOf, [&] { return limit; },
+            [&](const WideNode& at, unsigned lanes, const Float4& keys) {
+              for (; lanes; lanes &= float4::bits(keys <= float4::all(limit))) {
+                const int lane = leastLane(keys, lanes);
+                lanes &= ~(1u << lane);
+                if (test(triangleOf(at, lane))) return true;
+                limit = limitOfKeys();
+              }
+              return false;
+            });
+  }
+  /// Goes from the nearest point of the shape, or from its farthest one toward the mesh, to the
+  /// nearest triangle, and on from there as long as that is nearer. Returns whether a test was
+  /// true.
+  template <typename Test>
+  bool improve(const DistanceQuery<S>& query, const PointPair<double>& points,
+               const Test& test) const {
+    PointSearch search(mesh_.mesh);
+    bool is_over = false;
+    const auto isNearer = [&](const fcl::Vector3d& x) {
+      const double before = limitOf(query);
+      PointSearch::Nearest nearest;
+      search.search(to_mesh_(x), nearest);
+      is_over = test(nearest.triangle);
+      return !is_over && limitOf(query) < before;
+    };
+    while (isNearer(points.second) ||
+           (!is_over && isNearer(triangles.shape().support(points.first - points.second)))) {
+    }
+    return is_over;
+  }
+  void look(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
+    const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
+    const fcl::Vector3d half = (core_.high - core_.low) / 2,
+                        middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
+    line.look(mesh_.mesh, near, {to_mesh_(middle), to_mesh * fcl::Matrix3d(half.asDiagonal())},
+              (to_mesh_.R * (points.second - points.first)).stableNormalized());
+  }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);
     for (; lanes; lanes &= lanes - 1)
@@ -168,7 +233,10 @@ class MeshShapeSearch {
 
   const PlacedMesh& mesh_;
   const fcl::Transform3<S>& tf_;
+  const ShapeCore& core_;
+  const RelativePlacement to_mesh_;  ///< of the shape
   const ShapeInTree in_tree_;
+  static constexpr int kManyTests = 64, kPerTest = 128;  // positions read in the time of a test
 };
 
 }  // namespace adaptive_bvh
