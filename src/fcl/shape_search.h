@@ -236,7 +236,7 @@ class MeshShapeSearch {
   const ShapeCore& core_;
   const RelativePlacement to_mesh_;  ///< of the shape
   const ShapeInTree in_tree_;
-  static constexpr int kManyTests = 64, kPerTest = 128;  // positions read in the time of a test
+  static constexpr int kManyTests = 192, kPerTest = 128;  // positions read in the time of a test
 };
 
 }  // namespace adaptive_bvh

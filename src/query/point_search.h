@@ -203,9 +203,9 @@ class PointSearch {
 
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
-  static constexpr double kSeenFromFar = 32;     // sizes of the body
-  static constexpr std::size_t kManyTests = 64;  // of triangles
-  static constexpr std::size_t kPerTest = 32;    // positions that are read in the time of a test
+  static constexpr double kSeenFromFar = 32;      // sizes of the body
+  static constexpr std::size_t kManyTests = 256;  // of triangles
+  static constexpr std::size_t kPerTest = 32;     // positions that are read in the time of a test
   /// Distances of two triangles are off by less, together, in units of the tree.
   static constexpr double kRounding = 0x1p-45;
 
