@@ -44,21 +44,48 @@ struct Lanes<Float4> {
   }
 };
 
+/// The surface of all points within r of an a x b rectangle.
+template <typename N>
+ADAPTIVE_BVH_INLINE N sweptArea(const N& a, const N& b, const N& r) {
+  constexpr float kPi = 3.14159265f;
+  return 2 * a * b + 2 * kPi * r * (a + b + 2 * r);
+}
+
 /// The rectangle in the plane z = middle with which the least sphere, of half the thickness, holds
 /// some points: after Larsen et al. (1999), PQP. Over a point at height h the sphere reaches w =
 /// sqrt(r^2 - h^2) within the plane, so the rectangle may end w short of it. Points beyond two
 /// sides at once may lie outside the round corner: there both sides grow. All points are to be
 /// added, then `close`, then all as corners, then `finish`. docs/bounds.md, 11.
 ///
-/// Each lane has a rectangle of its own; or all have points of one set, and the caller puts
-/// together what they found, before `close` and after `finish`.
+/// Each lane has a rectangle of its own; or all have points of one set: `enclose` and
+/// `encloseCorners` put together what they found.
 template <typename P>
 class SlabRectangle {
  public:
   using Points = Vectors<P>;
 
+  SlabRectangle() = default;
   ADAPTIVE_BVH_INLINE SlabRectangle(const P& low_z, const P& high_z)
       : middle((low_z + high_z) * 0.5f), radius((high_z - low_z) * 0.5f) {}
+
+  ADAPTIVE_BVH_INLINE P side(int k) const { return high[k] - low[k]; }
+  /// Surface area of the volume.
+  ADAPTIVE_BVH_INLINE P area() const { return sweptArea(side(0), side(1), radius); }
+
+  /// All points of one set but for its corners. at(i): those from i on, as many as there are lanes.
+  template <typename At>
+  ADAPTIVE_BVH_INLINE void enclose(std::size_t count, At&& at) {
+    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) add(at(i));
+    putTogether();
+    close();
+  }
+  /// The corners of that set.
+  template <typename At>
+  ADAPTIVE_BVH_INLINE void encloseCorners(std::size_t count, At&& at) {
+    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) addCorner(at(i));
+    finish();
+    putTogether();
+  }
 
   ADAPTIVE_BVH_INLINE void add(const Points& at) {
     const P w = packs::squareRoot(squaredHalfChord(at.z));
@@ -84,7 +111,7 @@ class SlabRectangle {
     const P dx = packs::upper<P>(low[0] - at.x, at.x - high[0]),
             dy = packs::upper<P>(low[1] - at.y, at.y - high[1]), w2 = squaredHalfChord(at.z);
     const auto is_beyond = (dx > none) & (dy > none) & (dx * dx + dy * dy > w2);
-    if (packs::bits(is_beyond) == 0) return;
+    if (!packs::inAny(is_beyond)) return;
     const P difference = dx - dy;
     const P root = packs::squareRoot(packs::upper<P>(w2 + w2 - difference * difference, none));
     const P step = is_beyond ? (dx + dy - root) * 0.5f : none;
@@ -101,12 +128,21 @@ class SlabRectangle {
     }
   }
 
-  P middle, radius;
+  P middle = {}, radius = {};
   P low[2] = {packs::filled<P>(kFar), packs::filled<P>(kFar)},
     high[2] = {packs::filled<P>(-kFar), packs::filled<P>(-kFar)};
 
  private:
   static constexpr float kFar = 1e30f;
+
+  /// Gives all lanes the least and the largest ends of any.
+  ADAPTIVE_BVH_INLINE void putTogether() {
+    const auto far = Lanes<P>::largest(-low[0], -low[1], high[0], high[1]);
+    for (int k = 0; k < 2; ++k) {
+      low[k] = -far[k] - P{};
+      high[k] = far[k + 2] - P{};
+    }
+  }
 
   /// w^2.
   ADAPTIVE_BVH_INLINE P squaredHalfChord(const P& z) const {
@@ -117,7 +153,7 @@ class SlabRectangle {
   P growth_low_[2] = {}, growth_high_[2] = {};
 };
 
-/// Volumes in the coordinates of a step, as a fit decides them, a lane each.
+/// Volumes as a fit decides them, a lane each: those of a step in its coordinates.
 template <typename P>
 struct BodyVolumes {
   Axes<P> axes;
@@ -144,11 +180,11 @@ struct BodyVolumes {
   }
 
   /// Surface areas of the volumes.
-  ADAPTIVE_BVH_INLINE P area() const {
-    constexpr float kPi = 3.14159265f;
-    return 2 * sides[0] * sides[1] + 2 * kPi * radius * (sides[0] + sides[1] + 2 * radius);
-  }
+  ADAPTIVE_BVH_INLINE P area() const { return sweptArea(sides[0], sides[1], radius); }
 };
+
+/// How many numbers a lane has.
+constexpr int kNumbersOfBodyVolumes = sizeof(BodyVolumes<Float4>) / sizeof(Float4);
 
 /// The least and the largest of some points.
 template <typename P>

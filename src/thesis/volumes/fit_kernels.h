@@ -24,7 +24,6 @@ struct VertexState {
 constexpr int kMostLanes = 8;
 
 /// Nodes of one kind, whose volumes are found at once. Lanes beyond `count` are as the first.
-template <typename S>
 struct FitGroup {
   int count = 0;
   const LeafSlots* leaves[kMostLanes];  ///< the first leaf of each node
@@ -32,7 +31,6 @@ struct FitGroup {
   std::uint64_t slots[kMostLanes];      ///< their vertices, as VertexSlots::Set::bits
   unsigned end[kMostLanes];             ///< of the slots, where no bit is set
   const KeptAxes* kept[kMostLanes];
-  S* to[kMostLanes];  ///< the numbers of FCL's volume
 };
 
 /// What they are found from.
@@ -45,16 +43,26 @@ struct FitSource {
   ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const { return packs::load(states[slot].position); }
 };
 
-/// Returns the largest Volume::cornerSum; sets `areas`, in body units, where axes are kept.
+/// The volumes of a group until they are written to FCL's: BodyVolumes of all lanes.
+struct FittedVolumes {
+  alignas(32) unsigned char bytes[kMostLanes * kNumbersOfBodyVolumes * sizeof(float)];
+};
+
+using FitFunction = void (*)(const FitSource&, const FitGroup&, FittedVolumes& to);
+
+/// Writes the volumes of the first `count` lanes to the numbers of FCL's, and their areas in body
+/// units. Returns the largest Volume::cornerSum.
 template <typename S>
-using FitFunction = double (*)(const FitSource&, const FitGroup<S>&, float* areas);
+using WriteFunction = double (*)(const FittedVolumes&, const ModelCoordinates&, S* const* to,
+                                 int count, float* areas);
 
 /// By kind: of one triangle each; of two with a common edge; along kept axes, within a block of
 /// slots; along kept axes, of many slots or of two frames.
 template <typename S>
 struct FitFunctions {
   int lanes;
-  FitFunction<S> triangles, quads, patches, others;
+  FitFunction triangles, quads, patches, others;
+  WriteFunction<S> write;
 };
 
 /// The fastest for this processor.
@@ -92,18 +100,14 @@ class PointExtents {
   ADAPTIVE_BVH_INLINE void finish() {
     const Float4 heights = Lanes<P>::largest(-range_.low.z, range_.high.z, P{}, P{});
     SlabRectangle<P> of(filled(-heights[0]), filled(heights[1]));
-    for (std::size_t i = 0; i < count_; i += Lanes<P>::kCount) of.add(at(i));
-    const Float4 ends = endsOf(of);
-    for (int k = 0; k < 2; ++k) {
-      of.low[k] = filled(ends[k]);
-      of.high[k] = filled(ends[k + 2]);
-    }
-    of.close();
-    for (std::size_t i = 0; i < count_; i += Lanes<P>::kCount) of.addCorner(at(i));
-    of.finish();
-    rectangle = endsOf(of);
+    const auto points = [this](std::size_t i) -> Vectors<P> { return at(i); };
+    of.enclose(count_, points);
+    of.encloseCorners(count_, points);
+    rectangle = Float4{of.low[0][0], of.low[1][0], of.high[0][0], of.high[1][0]};
     sphere = Float4{of.middle[0], of.radius[0], 0, 0};
-    box = ends4(range_.low.x, range_.low.y, range_.high.x, range_.high.y);
+    const Float4 ends =
+        Lanes<P>::largest(-range_.low.x, -range_.low.y, range_.high.x, range_.high.y);
+    box = Float4{-ends[0], -ends[1], ends[2], ends[3]};
   }
 
   Float4 rectangle;  ///< of a SlabRectangle: low x, low y, high x, high y
@@ -115,15 +119,6 @@ class PointExtents {
   ADAPTIVE_BVH_INLINE static Vectors<P> broadcast(const Vectors<P>& v, int lane) {
     return {filled(v.x[lane]), filled(v.y[lane]), filled(v.z[lane])};
   }
-  ADAPTIVE_BVH_INLINE static Float4 ends4(const P& low_x, const P& low_y, const P& high_x,
-                                          const P& high_y) {
-    const Float4 far = Lanes<P>::largest(-low_x, -low_y, high_x, high_y);
-    return Float4{-far[0], -far[1], far[2], far[3]};
-  }
-  ADAPTIVE_BVH_INLINE static Float4 endsOf(const SlabRectangle<P>& of) {
-    return ends4(of.low[0], of.low[1], of.high[0], of.high[1]);
-  }
-
   template <typename Index>
   ADAPTIVE_BVH_INLINE void add(const PointSet& set, Index&& index) {
     const auto load = [&](std::size_t i) -> Float4 {
@@ -174,8 +169,7 @@ struct FitKernels {
 
   /// Frames that turn as the nodes' vertices do: each spanned by three of them, far apart; where
   /// these lie nearly on a line, by two of them and a triangle.
-  template <typename S>
-  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup<S>& group) {
+  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup& group) {
     using vectors::difference;
     using vectors::dot;
     const auto corners = [&](int corner, auto&& leaf) -> Vectors<P> {
@@ -191,7 +185,7 @@ struct FitKernels {
     Vectors<P> aside = difference(by, from);
     const Vectors<P> normal = vectors::cross(along, aside);
     const auto is_plane = dot(normal, normal) > 0.02f * dot(along, along) * dot(aside, aside);
-    if (packs::bits(is_plane) != (1u << kLanes) - 1) {
+    if (!packs::inEach(is_plane)) {
       const Vectors<P> other =
           vectors::cross(difference(corners(0, middle), by), difference(corners(2, middle), by));
       aside = vectors::select(is_plane, aside, other);
@@ -199,18 +193,16 @@ struct FitKernels {
     return axesAlong(along, aside);
   }
 
-  template <typename S>
-  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup<S>& group) {
+  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup& group) {
     P q[4];
     Lanes<P>::gather4([&](int i) -> Float4 { return group.kept[i]->rotation.quaternion(); }, q);
     return nodeFrames(source, group) * rotations<P>(q[0], q[1], q[2], q[3]);
   }
 
   /// Along given axes, lane by lane.
-  template <typename S>
   ADAPTIVE_BVH_INLINE static BodyVolumes<P> volumesAlong(const Axes<P>& axes,
                                                          const FitSource& source,
-                                                         const FitGroup<S>& group) {
+                                                         const FitGroup& group) {
     Float4 first[kLanes], rectangles[kLanes], spheres[kLanes], boxes[kLanes];
     for (int i = 0; i < kLanes; ++i) {
       if (i >= group.count) {
@@ -255,28 +247,23 @@ struct FitKernels {
             {box[2], box[3]}};
   }
 
-  template <typename S, bool kWithBox>
-  static double triangles(const FitSource& source, const FitGroup<S>& group, float*) {
+  static void triangles(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 { return source.at(group.leaves[i]->slot(k)); });
     };
-    return writeVolumes<kWithBox>(triangleVolumes(corners(0), corners(1), corners(2)), source.model,
-                                  group.to, group.count);
+    put(triangleVolumes(corners(0), corners(1), corners(2)), to);
   }
 
-  template <typename S, bool kWithBox>
-  static double quads(const FitSource& source, const FitGroup<S>& group, float*) {
+  static void quads(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 {
         return source.at(group.leaves[i]->block + group.kept[i]->quad[k]);
       });
     };
-    return writeVolumes<kWithBox>(quadVolumes(corners(0), corners(1), corners(2), corners(3)),
-                                  source.model, group.to, group.count);
+    put(quadVolumes(corners(0), corners(1), corners(2), corners(3)), to);
   }
 
-  template <typename S, bool kWithBox>
-  static double patches(const FitSource& source, const FitGroup<S>& group, float* areas) {
+  static void patches(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
     constexpr int kBlock = 64;
     std::uint8_t offsets[kLanes][kBlock];
     int counts[kLanes], most = 0;
@@ -296,26 +283,31 @@ struct FitKernels {
     along[0] = {P{}, P{}, P{}};
     for (int k = 1; k < most; ++k)
       along[k] = axes.components(vectors::difference(points(k), first));
-    return finish<S, kWithBox>(volumesAround(axes, first, along, most), source, group, areas);
+    put(volumesAround(axes, first, along, most), to);
+  }
+
+  static void others(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
+    put(volumesAlong(keptAxes(source, group), source, group), to);
   }
 
   template <typename S, bool kWithBox>
-  static double others(const FitSource& source, const FitGroup<S>& group, float* areas) {
-    return finish<S, kWithBox>(volumesAlong(keptAxes(source, group), source, group), source, group,
-                               areas);
+  static double write(const FittedVolumes& from, const ModelCoordinates& in, S* const* to,
+                      int count, float* areas) {
+    BodyVolumes<P> volumes;
+    __builtin_memcpy(&volumes, from.bytes, sizeof(volumes));
+    const P area = volumes.area();
+    __builtin_memcpy(areas, &area, sizeof(area));
+    return writeVolumes<kWithBox>(volumes, in, to, count);
   }
 
   template <typename S, bool kWithBox>
-  static constexpr FitFunctions<S> kFunctions = {kLanes, triangles<S, kWithBox>, quads<S, kWithBox>,
-                                                 patches<S, kWithBox>, others<S, kWithBox>};
+  static constexpr FitFunctions<S> kFunctions = {kLanes,  triangles, quads,
+                                                 patches, others,    write<S, kWithBox>};
 
  private:
-  template <typename S, bool kWithBox>
-  ADAPTIVE_BVH_INLINE static double finish(const BodyVolumes<P>& volumes, const FitSource& source,
-                                           const FitGroup<S>& group, float* areas) {
-    const P area = volumes.area();
-    __builtin_memcpy(areas, &area, sizeof(P));
-    return writeVolumes<kWithBox>(volumes, source.model, group.to, group.count);
+  ADAPTIVE_BVH_INLINE static void put(const BodyVolumes<P>& volumes, FittedVolumes& to) {
+    static_assert(sizeof(volumes) <= sizeof(to.bytes), "room for all lanes");
+    __builtin_memcpy(to.bytes, &volumes, sizeof(volumes));
   }
 };
 

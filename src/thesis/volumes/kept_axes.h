@@ -2,14 +2,37 @@
 
 #include <cstdint>
 
+#include <type_traits>
+#include <utility>
+
 #include "base/vectors.h"
 
 // Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
 
 namespace adaptive_bvh {
 
-/// The axes of frames in single precision, orthonormal and right-handed: as many as there are
-/// numbers in a pack.
+namespace packs {
+
+/// The type of the numbers in a pack of any size.
+template <typename P>
+using Number = std::remove_reference_t<decltype(std::declval<P&>()[0])>;
+
+/// Whether a comparison holds in any lane, or in each, of a pack of any size.
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool inAny(const Mask& mask) {
+  if constexpr (sizeof(mask[0]) == 4)
+    return bits(mask) != 0;
+  else
+    return any(mask);
+}
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool inEach(const Mask& mask) {
+  return !inAny(~mask);
+}
+
+}  // namespace packs
+
+/// The axes of frames, orthonormal and right-handed: as many as there are numbers in a pack.
 template <typename P>
 struct Axes {
   Vectors<P> x, y, z;
@@ -59,26 +82,28 @@ ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
 }
 
 /// Right-handed axes, the first along a, the third orthogonal to a and b; any where a and b leave
-/// the choice open. Orthonormal up to 27 * 2^-24, also where a and b are nearly parallel: the
-/// product of these is then off, and with it the length of the second axis. docs/bounds.md, 11.
+/// the choice open. Orthonormal up to 28 units of roundoff, also where a and b are nearly parallel:
+/// the product of these is then off, and with it the length of the second axis. docs/bounds.md, 11.
 template <typename P>
 ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) {
-  constexpr float kTiny = 1e-30f, kNoise = 0.005f;
+  // Squares above kTiny have lost no digits to underflow.
+  using Number = packs::Number<P>;
+  constexpr Number kTiny = static_cast<Number>(sizeof(Number) == 4 ? 1e-36 : 1e-300);
+  constexpr Number kNoise = Number(0.005f);
   const P one = packs::filled<P>(1), none{};
-  const Vectors<P> normal = vectors::cross(a, b);
-  const P squares = vectors::dot(a, a), squares_of_normal = vectors::dot(normal, normal);
+  const P squares = vectors::dot(a, a);
   const auto is_vector = squares > kTiny;
   Axes<P> axes;
   axes.x = vectors::select(is_vector, vectors::scaled<P>(a, one / packs::squareRoot(squares)),
                            Vectors<P>{one, none, none});
+  const Vectors<P> normal = vectors::cross(axes.x, b);
+  const P squares_of_normal = vectors::dot(normal, normal);
   axes.y = vectors::cross(vectors::scaled<P>(normal, one / packs::squareRoot(squares_of_normal)),
                           axes.x);
-  const P excess = vectors::dot(axes.y, axes.y) - 1;
-  const auto is_plane = is_vector & (squares_of_normal > kTiny) & (excess > -kNoise);
-  axes.y = vectors::scaled<P>(axes.y, 1 - excess * (0.5f - 0.375f * excess));
-  constexpr unsigned kAll = (1u << sizeof(P) / sizeof(float)) - 1;
-  if (packs::bits(is_plane) != kAll)
-    axes.y = vectors::select(is_plane, axes.y, anyOrthogonal(axes.x));
+  const P squares_of_y = vectors::dot(axes.y, axes.y);
+  const auto is_plane = (squares_of_normal > kTiny) & (squares_of_y > 1 - kNoise);
+  axes.y = vectors::scaled<P>(axes.y, one / packs::squareRoot(squares_of_y));
+  if (!packs::inEach(is_plane)) axes.y = vectors::select(is_plane, axes.y, anyOrthogonal(axes.x));
   axes.z = vectors::cross(axes.x, axes.y);
   return axes;
 }

@@ -1,59 +1,58 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include <fcl/common/types.h>
-
 #include "base/rounding.h"
-#include "thesis/volumes/swept_rectangle.h"
+#include "thesis/volumes/body_volumes.h"
+#include "thesis/volumes/point_arrays.h"
 
 namespace adaptive_bvh {
 
-/// The frame of a fit. Errors here cost tightness, never containment.
+/// What a fit of many points decides: axes, and along given axes a rectangle with a sphere.
+/// Rounding errors here cost tightness, never containment: a volume in the model's numbers measures
+/// its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
 
-/// A right-handed orthonormal frame whose first axis lies along a and whose second lies in the
-/// plane of a and b. Any frame where a or b leaves the choice open.
+template <>
+struct Lanes<Pack<double>> {
+  static constexpr int kCount = 2;
+
+  /// The largest of each.
+  struct Four {
+    double of[4];
+    double operator[](int k) const { return of[k]; }
+  };
+  ADAPTIVE_BVH_INLINE static Four largest(const Pack<double>& a, const Pack<double>& b,
+                                          const Pack<double>& c, const Pack<double>& d) {
+    return {packs::largest(a), packs::largest(b), packs::largest(c), packs::largest(d)};
+  }
+};
+
+/// A vector in every lane.
 template <typename S>
-fcl::Matrix3<S> frameAlong(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b) {
-  using Point = fcl::Vector3<S>;
-  // Squares above this have lost no digits to underflow.
-  const S tiny = std::numeric_limits<S>::min();
-  const S a_squared = a.squaredNorm();
-  const Point x = a_squared > tiny ? Point(a * (1 / std::sqrt(a_squared))) : Point::UnitX();
-
-  Point y = b - x * x.dot(b);
-  // What is left of b must stand clear of its rounding error, or its direction is noise.
-  constexpr S kNoise = 256 * rounding::epsilon<S>() * rounding::epsilon<S>();
-  const S rest = y.squaredNorm();
-  if (!(rest > kNoise * b.squaredNorm() && rest > tiny)) y = x.unitOrthogonal();
-  y -= x * x.dot(y);  // once more: the first difference may have cancelled
-  y *= 1 / y.norm();
-
-  fcl::Matrix3<S> frame;
-  frame << x, y, x.cross(y);
-  return frame;
+Vectors<Pack<S>> inAllLanes(const fcl::Vector3<S>& v) {
+  return {packs::all<S>(v[0]), packs::all<S>(v[1]), packs::all<S>(v[2])};
 }
 
 /// Divided by the number of points and by their largest variance along an axis of coordinates.
 /// Moments are taken about one of the points, so that a far-off mesh loses no digits.
 template <typename S>
 fcl::Matrix3<S> scaledCovariance(const PointArrays<S>& points) {
-  const fcl::Vector3<S> first = points[0];
+  const Vectors<Pack<S>> first = points.first();
   Pack<S> x{}, y{}, z{}, xx{}, xy{}, xz{}, yy{}, yz{}, zz{};
-  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
-    const Pack<S> px = points.pack(0, i) - first[0], py = points.pack(1, i) - first[1],
-                  pz = points.pack(2, i) - first[2];
-    x += px;
-    y += py;
-    z += pz;
-    xx += px * px;
-    xy += px * py;
-    xz += px * pz;
-    yy += py * py;
-    yz += py * pz;
-    zz += pz * pz;
-  }
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+    const Vectors<Pack<S>> p = vectors::difference(at, first);
+    x += p.x;
+    y += p.y;
+    z += p.z;
+    xx += p.x * p.x;
+    xy += p.x * p.y;
+    xz += p.x * p.z;
+    yy += p.y * p.y;
+    yz += p.y * p.z;
+    zz += p.z * p.z;
+  });
   const S n = 1 / static_cast<S>(points.size());
   const S mx = packs::sum(x) * n, my = packs::sum(y) * n, mz = packs::sum(z) * n;
   const S cxx = packs::sum(xx) * n - mx * mx, cyy = packs::sum(yy) * n - my * my,
@@ -126,37 +125,110 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
 
 /// Principal axes, largest variance first.
 template <typename S>
-fcl::Matrix3<S> principalAxes(const PointArrays<S>& points) {
+Axes<Pack<S>> principalAxes(const PointArrays<S>& points) {
   const fcl::Matrix3<S> covariance = scaledCovariance(points);
   fcl::Vector3<S> first, second;
   principalDirections(covariance, first, second);
   // One step of power iteration mends what matters: of a flat set, the normal.
-  return frameAlong<S>(covariance * first, covariance * second);
+  return axesAlong(inAllLanes<S>(covariance * first), inAllLanes<S>(covariance * second));
 }
 
-/// What a fit decides: axes, and along given axes a rectangle with a sphere. Rounding errors here
-/// cost tightness, never containment: whoever fits measures the radius afterwards.
+/// A direction in the plane of the rectangle, of length 1.
+template <typename S>
+struct Direction {
+  S x = 1, y = 0;
+
+  /// By an angle with the given cosine and sine.
+  Direction turned(S cosine, S sine) const {
+    return {cosine * x - sine * y, sine * x + cosine * y};
+  }
+
+  /// The area of the rectangle with this direction around the points, in the plane.
+  S boundingArea(const PointArrays<S>& points) const {
+    Extent<S> along, across;
+    points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+      along.add(x * at.x + y * at.y);
+      across.add(x * at.y - y * at.x);
+    });
+    return along.length() * across.length();
+  }
+};
+
+template <typename S>
+struct LeastRectangle {
+  explicit LeastRectangle(const PointArrays<S>& around)
+      : points(around), area(direction.boundingArea(around)) {}
+
+  void attempt(const Direction<S>& d) {
+    const S a = d.boundingArea(points);
+    if (!(a < area)) return;
+    area = a;
+    direction = d;
+  }
+
+  const PointArrays<S>& points;
+  Direction<S> direction;
+  S area;
+};
+
+/// Principal axes say nothing about a square, and mislead about an L. The least rectangle has a
+/// side along two of the points: among four, that is found by trying all pairs. Among more, four
+/// directions are tried and the best one refined by halves of the angle between.
+template <typename S>
+Direction<S> bestDirection(const PointArrays<S>& points) {
+  LeastRectangle<S> least(points);
+  if (points.size() <= 4) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const fcl::Vector3<S> d = points[i] - points[j];
+        const S length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+        if (length > std::numeric_limits<S>::min()) least.attempt({d[0] / length, d[1] / length});
+      }
+    return least.direction;
+  }
+  constexpr S kCos45 = S(0.70710678118654752), kCos22 = S(0.92387953251128674),
+              kSin22 = S(0.38268343236508977), kCos11 = S(0.98078528040323043),
+              kSin11 = S(0.19509032201612825), kCos6 = S(0.99518472667219693),
+              kSin6 = S(0.098017140329560604);
+  least.attempt({kCos22, kSin22});
+  least.attempt({kCos45, kCos45});
+  least.attempt({kSin22, kCos22});
+  for (const auto& [cosine, sine] : {std::array<S, 2>{kCos11, kSin11}, {kCos6, kSin6}}) {
+    const Direction<S> middle = least.direction;
+    least.attempt(middle.turned(cosine, sine));
+    least.attempt(middle.turned(cosine, -sine));
+  }
+  return least.direction;
+}
 
 /// A choice of sides and sphere, with what they need around some points.
 template <typename S>
 struct Shape {
   Direction<S> side;
-  Slab<S> slab;
-  Rectangle<S> rectangle;
+  SlabRectangle<Pack<S>> slab;
   S area = std::numeric_limits<S>::infinity();
 };
 
-/// Keeps the better of a shape and the one with another slab. Returns the rectangle of the latter:
-/// without its corners when it is larger already, for these only add to the area.
+/// Keeps the better of a shape and the one with the sphere that spans [low, high]. Returns half the
+/// circumference of the latter's rectangle, without its corners, which only add to the area.
 template <typename S>
-Rectangle<S> attempt(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side,
-                     const Slab<S>& slab) {
-  Rectangle<S> rectangle = rectangleWithoutCorners(turned, slab);
-  if (!(rectangle.sweptArea(slab.radius) < best.area)) return rectangle;
-  growCorners(rectangle, turned, slab);
-  const S area = rectangle.sweptArea(slab.radius);
-  if (area < best.area) best = {side, slab, rectangle, area};
-  return rectangle;
+S attempt(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side, S low, S high) {
+  SlabRectangle<Pack<S>> slab(packs::all(low), packs::all(high));
+  slab.enclose(turned.size(), [&](std::size_t i) -> Vectors<Pack<S>> { return turned.at(i); });
+  const S sides = slab.side(0)[0] + slab.side(1)[0];
+  if (!(slab.area()[0] < best.area)) return sides;
+  slab.encloseCorners(turned.size(),
+                      [&](std::size_t i) -> Vectors<Pack<S>> { return turned.at(i); });
+  const S area = slab.area()[0];
+  if (area < best.area) best = {side, slab, area};
+  return sides;
+}
+
+template <typename S>
+Extent<S> heights(const PointArrays<S>& points) {
+  Extent<S> z;
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) { z.add(at.z); });
+  return z;
 }
 
 /// Keeps the best of the shapes with a given side, along which the points are turned. A sphere of
@@ -164,14 +236,14 @@ Rectangle<S> attempt(Shape<S>& best, const LocalPoints<S>& turned, const Directi
 /// lets the rectangle end far within the rim. Returns false for a set so flat that this cannot
 /// matter.
 template <typename S>
-bool improve(Shape<S>& best, const LocalPoints<S>& turned, const Direction<S>& side) {
-  const Interval<S> z = heights(turned);
-  const S middle = (z.low + z.high) / 2, half = z.length() / 2;
-  const Rectangle<S> least = attempt(best, turned, side, {middle, half});
-  const bool thick = half > S(0.1) * (least.x.length() + least.y.length());
-  if (thick)
-    for (S shift : {-half / 2, half / 2})
-      attempt(best, turned, side, {middle + shift, S(1.5) * half});
+bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side) {
+  const Extent<S> z = heights(turned);
+  const S sides = attempt(best, turned, side, z.low(), z.high()), thickness = z.length();
+  const bool thick = thickness > S(0.2) * sides;
+  if (thick) {
+    attempt(best, turned, side, z.low() - thickness / 2, z.high());
+    attempt(best, turned, side, z.low(), z.high() + thickness / 2);
+  }
   return thick;
 }
 
@@ -184,12 +256,19 @@ const PointArrays<S>& judges(const PointArrays<S>& points, PointArrays<S>& few) 
   return few;
 }
 
-/// The normal is the direction of least variance. Which sides suit it best is judged on a few
-/// points. `few` and `local` are work space.
+/// Work space of a fit.
 template <typename S>
-fcl::Matrix3<S> bestAxes(const PointArrays<S>& points, PointArrays<S>& few, PointArrays<S>& local) {
-  const fcl::Matrix3<S> axes = principalAxes(points);
-  local.assign(judges(points, few), axes);
+struct FitMemory {
+  PointArrays<S> few, local;
+};
+
+/// The normal is the direction of least variance. Which sides suit it best is judged on a few
+/// points.
+template <typename S>
+Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
+  PointArrays<S>& local = memory.local;
+  const Axes<Pack<S>> axes = principalAxes(points);
+  local.assign(judges(points, memory.few), axes);
   Shape<S> shape;
   const Direction<S> side = bestDirection(local);
   if (side.y == 0) return axes;
@@ -198,30 +277,27 @@ fcl::Matrix3<S> bestAxes(const PointArrays<S>& points, PointArrays<S>& few, Poin
     local.turn(side.x, -side.y);
     improve(shape, local, Direction<S>());
   }
-  const auto& [x, y] = shape.side;
-  fcl::Matrix3<S> turned;
-  turned << axes.col(0) * x + axes.col(1) * y, axes.col(1) * x - axes.col(0) * y, axes.col(2);
-  return turned;
+  return axes.turned(packs::all(shape.side.x), packs::all(shape.side.y));
 }
 
-/// The rectangle and the sphere along given axes; `local` becomes the points along them, about the
-/// first. The sphere is judged on a few points; then all are enclosed.
+/// The rectangle and the sphere along given axes, about the first point. The sphere is judged on a
+/// few points; then all are enclosed.
 template <typename S>
-Shape<S> shapeAlong(const fcl::Matrix3<S>& axes, const PointArrays<S>& points, PointArrays<S>& few,
-                    PointArrays<S>& local) {
+SlabRectangle<Pack<S>> shapeAlong(const Axes<Pack<S>>& axes, const PointArrays<S>& points,
+                                  FitMemory<S>& memory) {
+  PointArrays<S>& local = memory.local;
   Shape<S> shape;
-  const PointArrays<S>& deciding = judges(points, few);
+  const PointArrays<S>& deciding = judges(points, memory.few);
   local.assign(deciding, axes);
   improve(shape, local, Direction<S>());
-  if (&deciding == &points) return shape;
+  if (&deciding == &points) return shape.slab;
   local.assign(points, axes);
-  const Interval<S> z = heights(local);
-  Slab<S>& slab = shape.slab;
-  slab.radius = std::max({slab.radius, z.high - slab.middle, slab.middle - z.low});
-  shape.rectangle = rectangleWithoutCorners(local, slab);
-  growCorners(shape.rectangle, local, slab);
-  shape.area = shape.rectangle.sweptArea(slab.radius);
-  return shape;
+  const Extent<S> z = heights(local);
+  const S middle = shape.slab.middle[0],
+          radius = std::max({shape.slab.radius[0], z.high() - middle, middle - z.low()});
+  Shape<S> around_all;
+  attempt(around_all, local, Direction<S>(), middle - radius, middle + radius);
+  return around_all.slab;
 }
 
 }  // namespace adaptive_bvh

@@ -18,6 +18,12 @@ using Vector3 = fcl::Vector3<S>;
 template <typename S>
 using Matrix3 = fcl::Matrix3<S>;
 
+/// In every lane.
+template <typename S>
+Axes<Pack<S>> axesOf(const Matrix3<S>& axes) {
+  return {inAllLanes<S>(axes.col(0)), inAllLanes<S>(axes.col(1)), inAllLanes<S>(axes.col(2))};
+}
+
 /// The vector to p from a point of the rectangle, the nearest one up to rounding.
 template <typename S>
 fcl::Vector3<S> vectorFromRectangle(const fcl::RSS<S>& bv, const fcl::Vector3<S>& p) {
@@ -39,41 +45,45 @@ S radiusFor(const fcl::RSS<S>& bv, S squared) {
 /// the same bound on its error holds.
 template <typename S>
 S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points) {
-  const Matrix3<S>& a = bv.axis;
-  const Vector3<S>& to = bv.To;
+  const Axes<Pack<S>> axes = axesOf(bv.axis);
+  const Vectors<Pack<S>> to = inAllLanes<S>(bv.To);
+  const auto clamped = [](const Pack<S>& x, S length) -> Pack<S> {
+    return packs::lower(packs::upper(x, Pack<S>{}), packs::all(length));
+  };
   Pack<S> squared{};
-  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
-    Pack<S> v[3];
-    for (int k = 0; k < 3; ++k) v[k] = points.pack(k, i) - to[k];
-    Pack<S> along[2];
-    for (int j = 0; j < 2; ++j) {
-      const Pack<S> dot = a(0, j) * v[0] + a(1, j) * v[1] + a(2, j) * v[2];
-      along[j] = packs::lower(packs::upper(dot, Pack<S>{}), packs::all(bv.l[j]));
-    }
-    for (int k = 0; k < 3; ++k) v[k] = v[k] - a(k, 0) * along[0] - a(k, 1) * along[1];
-    squared = packs::upper(squared, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  }
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+    using vectors::difference;
+    using vectors::scaled;
+    const Vectors<Pack<S>> v = difference(at, to);
+    const Pack<S> x = clamped(vectors::dot(axes.x, v), bv.l[0]),
+                  y = clamped(vectors::dot(axes.y, v), bv.l[1]);
+    const Vectors<Pack<S>> w = difference(difference(v, scaled(axes.x, x)), scaled(axes.y, y));
+    squared = packs::upper(squared, vectors::dot(w, w));
+  });
   return packs::largest(squared);
 }
 
-/// One triangle: the rectangle on its longest edge, twice its area, the least any rectangle can do.
+/// The volume along axes, from `first`, of a rectangle in a plane; its radius is not set.
+template <typename S>
+fcl::RSS<S> rssOf(const BodyVolumes<Pack<S>>& of) {
+  const auto vector = [](const Vectors<Pack<S>>& v) -> Vector3<S> {
+    return {v.x[0], v.y[0], v.z[0]};
+  };
+  fcl::RSS<S> bv;
+  bv.axis << vector(of.axes.x), vector(of.axes.y), vector(of.axes.z);
+  bv.To = vector(of.corner);
+  bv.l[0] = of.sides[0][0];
+  bv.l[1] = of.sides[1][0];
+  return bv;
+}
+
+/// One triangle: see triangleVolumes.
 template <typename S>
 fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector3<S>& p2) {
-  const Vector3<S>* corner[3] = {&p0, &p1, &p2};
-  const S edge[3] = {(p1 - p0).squaredNorm(), (p2 - p1).squaredNorm(), (p0 - p2).squaredNorm()};
-  const int longest = static_cast<int>(std::max_element(edge, edge + 3) - edge);
-  const Vector3<S>& base = *corner[longest];
-  const Vector3<S> along = *corner[(longest + 1) % 3] - base;
-  const Vector3<S> apex = *corner[(longest + 2) % 3] - base;
-
-  fcl::RSS<S> bv;
-  bv.axis = frameAlong<S>(along, apex);
-  // The apex projects into the longest edge, but for rounding; `radiusFor` pays for that.
-  bv.To = base;
-  bv.l[0] = along.norm();
-  bv.l[1] = std::max(S(0), bv.axis.col(1).dot(apex));
+  fcl::RSS<S> bv =
+      rssOf<S>(triangleVolumes(inAllLanes<S>(p0), inAllLanes<S>(p1), inAllLanes<S>(p2)));
   S squared = 0;
-  for (const Vector3<S>* p : corner)
+  for (const Vector3<S>* p : {&p0, &p1, &p2})
     squared = std::max(squared, vectorFromRectangle(bv, *p).squaredNorm());
   bv.r = radiusFor(bv, squared);
   return bv;
@@ -136,15 +146,11 @@ void putLongerSideFirst(fcl::RSS<S>& bv) {
 /// The volume around points.
 template <typename S>
 fcl::RSS<S> fitRss(const PointArrays<S>& points) {
-  const Leased<std::array<PointArrays<S>, 2>> memory;
-  auto& [few, local] = *memory;
-  fcl::RSS<S> bv;
-  bv.axis = bestAxes(points, few, local);
-  const Shape<S> shape = shapeAlong(bv.axis, points, few, local);
-  const auto& [along, across] = shape.rectangle;
-  bv.To = points[0] + bv.axis * Vector3<S>(along.low, across.low, shape.slab.middle);
-  bv.l[0] = along.length();
-  bv.l[1] = across.length();
+  const Leased<FitMemory<S>> memory;
+  const Axes<Pack<S>> axes = bestAxes(points, *memory);
+  const SlabRectangle<Pack<S>> shape = shapeAlong(axes, points, *memory);
+  fcl::RSS<S> bv =
+      rssOf<S>({axes, points.first(), shape.low, shape.high, shape.middle, shape.radius, {}, {}});
   putLongerSideFirst(bv);
   bv.r = radiusFor(bv, squaredDistanceToRectangle(bv, points));
   return bv;
@@ -237,36 +243,32 @@ namespace {
 
 /// The middle of the box around points, along some axes.
 template <typename S>
-fcl::Vector3<S> middleAlong(const fcl::Matrix3<S>& axes, const PointArrays<S>& points) {
-  const fcl::Vector3<S> first = points[0];
-  Extent<S> along[3];
-  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
-    const Pack<S> x = points.pack(0, i) - first[0], y = points.pack(1, i) - first[1],
-                  z = points.pack(2, i) - first[2];
-    for (int k = 0; k < 3; ++k) along[k].add(axes(0, k) * x + axes(1, k) * y + axes(2, k) * z);
-  }
-  fcl::Vector3<S> middle;
-  for (int k = 0; k < 3; ++k) {
-    const Interval<S> interval = along[k].interval();
-    middle[k] = (interval.low + interval.high) / 2;
-  }
-  return first + axes * middle;
+Vector3<S> middleAlong(const Matrix3<S>& axes, const PointArrays<S>& points) {
+  const Axes<Pack<S>> along = axesOf(axes);
+  Extent<S> x, y, z;
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+    const Vectors<Pack<S>> c = along.components(vectors::difference(at, points.first()));
+    x.add(c.x);
+    y.add(c.y);
+    z.add(c.z);
+  });
+  return points[0] + axes * Vector3<S>(x.middle(), y.middle(), z.middle());
 }
 
 /// The largest |a (p - middle)| of points p, as computed, for each of three axes a.
 template <typename S>
-fcl::Vector3<S> farthestAlong(const fcl::Matrix3<S>& axes, const fcl::Vector3<S>& middle,
-                              const PointArrays<S>& points) {
-  Pack<S> far[3] = {};
-  for (std::size_t i = 0; i < points.size(); i += packs::kSize<S>) {
-    const Pack<S> x = points.pack(0, i) - middle[0], y = points.pack(1, i) - middle[1],
-                  z = points.pack(2, i) - middle[2];
-    for (int k = 0; k < 3; ++k) {
-      const Pack<S> t = axes(0, k) * x + axes(1, k) * y + axes(2, k) * z;
-      far[k] = packs::upper(far[k], packs::upper<Pack<S>>(t, -t));
-    }
-  }
-  return {packs::largest(far[0]), packs::largest(far[1]), packs::largest(far[2])};
+Vector3<S> farthestAlong(const Matrix3<S>& axes, const Vector3<S>& middle,
+                         const PointArrays<S>& points) {
+  const Axes<Pack<S>> along = axesOf(axes);
+  const Vectors<Pack<S>> from = inAllLanes<S>(middle);
+  Vectors<Pack<S>> far{};
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+    const Vectors<Pack<S>> c = along.components(vectors::difference(at, from));
+    far = {packs::upper(far.x, packs::absolute<Pack<S>>(c.x)),
+           packs::upper(far.y, packs::absolute<Pack<S>>(c.y)),
+           packs::upper(far.z, packs::absolute<Pack<S>>(c.z))};
+  });
+  return {packs::largest(far.x), packs::largest(far.y), packs::largest(far.z)};
 }
 
 /// The box with these axes around points. Like the radius of a fit, its extents are measured from
