@@ -149,7 +149,7 @@ typename BV::S BodyFit<BV>::finish() {
 }
 
 template <typename BV>
-void BodyFit<BV>::addTo(Group& group, int node, FitFunction fit) {
+void BodyFit<BV>::addTo(Group& group, int node, FitFunction<S> fit) {
   fcl::BVNode<BV>& fcl_node = target_.model.getBV(node);
   const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
   const LeafSlots* const leaves = topology_.slots.leafSlots() + first;
@@ -186,7 +186,7 @@ void BodyFit<BV>::makeRoom(std::size_t points) {
 
 /// Lanes that are left over are as the first.
 template <typename BV>
-void BodyFit<BV>::finish(Group& group, FitFunction fit) {
+void BodyFit<BV>::finish(Group& group, FitFunction<S> fit) {
   if (group.count == 0) return;
   for (int i = group.count; i < fits_.lanes; ++i) {
     group.leaves[i] = group.leaves[0];
@@ -194,11 +194,8 @@ void BodyFit<BV>::finish(Group& group, FitFunction fit) {
     group.kept[i] = group.kept[0];
     group.slots[i] = group.slots[0];
   }
-  FittedVolumes volumes;
   float areas[kMostLanes];
-  fit(source_, group, volumes);
-  largest_corner_sum_ = std::max(largest_corner_sum_,
-                                 fits_.write(volumes, source_.model, group.to, group.count, areas));
+  largest_corner_sum_ = std::max(largest_corner_sum_, fit(source_, group, areas));
   if (&group != &triangles_ && &group != &quads_)
     for (int i = 0; i < group.count; ++i)
       if (!(areas[i] <= limit_ * group.kept[i]->area)) renewAxes(group, i, areas[i]);
@@ -210,13 +207,14 @@ void BodyFit<BV>::finish(Group& group, FitFunction fit) {
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;
-  FitGroup alone;
+  FitGroup<S> alone;
   alone.count = 1;
   for (int i = 0; i < Kernels::kLanes; ++i) {
     alone.leaves[i] = group.leaves[lane];
     alone.triangles[i] = group.triangles[lane];
     alone.slots[i] = group.slots[lane];
     alone.end[i] = group.end[lane];
+    alone.to[i] = group.to[lane];
   }
   const Axes<Float4> anew = bestAxesOf(alone);
   const BodyVolumes<Float4> volumes = Kernels::volumesAlong(anew, source_, alone);
@@ -224,14 +222,13 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   KeptAxes* const kept = keptAxes(group.nodes[lane]);
   if (kept) kept->area = std::min(area, other);
   if (!(other < area)) return;
-  largest_corner_sum_ =
-      std::max(largest_corner_sum_,
-               writeVolumes<Volume<BV>::kHasBox>(volumes, source_.model, &group.to[lane], 1));
+  largest_corner_sum_ = std::max(
+      largest_corner_sum_, writeVolumes<Volume<BV>::kHasBox>(volumes, source_.model, alone.to, 1));
   if (kept) kept->rotation = packed(Kernels::nodeFrames(source_, alone).components(anew));
 }
 
 template <typename BV>
-Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup& of) const {
+Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup<S>& of) const {
   const Leased<AxisFitMemory> memory;
   PointArrays<float>& points = memory->points;
   points.clear();
@@ -264,7 +261,7 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
       kept.quad[k] = static_cast<std::uint8_t>(quad[k] - topology_.slots.block(first));
     if (kept.isQuad()) return;
   }
-  FitGroup alone;
+  FitGroup<S> alone;
   for (int i = 0; i < FitKernels<Float4>::kLanes; ++i) {
     alone.leaves[i] = topology_.slots.leafSlots() + first;
     alone.triangles[i] = fcl_node.num_primitives;

@@ -37,19 +37,18 @@ class BodyFit {
   void keepAxes(int node, const BV& bv);
 
  private:
-  struct Group : FitGroup {
+  struct Group : FitGroup<S> {
     int nodes[kMostLanes];
-    S* to[kMostLanes];  ///< the numbers of FCL's volume
   };
 
-  void addTo(Group& group, int node, FitFunction fit);
-  void finish(Group& group, FitFunction fit);
+  void addTo(Group& group, int node, FitFunction<S> fit);
+  void finish(Group& group, FitFunction<S> fit);
   /// The kept axes of an inner node whose shape does not define its axes, or null.
   KeptAxes* keptAxes(int node) const;
   void makeRoom(std::size_t points);
   /// New axes for a volume that has outgrown its present ones.
   void renewAxes(const Group& group, int lane, float area);
-  Axes<Float4> bestAxesOf(const FitGroup& of) const;
+  Axes<Float4> bestAxesOf(const FitGroup<S>& of) const;
 
   const UpdateTarget<BV> target_;
   const Topology& topology_;

@@ -183,9 +183,6 @@ struct BodyVolumes {
   ADAPTIVE_BVH_INLINE P area() const { return sweptArea(sides[0], sides[1], radius); }
 };
 
-/// How many numbers a lane has.
-constexpr int kNumbersOfBodyVolumes = sizeof(BodyVolumes<Float4>) / sizeof(Float4);
-
 /// The least and the largest of some points.
 template <typename P>
 struct PointRange {

@@ -24,6 +24,7 @@ struct VertexState {
 constexpr int kMostLanes = 8;
 
 /// Nodes of one kind, whose volumes are found at once. Lanes beyond `count` are as the first.
+template <typename S>
 struct FitGroup {
   int count = 0;
   const LeafSlots* leaves[kMostLanes];  ///< the first leaf of each node
@@ -31,6 +32,7 @@ struct FitGroup {
   std::uint64_t slots[kMostLanes];      ///< their vertices, as VertexSlots::Set::bits
   unsigned end[kMostLanes];             ///< of the slots, where no bit is set
   const KeptAxes* kept[kMostLanes];
+  S* to[kMostLanes];  ///< the numbers of FCL's volume
 };
 
 /// What they are found from.
@@ -43,26 +45,16 @@ struct FitSource {
   ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const { return packs::load(states[slot].position); }
 };
 
-/// The volumes of a group until they are written to FCL's: BodyVolumes of all lanes.
-struct FittedVolumes {
-  alignas(32) unsigned char bytes[kMostLanes * kNumbersOfBodyVolumes * sizeof(float)];
-};
-
-using FitFunction = void (*)(const FitSource&, const FitGroup&, FittedVolumes& to);
-
-/// Writes the volumes of the first `count` lanes to the numbers of FCL's, and their areas in body
-/// units. Returns the largest Volume::cornerSum.
+/// Returns the largest Volume::cornerSum; sets `areas`, in body units, where axes are kept.
 template <typename S>
-using WriteFunction = double (*)(const FittedVolumes&, const ModelCoordinates&, S* const* to,
-                                 int count, float* areas);
+using FitFunction = double (*)(const FitSource&, const FitGroup<S>&, float* areas);
 
 /// By kind: of one triangle each; of two with a common edge; along kept axes, within a block of
 /// slots; along kept axes, of many slots or of two frames.
 template <typename S>
 struct FitFunctions {
   int lanes;
-  FitFunction triangles, quads, patches, others;
-  WriteFunction<S> write;
+  FitFunction<S> triangles, quads, patches, others;
 };
 
 /// The fastest for this processor.
@@ -169,7 +161,8 @@ struct FitKernels {
 
   /// Frames that turn as the nodes' vertices do: each spanned by three of them, far apart; where
   /// these lie nearly on a line, by two of them and a triangle.
-  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup& group) {
+  template <typename S>
+  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup<S>& group) {
     using vectors::difference;
     using vectors::dot;
     const auto corners = [&](int corner, auto&& leaf) -> Vectors<P> {
@@ -193,16 +186,18 @@ struct FitKernels {
     return axesAlong(along, aside);
   }
 
-  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup& group) {
+  template <typename S>
+  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup<S>& group) {
     P q[4];
     Lanes<P>::gather4([&](int i) -> Float4 { return group.kept[i]->rotation.quaternion(); }, q);
     return nodeFrames(source, group) * rotations<P>(q[0], q[1], q[2], q[3]);
   }
 
   /// Along given axes, lane by lane.
+  template <typename S>
   ADAPTIVE_BVH_INLINE static BodyVolumes<P> volumesAlong(const Axes<P>& axes,
                                                          const FitSource& source,
-                                                         const FitGroup& group) {
+                                                         const FitGroup<S>& group) {
     Float4 first[kLanes], rectangles[kLanes], spheres[kLanes], boxes[kLanes];
     for (int i = 0; i < kLanes; ++i) {
       if (i >= group.count) {
@@ -247,23 +242,28 @@ struct FitKernels {
             {box[2], box[3]}};
   }
 
-  static void triangles(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
+  template <typename S, bool kWithBox>
+  static double triangles(const FitSource& source, const FitGroup<S>& group, float*) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 { return source.at(group.leaves[i]->slot(k)); });
     };
-    put(triangleVolumes(corners(0), corners(1), corners(2)), to);
+    return writeVolumes<kWithBox>(triangleVolumes(corners(0), corners(1), corners(2)), source.model,
+                                  group.to, group.count);
   }
 
-  static void quads(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
+  template <typename S, bool kWithBox>
+  static double quads(const FitSource& source, const FitGroup<S>& group, float*) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 {
         return source.at(group.leaves[i]->block + group.kept[i]->quad[k]);
       });
     };
-    put(quadVolumes(corners(0), corners(1), corners(2), corners(3)), to);
+    return writeVolumes<kWithBox>(quadVolumes(corners(0), corners(1), corners(2), corners(3)),
+                                  source.model, group.to, group.count);
   }
 
-  static void patches(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
+  template <typename S, bool kWithBox>
+  static double patches(const FitSource& source, const FitGroup<S>& group, float* areas) {
     constexpr int kBlock = 64;
     std::uint8_t offsets[kLanes][kBlock];
     int counts[kLanes], most = 0;
@@ -283,31 +283,26 @@ struct FitKernels {
     along[0] = {P{}, P{}, P{}};
     for (int k = 1; k < most; ++k)
       along[k] = axes.components(vectors::difference(points(k), first));
-    put(volumesAround(axes, first, along, most), to);
-  }
-
-  static void others(const FitSource& source, const FitGroup& group, FittedVolumes& to) {
-    put(volumesAlong(keptAxes(source, group), source, group), to);
+    return finish<S, kWithBox>(volumesAround(axes, first, along, most), source, group, areas);
   }
 
   template <typename S, bool kWithBox>
-  static double write(const FittedVolumes& from, const ModelCoordinates& in, S* const* to,
-                      int count, float* areas) {
-    BodyVolumes<P> volumes;
-    __builtin_memcpy(&volumes, from.bytes, sizeof(volumes));
-    const P area = volumes.area();
-    __builtin_memcpy(areas, &area, sizeof(area));
-    return writeVolumes<kWithBox>(volumes, in, to, count);
+  static double others(const FitSource& source, const FitGroup<S>& group, float* areas) {
+    return finish<S, kWithBox>(volumesAlong(keptAxes(source, group), source, group), source, group,
+                               areas);
   }
 
   template <typename S, bool kWithBox>
-  static constexpr FitFunctions<S> kFunctions = {kLanes,  triangles, quads,
-                                                 patches, others,    write<S, kWithBox>};
+  static constexpr FitFunctions<S> kFunctions = {kLanes, triangles<S, kWithBox>, quads<S, kWithBox>,
+                                                 patches<S, kWithBox>, others<S, kWithBox>};
 
  private:
-  ADAPTIVE_BVH_INLINE static void put(const BodyVolumes<P>& volumes, FittedVolumes& to) {
-    static_assert(sizeof(volumes) <= sizeof(to.bytes), "room for all lanes");
-    __builtin_memcpy(to.bytes, &volumes, sizeof(volumes));
+  template <typename S, bool kWithBox>
+  ADAPTIVE_BVH_INLINE static double finish(const BodyVolumes<P>& volumes, const FitSource& source,
+                                           const FitGroup<S>& group, float* areas) {
+    const P area = volumes.area();
+    __builtin_memcpy(areas, &area, sizeof(P));
+    return writeVolumes<kWithBox>(volumes, source.model, group.to, group.count);
   }
 };
 
