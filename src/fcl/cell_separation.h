@@ -6,7 +6,7 @@
 
 #include <fcl/math/bv/AABB.h>
 
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 // How far a volume or a triangle of a mesh lies from a cell of an octree, all in the octree's
 // coordinates. Two bodies are at least as far apart as their projections on any direction. Every

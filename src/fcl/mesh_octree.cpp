@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "fcl/octree_pair.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 

@@ -11,13 +11,13 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "base/rigid.h"
-#include "fcl/recording_node.h"
 #include "fcl/shape_geometry.h"
 #include "fcl/shape_results.h"
 #include "fcl/shape_search.h"
 #include "query/closed_surface.h"
 #include "query/placed_mesh.h"
-#include "volumes/volume.h"
+#include "thesis/recording_node.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {

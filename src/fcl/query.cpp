@@ -6,13 +6,13 @@
 
 #include "base/rigid.h"
 #include "fcl/mesh_pairs.h"
-#include "fcl/model_state.h"
 #include "query/close_triangles.h"
 #include "query/closed_surface.h"
 #include "query/contacts.h"
 #include "query/nearest_search.h"
 #include "query/placed_mesh.h"
 #include "query/single_precision.h"
+#include "thesis/model_state.h"
 
 namespace adaptive_bvh {
 namespace {
