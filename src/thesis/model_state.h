@@ -89,16 +89,53 @@ class StepBuffer {
 
 /// All that a model holds beyond FCL's.
 template <typename BV>
-struct AdaptiveBVHModel<BV>::State {
+struct ModelState {
+  using S = typename BV::S;
+
   RefitPolicy policy;
   AdaptiveTree<BV> tree;
   UpdateState<BV> update;
   StepBuffer<S> buffer;
   UpdateReport report;
   std::optional<DeformableMesh<S>> mesh;  ///< made by the first call of `mesh`
-  int mesh_adoption = 0;     ///< AdaptiveTree::adoptions when it was built: else it is out of date
-  std::vector<Point> moved;  ///< of the last step of some vertices, for the mesh
+  int mesh_adoption = 0;                  ///< AdaptiveTree::adoptions when it was built
+  std::vector<fcl::Vector3<S>> moved;     ///< of the last step of some vertices, for the mesh
+
+  bool meshIsCurrent() const { return mesh && mesh_adoption == tree.adoptions; }
 };
+
+template <typename BV>
+struct AdaptiveBVHModel<BV>::State : ModelState<BV> {};
+
+// Steps of a whole model: FCL's part of it, what is kept beside, and the mesh of
+// AdaptiveBVHModel::mesh if there is one.
+
+/// A step of all vertices, or of some, and of the mesh. Returns false where a position cannot be
+/// used. Then, and when it throws std::bad_alloc, nothing has changed: all that the mesh needs is
+/// allocated before the model takes the step.
+template <typename BV>
+bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
+
+/// \name New positions by FCL's calls: `replace...` and `update...`
+/// \{
+template <typename BV>
+int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind);
+template <typename BV>
+int addPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
+                 const fcl::Vector3<typename BV::S>* positions, std::size_t count);
+/// A step, or, without `refit`, a new tree, as FCL builds it.
+template <typename BV>
+int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind, bool refit);
+/// \}
+
+/// Takes over a model of FCL's that it has just built, and begins at its tree. Its volumes are
+/// sound when our fitter made them. Throws std::bad_alloc; the model then is what it was.
+template <typename BV>
+void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHModel<BV>& built);
+
+/// Builds the mesh, in the object that there is if there is one.
+template <typename BV>
+void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state);
 
 namespace detail {
 

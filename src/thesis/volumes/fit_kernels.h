@@ -83,10 +83,16 @@ class PointExtents {
         work_{work[0], work[1], work[2]} {}
 
   ADAPTIVE_BVH_INLINE void add(const PointSet& set) {
-    if (set.offsets)
-      add(set, [&](std::size_t i) -> std::size_t { return set.offsets[i]; });
-    else
-      add(set, [](std::size_t i) -> std::size_t { return i; });
+    const auto load = [&](std::size_t i) -> Float4 {
+      return packs::load(set.base + set.stride * (set.offsets ? set.offsets[i] : i));
+    };
+    std::size_t i = 0;
+    for (; i + Lanes<P>::kCount <= set.count; i += Lanes<P>::kCount)
+      put(Lanes<P>::gather([&](std::size_t k) -> Float4 { return load(i + k); }));
+    if (i < set.count)  // the last one again where there are no more
+      put(Lanes<P>::gather([&](std::size_t k) -> Float4 {
+        return load(i + k < set.count ? i + k : set.count - 1);
+      }));
   }
 
   ADAPTIVE_BVH_INLINE void finish() {
@@ -110,19 +116,6 @@ class PointExtents {
   ADAPTIVE_BVH_INLINE static P filled(float x) { return packs::filled<P>(x); }
   ADAPTIVE_BVH_INLINE static Vectors<P> broadcast(const Vectors<P>& v, int lane) {
     return {filled(v.x[lane]), filled(v.y[lane]), filled(v.z[lane])};
-  }
-  template <typename Index>
-  ADAPTIVE_BVH_INLINE void add(const PointSet& set, Index&& index) {
-    const auto load = [&](std::size_t i) -> Float4 {
-      return packs::load(set.base + set.stride * index(i));
-    };
-    std::size_t i = 0;
-    for (; i + Lanes<P>::kCount <= set.count; i += Lanes<P>::kCount)
-      put(Lanes<P>::gather([&](std::size_t k) -> Float4 { return load(i + k); }));
-    if (i < set.count)  // the last one again where there are no more
-      put(Lanes<P>::gather([&](std::size_t k) -> Float4 {
-        return load(i + k < set.count ? i + k : set.count - 1);
-      }));
   }
   ADAPTIVE_BVH_INLINE void put(const Vectors<P>& points) {
     const Vectors<P> along = axes_.components(vectors::difference(points, first_));

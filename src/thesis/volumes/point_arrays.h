@@ -8,9 +8,24 @@
 
 #include <fcl/common/types.h>
 
-#include "thesis/volumes/kept_axes.h"
+#include "thesis/volumes/body_volumes.h"
 
 namespace adaptive_bvh {
+
+template <>
+struct Lanes<Pack<double>> {
+  static constexpr int kCount = 2;
+
+  /// The largest of each.
+  struct Four {
+    double of[4];
+    double operator[](int k) const { return of[k]; }
+  };
+  ADAPTIVE_BVH_INLINE static Four largest(const Pack<double>& a, const Pack<double>& b,
+                                          const Pack<double>& c, const Pack<double>& d) {
+    return {packs::largest(a), packs::largest(b), packs::largest(c), packs::largest(d)};
+  }
+};
 
 /// Points as three arrays of numbers, for vector instructions. The last pack is filled up with
 /// copies of the first point: they change neither extents nor sums about that point. The arrays

@@ -14,21 +14,6 @@ namespace adaptive_bvh {
 /// Rounding errors here cost tightness, never containment: a volume in the model's numbers measures
 /// its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
 
-template <>
-struct Lanes<Pack<double>> {
-  static constexpr int kCount = 2;
-
-  /// The largest of each.
-  struct Four {
-    double of[4];
-    double operator[](int k) const { return of[k]; }
-  };
-  ADAPTIVE_BVH_INLINE static Four largest(const Pack<double>& a, const Pack<double>& b,
-                                          const Pack<double>& c, const Pack<double>& d) {
-    return {packs::largest(a), packs::largest(b), packs::largest(c), packs::largest(d)};
-  }
-};
-
 /// A vector in every lane.
 template <typename S>
 Vectors<Pack<S>> inAllLanes(const fcl::Vector3<S>& v) {

@@ -81,6 +81,13 @@ struct Volume<fcl::RSS<S_>> {
     return length > 0 ? length : std::max(bv.l[0], bv.l[1]);
   }
 
+  /// The vector to p from a point of the rectangle, the nearest one up to rounding.
+  static Point vectorFromRectangle(const BV& bv, const Point& p) {
+    const Point v = p - bv.To;
+    const S x = std::min(std::max(bv.axis.col(0).dot(v), S(0)), bv.l[0]);
+    const S y = std::min(std::max(bv.axis.col(1).dot(v), S(0)), bv.l[1]);
+    return v - bv.axis.col(0) * x - bv.axis.col(1) * y;
+  }
   /// Distance from p to the rectangle, as computed; off by at most `containmentError`.
   static S distanceToRectangle(const BV& bv, const Point& p);
 
