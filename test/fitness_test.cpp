@@ -1,5 +1,5 @@
 // The fitness tests of thesis 4.4 and the criteria of 4.5, by hand.
-#include "volumes/refit.h"
+#include "thesis/refit.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "support/brute_force.h"
 #include "support/meshes.h"
 #include "support/trees.h"
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 namespace adaptive_bvh_test {
 namespace hierarchy_test {

@@ -16,7 +16,7 @@
 #include "support/long_mode.h"
 #include "support/meshes.h"
 #include "support/test_volume.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh_test {
 namespace octree_test {

@@ -1,5 +1,5 @@
 // Thesis 4.2 and 4.3 by hand: displacements, leaf inflation, upward propagation, reset on refit.
-#include "volumes/displacement_propagation.h"
+#include "thesis/displacement_propagation.h"
 
 #include <gtest/gtest.h>
 

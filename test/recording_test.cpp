@@ -1,5 +1,5 @@
 // What a recording traversal leaves behind: visits (test B) and child gaps (test C), by hand.
-#include "fcl/recording_node.h"
+#include "thesis/recording_node.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The volume: fits contain their triangles in exact arithmetic, tightly, on any input.
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 #include <gtest/gtest.h>
 

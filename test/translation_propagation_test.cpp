@@ -1,15 +1,15 @@
 // Propagation::TranslationCompensated by hand: a part that moves as a whole does not grow, one that
 // is strained grows by its own strain, and the numbers kept beside the tree say so.
-#include "volumes/translation_propagation.h"
+#include "thesis/translation_propagation.h"
 
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
-#include "fcl/model_state.h"
 #include "support/brute_force.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
+#include "thesis/model_state.h"
 
 namespace adaptive_bvh_test {
 namespace translation_propagation_test {

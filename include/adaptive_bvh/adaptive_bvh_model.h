@@ -17,8 +17,6 @@
 
 namespace adaptive_bvh {
 
-enum class StepKind;
-
 namespace detail {
 template <typename BV>
 struct ModelAccess;
@@ -314,17 +312,10 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
 
   void clear();
   void repair() const;
-  void takeOverBuild(Base& built);
-  int addPositions(bool two_frames, const Point* positions, std::size_t count);
-  int endPositions(bool two_frames, bool refit);
-  int rebuild(bool two_frames);
-  bool step(StepKind kind, const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& take(const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& updateColumns(const Columns& positions);
   [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
   void requireBuilt();
-  bool meshIsCurrent() const;
-  void renewMesh();
 
   std::unique_ptr<State> state_;
 };

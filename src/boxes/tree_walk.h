@@ -52,7 +52,7 @@ class TreeWalk {
  public:
   explicit TreeWalk(const WideTree& tree) : tree_(tree), open_(tree.depth()) {}
 
-  /// Visits the nearest box first. keys(boxes) says of four boxes how near each is; boxes beyond
+  /// Visits the nearest box first. keys(node) says of its boxes how near each is; boxes beyond
   /// limit(), which may decrease, are left out. leaf(node, lanes, keys) is given the others of a
   /// leaf, a bit each, and returns whether the walk is over. Returns whether it was.
   template <typename Keys, typename Limit, typename Leaf>
@@ -63,7 +63,7 @@ class TreeWalk {
       const float most = limit();
       if (next.key > most) continue;
       const WideNode& node = tree_.nodes()[next.number];
-      const Float4 keys = keysOf(node.boxes);
+      const Float4 keys = keysOf(node);
       const unsigned lanes = lanesOf(node) & float4::bits(keys <= float4::all(most));
       if (!node.isLeaf())
         open_.push(node, lanes, keys);

@@ -19,7 +19,7 @@ class ShapeDistance {
 
   void run() {
     const double before = query_.result.min_distance;
-    search_.nearest(query_, [this](int triangle) { return take(triangle); });
+    search_.nearest(query_, nearest_.points, [this](int triangle) { return take(triangle); });
     if (query_.result.min_distance <= 0 && query_.request.enable_signed_distance)
       takeDepth(before > 0 ? -1 : -before);
   }
@@ -61,7 +61,7 @@ class ShapeDistance {
   const ShapeSearch& search_;
   const DistanceQuery<double>& query_;
   const double enough_;
-  static constexpr int kMany = 64, kShare = 128;
+  static constexpr int kMany = 64, kShare = 256;
   TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
   int tests_ = 0, next_check_;
 };

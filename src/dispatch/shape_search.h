@@ -5,9 +5,13 @@
 #include <limits>
 
 #include "base/frame_change.h"
+#include "base/leased.h"
+#include "base/rigid.h"
 #include "boxes/tree_walk.h"
 #include "dispatch/shape_triangles.h"
+#include "query/line_to_core.h"
 #include "query/placed_mesh.h"
+#include "query/point_search.h"
 
 namespace adaptive_bvh {
 
@@ -93,6 +97,8 @@ class MeshShapeSearch final : public ShapeSearch {
   MeshShapeSearch(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core)
       : ShapeSearch(QueryTriangles(mesh), shape),
         mesh_(mesh),
+        core_(core),
+        to_mesh_(mesh.tf, shape.tf),
         in_tree_(core, shape.tf, mesh.tree(), mesh.tf) {}
 
   /// In the order of the leaves.
@@ -105,23 +111,36 @@ class MeshShapeSearch final : public ShapeSearch {
             [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
   }
 
-  /// The nearest boxes first.
-  void nearest(const DistanceQuery<double>& query, const Test& test) const override {
+  /// The nearest boxes first; after many tests it looks along the line between the nearest points.
+  void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
+               const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
-    const auto squaredLimit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    float limit = squaredLimit();
-    TreeWalk(mesh_.tree())
-        .nearestFirst([&](const Boxes4& boxes) -> Float4 { return in_tree_.squaredGaps(boxes); },
-                      [&] { return limit; },
-                      [&](const WideNode& at, unsigned lanes, const Float4& gaps) {
-                        for (; lanes; lanes &= float4::bits(gaps <= float4::all(limit))) {
-                          const int lane = leastLane(gaps, lanes);
-                          lanes &= ~(1u << lane);
-                          if (test(triangleOf(at, lane))) return true;
-                          limit = squaredLimit();
-                        }
-                        return false;
-                      });
+    const auto keysOf = [&](const WideNode& node) -> Float4 {
+      return in_tree_.squaredGaps(node.boxes);
+    };
+    const auto limit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
+    int tests = 0, many = kManyTests + static_cast<int>(mesh_.tree().slots().used() / kPerTest);
+    bool is_over = false;
+    const auto testSome = [&](int triangle) {
+      is_over = test(triangle);
+      return is_over || ++tests >= many;
+    };
+    if (!walk(keysOf, limit, testSome) || is_over) return;
+    if (!core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
+      return (void)walk(keysOf, limit, test);
+    if (improve(query, points, test)) return;
+    const Leased<LineToCore> line;
+    const auto isNear = [&, most = float4::all(limit())](int node) -> unsigned {
+      return float4::bits(keysOf(mesh_.tree().nodes()[node]) <= most);
+    };
+    const auto keysAlong = [&](const WideNode& node) -> Float4 { return line->keys(node); };
+    const auto limitAlong = [&]() -> float {
+      return line->limitOf(triangles.rounding(points).below(limitOf(query)) + core_.radius);
+    };
+    do {
+      many *= 4;
+      look(isNear, points, *line);
+    } while (walk(keysAlong, limitAlong, testSome) && !is_over);
   }
 
   void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
@@ -136,6 +155,49 @@ class MeshShapeSearch final : public ShapeSearch {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
   }
+  /// The same with any keys of nodes; limit() is that of keys. Returns whether a test was true.
+  template <typename Keys, typename Limit, typename TestOfKeys>
+  bool walk(const Keys& keysOf, const Limit& limitOfKeys, const TestOfKeys& test) const {
+    float limit = limitOfKeys();
+    return TreeWalk(mesh_.tree())
+        .nearestFirst(
+            keysOf, [&] { return limit; },
+            [&](const WideNode& at, unsigned lanes, const Float4& keys) {
+              for (; lanes; lanes &= float4::bits(keys <= float4::all(limit))) {
+                const int lane = leastLane(keys, lanes);
+                lanes &= ~(1u << lane);
+                if (test(triangleOf(at, lane))) return true;
+                limit = limitOfKeys();
+              }
+              return false;
+            });
+  }
+  /// Goes from the nearest point of the shape, or from its farthest one toward the mesh, to the
+  /// nearest triangle, and on from there as long as that is nearer. Returns whether a test was
+  /// true.
+  bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
+               const Test& test) const {
+    PointSearch search(mesh_.mesh);
+    bool is_over = false;
+    const auto isNearer = [&](const fcl::Vector3d& x) {
+      const double before = limitOf(query);
+      PointSearch::Nearest nearest;
+      search.search(to_mesh_(x), nearest);
+      is_over = test(nearest.triangle);
+      return !is_over && limitOf(query) < before;
+    };
+    while (isNearer(points.second) ||
+           (!is_over && isNearer(triangles.shape().support(points.first - points.second)))) {
+    }
+    return is_over;
+  }
+  void look(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
+    const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
+    const fcl::Vector3d half = (core_.high - core_.low) / 2,
+                        middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
+    line.look(mesh_.mesh, near, {to_mesh_(middle), to_mesh * fcl::Matrix3d(half.asDiagonal())},
+              (to_mesh_.R * (points.second - points.first)).stableNormalized());
+  }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);
     for (; lanes; lanes &= lanes - 1)
@@ -147,7 +209,10 @@ class MeshShapeSearch final : public ShapeSearch {
   }
 
   const PlacedMesh& mesh_;
+  const ShapeCore core_;
+  const RelativePlacement to_mesh_;  ///< of the shape
   const ShapeInTree in_tree_;
+  static constexpr int kManyTests = 192, kPerTest = 128;  // positions read in the time of a test
 };
 
 /// Whether a mesh is at most so far from a shape. `core`: of the shape.

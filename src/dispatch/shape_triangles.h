@@ -74,16 +74,20 @@ class ShapeTriangles {
   /// triangle. No where that could hide a touch.
   bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
     constexpr double kNearly = 0.999;
-    const DistanceRounding rounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
-                                    4 * triangles_.largest_numbers);
-    if (!rounding.isClear(distance)) return false;
-    const double least = rounding.below(distance);
+    const DistanceRounding rounded = rounding(nearest);
+    if (!rounded.isClear(distance)) return false;
+    const double least = rounded.below(distance);
     const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
     const TrianglePoints<double> x = corners(triangle);
     const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
     const double cosine = normal.dot(line);
     return areApart(line, least) ||
            (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
+  }
+  /// Of the distances of all, where these are the nearest points of one and the shape.
+  DistanceRounding rounding(const PointPair<double>& nearest) const {
+    return DistanceRounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
+                            4 * triangles_.largest_numbers);
   }
   fcl::Vector3d inWorld(const fcl::Vector3d& x) const { return shape_tf_ * x; }
   fcl::Vector3d turnedToWorld(const fcl::Vector3d& direction) const {
@@ -128,8 +132,10 @@ class ShapeSearch {
   /// Calls test(triangle) for all that may touch the shape, until it returns true.
   virtual void touching(const Test& test) const = 0;
   /// Calls test(triangle) for all that may be nearer to the shape than query.result, the nearest
-  /// first, until it returns true. The test updates that result.
-  virtual void nearest(const DistanceQuery<double>& query, const Test& test) const = 0;
+  /// first, until it returns true. The test updates that result, and `points`, the nearest points
+  /// so far, in the shape's frame.
+  virtual void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
+                       const Test& test) const = 0;
   /// Box of the whole mesh, for FCL's approximate cost.
   virtual void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const = 0;
 

@@ -4,7 +4,7 @@
 
 #include "dispatch/octree_nodes.h"
 #include "fcl/model_pairs.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 

@@ -2,7 +2,7 @@
 #include "fcl/fcl_nodes.h"
 #include "fcl/model_pairs.h"
 #include "query/single_precision.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 

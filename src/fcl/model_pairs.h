@@ -1,15 +1,7 @@
 #pragma once
 
-#include <stdexcept>
-
-#include <fcl/geometry/bvh/BVH_model.h>
-
-#include "dispatch/shape_triangles.h"
-#include "mesh/mesh_view.h"
 #include "query/contacts.h"
-#include "query/placed_mesh.h"
-#include "solids/shape_solid.h"
-#include "volumes/traversal_statistics.h"
+#include "thesis/placed_model.h"
 
 namespace adaptive_bvh {
 
@@ -19,50 +11,6 @@ struct PlacedGeometry {
   const fcl::CollisionGeometry<S>* geometry;
   fcl::Transform3<S> tf;
 };
-
-/// A model of FCL's, or an adaptive one, of a query that FCL's traversal answers, and where it is.
-template <typename BV>
-struct PlacedModel {
-  using S = typename BV::S;
-
-  const fcl::BVHModel<BV>* model = nullptr;
-  TraversalStatistics* statistics = nullptr;  ///< null where the model is FCL's own
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-
-  PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
-  int numTriangles() const { return model->num_tris; }
-  QueryTriangles queryTriangles() const {
-    return {viewOf(*model), model->num_tris, tf.template cast<double>(),
-            model->aabb_center.template cast<double>(), static_cast<double>(model->aabb_radius)};
-  }
-};
-
-template <typename BV>
-PairStatistics statisticsOf(const PlacedModel<BV>& first, const PlacedModel<BV>& second) {
-  return {{first.statistics, second.statistics}};
-}
-template <typename BV>
-PairStatistics statisticsOf(const PlacedModel<BV>& model) {
-  return {{model.statistics, nullptr}};
-}
-
-/// Throws std::invalid_argument where a model cannot be queried: FCL crashes on one without
-/// triangles.
-template <typename BV>
-void requireTriangles(const fcl::BVHModel<BV>& model) {
-  if (model.getModelType() != fcl::BVH_MODEL_TRIANGLES || model.getNumBVs() == 0)
-    throw std::invalid_argument(
-        "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
-}
-
-/// Recorded queries of two meshes by FCL's traversal. Both must have triangles.
-template <typename BV>
-typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
-                                  const DistanceQuery<typename BV::S>& query);
-
-template <typename BV>
-std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
-                              const CollisionQuery<typename BV::S>& query);
 
 /// Recorded queries of a model and a shape, whose geometry decides about each triangle, by FCL's
 /// traversal. The model is the first object, as FCL orders the pair.

@@ -7,9 +7,9 @@
 #include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
 
 #include "dispatch/shape_triangles.h"
-#include "fcl/recording_node.h"
 #include "query/single_precision.h"
-#include "volumes/volume.h"
+#include "thesis/recording_node.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -97,7 +97,8 @@ class ModelShapeSearch final : public ShapeSearch {
     fcl::detail::collide(&node);
   }
 
-  void nearest(const DistanceQuery<double>& query, const Test& test) const override {
+  void nearest(const DistanceQuery<double>& query, const PointPair<double>&,
+               const Test& test) const override {
     if (!core_.isBounded()) return testAll(test);
     using Node = NearestNode<BV>;
     RecordingDistanceNode<Node, S> node(statisticsOf(model_));

@@ -7,9 +7,9 @@
 #include "dispatch/contained.h"
 #include "dispatch/pairs.h"
 #include "fcl/model_pairs.h"
-#include "fcl/model_state.h"
 #include "query/closed_surface.h"
 #include "query/single_precision.h"
+#include "thesis/model_state.h"
 
 namespace adaptive_bvh {
 namespace {

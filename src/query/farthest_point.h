@@ -17,11 +17,11 @@ inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* ve
   float most = std::numeric_limits<float>::lowest();
   int visited = 0;
   // The key of a box is minus how far it reaches.
-  const auto keysOf = [&](const Boxes4& boxes) -> Float4 {
+  const auto keysOf = [&](const WideNode& node) -> Float4 {
     ++visited;
     Float4 reach = float4::all(0);
     for (int k = 0; k < 3; ++k)
-      reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? boxes.high[k] : boxes.low[k]);
+      reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? node.boxes.high[k] : node.boxes.low[k]);
     return -reach;
   };
   TreeWalk(tree).nearestFirst(

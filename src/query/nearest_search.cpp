@@ -123,17 +123,30 @@ void NearestSearch::run() {
       setLimit();
       continue;  // perhaps that was all
     }
-    if (box_tests_ >= next_view_) tryBoxes();
-    if (box_tests_ >= next_check_ && check()) break;
-    if (box_tests_ >= next_alignment_) align();
-    if (box_tests_ >= next_hulls_ && tryHulls()) continue;
-    if (box_tests_ >= next_supports_ && direction_ != fcl::Vector3d::Zero()) {
-      trySupports();
-      continue;  // perhaps there is no pair left
-    }
+    if (box_tests_ >= next_stage_ && takeStage()) continue;
     const Pair pair = takeNext();
     if (pair.gap < limit2_) visit(pair);
   }
+}
+
+/// What pays after so many tests of boxes. Returns whether pairs may have been left out, perhaps
+/// all.
+bool NearestSearch::takeStage() {
+  const bool is_changed = takeStages();
+  next_stage_ = std::min({next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
+  return is_changed;
+}
+bool NearestSearch::takeStages() {
+  if (box_tests_ >= next_view_) tryBoxes();
+  if (box_tests_ >= next_check_ && check()) {
+    open_.clear();
+    return true;
+  }
+  if (box_tests_ >= next_alignment_) align();
+  if (box_tests_ >= next_hulls_ && tryHulls()) return true;
+  if (box_tests_ < next_supports_ || direction_ == fcl::Vector3d::Zero()) return false;
+  trySupports();
+  return true;
 }
 
 /// The nearest of the two nodes that were visited last; where these led to none, along a line the

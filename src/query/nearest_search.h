@@ -169,6 +169,8 @@ class NearestSearch {
   };
 
   void setLimit();
+  bool takeStage();
+  bool takeStages();
   Pair takeNext();
   void align();
   void lookAlong(const TriangleSeparation<double>::Line& line, double reach1, double reach2);
@@ -208,6 +210,7 @@ class NearestSearch {
   std::size_t heap_ = 0;   ///< so many of `open_`, along a line, are a heap
   long next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
+  long next_stage_ = 0;                    ///< the least of these
   static constexpr long kManyOf = 8;       ///< one of so many
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
   int turned_node_ = -1;                   ///< whose boxes these are

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <limits>
 
+#include "base/leased.h"
 #include "base/task_pool.h"
 #include "boxes/tree_walk.h"
 #include "boxes/wide_tree.h"
+#include "query/line_to_core.h"
 #include "query/pair_corners.h"
 #include "query/placed_mesh.h"
 #include "triangles/feature_distance.h"
@@ -32,7 +34,8 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
 /// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
 /// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
 /// single precision, and so are the triangles of a leaf. That excludes triangles that are certainly
-/// farther; the others are tested in double: docs/bounds.md, 16.
+/// farther; the others are tested in double: docs/bounds.md, 16. From far away, where many are as
+/// near up to single precision, it looks along the line from the point to the body instead.
 class PointSearch {
  public:
   struct Nearest {
@@ -52,13 +55,18 @@ class PointSearch {
   void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
     if (nearest.distance <= enough) return;
     setPoint(x, nearest.distance);
-    walk_.nearestFirst([&](const Boxes4& boxes) -> Float4 { return squaredGaps(boxes); },
-                       [&] { return limit_; },
-                       [&](const WideNode& leaf, unsigned lanes, const Float4&) {
-                         visitLeaf(leaf, lanes, x, nearest);
-                         return nearest.distance <= enough;
-                       });
+    const auto isOver = [&] { return nearest.distance <= enough; };
+    const bool is_stopped =
+        walk_.nearestFirst([&](const WideNode& node) -> Float4 { return squaredGaps(node.boxes); },
+                           [&] { return limit_; },
+                           [&](const WideNode& leaf, unsigned lanes, const Float4&) {
+                             visitLeaf(leaf, lanes, x, nearest);
+                             return isOver() || tests_ >= most_tests_;
+                           });
+    if (is_stopped && !isOver()) searchAlong(x, nearest, isOver);
   }
+  /// How many triangles the last search tested in double precision.
+  std::size_t triangleTests() const { return tests_; }
   /// Tries one triangle, as a first bound.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
     tryFace(x, mesh_.view().verticesOf(static_cast<unsigned>(triangle)), triangle, nearest);
@@ -127,6 +135,9 @@ class PointSearch {
       point_[k] = float4::all(static_cast<float>(std::max(-kFar, std::min(y[k], kFar))));
     if (!(size < kFar)) error_ = float4::all(std::numeric_limits<float>::max());
     setLimit(distance);
+    tests_ = 0;
+    most_tests_ = size < kSeenFromFar ? std::numeric_limits<std::size_t>::max()
+                                      : kManyTests + tree_.slots().used() / kPerTest;
   }
   void setLimit(double distance) { limit_ = squaredGapOf(distance * tree_.scale()); }
 
@@ -160,7 +171,30 @@ class PointSearch {
   ADAPTIVE_BVH_INLINE unsigned nearLanes(const Float4& bound) const {
     return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
   }
+  /// The rest of a search, after many tests.
+  template <typename IsOver>
+  void searchAlong(const fcl::Vector3d& x, Nearest& nearest, const IsOver& isOver) {
+    const Leased<LineToCore> line;
+    const auto near = [&](int node) -> unsigned {
+      return float4::bits(squaredGaps(tree_.nodes()[node].boxes) <= float4::all(limit_));
+    };
+    line->look(mesh_, near, {x}, (x - tree_.origin()).stableNormalized());
+    const auto limitOf = [&]() -> float {
+      return nearest.triangle < 0 ? std::numeric_limits<float>::max()
+                                  : line->limitOf(nearest.point);
+    };
+    float limit = limitOf();
+    walk_.nearestFirst(
+        [&](const WideNode& node) -> Float4 { return line->keys(node); }, [&] { return limit; },
+        [&](const WideNode& leaf, unsigned lanes, const Float4&) {
+          for (; lanes; lanes &= lanes - 1)
+            testTriangle(static_cast<unsigned>(leaf.first + __builtin_ctz(lanes)), x, nearest);
+          limit = limitOf();
+          return isOver();
+        });
+  }
   void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
+    ++tests_;
     const Int4& v = tree_.corners(place);
     const double before = nearest.distance;
     tryFace(x, {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])}, v[3], nearest);
@@ -169,6 +203,9 @@ class PointSearch {
 
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
+  static constexpr double kSeenFromFar = 32;      // sizes of the body
+  static constexpr std::size_t kManyTests = 256;  // of triangles
+  static constexpr std::size_t kPerTest = 32;     // positions that are read in the time of a test
   /// Distances of two triangles are off by less, together, in units of the tree.
   static constexpr double kRounding = 0x1p-45;
 
@@ -177,6 +214,7 @@ class PointSearch {
   TreeWalk walk_;
   Float4 point_[3], error_;
   float limit_ = 0;
+  std::size_t tests_ = 0, most_tests_ = 0;
   double rounding_ = 0;  ///< of the difference of two distances
 };
 

@@ -63,7 +63,7 @@ bool hasNearLeaf(const Body<S>& mesh, const WorldBox& box, double distance) {
   if (!in_tree.isPrecise()) return true;
   const float limit = in_tree.squaredLimit(distance);
   return TreeWalk(tree).nearestFirst(
-      [&](const Boxes4& boxes) -> Float4 { return in_tree.squaredGaps(boxes); },
+      [&](const WideNode& node) -> Float4 { return in_tree.squaredGaps(node.boxes); },
       [&] { return limit; }, [](const WideNode&, unsigned, const Float4&) { return true; });
 }
 

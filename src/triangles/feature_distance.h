@@ -123,12 +123,14 @@ class Face {
   }
   S squaredDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
-    on_face = corners_[0];
+    Point<S> from_best;  // from the corner of its side
     const auto take = [&](const FacePlace<S>& at, const Point<S>& from_corner) {
       const S square = (corners_[at.edge] - x + from_corner).squaredNorm();
-      if (!(square < best)) return;
+      constexpr S kSame = 16 * std::numeric_limits<S>::epsilon();
+      const bool is_tie = best - kSame * best <= square && square <= best + kSame * best;
+      if (is_tie ? !isNearer(x, at, from_corner, place, from_best) : !(square < best)) return;
       best = square;
-      on_face = corners_[at.edge] + from_corner;
+      from_best = from_corner;
       place = at;
     };
     // A corner counts as the begin of its side: as it is, without rounding.
@@ -139,15 +141,25 @@ class Face {
     // From so far away that a side is less than rounding.
     if (!(best < std::numeric_limits<S>::infinity())) take({0, 0, 0, false}, Point<S>::Zero());
     const Edge<S>& base = edges_[base_];
-    const Point<S> seen = x - corners_[base_];
-    const S along = base.coordinate(seen), share = base.across(seen).dot(height_) * inverse_height_,
+    const Point<S> from_base = x - corners_[base_];
+    const S along = base.coordinate(from_base),
+            share = base.across(from_base).dot(height_) * inverse_height_,
             other = along - share * apex_along_;  // barycentric, of the end of the base
     if (share > 0 && other >= 0 && share + other <= 1)
       take({base_, other, share, true}, along * base.along + share * height_);
+    on_face = corners_[place.edge] + from_best;
     return best;
   }
 
  private:
+  /// Which of two points of the face is nearer to x, by the plane between them: from far away their
+  /// distances may be the same number. Each is given by its place, and from the corner there.
+  bool isNearer(const Point<S>& x, const FacePlace<S>& one, const Point<S>& from_one,
+                const FacePlace<S>& other, const Point<S>& from_other) const {
+    const Point<S> seen = x - corners_[0], a = corners_[one.edge] - corners_[0] + from_one,
+                   b = corners_[other.edge] - corners_[0] + from_other;
+    return (a - b).dot((seen - a) + (seen - b)) > 0;
+  }
   /// `found`: what was found so far, which is right unless all corners are near x.
   S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
     if (on_face == x) return found;

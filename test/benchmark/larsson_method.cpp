@@ -8,7 +8,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/hierarchy.h"
 #include "fcl_support.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh_bench {
 namespace {

@@ -13,7 +13,7 @@
 #include "adaptive_bvh/query.h"
 #include "bodies.h"
 #include "scenarios.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace {
 

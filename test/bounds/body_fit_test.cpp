@@ -1,7 +1,7 @@
 // The refits from vertex states (BodyFit): every volume holds every vertex of its triangles, in
 // numbers that are finer than the model's; what is computed in single precision is covered by the
 // error terms of docs/bounds.md, 11.
-#include "volumes/body_fit.h"
+#include "thesis/body_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "volumes/translation_propagation.h"
+#include "thesis/translation_propagation.h"
 
 namespace adaptive_bvh_test {
 namespace body_fit_test {

@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "fcl/model_state.h"
 #include "query/rigid_motion.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "volumes/adaptive_tree.h"
-#include "volumes/vertex_states.h"
+#include "thesis/adaptive_tree.h"
+#include "thesis/model_state.h"
+#include "thesis/vertex_states.h"
 
 namespace adaptive_bvh_test {
 namespace motion_test {

@@ -6,9 +6,9 @@
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
-#include "volumes/adaptive_tree.h"
-#include "volumes/kept_axes.h"
-#include "volumes/volume.h"
+#include "thesis/adaptive_tree.h"
+#include "thesis/volumes/kept_axes.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh_test {
 namespace obbrss_test {

@@ -1,5 +1,5 @@
 // ScaledFrame: what is lost on the way to the coordinates of a step and back.
-#include "volumes/vertex_states.h"
+#include "thesis/vertex_states.h"
 
 #include <gtest/gtest.h>
 

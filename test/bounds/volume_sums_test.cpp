@@ -3,7 +3,7 @@
 
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh_test {
 namespace volume_sums_test {

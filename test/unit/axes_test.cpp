@@ -1,6 +1,6 @@
 // Axes in single precision: orthonormal as far as docs/bounds.md, 11 counts on, and turned as they
 // say. Against numbers that are finer.
-#include "volumes/kept_axes.h"
+#include "thesis/volumes/kept_axes.h"
 
 #include <gtest/gtest.h>
 

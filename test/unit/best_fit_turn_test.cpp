@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/random_geometry.h"
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 namespace adaptive_bvh_test {
 namespace best_fit_turn_test {

@@ -1,5 +1,5 @@
 // The change detector: which roots it knows, and that a thread which knows one sees the repair.
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 #include <gtest/gtest.h>
 

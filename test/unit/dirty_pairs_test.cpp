@@ -1,5 +1,5 @@
 // Dirty flags and the way from a vertex up the tree, judged by sets and by walking FCL's nodes.
-#include "volumes/vertex_leaf_map.h"
+#include "thesis/vertex_leaf_map.h"
 
 #include <gtest/gtest.h>
 

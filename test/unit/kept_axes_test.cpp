@@ -1,13 +1,13 @@
 // RefitPolicy::axes_tolerance: the axes of a volume are kept, turned with the node, until they suit
 // it no longer.
-#include "volumes/kept_axes.h"
+#include "thesis/volumes/kept_axes.h"
 
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
-#include "volumes/volume.h"
+#include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh_test {
 namespace kept_axes_test {

@@ -1,6 +1,6 @@
 // The post-order traversal, judged by recursion: a value is an expression that says how it came
 // about, so that a wrong order shows.
-#include "volumes/post_order.h"
+#include "thesis/post_order.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-// Which volumes the last update recomputed: volumes/adaptive_tree.h, and
+// Which volumes the last update recomputed: thesis/adaptive_tree.h, and
 // AdaptiveBVHModel::refittedNodes.
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 #include <gtest/gtest.h>
 

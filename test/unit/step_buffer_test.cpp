@@ -1,5 +1,5 @@
 // A step that is supplied call by call: FCL's return codes and build states, whatever the order.
-#include "fcl/model_state.h"
+#include "thesis/model_state.h"
 
 #include <gtest/gtest.h>
 

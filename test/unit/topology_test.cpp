@@ -1,11 +1,11 @@
 // Topology, against FCL's nodes and the vertices below them.
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 #include <gtest/gtest.h>
 
-#include "fcl/model_state.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
+#include "thesis/model_state.h"
 
 namespace adaptive_bvh_test {
 namespace topology_test {

@@ -1,6 +1,6 @@
 // What queries saw of a tree, against a plain record of it (recording_test.cpp has what FCL's
 // traversals leave, and threads).
-#include "volumes/traversal_statistics.h"
+#include "thesis/traversal_statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "support/long_mode.h"
 #include "support/meshes.h"
-#include "volumes/adaptive_tree.h"
+#include "thesis/adaptive_tree.h"
 
 namespace adaptive_bvh_test {
 namespace vertex_slots_test {

@@ -1,5 +1,5 @@
 // The states of vertices that the propagation reads, against ScaledFrame and the positions given.
-#include "volumes/vertex_states.h"
+#include "thesis/vertex_states.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,286 @@
+#include "adaptive_bvh/adaptive_bvh_model.h"
+
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "thesis/fcl_build.h"
+#include "thesis/fcl_model.h"
+#include "thesis/model_state.h"
+#include "thesis/position_errors.h"
+
+namespace adaptive_bvh {
+
+// ---- construction -------------------------------------------------------------------------------
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(const RefitPolicy& policy, HierarchyStrategy strategy)
+    : state_(std::make_unique<State>()) {
+  setRefitPolicy(policy);
+  this->bv_fitter = sharedFitter<BV>();
+  this->bv_splitter = sharedSplitter<BV>(strategy);
+}
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(HierarchyStrategy strategy)
+    : AdaptiveBVHModel(RefitPolicy(), strategy) {}
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(const AdaptiveBVHModel& other)
+    : Base((other.repair(), other)), state_(std::make_unique<State>(*other.state_)) {}
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(const Base& plain, const RefitPolicy& policy,
+                                       HierarchyStrategy strategy)
+    : Base(plain), state_(std::make_unique<State>()) {
+  setRefitPolicy(policy);
+  this->bv_fitter = sharedFitter<BV>();
+  this->bv_splitter = sharedSplitter<BV>(strategy);
+  if (isBuilt(*this)) computeLocalAABB();
+}
+
+template <typename BV>
+AdaptiveBVHModel<BV>::AdaptiveBVHModel(AdaptiveBVHModel&& other) noexcept : AdaptiveBVHModel() {
+  *this = std::move(other);
+}
+
+template <typename BV>
+AdaptiveBVHModel<BV>& AdaptiveBVHModel<BV>::operator=(AdaptiveBVHModel&& other) noexcept {
+  if (this == &other) return *this;
+  swapBases<BV>(*this, other);
+  state_.swap(other.state_);
+  other.clear();
+  return *this;
+}
+
+/// To the state of the default constructor. Allocates nothing.
+template <typename BV>
+void AdaptiveBVHModel<BV>::clear() {
+  Base empty(emptyBase<BV>());
+  empty.bv_fitter = sharedFitter<BV>();
+  empty.bv_splitter = sharedSplitter<BV>(HierarchyStrategy::BottomUp);
+  swapBases<BV>(*this, empty);
+  State& state = *state_;
+  state.~State();
+  new (&state) State();
+}
+
+template <typename BV>
+AdaptiveBVHModel<BV>::~AdaptiveBVHModel() = default;
+
+// ---- new positions in one call ------------------------------------------------------------------
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size_t count,
+                                               const unsigned* indices) {
+  if (!takeStep(*this, *state_, {StepKind::Replace, positions, count, indices}))
+    refuseCoordinate<S>(positions, indices);
+  return state_->report;
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::size_t count) {
+  requireBuilt();
+  if (count != static_cast<std::size_t>(this->num_vertices))
+    refuseUpdate(std::to_string(count) + " positions given for " +
+                 std::to_string(this->num_vertices) + " vertices");
+  if (positions == this->vertices)
+    refuseUpdate(
+        "the positions are the model's own vertices; keep the new ones in an array of their own");
+  return take(positions, count, nullptr);
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<Point>& positions) {
+  return update(positions.data(), positions.size());
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::updateColumns(const Columns& positions) {
+  static_assert(sizeof(Point) == 3 * sizeof(S), "a column is a point");
+  return update(reinterpret_cast<const Point*>(positions.data()),
+                static_cast<std::size_t>(positions.cols()));
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
+  refuseMatrix(rows, columns, this->num_vertices);
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const Point* positions,
+                                                 std::size_t count) {
+  requireBuilt();
+  for (std::size_t i = 0; i < count; ++i)
+    if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
+      refuseUpdate("index " + std::to_string(indices[i]) + " given for " +
+                   std::to_string(this->num_vertices) + " vertices");
+  static constexpr unsigned kNone = 0;  // no indices at all would mean every vertex
+  return take(positions, count, indices ? indices : &kNone);
+}
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<unsigned>& indices,
+                                                 const std::vector<Point>& positions) {
+  if (indices.size() != positions.size())
+    refuseUpdate(std::to_string(positions.size()) + " positions given for " +
+                 std::to_string(indices.size()) + " indices");
+  return update(indices.data(), positions.data(), indices.size());
+}
+
+/// A step that was begun by FCL's calls is abandoned.
+template <typename BV>
+void AdaptiveBVHModel<BV>::requireBuilt() {
+  state_->buffer.abandon(this->build_state);
+  if (!isBuilt(*this))
+    throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
+}
+
+// ---- the mesh of our queries --------------------------------------------------------------------
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::mesh() -> const DeformableMesh<S>& {
+  if (!isBuilt(*this) || this->num_tris == 0)
+    throw std::logic_error("AdaptiveBVHModel::mesh: the model is not built of triangles");
+  repair();
+  if (!state_->meshIsCurrent()) renewMesh(*this, *state_);
+  return *state_->mesh;
+}
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::mesh() const -> const DeformableMesh<S>& {
+  repair();
+  if (!state_->meshIsCurrent())
+    throw std::logic_error(
+        "AdaptiveBVHModel::mesh: the mesh of a const model was not made, or the model was changed "
+        "through a fcl::BVHModel since; call mesh() once on the model itself");
+  return *state_->mesh;
+}
+
+template <typename BV>
+bool AdaptiveBVHModel<BV>::hasMesh() const {
+  return state_->mesh.has_value();
+}
+
+// ---- hooks that FCL calls -----------------------------------------------------------------------
+
+/// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. The
+/// first call that reads it repairs it. That call is const for FCL; the repair only restores the
+/// invariant. Any number of threads may come here at once.
+template <typename BV>
+void AdaptiveBVHModel<BV>::repair() const {
+  repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
+}
+
+template <typename BV>
+fcl::NODE_TYPE AdaptiveBVHModel<BV>::getNodeType() const {
+  repair();
+  return this->getModelType() == fcl::BVH_MODEL_TRIANGLES ? Base::getNodeType() : fcl::BV_UNKNOWN;
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::computeLocalAABB() {
+  repair();
+  updateLocalBounds(*this);
+}
+
+// ---- looking in ---------------------------------------------------------------------------------
+
+template <typename BV>
+const UpdateReport& AdaptiveBVHModel<BV>::lastUpdate() const {
+  return state_->report;
+}
+
+template <typename BV>
+const RefitPolicy& AdaptiveBVHModel<BV>::refitPolicy() const {
+  return state_->policy;
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
+  policy.check();
+  const RefitPolicy before = state_->policy;
+  state_->policy = policy;
+  if (before.propagation == policy.propagation) return;
+  state_->update.setPropagation(policy.propagation);
+  state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
+  try {
+    repair();
+  } catch (const std::bad_alloc&) {
+    state_->policy = before;
+    state_->update.setPropagation(before.propagation);
+    throw;
+  }
+}
+
+template <typename BV>
+void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
+  if (threads < 1)
+    throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
+                                " threads; at least 1 is needed");
+  state_->update.threads = threads;
+  if (state_->mesh) state_->mesh->setUpdateThreads(threads);
+}
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::originalRadius(int node) const -> S {
+  repair();
+  const UpdateTarget<BV> target{const_cast<AdaptiveBVHModel&>(*this), state_->tree};
+  return std::visit([&](const auto& method) { return method.originalRadius(target, node); },
+                    state_->update.method);
+}
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::latestDisplacement(int triangle) const -> S {
+  repair();
+  const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
+  return method ? method->latestDisplacement(triangle) : 0;
+}
+
+template <typename BV>
+auto AdaptiveBVHModel<BV>::overallDisplacement(int triangle) const -> S {
+  repair();
+  const auto* method = std::get_if<DisplacementPropagation<BV>>(&state_->update.method);
+  return method ? method->overallDisplacement(triangle) : 0;
+}
+
+template <typename BV>
+QueryWork AdaptiveBVHModel<BV>::recordedWork() const {
+  return state_->tree.statistics.work();
+}
+
+template <typename BV>
+bool AdaptiveBVHModel<BV>::traversed(int node) const {
+  repair();
+  return state_->tree.statistics.visited(node);
+}
+
+template <typename BV>
+std::vector<int> AdaptiveBVHModel<BV>::refittedNodes() const {
+  repair();
+  return state_->tree.refits.marked();
+}
+
+template <typename BV>
+std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
+  const State& state = *state_;
+  return sizeof(State) + state.tree.bytes() + state.update.bytes() + state.buffer.bytes() +
+         state.moved.capacity() * sizeof(Point) +
+         (state.mesh ? state.mesh->bytes() - sizeof(*state.mesh) : 0);
+}
+
+template <typename BV>
+bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
+  if (state_->tree.detector.isInvalidated()) repair();  // an update ran out of memory
+  // Another thread's query may repair the tree meanwhile.
+  const std::lock_guard<std::mutex> lock(state_->tree.repairing);
+  if (!checkTree<BV>(*this, reason)) return false;
+  return !state_->meshIsCurrent() || state_->mesh->validate(reason);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class AdaptiveBVHModel<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

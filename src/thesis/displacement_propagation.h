@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "base/task_pool.h"
+#include "mesh/vertex_summary.h"
+#include "thesis/adaptive_tree.h"
+
+namespace adaptive_bvh {
+
+/// Propagation::Displacements: the error propagation of thesis 4.3. Inflates every volume so that
+/// it encloses its triangles at their new positions.
+///
+/// Leaf:  current = max(current, original + D_overall)     (step 3)
+///        or original + D_overall, where `leaf_radius_may_shrink`
+///        D_latest = latest displacement of its triangle   (step 4)
+/// Inner: D_latest = max of both children's
+///        current = current + D_latest                     (step 5)
+///
+/// Why it holds: let p be a corner of a triangle below the node and p' where it is now. A leaf's
+/// original volume held p at its reference position, |p' - p_reference| <= D_overall. An inner
+/// volume held p in the step before, |p' - p| <= D_latest. A volume is all points within its
+/// radius of its rectangle, so adding the displacement to the radius reaches p', and being convex,
+/// it then holds the whole triangle. Displacements and sums are rounded up (rounding.h).
+///
+/// Keeps what thesis 4.2 keeps, as arrays in FCL's orders. A node's current radius is the one in
+/// FCL's node. A primitive is a triangle, or a point in a point cloud. The functions are those of
+/// TranslationPropagation, where they are explained.
+template <typename BV>
+class DisplacementPropagation {
+ public:
+  using S = typename BV::S;
+  using Point = fcl::Vector3<S>;
+  static constexpr bool kTakesSomeVertices = false;
+  using Summary = VertexSummary<S>;
+
+  void reset(const UpdateTarget<BV>& target);
+  void start(const UpdateTarget<BV>& target, const BV& root);
+
+  struct Fit {
+    const UpdateTarget<BV> target;
+    void add(int node) const { target.volume(node) = target.fitted(node); }
+    static S finish() { return 0; }  // of Volume::cornerSum: this propagation does not need it
+  };
+  static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
+
+  void begin(const UpdateTarget<BV>&, const StepInput<S>&) {}
+  static int readSize(const UpdateTarget<BV>& target) { return target.model.num_vertices; }
+  VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
+                        int last);
+  void accept(const UpdateTarget<BV>&, const Summary&) {}
+  void discard() {}
+  static bool canFollow(S largest) { return std::isfinite(largest); }
+  PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
+                              TaskPool& pool);
+  static bool isInRange() { return true; }
+
+  S inflation(const UpdateTarget<BV>& target, int node) const {
+    return Volume<BV>::radius(target.volume(node)) - originalRadius(target, node);
+  }
+  S originalRadius(const UpdateTarget<BV>&, int node) const {
+    return original_radius_[static_cast<std::size_t>(node)];
+  }
+  void refitted(const UpdateTarget<BV>& target, int node);
+  static NodeRange nextTurn(const UpdateTarget<BV>&) { return {}; }
+
+  /// Largest displacement of a primitive's corners in the last step.
+  S latestDisplacement(int primitive) const { return latest_[static_cast<std::size_t>(primitive)]; }
+  /// Largest displacement of a primitive's corners since its leaf was last refitted.
+  S overallDisplacement(int primitive) const {
+    return overall_[static_cast<std::size_t>(primitive)];
+  }
+
+  std::size_t bytes() const;
+
+ private:
+  void measurePrimitives(const fcl::BVHModel<BV>& model);
+  void restartPrimitive(const MeshView<S>& mesh, unsigned primitive);
+
+  // Per node. FCL numbers children after their parent.
+  std::vector<S> original_radius_;  // radius when the node was last refitted
+
+  // Per primitive.
+  std::vector<S> latest_, overall_;
+  std::vector<std::array<Point, 3>> reference_;  // its corners when its leaf was last refitted
+
+  // Per vertex.
+  std::vector<S> vertex_motion_;  // displacement in the last step
+
+  std::vector<S> stack_;
+};
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class DisplacementPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,167 @@
+#include "thesis/fcl_build.h"
+
+#include <cstddef>
+#include <vector>
+
+#include <fcl/geometry/bvh/detail/BV_splitter.h>
+
+#include "hierarchy/bottom_up.h"
+#include "thesis/volumes/volume.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A tree in the form that FCL's recursion needs: it visits the nodes in preorder, left before
+/// right, and asks for every primitive of a node to which side it goes.
+struct Dictation {
+  static constexpr unsigned kLeaf = 0;
+
+  std::vector<unsigned> rank;  ///< by primitive: its place among the leaves, left to right
+  /// By node in preorder: the rank at which its right side begins; kLeaf for a leaf.
+  std::vector<unsigned> right_begin;
+
+  void assign(const OrderedTree& tree) {
+    rank.resize(tree.primitives.size());
+    for (std::size_t i = 0; i < rank.size(); ++i)
+      rank[tree.primitives[i]] = static_cast<unsigned>(i);
+    right_begin.clear();
+    right_begin.reserve(tree.nodes.size());
+    for (const OrderedTree::Node& node : tree.nodes)
+      right_begin.push_back(node.isLeaf() ? kLeaf
+                                          : tree.nodes[static_cast<std::size_t>(node.right)].first);
+  }
+
+  /// Keeps the memory of a small one for the next build.
+  void clear() {
+    constexpr std::size_t kSmall = 1024;
+    if (right_begin.capacity() > kSmall) *this = Dictation();
+    right_begin.clear();
+  }
+};
+
+template <typename BV>
+class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
+ public:
+  using S = typename BV::S;
+
+  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
+    Build& build = current();
+    build.clear();
+    build.mesh.vertices = vertices;
+    build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
+  }
+
+  /// FCL says how many primitives there are with the first node, the root. A leaf needs no rule.
+  void computeRule(const BV&, unsigned* primitives, int count) override {
+    Build& build = current();
+    if (build.nodes == 0 && count > 1)
+      build.dictation.assign(OrderedTree(buildBottomUp(build.mesh, static_cast<unsigned>(count))));
+    const std::size_t node = build.nodes++;
+    if (count == 1) return;
+    build.right_begin = build.dictation.right_begin[node];
+    build.next = primitives;
+  }
+
+  /// FCL asks for the primitives in the order of its array, of which it has then touched only what
+  /// lies before the one it asks for.
+  bool apply(const fcl::Vector3<S>&) const override {
+    Build& build = current();
+    return build.dictation.rank[*build.next++] >= build.right_begin;
+  }
+
+  void clear() override { current().clear(); }
+
+ private:
+  struct Build {
+    MeshView<S> mesh;
+    Dictation dictation;
+    std::size_t nodes = 0;           // visited
+    unsigned right_begin = 0;        // of the node at hand
+    const unsigned* next = nullptr;  // primitive
+
+    void clear() {
+      dictation.clear();
+      nodes = 0;
+    }
+  };
+
+  static Build& current() {
+    static thread_local Build build;
+    return build;
+  }
+};
+
+template <typename BV>
+class TopDownSplitter final : public fcl::detail::BVSplitterBase<BV> {
+ public:
+  using S = typename BV::S;
+
+  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
+    rule().set(vertices, triangles, type);
+  }
+  void computeRule(const BV& bv, unsigned* primitives, int count) override {
+    rule().computeRule(bv, primitives, count);
+  }
+  bool apply(const fcl::Vector3<S>& q) const override { return rule().apply(q); }
+  void clear() override { rule().clear(); }
+
+ private:
+  using Rule = fcl::detail::BVSplitter<BV>;
+  static Rule& rule() {
+    static thread_local Rule mean_split(fcl::detail::SPLIT_METHOD_MEAN);
+    return mean_split;
+  }
+};
+
+template <typename BV>
+class Fitter final : public fcl::detail::BVFitterBase<BV> {
+ public:
+  using S = typename BV::S;
+
+  void set(fcl::Vector3<S>* vertices, fcl::Triangle* triangles, fcl::BVHModelType type) override {
+    set(vertices, nullptr, triangles, type);
+  }
+
+  void set(fcl::Vector3<S>* vertices, fcl::Vector3<S>* previous, fcl::Triangle* triangles,
+           fcl::BVHModelType type) override {
+    mesh().vertices = vertices;
+    mesh().previous = previous;
+    mesh().triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
+  }
+
+  BV fit(unsigned int* primitives, int count) override {
+    return Volume<BV>::fit(mesh(), primitives, count);
+  }
+
+  void clear() override { mesh() = MeshView<S>(); }
+
+ private:
+  static MeshView<S>& mesh() {
+    static thread_local MeshView<S> view;
+    return view;
+  }
+};
+
+}  // namespace
+
+template <typename BV>
+std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy) {
+  static const auto bottom_up = std::make_shared<BottomUpSplitter<BV>>();
+  static const auto top_down = std::make_shared<TopDownSplitter<BV>>();
+  if (strategy == HierarchyStrategy::BottomUp) return bottom_up;
+  return top_down;
+}
+
+template <typename BV>
+std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter() {
+  static const auto fitter = std::make_shared<Fitter<BV>>();
+  return fitter;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                           \
+  template std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy); \
+  template std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

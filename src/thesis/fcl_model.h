@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <new>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+
+#include "mesh/vertex_summary.h"
+
+// What FCL's model lacks: a move, and codes in place of exceptions and of half a call.
+namespace adaptive_bvh {
+
+template <typename BV>
+bool isBegun(const fcl::BVHModel<BV>& model) {
+  return model.build_state == fcl::BVH_BUILD_STATE_BEGUN;
+}
+
+template <typename BV>
+bool isBuilt(const fcl::BVHModel<BV>& model) {
+  return model.build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
+         model.build_state == fcl::BVH_BUILD_STATE_UPDATED;
+}
+
+/// Every index of a triangle names a vertex, and every coordinate is finite and not too large.
+template <typename BV>
+bool isUsable(const fcl::BVHModel<BV>& model) {
+  const auto count = static_cast<std::size_t>(model.num_vertices);
+  for (int t = 0; t < model.num_tris; ++t)
+    for (int k = 0; k < 3; ++k)
+      if (model.tri_indices[t][k] >= count) return false;
+  return usablePositions<typename BV::S>(model.vertices, count);
+}
+
+/// Calls call(), which returns one of FCL's codes; that for no memory if there is none.
+template <typename Call>
+int codeOf(const Call& call) {
+  try {
+    return call();
+  } catch (const std::bad_alloc&) {
+    return fcl::BVH_ERR_MODEL_OUT_OF_MEMORY;
+  }
+}
+
+/// Calls add(), one of FCL's, on a model that is being built. All is added or nothing.
+template <typename BV, typename Add>
+int addTo(fcl::BVHModel<BV>& model, const Add& add) {
+  if (!isBegun(model)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
+  const int vertices = model.num_vertices, triangles = model.num_tris;
+  const int code = codeOf(add);
+  if (code == fcl::BVH_OK) return code;
+  model.num_vertices = vertices;
+  model.num_tris = triangles;
+  return code;
+}
+
+/// A copy of it allocates nothing.
+template <typename BV>
+const fcl::BVHModel<BV>& emptyBase() {
+  static const fcl::BVHModel<BV> empty;
+  return empty;
+}
+
+/// Exchanges all that FCL's part of two models holds. Allocates nothing. FCL's model has no move,
+/// but a shallow assignment.
+template <typename BV>
+void swapBases(fcl::BVHModel<BV>& a, fcl::BVHModel<BV>& b) {
+  fcl::BVHModel<BV> between(emptyBase<BV>());
+  between = a;
+  a = b;
+  b = between;
+  between = emptyBase<BV>();
+}
+
+}  // namespace adaptive_bvh

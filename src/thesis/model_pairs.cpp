@@ -1,0 +1,136 @@
+#include "thesis/placed_model.h"
+
+#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
+
+#include "mesh/mesh_view.h"
+#include "query/placed_mesh.h"
+#include "query/triangle_separation.h"
+#include "thesis/recording_node.h"
+#include "thesis/volumes/volume.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// FCL's traversal of two meshes with volumes of one type.
+template <typename BV>
+struct FclMeshCollision;
+template <typename S>
+struct FclMeshCollision<fcl::RSS<S>> {
+  using Node = fcl::detail::MeshCollisionTraversalNodeRSS<S>;
+};
+template <typename S>
+struct FclMeshCollision<fcl::OBBRSS<S>> {
+  using Node = fcl::detail::MeshCollisionTraversalNodeOBBRSS<S>;
+};
+
+/// That traversal, with a test of two triangles of our own (addContactsOf).
+template <typename BV>
+class MeshCollisionNode : public FclMeshCollision<BV>::Node {
+  using S = typename BV::S;
+  using Base = typename FclMeshCollision<BV>::Node;
+
+ public:
+  void initialize(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
+                  const CollisionQuery<S>& query) {
+    fcl::detail::initialize(static_cast<Base&>(*this), *first.model, first.tf, *second.model,
+                            second.tf, query.request, query.result);
+    to_first_ = RelativePlacement(first.tf, second.tf);
+    this->R = to_first_.R.template cast<S>();
+    this->T = to_first_.T.template cast<S>();
+  }
+
+  void leafTesting(int b1, int b2) const override {
+    addContactsOf<S, S>({this->model1, viewOf(*this->model1), this->tf1},
+                        {this->model2, viewOf(*this->model2), this->tf2}, to_first_,
+                        this->model1->getBV(b1).primitiveId(),
+                        this->model2->getBV(b2).primitiveId(), false, 2, this->request,
+                        *this->result);
+  }
+
+ private:
+  RelativePlacement to_first_;
+};
+
+/// FCL's traversal of two meshes with volumes of one type.
+template <typename BV>
+struct FclMeshDistance;
+template <typename S>
+struct FclMeshDistance<fcl::RSS<S>> {
+  using Node = fcl::detail::MeshDistanceTraversalNodeRSS<S>;
+};
+template <typename S>
+struct FclMeshDistance<fcl::OBBRSS<S>> {
+  using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSS<S>;
+};
+
+/// That traversal, with the distance of two triangles of our own.
+template <typename BV>
+class MeshDistanceNode : public FclMeshDistance<BV>::Node {
+  using S = typename BV::S;
+
+ public:
+  explicit MeshDistanceNode(const RelativePlacement& to_first) : to_first_(to_first) {}
+
+  /// FCL would start from its own distance of the first triangles.
+  void preprocess() override {}
+
+  void leafTesting(int b1, int b2) const override {
+    const int first = this->model1->getBV(b1).primitiveId(),
+              second = this->model2->getBV(b2).primitiveId();
+    const TriangleSeparation<S> triangles(this->model1->vertices, this->model2->vertices,
+                                          to_first_);
+    const TriangleGap gap =
+        triangles.gap(viewOf(*this->model1).verticesOf(static_cast<unsigned>(first)),
+                      viewOf(*this->model2).verticesOf(static_cast<unsigned>(second)));
+    this->result->update(distanceAs<S>(gap.distance), this->model1, this->model2, first, second,
+                         gap.points.first.template cast<S>(), gap.points.second.template cast<S>());
+  }
+
+ private:
+  const RelativePlacement to_first_;
+};
+
+}  // namespace
+
+template <typename BV>
+typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
+                                  const DistanceQuery<typename BV::S>& query) {
+  using S = typename BV::S;
+  if (query.isSatisfied()) return query.result.min_distance;
+  using Node = MeshDistanceNode<BV>;
+  // A separate result, because FCL transforms the points to the world at the end, including points
+  // that an older query of the same pair left in the result.
+  fcl::DistanceResult<S> found(query.result.min_distance);
+  RecordingDistanceNode<Node, S> node(statisticsOf(first, second),
+                                      RelativePlacement(first.tf, second.tf));
+  fcl::detail::initialize(static_cast<typename FclMeshDistance<BV>::Node&>(node), *first.model,
+                          first.tf, *second.model, second.tf, query.request, found);
+  fcl::detail::distance(&node);
+  if (found.o1) {
+    if (!query.request.enable_nearest_points) unsetPoints(found);
+    query.result.update(found);
+  }
+  return query.result.min_distance;
+}
+
+template <typename BV>
+std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
+                              const CollisionQuery<typename BV::S>& query) {
+  if (query.isSatisfied()) return query.result.numContacts();
+  RecordingCollisionNode<MeshCollisionNode<BV>, typename BV::S> node(statisticsOf(first, second));
+  node.initialize(first, second, query);
+  fcl::detail::collide(&node);
+  return query.result.numContacts();
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                     \
+  template BV::S modelModelDistance(const PlacedModel<BV>&, const PlacedModel<BV>&,      \
+                                    const DistanceQuery<BV::S>&);                        \
+  template std::size_t modelModelCollide(const PlacedModel<BV>&, const PlacedModel<BV>&, \
+                                         const CollisionQuery<BV::S>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "thesis/traversal_statistics.h"
+
+namespace adaptive_bvh {
+
+/// A traversal node of FCL's (`Node`) that also records, for one query. What it computes is FCL's.
+///
+/// FCL's distanceRecurse calls in this order, which gives all that test C needs (thesis 4.4.3):
+///   canStop(D)               false: go below the pair (B1, B2), whose distance is D
+///   firstOverSecond(B1, B2)  which of the two is split; say B1, into A1 and C1
+///   BVTesting(A1, B2)        D_a
+///   BVTesting(C1, B2)        D_c
+/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: there is no D, and nothing
+/// is recorded for C. Every visit counts for test D: FCL tests nothing but the volumes.
+template <typename Node, typename S>
+class RecordingDistanceNode : public Node {
+ public:
+  /// `of_node`: what the node itself is made from.
+  template <typename... Args>
+  explicit RecordingDistanceNode(const PairStatistics& statistics, const Args&... of_node)
+      : Node(of_node...), statistics_(statistics) {}
+  ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
+
+  bool canStop(S distance) const override {
+    parent_distance_ = distance;  // of the pair entered next, if it is entered
+    return Node::canStop(distance);
+  }
+
+  bool firstOverSecond(int b1, int b2) const override {
+    statistics_.recordObstruction(b1, b2);
+    const bool first = Node::firstOverSecond(b1, b2);
+    split_side_ = statistics_.side[first ? 0 : 1];
+    split_node_ = first ? b1 : b2;
+    first_child_distance_ = kNone;
+    return first;
+  }
+
+  S BVTesting(int b1, int b2) const override {
+    ++work_.bv_tests;
+    const S distance = Node::BVTesting(b1, b2);
+    if (first_child_distance_ == kNone)
+      first_child_distance_ = distance;
+    else if (split_side_)
+      split_side_->recordChildGap(split_node_,
+                                  std::min(first_child_distance_, distance) - parent_distance_);
+    return distance;
+  }
+
+  void leafTesting(int b1, int b2) const override {
+    ++work_.leaf_tests;
+    statistics_.recordObstruction(b1, b2);
+    Node::leafTesting(b1, b2);
+  }
+
+ private:
+  static constexpr S kNone = -1;  // no distance is negative
+
+  PairStatistics statistics_;
+  mutable QueryWork work_;
+  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
+  mutable S first_child_distance_ = kNone;
+  mutable TraversalStatistics* split_side_ = nullptr;
+  mutable int split_node_ = 0;
+};
+
+/// Records for FCL's collisionRecurse, whose tests only say whether the volumes are disjoint:
+/// nothing for test C.
+template <typename Node, typename S>
+class RecordingCollisionNode : public Node {
+ public:
+  explicit RecordingCollisionNode(const PairStatistics& statistics) : statistics_(statistics) {}
+  ~RecordingCollisionNode() override { statistics_.recordQuery(work_); }
+
+  using Node::BVTesting;
+  bool BVTesting(int b1, int b2) const override {
+    ++work_.bv_tests;
+    const bool disjoint = Node::BVTesting(b1, b2);
+    if (!disjoint) statistics_.recordObstruction(b1, b2);
+    return disjoint;
+  }
+
+  using Node::leafTesting;
+  void leafTesting(int b1, int b2) const override {
+    ++work_.leaf_tests;
+    Node::leafTesting(b1, b2);
+  }
+
+ private:
+  PairStatistics statistics_;
+  mutable QueryWork work_;
+};
+
+}  // namespace adaptive_bvh

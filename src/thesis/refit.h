@@ -1,0 +1,280 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "adaptive_bvh/refit_policy.h"
+#include "adaptive_bvh/update_report.h"
+#include "base/pack.h"
+#include "thesis/adaptive_tree.h"
+
+namespace adaptive_bvh {
+
+/// All that the fitness tests look at, for one node.
+struct NodeFitness {
+  double inflation;  ///< R' - R: radius now less that when last refitted
+  double reference;  ///< the length an inflation is compared with (InflationReference)
+  bool visited;      ///< a recording query went below the node since the last update
+  double child_gap;  ///< largest min(alpha, beta) of those visits; -infinity when none
+  /// One of those queries tested the volume, whose inflation may have been in the way.
+  bool obstructing = false;
+};
+
+/// (R' - R) / reference: the inflation factor, 4.4.1. Zero when nothing grew, whatever the
+/// reference; the largest finite number when the reference is zero: a volume without any extent
+/// that moved. The leaf radius may lie below the original by rounding: that is no inflation.
+inline double inflationFactor(const NodeFitness& node) {
+  if (node.inflation <= 0) return 0;
+  return std::min(node.inflation / node.reference, std::numeric_limits<double>::max());
+}
+
+/// Test A, inflation factor (4.4.1).
+inline bool testA(const NodeFitness& node, const RefitPolicy& policy) {
+  return inflationFactor(node) > policy.max_inflation;
+}
+
+/// Test B, recent traversal (4.4.2).
+inline bool testB(const NodeFitness& node) { return node.visited; }
+
+/// Test C, child node distances (4.4.3). The factor is compared by >=, as in the thesis.
+inline bool testC(const NodeFitness& node, const RefitPolicy& policy) {
+  return inflationFactor(node) >= policy.min_inflation &&
+         node.child_gap > policy.child_distance_ratio * node.inflation;
+}
+
+/// Test D, obstruction (FitnessCriterion).
+inline bool testD(const NodeFitness& node) { return node.obstructing; }
+
+/// True when the criterion calls no volume unfit that was not visited.
+inline bool needsVisit(FitnessCriterion criterion) {
+  switch (criterion) {
+    case FitnessCriterion::A:
+    case FitnessCriterion::AOrBC:
+    case FitnessCriterion::RefitAll: return false;
+    default: return true;
+  }
+}
+
+/// True when, after what queries have recorded, a volume that was not visited is not unfit.
+inline bool onlyVisitedAreUnfit(const TraversalStatistics& seen, const RefitPolicy& policy) {
+  return seen.work().queries > 0 && needsVisit(policy.criterion);
+}
+
+/// The criterion (thesis 4.5): true when the volume is to be recomputed.
+inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
+  const auto a = [&] { return testA(node, policy); };
+  const auto b = [&] { return testB(node); };
+  const auto c = [&] { return testC(node, policy); };
+  switch (policy.criterion) {
+    case FitnessCriterion::A: return a();
+    case FitnessCriterion::B: return b();
+    case FitnessCriterion::AB: return b() && a();
+    case FitnessCriterion::BC: return b() && c();
+    case FitnessCriterion::ABC: return b() && a() && c();
+    case FitnessCriterion::AOrBC: return a() || (b() && c());
+    case FitnessCriterion::ABOrBC: return b() && (a() || c());  // (A and B) or (B and C)
+    case FitnessCriterion::RefitAll: return true;
+    case FitnessCriterion::RefitNone: return false;
+    case FitnessCriterion::AD: return testD(node) && a();
+  }
+  return true;
+}
+
+/// The nodes that a criterion may call unfit after a propagation, which marks them while it has
+/// their volumes at hand: one bit a node. What is marked is still to be judged. Off where only the
+/// nodes that a query visited can be unfit: these are fewer.
+class Candidates {
+ public:
+  using Word = std::uint64_t;
+  static constexpr int kWord = 64;
+
+  void reset(int nodes) { words_.assign(static_cast<std::size_t>(nodes) / kWord + 1, 0); }
+  /// Before a propagation: none is marked.
+  void restart(bool on) {
+    on_ = on;
+    if (on) std::fill(words_.begin(), words_.end(), Word(0));
+  }
+  bool isOn() const { return on_; }
+
+  int words() const { return static_cast<int>(words_.size()); }
+  /// Calls visit(node) for those in the words [first, last).
+  template <typename Visit>
+  void forEach(int first, int last, Visit&& visit) const {
+    for (int w = first; w < last; ++w)
+      for (Word word = words_[static_cast<std::size_t>(w)]; word != 0; word &= word - 1)
+        visit(w * kWord + __builtin_ctzll(word) - 1);
+  }
+
+  /// Marks pairs of siblings in the order of a traversal. Several threads may use one each.
+  class Marks {
+   public:
+    explicit Marks(Candidates& candidates) : words_(candidates.words_.data()) {}
+    ~Marks() { flush(); }
+    Marks(const Marks&) = delete;
+    Marks& operator=(const Marks&) = delete;
+
+    /// Marks `left`, by the lowest bit, and its sibling. With -1 the second bit marks the root.
+    ADAPTIVE_BVH_INLINE void mark(int left, Word which) {
+      const int bit = left + 1;  // even: both are in one word
+      if (bit / kWord != at_) {
+        flush();
+        at_ = bit / kWord;
+      }
+      word_ |= which << bit % kWord;
+    }
+
+   private:
+    void flush() {
+      if (word_ != 0) __atomic_fetch_or(words_ + at_, word_, __ATOMIC_RELAXED);
+      word_ = 0;
+    }
+
+    Word* const words_;
+    int at_ = 0;
+    Word word_ = 0;
+  };
+
+  std::size_t bytes() const { return words_.capacity() * sizeof(Word); }
+
+ private:
+  std::vector<Word> words_;  // by node + 1
+  bool on_ = false;
+};
+
+/// The inflation factor from which on a volume may be called unfit; that of no volume is below the
+/// result when any may be.
+inline double leastUnfitFactor(const RefitPolicy& policy) {
+  constexpr double kAny = -std::numeric_limits<double>::infinity();
+  const double p_max = policy.max_inflation,
+               p_min = policy.min_inflation > 0 ? policy.min_inflation : kAny;
+  switch (policy.criterion) {
+    case FitnessCriterion::A:
+    case FitnessCriterion::AB:
+    case FitnessCriterion::ABC:
+    case FitnessCriterion::AD: return p_max;
+    case FitnessCriterion::BC:
+    case FitnessCriterion::AOrBC:
+    case FitnessCriterion::ABOrBC: return std::min(p_min, p_max);
+    default: return kAny;
+  }
+}
+
+/// What refits did. Adds up over threads.
+template <typename S>
+struct RefitCounts {
+  int leaves = 0, inner = 0;
+  long primitives = 0;  ///< read
+  S corner_sum = 0;     ///< the largest Volume::cornerSum of what was refitted
+  bool root = false;    ///< the root was
+
+  void operator+=(const RefitCounts& other) {
+    leaves += other.leaves;
+    inner += other.inner;
+    primitives += other.primitives;
+    corner_sum = std::max(corner_sum, other.corner_sum);
+    root |= other.root;
+  }
+};
+
+/// Recomputes the volumes that a policy calls unfit from their triangles, thesis 4.3 and 4.5. A
+/// node is judged and refitted by itself: its children keep what they have. Without statistics (no
+/// recording query since the last update) tests B and D count as true for every node and test C as
+/// false. Several threads may use one each, on different nodes. `Method`: TranslationPropagation or
+/// DisplacementPropagation. Allocates nothing. Some are refitted only when it is finished.
+template <typename BV, typename Method>
+class Refitter {
+ public:
+  using S = typename BV::S;
+
+  /// Nodes of `turn` are also refitted for their inflation alone, from twice that of test A on:
+  /// else volumes that no query visits would be inflated without end.
+  Refitter(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
+           const NodeRange& turn)
+      : target_(target),
+        method_(method),
+        policy_(policy),
+        turn_(turn),
+        fit_(method.fit(target, policy)),
+        has_statistics_(target.tree.statistics.work().queries > 0),
+        only_visited_(onlyVisitedAreUnfit(target.tree.statistics, policy)) {}
+
+  /// To be refitted if it is unfit.
+  void judge(int node) {
+    if (only_visited_ && !target_.tree.statistics.visited(node) && !turn_.contains(node)) return;
+    prefetch(node);
+    found_[found_count_++] = node;
+    if (found_count_ == kGroup) settle();
+  }
+  /// Refits all nodes in [first, last).
+  void refitAll(int first, int last) {
+    for (int node = first; node < last; ++node) {
+      prefetch(std::min(node + kGroup, last - 1));
+      refit(node);
+    }
+  }
+  /// Refits what was judged unfit.
+  const RefitCounts<S>& finish() {
+    settle();
+    counts_.corner_sum = fit_.finish();
+    return counts_;
+  }
+
+ private:
+  /// FCL's nodes are large and mostly not in the processor's cache. So they are prefetched, and
+  /// worked on in groups.
+  static constexpr int kGroup = 32;
+
+  void prefetch(int node) const {
+    const auto* const bytes = reinterpret_cast<const char*>(&target_.volume(node));
+    for (std::size_t line = 0; line < sizeof(BV); line += 64) __builtin_prefetch(bytes + line, 1);
+  }
+
+  void settle() {
+    for (int k = 0; k < found_count_; ++k) {
+      const int node = found_[k];
+      const NodeFitness fitness = fitnessOf(node);
+      if (!isUnfit(fitness, policy_) &&
+          !(turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation))
+        continue;
+      refit(node);
+    }
+    found_count_ = 0;
+  }
+
+  NodeFitness fitnessOf(int i) const {
+    const TraversalStatistics& seen = target_.tree.statistics;
+    const S original_radius = method_.originalRadius(target_, i);
+    NodeFitness fitness;
+    fitness.inflation = method_.inflation(target_, i);
+    fitness.reference = policy_.reference == InflationReference::OriginalRadius
+                            ? original_radius
+                            : Volume<BV>::size(target_.volume(i), original_radius);
+    fitness.visited = !has_statistics_ || seen.visited(i);
+    fitness.obstructing = !has_statistics_ || seen.obstructing(i);
+    fitness.child_gap = has_statistics_ ? static_cast<double>(seen.childGap(i))
+                                        : -std::numeric_limits<double>::infinity();
+    return fitness;
+  }
+
+  void refit(int node) {
+    fit_.add(node);
+    method_.refitted(target_, node);
+    target_.tree.refits.mark(node);
+    ++(target_.tree.topology.isLeaf(node) ? counts_.leaves : counts_.inner);
+    counts_.primitives += target_.model.getBV(node).num_primitives;
+    counts_.root |= node == 0;
+  }
+
+  const UpdateTarget<BV> target_;
+  Method& method_;
+  const RefitPolicy& policy_;
+  const NodeRange turn_;
+  typename Method::Fit fit_;
+  const bool has_statistics_, only_visited_;
+  int found_[kGroup], found_count_ = 0;  ///< to be judged
+  RefitCounts<S> counts_;
+};
+
+}  // namespace adaptive_bvh

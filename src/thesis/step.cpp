@@ -1,0 +1,273 @@
+#include "thesis/step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "thesis/step_scope.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// With fewer primitives, handing tasks to threads costs more than they gain.
+constexpr int kParallelPrimitives = 50000;
+
+/// What openStep needs for the first of two frames; null for other steps.
+template <typename BV>
+std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>& model,
+                                                         StepKind kind) {
+  using Point = fcl::Vector3<typename BV::S>;
+  if (kind == StepKind::Replace || model.prev_vertices) return nullptr;
+  return std::unique_ptr<Point[]>(new Point[static_cast<std::size_t>(model.num_vertices)]);
+}
+
+/// Makes `vertices` the array to write the new positions to.
+template <typename BV, typename Frame>
+void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
+  if (kind == StepKind::Replace) {
+    delete[] model.prev_vertices;
+    model.prev_vertices = nullptr;
+    model.build_state = fcl::BVH_BUILD_STATE_PROCESSED;
+  } else {
+    if (!model.prev_vertices) model.prev_vertices = new_frame.release();
+    std::swap(model.vertices, model.prev_vertices);
+    model.build_state = fcl::BVH_BUILD_STATE_UPDATED;
+  }
+}
+
+/// Records a root that the step changed.
+template <typename BV, typename Method>
+void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
+  BV& root = target.volume(0);
+  if (target.tree.detector.matches(root)) return;
+  target.tree.detector.record(root, root);
+  if (refitted) method.refitted(target, 0);
+}
+
+/// Moves and inflates all volumes. Returns false where they cannot follow: then all that is kept is
+/// to begin anew.
+template <typename BV, typename Scope>
+bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Scope::Summary& seen,
+                 UpdateReport& report) {
+  auto& method = scope.method();
+  if (!method.canFollow(seen.largestDisplacement())) return false;
+  method.accept(target, seen);
+  const PropagationCounts counts = scope.propagate();
+  report.moved = counts.moved;
+  report.inflated = counts.inflated;
+  return method.isInRange();
+}
+
+/// Moves volumes and refits what is unfit, after the positions are written. Returns false where the
+/// volumes cannot follow.
+template <typename BV, typename Scope>
+bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
+                     const typename Scope::Summary& seen, UpdateReport& report, Stopwatch& watch) {
+  if (!moveVolumes(target, scope, seen, report)) return false;
+  report.propagation_seconds = watch.lap();
+  const auto refits = scope.refit();
+  report.refitted_leaves = refits.leaves;
+  report.refitted_inner = refits.inner;
+  report.refitted_primitives = refits.primitives;
+  recordRoot(target, scope.method(), refits.root);
+  return true;
+}
+
+/// Lets all that is kept begin anew at the positions as they are. Where there is no memory for
+/// that, whoever reads the tree next does so: no root matches until then.
+template <typename BV>
+void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  target.tree.detector.invalidate();
+  try {
+    repairIfChanged(target, state);
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+/// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
+template <typename BV, typename Scope>
+bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
+         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
+  const bool repaired = report.resynchronised;  // and every volume recomputed
+  if (scope.isAtRest()) {
+    if (!repaired) target.tree.refits.clear();
+    target.tree.statistics.clear();
+    report.displacement_seconds = watch.lap();
+    return true;
+  }
+  typename Scope::Summary seen;
+  auto new_frame = newFrame(target.model, input.kind);
+  try {
+    seen = scope.read();
+  } catch (const std::bad_alloc&) {
+    scope.discard();
+    throw;
+  }
+  if (!seen.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
+    scope.discard();
+    return false;
+  }
+  report.largest_displacement = static_cast<double>(seen.largestDisplacement());
+
+  if (!repaired) target.tree.refits.clear();
+  openStep(target.model, input.kind, std::move(new_frame));
+  scope.write(seen);
+  report.displacement_seconds = watch.lap();
+  bool followed = false;
+  try {
+    followed = followPositions(target, scope, seen, report, watch);
+  } catch (const std::bad_alloc&) {  // in the middle of a refit; the positions are written
+  }
+  if (!followed) {
+    beginAnew(target, state);
+    report.resynchronised = true;
+  }
+  target.tree.statistics.clear();
+  report.refit_seconds = watch.lap();
+  return true;
+}
+
+/// The positions; copied to `aside` when some lie in the arrays that a step writes or frees.
+template <typename BV>
+const fcl::Vector3<typename BV::S>* outsideOwnArrays(
+    const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
+    std::vector<fcl::Vector3<typename BV::S>>& aside) {
+  using Point = fcl::Vector3<typename BV::S>;
+  for (const Point* own : {model.vertices, model.prev_vertices})
+    if (own && overlap(input.positions, input.count, own, std::size_t(model.num_vertices)))
+      aside.assign(input.positions, input.positions + input.count);
+  return aside.empty() ? input.positions : aside.data();
+}
+
+template <typename BV, typename Method>
+bool stepOfAll(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+               const RefitPolicy& policy, const StepInput<typename BV::S>& input,
+               UpdateReport& report, Stopwatch& watch) {
+  const bool parallel = target.model.getBV(0).num_primitives >= kParallelPrimitives;
+  TaskPool pool(parallel ? state.threads : 1);
+  AllVertices<BV, Method> all(target, method, policy, input, pool);
+  return run(target, state, all, input, report, watch);
+}
+
+template <typename BV, typename Method>
+bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+                const RefitPolicy& policy, const StepInput<typename BV::S>& input,
+                UpdateReport& report, Stopwatch& watch) {
+  using Point = fcl::Vector3<typename BV::S>;
+  // Also checks positions that are not read because their vertex occurs again.
+  if (!usablePositions(input.positions, input.count)) return false;
+  if constexpr (Method::kTakesSomeVertices) {
+    if (!target.model.prev_vertices) {
+      SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
+      return run(target, state, some, input, report, watch);
+    }
+  }
+  std::vector<Point> all(target.model.vertices, target.model.vertices + target.model.num_vertices);
+  for (std::size_t i = 0; i < input.count; ++i) all[input.indices[i]] = input.positions[i];
+  return stepOfAll(method, target, state, policy, {input.kind, all.data(), all.size()}, report,
+                   watch);
+}
+
+template <typename BV, typename Method>
+bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
+            const RefitPolicy& policy, StepInput<typename BV::S> input, UpdateReport& report) {
+  Stopwatch watch;
+  const bool repaired = report.resynchronised;
+  report = UpdateReport();
+  report.nodes = target.nodes();
+  // Before the step: displacements count from the positions that the volumes hold.
+  report.resynchronised = repairIfChanged(target, state) || repaired;
+  std::vector<fcl::Vector3<typename BV::S>> aside;
+  input.positions = outsideOwnArrays(target.model, input, aside);
+  return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
+                       : stepOfAll(method, target, state, policy, input, report, watch);
+}
+
+}  // namespace
+
+template <typename BV>
+void UpdateState<BV>::setPropagation(Propagation propagation) {
+  if (propagation == Propagation::TranslationCompensated)
+    method.template emplace<TranslationPropagation<BV>>();
+  else
+    method.template emplace<DisplacementPropagation<BV>>();
+}
+
+template <typename BV>
+bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
+              const StepInput<typename BV::S>& input, UpdateReport& report) {
+  return std::visit(
+      [&](auto& method) { return stepOf(method, target, state, policy, input, report); },
+      state.method);
+}
+
+template <typename BV>
+void updateLocalBounds(fcl::BVHModel<BV>& model) {
+  using S = typename BV::S;
+  VertexSummary<S> seen;
+  seen.add(model.vertices, model.vertices, static_cast<std::size_t>(model.num_vertices));
+  setLocalBox(model, seen.low, seen.high);
+  S squared = 0;
+  for (int v = 0; v < model.num_vertices; ++v) {
+    const fcl::Vector3<S> d = model.vertices[v] - model.aabb_center;
+    squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  setLocalRadius(model, squared);
+}
+
+/// Resets all that is kept to FCL's tree as it stands; `start` is to follow.
+template <typename BV>
+void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  target.tree.adopt(target.model);
+  state.leaves.clear();
+  updateLocalBounds(target.model);
+  std::visit([&](auto& method) { method.reset(target); }, state.method);
+}
+
+/// The root is recorded last: from then on other threads may read all of it.
+template <typename BV>
+void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& root) {
+  std::visit([&](auto& method) { method.start(target, root); }, state.method);
+  target.tree.detector.record(target.volume(0), root);
+}
+
+template <typename BV>
+void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  reset(target, state);
+  start(target, state, target.volume(0));
+}
+
+/// Fits every volume in place but the root's. That fit is returned, for the change detector to
+/// write last: queries on other threads may be reading the root meanwhile.
+template <typename BV>
+BV refitAllButRoot(const UpdateTarget<BV>& target) {
+  for (int i = 1; i < target.nodes(); ++i) target.volume(i) = target.fitted(i);
+  return target.fitted(0);
+}
+
+template <typename BV>
+bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+  AdaptiveTree<BV>& tree = target.tree;
+  if (target.nodes() == 0 || tree.detector.matches(target.volume(0))) return false;
+  const std::lock_guard<std::mutex> lock(tree.repairing);
+  if (tree.detector.matches(target.volume(0))) return true;  // another thread was first
+  reset(target, state);
+  tree.refits.markAll();
+  start(target, state, refitAllButRoot(target));
+  return true;
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
+  template struct UpdateState<BV>;                                                      \
+  template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
+                         const StepInput<BV::S>&, UpdateReport&);                       \
+  template void updateLocalBounds(fcl::BVHModel<BV>&);                                  \
+  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
+  template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

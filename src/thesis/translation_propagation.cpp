@@ -1,0 +1,158 @@
+#include "thesis/translation_propagation.h"
+
+#include <algorithm>
+#include <new>
+
+#include "thesis/motion_rule.h"
+#include "thesis/post_order.h"
+
+namespace adaptive_bvh {
+namespace {
+
+template <typename BV>
+Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
+                                  const VertexStates<typename BV::S>& vertices) {
+  return {vertices.data(), model.prev_vertices != nullptr, vertices.frame().unit(),
+          vertices.commonTranslation()};
+}
+
+/// About `count` subtrees without a node in common, from the last to the first, as equal in size as
+/// the tree allows. None for small trees.
+template <typename BV>
+std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
+  std::vector<Subtree> subtrees;
+  const int most = std::max(2, model.getBV(0).num_primitives / count);
+  std::vector<int> open = {0};
+  while (!open.empty()) {
+    const int i = open.back();
+    open.pop_back();
+    const fcl::BVNode<BV>& node = model.getBV(i);
+    if (node.isLeaf()) continue;
+    if (i > 0 && node.num_primitives <= most) {
+      const int pairs = node.num_primitives - 1;
+      subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), Box()});
+    } else {
+      open.push_back(node.leftChild());
+      open.push_back(node.rightChild());  // comes off first: later pairs before earlier ones
+    }
+  }
+  return subtrees;
+}
+
+}  // namespace
+
+template <typename BV>
+void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
+  AdaptiveTree<BV>& tree = target.tree;
+  tree.inflations.reset(target.nodes());
+  candidates_.reset(target.nodes());
+  vertices_.reset(tree.topology.slots.size());
+  stack_.resize(tree.topology.stackCapacity());
+  next_turn_ = 0;
+}
+
+template <typename BV>
+void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
+  vertices_.start(target, ScaledFrame<S>(Volume<BV>::center(root), Volume<BV>::length(root) / 2));
+  target.tree.restartCoordinateSum(target.model);
+  target.tree.inflations.include(Volume<BV>::cornerSum(root));
+  kept_.assign(target.tree.topology.slots.leaves() - 1, KeptAxes());
+  BodyFit<BV> fits = fit(target, RefitPolicy());
+  for (int i = 0; i < target.nodes(); ++i)
+    if (!target.tree.topology.isLeaf(i)) fits.keepAxes(i, i == 0 ? root : target.volume(i));
+}
+
+template <typename BV>
+void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, const Summary& seen) {
+  AdaptiveTree<BV>& tree = target.tree;
+  const S unit = vertices_.frame().unit();
+  if (tree.inflations.needsRestart(unit)) tree.restartCoordinateSum(target.model);
+  tree.inflations.extend(seen.largestDisplacement(), unit);
+  vertices_.accept(seen);
+}
+
+template <typename BV>
+PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
+                                                        const RefitPolicy& policy, TaskPool& pool) {
+  if (policy.criterion == FitnessCriterion::RefitAll) {
+    candidates_.restart(false);
+    return {};
+  }
+  candidates_.restart(!onlyVisitedAreUnfit(target.tree.statistics, policy));
+  return candidates_.isOn() ? propagateAll<true>(target, policy, pool)
+                            : propagateAll<false>(target, policy, pool);
+}
+
+template <typename BV>
+template <bool kMarks>
+PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV>& target,
+                                                           const RefitPolicy& policy,
+                                                           TaskPool& pool) {
+  if (pool.size() > 1) {
+    try {
+      return propagateSubtrees<kMarks>(target, policy, pool);
+    } catch (const std::bad_alloc&) {  // for its lists: nothing was moved yet
+    }
+  }
+  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
+                             target.nodes() - 2);
+  traversePostOrder(stack_.data(), rule);
+  return rule.counts();
+}
+
+/// First below every subtree's root, on any thread; then the rest. Allocates before it moves any.
+template <typename BV>
+template <bool kMarks>
+PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
+                                                                const RefitPolicy& policy,
+                                                                TaskPool& pool) {
+  std::vector<Subtree> subtrees = subtreesOf(target.model, 8 * pool.size());
+  std::vector<std::vector<Box>> stacks(static_cast<std::size_t>(pool.size()));
+  for (auto& stack : stacks) stack.resize(stack_.size());
+  std::vector<PropagationCounts> counts(subtrees.size());
+  pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
+    Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
+    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
+                               subtree.first_pair, subtree.last_pair);
+    Box* stack = stacks[static_cast<std::size_t>(slot)].data();
+    traversePairs(stack, rule);
+    subtree.motion = *--stack;
+    counts[static_cast<std::size_t>(task)] = rule.counts();
+  });
+  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
+                             subtrees);
+  traversePostOrder(stack_.data(), rule);
+  PropagationCounts sum = rule.counts();
+  for (const PropagationCounts& part : counts) sum += part;
+  return sum;
+}
+
+template <typename BV>
+PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<BV>& target,
+                                                             const RefitPolicy& policy,
+                                                             const DirtyPairs& dirty) {
+  candidates_.restart(false);
+  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), policy, candidates_, dirty);
+  traversePostOrder(stack_.data(), rule);
+  return rule.counts();
+}
+
+template <typename BV>
+NodeRange TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) {
+  constexpr int kRound = 64;  // steps until every node had its turn
+  const int first = next_turn_ < target.nodes() ? next_turn_ : 0;
+  next_turn_ = std::min(first + target.nodes() / kRound + 1, target.nodes());
+  return {first, next_turn_};
+}
+
+template <typename BV>
+std::size_t TranslationPropagation<BV>::bytes() const {
+  return vertices_.bytes() + candidates_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
+         stack_.capacity() * sizeof(Box);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(BV) template class TranslationPropagation<BV>;
+ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

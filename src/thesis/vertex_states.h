@@ -1,0 +1,191 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <fcl/common/types.h>
+
+#include "base/box.h"
+#include "base/float4.h"
+#include "mesh/named_vertices.h"
+#include "mesh/vertex_summary.h"
+#include "thesis/vertex_leaf_map.h"
+#include "thesis/volumes/fit_kernels.h"
+
+namespace adaptive_bvh {
+
+/// The single-precision coordinates of an update: y = scale (x - origin), along the axes of the
+/// mesh. The origin is near the body's middle. The scale is a power of two that brings the body's
+/// size to about 1, so that neither huge nor tiny meshes leave the range of single precision. Their
+/// unit is a *body unit*.
+template <typename S>
+class ScaledFrame {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  ScaledFrame() : ScaledFrame(Point::Zero(), S(1)) {}
+  /// `size`: some length of the body, >= 0.
+  ScaledFrame(const Point& origin, S size) : origin_(origin) {
+    const int limit = std::numeric_limits<S>::max_exponent - 25;
+    const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
+    scale_ = std::ldexp(S(1), -exponent);
+    unit_ = std::ldexp(S(1), exponent);
+  }
+
+  /// Where x is. A component is off by 2u of itself, u = 2^-24: the difference is rounded in S, and
+  /// converted. One below 2^-126 may become 0.
+  ADAPTIVE_BVH_INLINE Float4 operator()(const Point& x) const {
+    return Float4{scaled(x[0] - origin_[0]), scaled(x[1] - origin_[1]), scaled(x[2] - origin_[2]),
+                  0};
+  }
+  /// Where that point is in the mesh's coordinates.
+  Point back(const Float4& y) const {
+    return {origin_[0] + S(y[0]) * unit_, origin_[1] + S(y[1]) * unit_,
+            origin_[2] + S(y[2]) * unit_};
+  }
+
+  /// A difference of two points, in body units. Off by 2u relative, or by less than 2^-59 in each
+  /// component: what is smaller than `kLeast` must not vanish, because a motion of zero is none. (A
+  /// huge body may have tiny triangles.)
+  ADAPTIVE_BVH_INLINE Float4 displacement(const Point& d) const {
+    Float4 v{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
+    const bool is_large =
+        std::abs(v[0]) >= kLeast || std::abs(v[1]) >= kLeast || std::abs(v[2]) >= kLeast;
+    if (!is_large && (d[0] != 0 || d[1] != 0 || d[2] != 0)) v[0] = kLeast;
+    return v;
+  }
+  static constexpr float kLeast = 1.f / (1ull << 60);
+
+  const Point& origin() const { return origin_; }
+  void moveOrigin(const Point& origin) { origin_ = origin; }
+  /// Body units per unit of the mesh, a power of two: products with it are exact.
+  S scale() const { return scale_; }
+  /// The mesh's units per body unit: the inverse of `scale`, as exact.
+  S unit() const { return unit_; }
+
+ private:
+  float scaled(S difference) const { return static_cast<float>(difference * scale_); }
+
+  Point origin_;
+  S scale_, unit_;
+};
+
+/// What a step is, from its vertices.
+template <typename S>
+struct StepSummary : VertexSummary<S> {
+  /// Box of the coordinates of all vertices with a triangle, of both frames if two are stored.
+  Box body{float4::all(std::numeric_limits<float>::max()),
+           float4::all(std::numeric_limits<float>::lowest())};
+
+  using VertexSummary<S>::add;
+  void add(const StepSummary& other) {
+    VertexSummary<S>::add(other);
+    body.add(other.body);
+  }
+};
+
+/// The vertex pass of TranslationPropagation: reads the positions of a step into the states that
+/// the propagation uses, by slot (VertexSlots). Changes nothing that queries see.
+template <typename S>
+class VertexStates {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  void reset(std::size_t slots) { states_.resize(slots + 1); }
+  /// Begins anew, at the model's positions without motion, in a frame.
+  template <typename BV>
+  void start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame);
+
+  /// Before the positions of a step are read: chooses its frame and its common translation. The
+  /// origin follows the body: far from it, single precision would lose digits.
+  template <typename BV>
+  void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
+  /// Reads the positions of the slots in [first, last), where all are given. Several threads may do
+  /// so.
+  template <typename BV>
+  StepSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
+                      int last);
+  /// Reads the positions of some vertices. Calls moving(vertex, position) once for each vertex
+  /// named, with the last position given for it.
+  template <typename BV, typename Moving>
+  StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                          const VertexLeafMap& leaves, Moving&& moving);
+  /// The step does not take place: what was read is not the model's state.
+  void discard() { stale_ = true; }
+  void accept(const StepSummary<S>& seen) {
+    stale_ = false;
+    body_ = seen.body;
+  }
+
+  /// The coordinates of the step that is being read.
+  const ScaledFrame<S>& frame() const { return frame_; }
+  /// The largest of them in the last step that took place.
+  float extent() const { return body_.largestCoordinate(); }
+  const Point& commonTranslation() const { return common_; }
+  const VertexState* data() const { return states_.data(); }
+  /// By slot, where two frames are kept: where it was in the step before.
+  const std::array<float, 4>* previous() const { return previous_.data(); }
+
+  std::size_t bytes() const {
+    const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    return size(states_) + size(previous_) + size(moving_) + size(samples_) + named_.bytes();
+  }
+
+ private:
+  template <typename BV>
+  void readInPlace(const UpdateTarget<BV>& target);
+  void forgetMotion();
+
+  std::vector<VertexState> states_;  ///< and one more, for loads of four numbers
+  std::vector<std::array<float, 4>> previous_;
+  /// Which slots may have a motion other than 0: all, or those listed.
+  bool all_moving_ = true;
+  std::vector<unsigned> moving_;
+  NamedVertices named_;
+  /// The states are not those of the model's present positions.
+  bool stale_ = false;
+
+  ScaledFrame<S> frame_;
+  Box body_;  ///< of StepSummary
+  /// A motion of any size that most of the body shares in this step. What remains of a vertex's
+  /// motion is small when the body hardly deforms, and so are its errors in single precision.
+  Point common_ = Point::Zero();
+  std::vector<unsigned> samples_;  ///< vertices, spread over the body
+};
+
+template <typename S>
+template <typename BV, typename Moving>
+StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
+                                         const VertexLeafMap& leaves, Moving&& moving) {
+  if (stale_) readInPlace(target);
+  forgetMotion();
+  moving_.clear();
+  all_moving_ = false;
+  StepSummary<S> summary;
+  summary.body = body_;
+  named_.reserve(static_cast<std::size_t>(target.model.num_vertices));
+  named_.forEachLast(input.indices, input.count, [&](std::size_t i) {
+    const unsigned v = input.indices[i];
+    const Point& to = input.positions[i];
+    const Point displacement = to - target.model.vertices[v];
+    summary.add(to, displacement);
+    moving(v, to);
+    const Float4 position = frame_(to), motion = frame_.displacement(displacement);
+    leaves.forEachSlot(v, target.tree.topology, [&](unsigned slot) {
+      summary.body.add(position);
+      float4::store3(position, states_[slot].position);
+      float4::store3(motion, states_[slot].motion);
+      moving_.push_back(slot);
+    });
+  });
+  return summary;
+}
+
+extern template class VertexStates<float>;
+extern template class VertexStates<double>;
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,302 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "hierarchy/leaf_slots.h"
+#include "thesis/volumes/body_volumes.h"
+#include "thesis/volumes/volume_writer.h"
+
+// The arithmetic of BodyFit. Compiled once for every processor, four nodes at a time, and once for
+// those with AVX2, eight at a time. For the second no function may be shared with other sources,
+// which the linker would then give to all: in what this file includes there is nothing of the
+// standard library, and everything is a template of the pack, or always inlined.
+namespace adaptive_bvh {
+
+/// A vertex in a step: where it is (ScaledFrame), and its motion beyond the common translation, in
+/// body units. Loads of four numbers take one of what follows in memory.
+struct VertexState {
+  float position[3];
+  float motion[3];
+};
+
+/// So many nodes are in a group at most.
+constexpr int kMostLanes = 8;
+
+/// Nodes of one kind, whose volumes are found at once. Lanes beyond `count` are as the first.
+template <typename S>
+struct FitGroup {
+  int count = 0;
+  const LeafSlots* leaves[kMostLanes];  ///< the first leaf of each node
+  int triangles[kMostLanes];            ///< how many there are
+  std::uint64_t slots[kMostLanes];      ///< their vertices, as VertexSlots::Set::bits
+  unsigned end[kMostLanes];             ///< of the slots, where no bit is set
+  const KeptAxes* kept[kMostLanes];
+  S* to[kMostLanes];  ///< the numbers of FCL's volume
+};
+
+/// What they are found from.
+struct FitSource {
+  const VertexState* states;  ///< by slot
+  const float* previous;      ///< four numbers for each slot, or null
+  ModelCoordinates model;
+  float* work[3];  ///< as PointExtents needs them
+
+  ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const { return packs::load(states[slot].position); }
+};
+
+/// Returns the largest Volume::cornerSum; sets `areas`, in body units, where axes are kept.
+template <typename S>
+using FitFunction = double (*)(const FitSource&, const FitGroup<S>&, float* areas);
+
+/// By kind: of one triangle each; of two with a common edge; along kept axes, within a block of
+/// slots; along kept axes, of many slots or of two frames.
+template <typename S>
+struct FitFunctions {
+  int lanes;
+  FitFunction<S> triangles, quads, patches, others;
+};
+
+/// The fastest for this processor.
+template <typename S, bool kWithBox>
+const FitFunctions<S>& fitFunctions();
+
+/// Some points in an array: those at some offsets, or all.
+struct PointSet {
+  const float* base;
+  std::size_t stride;           ///< in numbers
+  const std::uint8_t* offsets;  ///< null: all
+  std::size_t count;
+};
+
+/// How far the points of one node extend along axes x, y and z, from one of them: many points, as
+/// many at a time as there are lanes.
+template <typename P>
+class PointExtents {
+ public:
+  /// `axes`: of a lane. `work`: room for the coordinates of all points along the axes, and as many
+  /// as there are lanes for each set.
+  ADAPTIVE_BVH_INLINE PointExtents(const Axes<P>& axes, int lane, const Float4& first,
+                                   float* const (&work)[3])
+      : axes_{broadcast(axes.x, lane), broadcast(axes.y, lane), broadcast(axes.z, lane)},
+        first_{filled(first[0]), filled(first[1]), filled(first[2])},
+        work_{work[0], work[1], work[2]} {}
+
+  ADAPTIVE_BVH_INLINE void add(const PointSet& set) {
+    const auto load = [&](std::size_t i) -> Float4 {
+      return packs::load(set.base + set.stride * (set.offsets ? set.offsets[i] : i));
+    };
+    std::size_t i = 0;
+    for (; i + Lanes<P>::kCount <= set.count; i += Lanes<P>::kCount)
+      put(Lanes<P>::gather([&](std::size_t k) -> Float4 { return load(i + k); }));
+    if (i < set.count)  // the last one again where there are no more
+      put(Lanes<P>::gather([&](std::size_t k) -> Float4 {
+        return load(i + k < set.count ? i + k : set.count - 1);
+      }));
+  }
+
+  ADAPTIVE_BVH_INLINE void finish() {
+    const Float4 heights = Lanes<P>::largest(-range_.low.z, range_.high.z, P{}, P{});
+    SlabRectangle<P> of(filled(-heights[0]), filled(heights[1]));
+    const auto points = [this](std::size_t i) -> Vectors<P> { return at(i); };
+    of.enclose(count_, points);
+    of.encloseCorners(count_, points);
+    rectangle = Float4{of.low[0][0], of.low[1][0], of.high[0][0], of.high[1][0]};
+    sphere = Float4{of.middle[0], of.radius[0], 0, 0};
+    const Float4 ends =
+        Lanes<P>::largest(-range_.low.x, -range_.low.y, range_.high.x, range_.high.y);
+    box = Float4{-ends[0], -ends[1], ends[2], ends[3]};
+  }
+
+  Float4 rectangle;  ///< of a SlabRectangle: low x, low y, high x, high y
+  Float4 sphere;     ///< its plane and its radius
+  Float4 box;        ///< of the points: low x, low y, high x, high y
+
+ private:
+  ADAPTIVE_BVH_INLINE static P filled(float x) { return packs::filled<P>(x); }
+  ADAPTIVE_BVH_INLINE static Vectors<P> broadcast(const Vectors<P>& v, int lane) {
+    return {filled(v.x[lane]), filled(v.y[lane]), filled(v.z[lane])};
+  }
+  ADAPTIVE_BVH_INLINE void put(const Vectors<P>& points) {
+    const Vectors<P> along = axes_.components(vectors::difference(points, first_));
+    range_.add(along);
+    __builtin_memcpy(work_[0] + count_, &along.x, sizeof(P));
+    __builtin_memcpy(work_[1] + count_, &along.y, sizeof(P));
+    __builtin_memcpy(work_[2] + count_, &along.z, sizeof(P));
+    count_ += Lanes<P>::kCount;
+  }
+  ADAPTIVE_BVH_INLINE Vectors<P> at(std::size_t i) const {
+    Vectors<P> point;
+    __builtin_memcpy(&point.x, work_[0] + i, sizeof(P));
+    __builtin_memcpy(&point.y, work_[1] + i, sizeof(P));
+    __builtin_memcpy(&point.z, work_[2] + i, sizeof(P));
+    return point;
+  }
+
+  const Axes<P> axes_;
+  const Vectors<P> first_;
+  float* const work_[3];
+  std::size_t count_ = 0;
+  PointRange<P> range_{};  ///< and `first`
+};
+
+/// The offsets of the bits that are set; returns how many.
+ADAPTIVE_BVH_INLINE int offsetsOf(std::uint64_t bits, std::uint8_t* offsets) {
+  int count = 0;
+  for (; bits != 0; bits &= bits - 1)
+    offsets[count++] = static_cast<std::uint8_t>(__builtin_ctzll(bits));
+  return count;
+}
+
+template <typename P>
+struct FitKernels {
+  static constexpr int kLanes = Lanes<P>::kCount;
+
+  /// Frames that turn as the nodes' vertices do: each spanned by three of them, far apart; where
+  /// these lie nearly on a line, by two of them and a triangle.
+  template <typename S>
+  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup<S>& group) {
+    using vectors::difference;
+    using vectors::dot;
+    const auto corners = [&](int corner, auto&& leaf) -> Vectors<P> {
+      return Lanes<P>::gather([&](int i) -> Float4 {
+        return source.at(group.leaves[i][leaf(group.triangles[i])].slot(corner));
+      });
+    };
+    const auto first = [](int) { return 0; };
+    const auto middle = [](int triangles) { return triangles / 2; };
+    const auto last = [](int triangles) { return triangles - 1; };
+    const Vectors<P> from = corners(0, first), by = corners(1, middle);
+    const Vectors<P> along = difference(corners(2, last), from);
+    Vectors<P> aside = difference(by, from);
+    const Vectors<P> normal = vectors::cross(along, aside);
+    const auto is_plane = dot(normal, normal) > 0.02f * dot(along, along) * dot(aside, aside);
+    if (!packs::inEach(is_plane)) {
+      const Vectors<P> other =
+          vectors::cross(difference(corners(0, middle), by), difference(corners(2, middle), by));
+      aside = vectors::select(is_plane, aside, other);
+    }
+    return axesAlong(along, aside);
+  }
+
+  template <typename S>
+  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup<S>& group) {
+    P q[4];
+    Lanes<P>::gather4([&](int i) -> Float4 { return group.kept[i]->rotation.quaternion(); }, q);
+    return nodeFrames(source, group) * rotations<P>(q[0], q[1], q[2], q[3]);
+  }
+
+  /// Along given axes, lane by lane.
+  template <typename S>
+  ADAPTIVE_BVH_INLINE static BodyVolumes<P> volumesAlong(const Axes<P>& axes,
+                                                         const FitSource& source,
+                                                         const FitGroup<S>& group) {
+    Float4 first[kLanes], rectangles[kLanes], spheres[kLanes], boxes[kLanes];
+    for (int i = 0; i < kLanes; ++i) {
+      if (i >= group.count) {
+        first[i] = first[0], rectangles[i] = rectangles[0];
+        spheres[i] = spheres[0], boxes[i] = boxes[0];
+        continue;
+      }
+      const unsigned block = group.leaves[i]->block;
+      std::uint8_t offsets[64];
+      PointSet set{source.states[block].position, sizeof(VertexState) / sizeof(float), nullptr, 0};
+      const std::uint64_t bits = group.slots[i];
+      if (bits != 0) {
+        set.offsets = offsets;
+        set.count = static_cast<std::size_t>(offsetsOf(bits, offsets));
+      } else {
+        set.count = group.end[i] - block;
+      }
+      first[i] = source.at(block + (bits != 0 ? offsets[0] : 0));
+      PointExtents<P> extents(axes, i, first[i], source.work);
+      extents.add(set);
+      if (source.previous)
+        extents.add({source.previous + 4 * std::size_t(block), 4, set.offsets, set.count});
+      extents.finish();
+      rectangles[i] = extents.rectangle;
+      spheres[i] = extents.sphere;
+      boxes[i] = extents.box;
+    }
+    const auto gathered = [](const Float4(&rows)[kLanes], P(&to)[4]) {
+      Lanes<P>::gather4([&](int i) -> Float4 { return rows[i]; }, to);
+    };
+    P rectangle[4], sphere[4], box[4];
+    gathered(rectangles, rectangle);
+    gathered(spheres, sphere);
+    gathered(boxes, box);
+    return {axes,
+            Lanes<P>::gather([&](int i) -> Float4 { return first[i]; }),
+            {rectangle[0], rectangle[1]},
+            {rectangle[2], rectangle[3]},
+            sphere[0],
+            sphere[1],
+            {box[0], box[1]},
+            {box[2], box[3]}};
+  }
+
+  template <typename S, bool kWithBox>
+  static double triangles(const FitSource& source, const FitGroup<S>& group, float*) {
+    const auto corners = [&](int k) -> Vectors<P> {
+      return Lanes<P>::gather([&](int i) -> Float4 { return source.at(group.leaves[i]->slot(k)); });
+    };
+    return writeVolumes<kWithBox>(triangleVolumes(corners(0), corners(1), corners(2)), source.model,
+                                  group.to, group.count);
+  }
+
+  template <typename S, bool kWithBox>
+  static double quads(const FitSource& source, const FitGroup<S>& group, float*) {
+    const auto corners = [&](int k) -> Vectors<P> {
+      return Lanes<P>::gather([&](int i) -> Float4 {
+        return source.at(group.leaves[i]->block + group.kept[i]->quad[k]);
+      });
+    };
+    return writeVolumes<kWithBox>(quadVolumes(corners(0), corners(1), corners(2), corners(3)),
+                                  source.model, group.to, group.count);
+  }
+
+  template <typename S, bool kWithBox>
+  static double patches(const FitSource& source, const FitGroup<S>& group, float* areas) {
+    constexpr int kBlock = 64;
+    std::uint8_t offsets[kLanes][kBlock];
+    int counts[kLanes], most = 0;
+    for (int i = 0; i < kLanes; ++i) {
+      counts[i] = offsetsOf(group.slots[i], offsets[i]);
+      most = counts[i] > most ? counts[i] : most;
+    }
+    for (int i = 0; i < kLanes; ++i)
+      for (int k = counts[i]; k < most; ++k) offsets[i][k] = offsets[i][0];
+    const auto points = [&](int k) -> Vectors<P> {
+      return Lanes<P>::gather(
+          [&](int i) -> Float4 { return source.at(group.leaves[i]->block + offsets[i][k]); });
+    };
+    const Axes<P> axes = keptAxes(source, group);
+    const Vectors<P> first = points(0);
+    Vectors<P> along[kBlock];
+    along[0] = {P{}, P{}, P{}};
+    for (int k = 1; k < most; ++k)
+      along[k] = axes.components(vectors::difference(points(k), first));
+    return finish<S, kWithBox>(volumesAround(axes, first, along, most), source, group, areas);
+  }
+
+  template <typename S, bool kWithBox>
+  static double others(const FitSource& source, const FitGroup<S>& group, float* areas) {
+    return finish<S, kWithBox>(volumesAlong(keptAxes(source, group), source, group), source, group,
+                               areas);
+  }
+
+  template <typename S, bool kWithBox>
+  static constexpr FitFunctions<S> kFunctions = {kLanes, triangles<S, kWithBox>, quads<S, kWithBox>,
+                                                 patches<S, kWithBox>, others<S, kWithBox>};
+
+ private:
+  template <typename S, bool kWithBox>
+  ADAPTIVE_BVH_INLINE static double finish(const BodyVolumes<P>& volumes, const FitSource& source,
+                                           const FitGroup<S>& group, float* areas) {
+    const P area = volumes.area();
+    __builtin_memcpy(areas, &area, sizeof(P));
+    return writeVolumes<kWithBox>(volumes, source.model, group.to, group.count);
+  }
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,158 @@
+#pragma once
+
+#include <cstdint>
+
+#include <type_traits>
+#include <utility>
+
+#include "base/vectors.h"
+
+// Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
+
+namespace adaptive_bvh {
+
+namespace packs {
+
+/// The type of the numbers in a pack of any size.
+template <typename P>
+using Number = std::remove_reference_t<decltype(std::declval<P&>()[0])>;
+
+/// Whether a comparison holds in any lane, or in each, of a pack of any size.
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool inAny(const Mask& mask) {
+  if constexpr (sizeof(mask[0]) == 4)
+    return bits(mask) != 0;
+  else
+    return any(mask);
+}
+template <typename Mask>
+ADAPTIVE_BVH_INLINE bool inEach(const Mask& mask) {
+  return !inAny(~mask);
+}
+
+}  // namespace packs
+
+/// The axes of frames, orthonormal and right-handed: as many as there are numbers in a pack.
+template <typename P>
+struct Axes {
+  Vectors<P> x, y, z;
+
+  /// Where the vectors are that have these components along the axes.
+  ADAPTIVE_BVH_INLINE Vectors<P> combine(const P& a, const P& b, const P& c) const {
+    return {x.x * a + y.x * b + z.x * c, x.y * a + y.y * b + z.y * c, x.z * a + y.z * b + z.z * c};
+  }
+  /// The components of vectors along the axes.
+  ADAPTIVE_BVH_INLINE Vectors<P> components(const Vectors<P>& v) const {
+    return {vectors::dot(x, v), vectors::dot(y, v), vectors::dot(z, v)};
+  }
+  ADAPTIVE_BVH_INLINE Axes components(const Axes& other) const {
+    return {components(other.x), components(other.y), components(other.z)};
+  }
+  /// Axes whose components along these are given.
+  ADAPTIVE_BVH_INLINE Axes operator*(const Axes& components) const {
+    return {combine(components.x.x, components.x.y, components.x.z),
+            combine(components.y.x, components.y.y, components.y.z),
+            combine(components.z.x, components.z.y, components.z.z)};
+  }
+  /// Turned in the planes of x and y, by angles given as unit vectors.
+  ADAPTIVE_BVH_INLINE Axes turned(const P& cosine, const P& sine) const {
+    return {vectors::sum(vectors::scaled(x, cosine), vectors::scaled(y, sine)),
+            vectors::difference(vectors::scaled(y, cosine), vectors::scaled(x, sine)), z};
+  }
+};
+
+namespace vectors {
+
+/// Selects one or the other for each lane.
+template <typename Mask, typename P>
+ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, const Vectors<P>& b) {
+  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+}
+
+}  // namespace vectors
+
+/// Vectors of length 1 that are orthogonal to given ones of length 1.
+template <typename P>
+ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
+  const P one = packs::filled<P>(1), none{};
+  const auto leans = packs::absolute<P>(x.x) < 0.6f;
+  const Vectors<P> across =
+      vectors::cross(x, Vectors<P>{leans ? one : none, leans ? none : one, none});
+  return vectors::scaled<P>(across, one / packs::squareRoot(vectors::dot(across, across)));
+}
+
+/// Right-handed axes, the first along a, the third orthogonal to a and b; any where a and b leave
+/// the choice open. Orthonormal up to 28 units of roundoff, also where a and b are nearly parallel:
+/// the product of these is then off, and with it the length of the second axis. docs/bounds.md, 11.
+template <typename P>
+ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) {
+  // Squares above kTiny have lost no digits to underflow.
+  using Number = packs::Number<P>;
+  constexpr Number kTiny = static_cast<Number>(sizeof(Number) == 4 ? 1e-36 : 1e-300);
+  constexpr Number kNoise = Number(0.005f);
+  const P one = packs::filled<P>(1), none{};
+  const P squares = vectors::dot(a, a);
+  const auto is_vector = squares > kTiny;
+  Axes<P> axes;
+  axes.x = vectors::select(is_vector, vectors::scaled<P>(a, one / packs::squareRoot(squares)),
+                           Vectors<P>{one, none, none});
+  const Vectors<P> normal = vectors::cross(axes.x, b);
+  const P squares_of_normal = vectors::dot(normal, normal);
+  axes.y = vectors::cross(vectors::scaled<P>(normal, one / packs::squareRoot(squares_of_normal)),
+                          axes.x);
+  const P squares_of_y = vectors::dot(axes.y, axes.y);
+  const auto is_plane = (squares_of_normal > kTiny) & (squares_of_y > 1 - kNoise);
+  axes.y = vectors::scaled<P>(axes.y, one / packs::squareRoot(squares_of_y));
+  if (!packs::inEach(is_plane)) axes.y = vectors::select(is_plane, axes.y, anyOrthogonal(axes.x));
+  axes.z = vectors::cross(axes.x, axes.y);
+  return axes;
+}
+
+/// A rotation in eight bytes, off by less than 0.01 degrees: a unit quaternion in numbers of
+/// sixteen bits.
+class PackedRotation {
+ public:
+  PackedRotation() = default;
+  /// Columns of a rotation matrix.
+  PackedRotation(const float (&x)[3], const float (&y)[3], const float (&z)[3]);
+
+  ADAPTIVE_BVH_INLINE Float4 quaternion() const {
+    return Float4{float(numbers_[0]), float(numbers_[1]), float(numbers_[2]), float(numbers_[3])} *
+           (1.f / kOne);
+  }
+
+ private:
+  static constexpr int kOne = 32767;
+
+  std::int16_t numbers_[4] = {0, 0, 0, kOne};
+};
+
+/// Rotations from quaternions, which are not quite as long as 1 where their numbers were rounded:
+/// one step of Newton's method corrects that.
+template <typename P>
+ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const P& r) {
+  const P scale = 1.5f - 0.5f * (i * i + j * j + k * k + r * r);
+  const P x = i * scale, y = j * scale, z = k * scale, w = r * scale;
+  const P x2 = x + x, y2 = y + y, z2 = z + z;
+  const P xx = x2 * x, yy = y2 * y, zz = z2 * z, xy = x2 * y, xz = x2 * z, yz = y2 * z, wx = x2 * w,
+          wy = y2 * w, wz = z2 * w;
+  return {{1 - yy - zz, xy + wz, xz - wy},
+          {xy - wz, 1 - xx - zz, yz + wx},
+          {xz + wy, yz - wx, 1 - xx - yy}};
+}
+
+/// What a refit needs of an inner node.
+struct KeptAxes {
+  std::uint64_t slots = 0;  ///< which vertices are below it, as VertexSlots::Set::bits
+  /// The axes that were chosen for its volume, in a frame that three of its vertices span, so that
+  /// they turn as the node does; and the volume's surface then.
+  PackedRotation rotation;
+  float area = 0;
+  /// Instead of these, of two triangles with a common edge: its ends, and the two other corners, as
+  /// offsets in the block of slots. Four equal ones where it is no such pair.
+  std::uint8_t quad[4] = {0, 0, 0, 0};
+
+  bool isQuad() const { return quad[0] != quad[1]; }
+};
+
+}  // namespace adaptive_bvh

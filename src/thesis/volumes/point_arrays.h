@@ -1,0 +1,128 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <fcl/common/types.h>
+
+#include "thesis/volumes/body_volumes.h"
+
+namespace adaptive_bvh {
+
+template <>
+struct Lanes<Pack<double>> {
+  static constexpr int kCount = 2;
+
+  /// The largest of each.
+  struct Four {
+    double of[4];
+    double operator[](int k) const { return of[k]; }
+  };
+  ADAPTIVE_BVH_INLINE static Four largest(const Pack<double>& a, const Pack<double>& b,
+                                          const Pack<double>& c, const Pack<double>& d) {
+    return {packs::largest(a), packs::largest(b), packs::largest(c), packs::largest(d)};
+  }
+};
+
+/// Points as three arrays of numbers, for vector instructions. The last pack is filled up with
+/// copies of the first point: they change neither extents nor sums about that point. The arrays
+/// only grow, so from the largest set on nothing is allocated.
+template <typename S>
+class PointArrays {
+ public:
+  using Point = fcl::Vector3<S>;
+
+  void clear() { size_ = 0; }
+  /// Reserves memory for `more` points, at most `kGranule`. Call it before adding them.
+  void makeRoomFor(std::size_t more) {
+    if (size_ + more > numbers_[0].size()) makeRoom(2 * numbers_[0].size() + kGranule);
+  }
+  void add(const Point& p) {
+    for (int k = 0; k < 3; ++k) numbers_[k][size_] = p[k];
+    ++size_;
+  }
+  /// After the last point.
+  void fillUp() {
+    for (std::size_t i = size_; i % packs::kSize<S> != 0; ++i)
+      for (auto& numbers : numbers_) numbers[i] = numbers[0];
+  }
+
+  /// Every `stride`-th of some points.
+  void assign(const PointArrays& points, std::size_t stride) {
+    clear();
+    for (std::size_t i = 0; i < points.size(); i += stride) {
+      makeRoomFor(1);
+      add(points[i]);
+    }
+    fillUp();
+  }
+  /// The components of some points along axes, from the first of them.
+  void assign(const PointArrays& points, const Axes<Pack<S>>& axes) {
+    if (numbers_[0].size() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
+    size_ = points.size();
+    const Vectors<Pack<S>> first = points.first();
+    points.forEachPack([&](std::size_t i, const Vectors<Pack<S>>& at) {
+      put(i, axes.components(vectors::difference(at, first)));
+    });
+  }
+  /// Turns the first two axes in their plane, by an angle given as a unit vector.
+  void turn(S cosine, S sine) {
+    forEachPack([&](std::size_t i, const Vectors<Pack<S>>& at) {
+      put(i, {cosine * at.x + sine * at.y, cosine * at.y - sine * at.x, at.z});
+    });
+  }
+
+  std::size_t size() const { return size_; }
+  Point operator[](std::size_t i) const { return {numbers_[0][i], numbers_[1][i], numbers_[2][i]}; }
+  /// The first point, in every lane.
+  Vectors<Pack<S>> first() const {
+    return {packs::all(numbers_[0][0]), packs::all(numbers_[1][0]), packs::all(numbers_[2][0])};
+  }
+  /// The points from i on, a multiple of the pack's size.
+  ADAPTIVE_BVH_INLINE Vectors<Pack<S>> at(std::size_t i) const {
+    return {packs::load(&numbers_[0][i]), packs::load(&numbers_[1][i]),
+            packs::load(&numbers_[2][i])};
+  }
+  /// Calls visit(i, at(i)).
+  template <typename Visit>
+  ADAPTIVE_BVH_INLINE void forEachPack(Visit&& visit) const {
+    for (std::size_t i = 0; i < size_; i += packs::kSize<S>) visit(i, at(i));
+  }
+
+ private:
+  static constexpr std::size_t kGranule = 64;  // a multiple of the pack's size
+  void makeRoom(std::size_t points) {
+    for (auto& numbers : numbers_) numbers.resize(points);
+  }
+  ADAPTIVE_BVH_INLINE void put(std::size_t i, const Vectors<Pack<S>>& at) {
+    packs::store<S>(at.x, &numbers_[0][i]);
+    packs::store<S>(at.y, &numbers_[1][i]);
+    packs::store<S>(at.z, &numbers_[2][i]);
+  }
+
+  std::array<std::vector<S>, 3> numbers_;
+  std::size_t size_ = 0;
+};
+
+/// The least and the largest of many numbers.
+template <typename S>
+class Extent {
+ public:
+  ADAPTIVE_BVH_INLINE void add(const Pack<S>& numbers) {
+    low_ = packs::lower(low_, numbers);
+    high_ = packs::upper(high_, numbers);
+  }
+  S low() const { return packs::smallest(low_); }
+  S high() const { return packs::largest(high_); }
+  S middle() const { return (low() + high()) / 2; }
+  S length() const { return high() - low(); }
+
+ private:
+  Pack<S> low_ = packs::all(std::numeric_limits<S>::max());
+  Pack<S> high_ = packs::all(std::numeric_limits<S>::lowest());
+};
+
+}  // namespace adaptive_bvh
