@@ -35,12 +35,12 @@ struct ClosestPoint {
 /// Returns the nearest point of the mesh's triangles. The distance is exact up to rounding: 2^-48
 /// (4e-15) of the largest distance of `point` to a corner of the triangle. Distances of two
 /// triangles are compared with twice the digits where they are that near each other: they count as
-/// equal up to 2^-80 of themselves (docs/bounds.md, 16). From more than 10^10 sizes of the body away
-/// that makes triangles equal that are not; then it may be any of these.
+/// equal up to 2^-80 of themselves (docs/bounds.md, 16). From more than 10^10 sizes of the body
+/// away that makes triangles equal that are not; then it may be any of these.
 ///
-/// Takes a logarithmic time near the body. From 32 sizes on, where many triangles may be as near up to
-/// single precision, it takes a pass over the vertices at most, up to 10^11 sizes; from there on all
-/// triangles of a face across the line count as equal, and each is tested.
+/// Takes a logarithmic time near the body. From 32 sizes on, where many triangles may be as near up
+/// to single precision, it takes a pass over the vertices at most, up to 10^11 sizes; from there on
+/// all triangles of a face across the line count as equal, and each is tested.
 template <typename S>
 ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point);
 

@@ -119,7 +119,7 @@ class MeshShapeSearch final : public ShapeSearch {
       return in_tree_.squaredGaps(node.boxes);
     };
     const auto limit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    int tests = 0, many = kManyTests + static_cast<int>(mesh_.tree().slots().used() / kPerTest);
+    int tests = 0, many = manyTests();
     bool is_over = false;
     const auto testSome = [&](int triangle) {
       is_over = test(triangle);
@@ -133,7 +133,10 @@ class MeshShapeSearch final : public ShapeSearch {
     const auto isNear = [&, most = float4::all(limit())](int node) -> unsigned {
       return float4::bits(keysOf(mesh_.tree().nodes()[node]) <= most);
     };
-    const auto keysAlong = [&](const WideNode& node) -> Float4 { return line->keys(node); };
+    const Float4 farther = float4::all(std::numeric_limits<float>::max());
+    const auto keysAlong = [&](const WideNode& node) -> Float4 {
+      return keysOf(node) <= float4::all(limit()) ? line->keys(node) : farther;
+    };
     const auto limitAlong = [&]() -> float {
       return line->limitOf(triangles.rounding(points).below(limitOf(query)) + core_.radius);
     };
@@ -172,11 +175,20 @@ class MeshShapeSearch final : public ShapeSearch {
               return false;
             });
   }
-  /// Goes from the nearest point of the shape, or from its farthest one toward the mesh, to the
-  /// nearest triangle, and on from there as long as that is nearer. Returns whether a test was
-  /// true.
+  /// More tests than a search takes where boxes tell triangles apart. From far away they do not.
+  int manyTests() const {
+    constexpr double kFar = 32;  // radii of the mesh
+    constexpr int kMany = 1024, kManyFromFar = 192;
+    const double distance = (nearestOfCore() - mesh_.tree().origin()).stableNorm();
+    const bool is_far = distance > kFar * mesh_.bounds().aabb_radius;
+    const auto positions = static_cast<int>(mesh_.tree().slots().used());  // what looking reads
+    return is_far ? kManyFromFar + positions / 128 : kMany + positions / 32;
+  }
+  /// Goes a few times from the nearest point of the shape, or from its farthest one toward the
+  /// mesh, to the nearest triangle, as long as that is nearer. Returns whether a test was true.
   bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const {
+    constexpr int kMostSteps = 4;
     PointSearch search(mesh_.mesh);
     bool is_over = false;
     const auto isNearer = [&](const fcl::Vector3d& x) {
@@ -186,9 +198,10 @@ class MeshShapeSearch final : public ShapeSearch {
       is_over = test(nearest.triangle);
       return !is_over && limitOf(query) < before;
     };
-    while (isNearer(points.second) ||
-           (!is_over && isNearer(triangles.shape().support(points.first - points.second)))) {
-    }
+    for (int step = 0; step < kMostSteps; ++step)
+      if (!isNearer(points.second) &&
+          (is_over || !isNearer(triangles.shape().support(points.first - points.second))))
+        break;
     return is_over;
   }
   void look(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
@@ -197,6 +210,12 @@ class MeshShapeSearch final : public ShapeSearch {
                         middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
     line.look(mesh_.mesh, near, {to_mesh_(middle), to_mesh * fcl::Matrix3d(half.asDiagonal())},
               (to_mesh_.R * (points.second - points.first)).stableNormalized());
+  }
+  /// The core's point that is nearest to the tree's origin, in the mesh's frame.
+  fcl::Vector3d nearestOfCore() const {
+    const fcl::Vector3d seen =
+        core_.axes.transpose() * to_mesh_.R.transpose() * (mesh_.tree().origin() - to_mesh_.T);
+    return to_mesh_(fcl::Vector3d(core_.axes * seen.cwiseMax(core_.low).cwiseMin(core_.high)));
   }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);
@@ -212,7 +231,6 @@ class MeshShapeSearch final : public ShapeSearch {
   const ShapeCore core_;
   const RelativePlacement to_mesh_;  ///< of the shape
   const ShapeInTree in_tree_;
-  static constexpr int kManyTests = 192, kPerTest = 128;  // positions read in the time of a test
 };
 
 /// Whether a mesh is at most so far from a shape. `core`: of the shape.
