@@ -13,7 +13,7 @@ class CylinderSolid final : public RoundSolid {
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval along(const Line& line) const override;
-  void addPatches(std::vector<SurfacePatch>& patches) const override;
+  void addPatches(std::vector<SurfacePatch>& to) const override;
 
  private:
   const double radius_, half_;

@@ -19,7 +19,7 @@ class RoundedSegment final : public Solid {
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval along(const Line& line) const override;
-  void addPatches(std::vector<SurfacePatch>& patches) const override;
+  void addPatches(std::vector<SurfacePatch>& to) const override;
   double rollingRadius() const override { return radius_; }
   const RoundedSegment* roundedSegment() const override { return this; }
 
