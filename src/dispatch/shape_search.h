@@ -126,7 +126,8 @@ class MeshShapeSearch final : public ShapeSearch {
       return is_over || ++tests >= many;
     };
     if (!walk(keysOf, limit, testSome) || is_over) return;
-    if (!core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
+    const bool is_known = points.first != points.second;  // else nothing was as near as the limit
+    if (!is_known || !core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
       return (void)walk(keysOf, limit, test);
     if (improve(query, points, test)) return;
     const Leased<LineToCore> line;

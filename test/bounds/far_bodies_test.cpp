@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "adaptive_bvh/proximity.h"
 #include "dispatch/shape_search.h"
 #include "query/nearest_search.h"
 #include "query/point_search.h"
@@ -279,6 +280,11 @@ TEST_F(FarBodies, CornersOfBoxesTakeAFewTests) {
       EXPECT_NEAR(answer.distance, double(Real(shape_tf.translation()[2]) - below - highest),
                   64 * 0x1p-52 * (4 + 3 * gap));
       EXPECT_LE(answer.work, long(mesh.triangles.size() / (gap < 32 ? 4 : 8))) << gap;
+      // Searches that begin with a limit, and find nothing as near for long.
+      const DeformableMesh<double> deformable(mesh);
+      const double distance = double(Real(shape_tf.translation()[2]) - below - highest);
+      EXPECT_TRUE(adaptive_bvh::isNearer(deformable, tf, box, shape_tf, distance * (1 + 1e-9)));
+      EXPECT_FALSE(adaptive_bvh::isNearer(deformable, tf, box, shape_tf, distance * (1 - 1e-9)));
     }
 }
 
