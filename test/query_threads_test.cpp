@@ -12,7 +12,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "deformable/mesh_state.h"
-#include "query/contacts.h"
+#include "query/contacts/contacts.h"
 #include "support/closed_bodies.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"

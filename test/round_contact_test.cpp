@@ -4,7 +4,7 @@
 
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/query.h"
-#include "query/cutting_planes.h"
+#include "query/depth/cutting_planes.h"
 #include "support/closed_bodies.h"
 #include "support/meshes.h"
 #include "support/random_geometry.h"

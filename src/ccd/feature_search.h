@@ -5,8 +5,8 @@
 #include "adaptive_bvh/feature_pairs.h"
 #include "boxes/wide_search.h"
 #include "ccd/swept_tree.h"
-#include "query/found_parts.h"
 #include "query/triangle_search.h"
+#include "query/within/found_parts.h"
 
 namespace adaptive_bvh {
 

@@ -1,6 +1,6 @@
 #include "dispatch/contained.h"
 
-#include "query/depth_meshes.h"
+#include "query/depth/depth_meshes.h"
 #include "solids/hull.h"
 
 namespace adaptive_bvh {

@@ -3,9 +3,9 @@
 #include "dispatch/octree_pair.h"
 #include "dispatch/shape_pairs.h"
 #include "dispatch/shape_search.h"
-#include "query/close_triangles.h"
-#include "query/contacts.h"
-#include "query/nearest_search.h"
+#include "query/contacts/contacts.h"
+#include "query/nearest/close_triangles.h"
+#include "query/nearest/nearest_search.h"
 
 namespace adaptive_bvh {
 namespace {

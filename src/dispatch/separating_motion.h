@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "dispatch/shape_search.h"
-#include "query/depth_meshes.h"
-#include "query/signed_distance.h"
+#include "query/depth/depth_meshes.h"
+#include "query/depth/signed_distance.h"
 
 namespace adaptive_bvh {
 

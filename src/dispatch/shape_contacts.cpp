@@ -3,8 +3,8 @@
 #include "adaptive_bvh/penetration.h"
 #include "base/rigid.h"
 #include "dispatch/shape_search.h"
+#include "query/contacts/vertex_contacts.h"
 #include "query/single_precision.h"
-#include "query/vertex_contacts.h"
 
 namespace adaptive_bvh {
 namespace {

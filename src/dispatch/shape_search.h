@@ -9,9 +9,9 @@
 #include "base/rigid.h"
 #include "boxes/tree_walk.h"
 #include "dispatch/shape_triangles.h"
-#include "query/line_to_core.h"
+#include "query/nearest/line_to_core.h"
 #include "query/placed_mesh.h"
-#include "query/point_search.h"
+#include "query/points/point_search.h"
 
 namespace adaptive_bvh {
 

@@ -3,9 +3,9 @@
 #include "dispatch/separating_motion.h"
 #include "dispatch/shape_search.h"
 #include "query/closed_surface.h"
-#include "query/depth_meshes.h"
-#include "query/depth_search.h"
-#include "query/signed_distance.h"
+#include "query/depth/depth_meshes.h"
+#include "query/depth/depth_search.h"
+#include "query/depth/signed_distance.h"
 #include "query/single_precision.h"
 #include "solids/hull.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "query/contacts.h"
+#include "query/contacts/contacts.h"
 #include "thesis/placed_model.h"
 
 namespace adaptive_bvh {

@@ -59,9 +59,9 @@ TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work);
 /// At worst it grows with their square.
 constexpr std::size_t kMostCorners = 10000;
 
-/// The work for the polygons of a file, in steps: so many, and so many for each corner. A corner
-/// takes a byte at least.
-constexpr std::size_t kPolygonSteps = 150000000, kPolygonStepsPerCorner = 250;
+/// The work for the polygons of a file, in steps of 2 to 7 ns: so many, and so many for each
+/// corner. Half a second for a file of a megabyte, where a corner takes five bytes.
+constexpr std::size_t kPolygonSteps = 60000000, kPolygonStepsPerCorner = 200;
 
 /// Levels of nodes, or of the text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;

@@ -4,8 +4,8 @@
 #include "dispatch/contained.h"
 #include "dispatch/pairs.h"
 #include "dispatch/shape_search.h"
-#include "query/depth_meshes.h"
-#include "query/nearest_search.h"
+#include "query/depth/depth_meshes.h"
+#include "query/nearest/nearest_search.h"
 #include "query/single_precision.h"
 #include "scene/scene_state.h"
 

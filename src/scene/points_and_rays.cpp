@@ -1,8 +1,8 @@
 #include <stdexcept>
 
 #include "dispatch/convex_parts.h"
-#include "query/point_search.h"
-#include "query/ray_search.h"
+#include "query/points/point_search.h"
+#include "query/points/ray_search.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {

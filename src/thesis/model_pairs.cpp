@@ -5,8 +5,8 @@
 #include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
 
 #include "mesh/mesh_view.h"
+#include "query/nearest/triangle_separation.h"
 #include "query/placed_mesh.h"
-#include "query/triangle_separation.h"
 #include "thesis/recording_node.h"
 #include "thesis/volumes/volume.h"
 

@@ -6,7 +6,7 @@
 
 #include "dispatch/shape_triangles.h"
 #include "mesh/mesh_view.h"
-#include "query/contacts.h"
+#include "query/contacts/contacts.h"
 #include "query/placed_mesh.h"
 #include "thesis/traversal_statistics.h"
 

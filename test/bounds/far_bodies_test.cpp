@@ -6,8 +6,8 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "dispatch/shape_search.h"
-#include "query/nearest_search.h"
-#include "query/point_search.h"
+#include "query/nearest/nearest_search.h"
+#include "query/points/point_search.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/quad_geometry.h"

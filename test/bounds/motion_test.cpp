@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptive_bvh/adaptive_bvh_model.h"
-#include "query/rigid_motion.h"
+#include "query/within/rigid_motion.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"

@@ -1,7 +1,7 @@
 // What the distance of two meshes prunes by, against the distances of the triangles in long double:
 // gaps of boxes of two trees, TriangleBlock on the corners of two leaves, and supports along a
 // line.
-#include "query/nearest_search.h"
+#include "query/nearest/nearest_search.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // TriangleSeparation against the distance of two triangles in long double.
-#include "query/triangle_separation.h"
+#include "query/nearest/triangle_separation.h"
 
 #include <gtest/gtest.h>
 

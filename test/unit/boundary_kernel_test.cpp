@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "query/boundary_kernel.h"
+#include "query/points/boundary_kernel.h"
 
 namespace adaptive_bvh {
 namespace boundary_kernel_test {

@@ -1,0 +1,215 @@
+#include "query/contacts/vertex_contacts.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/rigid.h"
+#include "base/rounding.h"
+#include "query/closed_surface.h"
+#include "query/points/surface_normals.h"
+#include "query/points/winding_number.h"
+#include "query/single_precision.h"
+#include "query/tree_pair.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Decides on which side of a surface points are, for a sequence of points near each other. A ball
+/// around a point with its distance to the surface as radius contains no point of the surface, so
+/// two points whose balls overlap are on the same side.
+class KnownSides {
+ public:
+  /// `error`: of a sum of two radii and a distance of their centres.
+  explicit KnownSides(double error) : error_(error) {}
+
+  /// The nearest point of the surface is at least `radius` away from x. Returns whether the side of
+  /// x follows.
+  bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
+    for (const Ball& ball : balls_) {
+      const double reach = ball.radius + radius - error_;
+      if (!(reach > kLeast && (x - ball.center).squaredNorm() < reach * reach)) continue;
+      is_inside = ball.is_inside;
+      return true;
+    }
+    return false;
+  }
+  void add(const fcl::Vector3d& x, double radius, bool is_inside) {
+    balls_[next_] = {x, radius, is_inside};
+    next_ = (next_ + 1) % kBalls;
+  }
+
+ private:
+  static constexpr std::size_t kBalls = 8;
+  static constexpr double kLeast = rounding::shortLength<double>();  // its square has all digits
+  struct Ball {
+    fcl::Vector3d center = fcl::Vector3d::Zero();
+    double radius = -std::numeric_limits<double>::infinity();  ///< there is none
+    bool is_inside = false;
+  };
+
+  std::array<Ball, kBalls> balls_;
+  std::size_t next_ = 0;
+  const double error_;
+};
+
+/// Whether a vertex is a contact with a closed mesh.
+class MeshContactTest {
+ public:
+  MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,
+                  double margin)
+      : mesh_(mesh),
+        to_other_(to_other),
+        margin_(margin),
+        search_(other),
+        winding_(other),
+        normals_(other),
+        far_(to_other.T.template lpNorm<Eigen::Infinity>()),
+        sides_(kRounding * (far_ + sizeOf(mesh) + sizeOf(other))) {}
+
+  bool operator()(const VertexCandidate& candidate, VertexContact& contact) {
+    const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
+    PointSearch::Nearest nearest;
+    bool is_inside = candidate.is_inside;
+    const bool is_known = is_inside || sides_.find(x, 0, is_inside);
+    if (!is_known || !is_inside) {
+      nearest = search_(x, margin_);
+      if (!is_known) is_inside = isInside(x, nearest.distance, nearest.triangle >= 0);
+    }
+    if (nearest.triangle < 0 && is_inside) nearest = search_(x);
+    sides_.add(x, nearest.distance, is_inside);
+    if (nearest.triangle < 0) return false;
+    set(x, nearest, is_inside && nearest.distance > 0, contact);
+    return true;
+  }
+
+ private:
+  /// `distance`: of the nearest triangle; where none is found, less than that.
+  bool isInside(const fcl::Vector3d& x, double distance, bool is_found) {
+    if (is_found && distance == 0) return false;
+    bool is_inside;
+    if (!sides_.find(x, distance, is_inside)) is_inside = winding_.of(x) != 0;
+    return is_inside;
+  }
+
+  void set(const fcl::Vector3d& x, const PointSearch::Nearest& nearest, bool is_inside,
+           VertexContact& contact) const {
+    const SurfacePlace place =
+        SurfaceNormals::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
+    contact.distance = is_inside ? -nearest.distance : nearest.distance;
+    contact.nearest = nearest.point;
+    contact.triangle = nearest.triangle;
+    contact.barycentric = place.barycentric;
+    const fcl::Vector3d into = is_inside ? x - nearest.point : nearest.point - x;
+    contact.normal = normal(place, into, x);
+  }
+  /// `into`: from the surface into the other body, of the length of the distance.
+  fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
+                       const fcl::Vector3d& x) const {
+    constexpr double kShort = 1e-8;
+    const double size = std::max(x.template lpNorm<Eigen::Infinity>(), far_);
+    if (into.stableNorm() > kShort * size) {
+      if (place.feature != SurfaceFeature::Face) return into.stableNormalized();
+      const fcl::Vector3d across = normals_.ofFace(place.triangle);
+      if (across.isZero(0)) return into.stableNormalized();
+      return across.dot(into) < 0 ? fcl::Vector3d(-across) : across;
+    }
+    const fcl::Vector3d outward = normals_.at(place);
+    if (!outward.isZero(0)) return -outward;
+    const fcl::Vector3d direction = into.stableNormalized();
+    return direction.isZero(0) ? fcl::Vector3d(fcl::Vector3d::UnitZ()) : direction;
+  }
+
+  /// More than what is rounded in a distance, in parts of the size.
+  static constexpr double kRounding = 0x1p-40;
+  /// The largest coordinate of a mesh, or more.
+  static double sizeOf(const MeshState& mesh) {
+    return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
+  }
+
+  const MeshState& mesh_;
+  const RelativePlacement& to_other_;
+  const double margin_;
+  NearestInTurn search_;
+  WindingNumber winding_;
+  const SurfaceNormals normals_;
+  const double far_;
+  KnownSides sides_;
+};
+
+std::size_t contactsOf(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
+                       VertexContacts<double>& result) {
+  const RelativePlacement to_other(other.tf, mesh.tf);
+  ContactWriter writer(mesh, other.tf);
+  TreePair trees(mesh, other);
+  alignIfNear(trees, margin);
+  if (trees.frame().isPrecise()) {
+    const auto search = [&](const auto& frame) {
+      WindingNumber winding(other.mesh);
+      const auto isInside = [&](unsigned vertex) {
+        return winding.of(to_other(mesh.mesh.vertices[vertex])) != 0;
+      };
+      const BoxFrame boxes(frame.change(), margin * trees.first().scale());
+      VertexSearch<decltype(isInside)>(mesh.mesh, trees.first(), trees.second(), boxes, isInside,
+                                       writer.candidates())
+          .run();
+    };
+    searchInFrame(trees, search, [] {});
+  } else {
+    writer.addAll();
+  }
+  const auto makeTest = [&] { return MeshContactTest(mesh.mesh, other.mesh, to_other, margin); };
+  const int threads = std::max(mesh.mesh.query_threads, other.mesh.query_threads);
+  return writer.write(threads, makeTest, result);
+}
+
+template <typename S>
+void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
+  requireDistance(margin);
+  requireRigid(tf1);
+  requireRigid(tf2);
+}
+
+}  // namespace
+
+template <typename S>
+std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+                           const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+                           S margin, VertexContacts<S>& result) {
+  requirePlaced(tf, other_tf, margin);
+  requireClosed(stateOf(other), "vertexContacts");
+  answerInDouble(result, [&](VertexContacts<double>& contacts) {
+    contactsOf({mesh, tf}, {other, other_tf}, static_cast<double>(margin), contacts);
+  });
+  return result.size();
+}
+
+template <typename S>
+std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S margin,
+                           VertexContacts<S>& of_first, VertexContacts<S>& of_second) {
+  requirePlaced(tf1, tf2, margin);
+  requireClosed(stateOf(first), "vertexContacts");
+  requireClosed(stateOf(second), "vertexContacts");
+  const PlacedMesh one(first, tf1), two(second, tf2);
+  answerInDouble(of_first, [&](VertexContacts<double>& contacts) {
+    contactsOf(one, two, static_cast<double>(margin), contacts);
+  });
+  answerInDouble(of_second, [&](VertexContacts<double>& contacts) {
+    contactsOf(two, one, static_cast<double>(margin), contacts);
+  });
+  return of_first.size() + of_second.size();
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
+  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                      VertexContacts<S>&);                                    \
+  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                      VertexContacts<S>&, VertexContacts<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,220 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "adaptive_bvh/penetration.h"
+#include "base/leased.h"
+#include "boxes/wide_search.h"
+#include "query/placed_mesh.h"
+#include "query/points/point_search.h"
+
+namespace adaptive_bvh {
+
+/// A vertex that may be a contact.
+struct VertexCandidate {
+  unsigned vertex;
+  bool is_inside;  ///< whether that is known: it is inside, and far from the surface
+};
+
+/// What a vertex has as a contact, in the other body's frame.
+struct VertexContact {
+  double distance;  ///< signed
+  fcl::Vector3d nearest, normal, barycentric;
+  int triangle;  ///< -1: of a shape
+};
+
+/// Makes contacts of candidates, and writes them into a result by increasing vertex.
+class ContactWriter {
+ public:
+  ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& other_tf)
+      : mesh_(mesh), other_tf_(other_tf) {
+    memory_->candidates.clear();
+  }
+
+  /// To be filled.
+  std::vector<VertexCandidate>& candidates() { return memory_->candidates; }
+  /// Adds every vertex that a triangle has.
+  void addAll() {
+    const WideTree& tree = mesh_.tree();
+    for (unsigned place = 0; place < unsigned(mesh_.mesh.numTriangles()); ++place)
+      for (unsigned k = 0; k < 3; ++k)
+        if (mesh_.mesh.topology->owners[place].ownsVertex(k))
+          candidates().push_back({static_cast<unsigned>(tree.corners(place)[int(k)]), false});
+  }
+
+  /// makeTest() returns test(candidate, contact), which says whether it is one; each thread has its
+  /// own.
+  template <typename MakeTest>
+  std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
+    Memory& m = *memory_;
+    const std::size_t count = m.candidates.size();
+    m.contacts.resize(count);
+    m.is_contact.resize(count);
+    forEachBatch(threads, count, [&](std::size_t begin, std::size_t end) {
+      auto test = makeTest();
+      for (std::size_t i = begin; i < end; ++i)
+        m.is_contact[i] = test(m.candidates[i], m.contacts[i]);
+    });
+    m.order.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      if (m.is_contact[i]) m.order.push_back(std::uint64_t(m.candidates[i].vertex) << 32 | i);
+    std::sort(m.order.begin(), m.order.end());
+    resize(result, m.order.size());
+    for (std::size_t i = 0; i < m.order.size(); ++i) {
+      const auto from = static_cast<std::uint32_t>(m.order[i]);
+      set(result, i, m.candidates[from].vertex, m.contacts[from]);
+    }
+    return result.size();
+  }
+
+ private:
+  struct Memory {
+    std::vector<VertexCandidate> candidates;
+    std::vector<VertexContact> contacts;
+    std::vector<std::uint8_t> is_contact;
+    std::vector<std::uint64_t> order;  ///< vertex, and number of the candidate
+  };
+
+  static void resize(VertexContacts<double>& result, std::size_t count) {
+    result.vertices.resize(count);
+    result.distances.resize(count);
+    result.positions.resize(count);
+    result.nearest_points.resize(count);
+    result.normals.resize(count);
+    result.triangles.resize(count);
+    result.barycentric.resize(count);
+    result.areas.resize(count);
+  }
+  void set(VertexContacts<double>& result, std::size_t i, unsigned vertex,
+           const VertexContact& contact) const {
+    const auto turn = other_tf_.linear();
+    result.vertices[i] = vertex;
+    result.distances[i] = contact.distance;
+    result.positions[i] = mesh_.tf * mesh_.mesh.vertices[vertex];
+    result.nearest_points[i] = (turn * contact.nearest + other_tf_.translation());
+    result.normals[i] = (turn * contact.normal).normalized();
+    result.triangles[i] = contact.triangle;
+    result.barycentric[i] = contact.barycentric;
+    result.areas[i] = areaOf(vertex);
+  }
+  double areaOf(unsigned vertex) const {
+    double sum = 0;
+    for (const unsigned t : mesh_.mesh.topology->vertex_triangles[vertex]) {
+      const TrianglePoints<double> p = mesh_.pointsOf(t);
+      sum += (p[1] - p[0]).cross(p[2] - p[0]).stableNorm();
+    }
+    return sum / 6;
+  }
+
+  const PlacedMesh& mesh_;
+  const fcl::Transform3d& other_tf_;
+  const Leased<Memory> memory_;
+};
+
+/// The vertices of one mesh that may be near another's surface, or inside of it. Goes down the tree
+/// of the first with a list of those nodes of the other whose boxes overlap, both a level at a
+/// time. A box with an empty list is clear of the other's surface. So all vertices in that box are
+/// on one side, and one test of one of them decides for all. Each vertex is visited once, with the
+/// triangle that owns it.
+template <typename IsInside>
+class VertexSearch {
+ public:
+  /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: takes boxes of `other` to those and
+  /// lets them grow by the margin. `is_inside(v)`: whether a vertex of `mesh` is inside.
+  VertexSearch(const MeshState& mesh, const WideTree& tree, const WideTree& other,
+               const BoxFrame& frame, IsInside is_inside, std::vector<VertexCandidate>& candidates)
+      : mesh_(mesh),
+        tree_(tree),
+        other_(other),
+        frame_(frame),
+        is_inside_(is_inside),
+        candidates_(candidates) {}
+
+  void run() {
+    open_.clear();
+    open_.push_back({0, 0});
+    visit(tree_.nodes()[0], 0);
+    open_.clear();
+  }
+
+ private:
+  /// A node of the other tree, and which of its boxes overlap those of the node that is visited.
+  struct Other {
+    int node;
+    unsigned overlaps;
+  };
+
+  /// The list of the node is that from `first` on.
+  void visit(const WideNode& node, std::size_t first) {
+    unsigned any = 0;
+    const std::size_t last = open_.size();
+    for (std::size_t i = first; i < last; ++i) {
+      open_[i].overlaps = overlaps(node.boxes, frame_(other_.nodes()[open_[i].node].boxes));
+      any |= open_[i].overlaps;
+    }
+    any |= any >> 8;
+    any |= any >> 4;  // bit i: whether box i overlaps any
+    if (node.isLeaf()) return addLeaf(node);
+    for (unsigned i = 0; i < node.count; ++i) {
+      const int below = node.below[i];
+      if (!(any >> i & 1)) {
+        addClear(below);
+        continue;
+      }
+      for (std::size_t k = first; k < last; ++k) openBelow(open_[k], i);
+      visit(tree_.nodes()[below], last);
+      open_.resize(last);
+    }
+  }
+  /// Adds those nodes below one that overlap box i; a leaf itself.
+  void openBelow(const Other other, unsigned i) {
+    const WideNode& node = other_.nodes()[other.node];
+    const unsigned lanes = other.overlaps >> i & 0x1111;
+    if (node.isLeaf() && lanes) open_.push_back({other.node, 0});
+    for (unsigned j = 0; !node.isLeaf() && j < node.count; ++j)
+      if (lanes >> 4 * j & 1) open_.push_back({node.below[j], 0});
+  }
+
+  void addLeaf(const WideNode& leaf) {
+    const auto first = static_cast<std::size_t>(leaf.first);
+    addOwned(first, first + leaf.count, false);
+  }
+  void addClear(int node) {
+    const std::size_t first = firstPlace(node), last = lastPlace(node) + 1;
+    const bool is_inside =
+        is_inside_(static_cast<unsigned>(tree_.corners(static_cast<unsigned>(first))[0]));
+    if (is_inside) addOwned(first, last, true);
+  }
+  void addOwned(std::size_t first, std::size_t last, bool is_inside) {
+    for (std::size_t place = first; place < last; ++place)
+      for (unsigned k = 0; k < 3; ++k)
+        if (mesh_.topology->owners[place].ownsVertex(k))
+          candidates_.push_back(
+              {static_cast<unsigned>(tree_.corners(static_cast<unsigned>(place))[int(k)]),
+               is_inside});
+  }
+
+  /// The places below a node lie together.
+  std::size_t firstPlace(int node) const {
+    const WideNode* at = &tree_.nodes()[node];
+    while (!at->isLeaf()) at = &tree_.nodes()[at->below[0]];
+    return static_cast<std::size_t>(at->first);
+  }
+  std::size_t lastPlace(int node) const {
+    const WideNode* at = &tree_.nodes()[node];
+    while (!at->isLeaf()) at = &tree_.nodes()[at->below[at->count - 1]];
+    return static_cast<std::size_t>(at->first) + at->count - 1;
+  }
+
+  const MeshState& mesh_;
+  const WideTree &tree_, &other_;
+  const BoxFrame& frame_;
+  IsInside is_inside_;
+  std::vector<VertexCandidate>& candidates_;
+  const Leased<std::vector<Other>> leased_;
+  std::vector<Other>& open_ = *leased_;  ///< the lists, one after the other
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,268 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "base/leased.h"
+#include "query/depth/depth_search.h"
+#include "query/placed_mesh.h"
+#include "query/points/point_search.h"
+#include "query/points/surface_normals.h"
+#include "query/points/winding_number.h"
+#include "query/tree_pair.h"
+#include "triangles/triangle_gap.h"
+#include "triangles/triangle_intersection.h"
+
+namespace adaptive_bvh {
+
+/// The body of a closed mesh, for DepthSearch: how deep points are in it. In the mesh's frame.
+class MeshTarget {
+ public:
+  using Witness = int;  ///< a triangle
+  static constexpr bool kIsConvex = false;
+
+  /// The distance to one triangle: a convex function, and at least the distance to the surface.
+  class Reach {
+   public:
+    explicit Reach(const TrianglePoints<double>& triangle) : face_(triangle) {}
+    double operator()(const fcl::Vector3d& x) const {
+      fcl::Vector3d on_face;
+      return face_.distance(x, on_face);
+    }
+
+   private:
+    feature_distance::Face<double> face_;
+  };
+
+  explicit MeshTarget(const PlacedMesh& mesh)
+      : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), walk_(mesh.tree()) {}
+
+  Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
+  double overBox(const Reach& reach, const TurnedBox& box) const {
+    double most = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      fcl::Vector3d x = box.middle;
+      for (int k = 0; k < 3; ++k) x += (corner >> k & 1 ? 1. : -1.) * box.halves.col(k);
+      most = std::max(most, reach(x));
+    }
+    return most;
+  }
+
+  void measure(DepthPoint<int>& point, int hint) {
+    PointSearch::Nearest nearest;
+    search_.tryTriangle(point.x, hint, nearest);
+    search_.search(point.x, nearest);
+    point.distance = nearest.distance;
+    point.witness = nearest.triangle;
+  }
+  bool isInside(const fcl::Vector3d& x) { return winding_.of(x) != 0; }
+  /// Whether a ball is outside of the box around the mesh.
+  bool isClear(const fcl::Vector3d& middle, double radius) const {
+    const WideTree& tree = mesh_.tree();
+    const fcl::Vector3d y = tree.coordinates()(middle);
+    const WideNode& root = tree.nodes()[0];
+    double gap = 0;
+    for (int k = 0; k < 3; ++k) {
+      double low = root.boxes.low[k][0], high = root.boxes.high[k][0];
+      for (unsigned i = 1; i < root.count; ++i) {
+        low = std::min(low, double(root.boxes.low[k][i]));
+        high = std::max(high, double(root.boxes.high[k][i]));
+      }
+      gap = std::max({gap, low - y[k], y[k] - high});
+    }
+    return gap * kSlack > radius * tree.scale();
+  }
+  /// Whether a triangle, or what encloses a patch above it, may touch the surface.
+  bool touches(const TrianglePoints<double>& triangle, const Bulge& bulge) {
+    const WideTree& tree = mesh_.tree();
+    const double around = bulge.height * tree.scale() / kSlack;
+    Float4 low[3], high[3];
+    for (int k = 0; k < 3; ++k) low[k] = float4::all(kFar), high[k] = float4::all(-kFar);
+    for (const fcl::Vector3d& x : triangle) {
+      const fcl::Vector3d y = tree.coordinates()(x);
+      for (int k = 0; k < 3; ++k) {
+        low[k] = float4::lower(low[k], single(y[k] - around));
+        high[k] = float4::upper(high[k], single(y[k] + around));
+      }
+    }
+    const auto overlaps = [&](const Boxes4& boxes) {
+      auto overlap = low[0] <= boxes.high[0];
+      for (int k = 0; k < 3; ++k) overlap &= (low[k] <= boxes.high[k]) & (high[k] >= boxes.low[k]);
+      return float4::bits(overlap);
+    };
+    return walk_.visit(overlaps, [&](unsigned place) {
+      const TrianglePoints<double> other = mesh_.pointsAt(place);
+      if (areSurelyFarther(triangle, other, bulge.height)) return false;
+      return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
+    });
+  }
+  /// The plane n x = d of a triangle, n its outward direction, of length 1 or 0.
+  struct Plane {
+    fcl::Vector3d n;
+    double d;
+  };
+  Plane planeOf(int triangle) const {
+    const auto number = static_cast<unsigned>(triangle);
+    const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(number);
+    return {n, n.dot(mesh_.pointsOf(number)[0])};
+  }
+  /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
+  double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
+    const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
+    const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double at_a = normal.dot(a - t[0]), at_b = normal.dot(b - t[0]);
+    return (at_a < 0) == (at_b < 0) ? -1 : at_a / (at_a - at_b);
+  }
+  void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
+    const auto triangle = static_cast<unsigned>(point.witness);
+    const SurfaceNormals normals(mesh_.mesh);
+    bounds.nearest = vertexFaceDistance<double>(point.x, mesh_.pointsOf(triangle)).second;
+    bounds.outward = normals.at(normals.nearestPlace(point.x, triangle));
+  }
+
+ private:
+  static constexpr double kSlack = 1 - 1e-9;  // for all that is rounded here
+  static constexpr float kFar = 1e15f;
+
+  /// Whether a plane is found that is between a triangle of the surface and a patch.
+  static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
+                       const Bulge& bulge) {
+    const auto separates = [&](const fcl::Vector3d& along) {
+      double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, above = 0;
+      for (const fcl::Vector3d& x : face) lowest = std::min(lowest, along.dot(x - face[0]));
+      for (const fcl::Vector3d& x : triangle) highest = std::max(highest, along.dot(x - face[0]));
+      for (int k = 0; k < bulge.count; ++k)
+        above = std::max(above, along.dot(bulge.ways[static_cast<std::size_t>(k)]));
+      return highest + above < lowest;
+    };
+    const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+    if (separates(normal) || separates(-normal)) return true;
+    const auto [p, q] = gapOf(triangle, face).points;
+    return separates(q - p);
+  }
+  static Float4 single(double y) {
+    return float4::all(static_cast<float>(std::clamp<double>(y, -kFar, kFar)));
+  }
+
+  const PlacedMesh& mesh_;
+  PointSearch search_;
+  WindingNumber winding_;
+  TreeWalk walk_;
+};
+
+/// The surface of a mesh, for DepthSearch, in the target's frame.
+class MeshSource {
+ public:
+  MeshSource(const PlacedMesh& mesh, const RelativePlacement& to_target)
+      : mesh_(mesh), to_target_(to_target) {
+    const BodyCoordinates& body = mesh.tree().coordinates();
+    turn_ = to_target.R * body.axes() / body.scale;
+    origin_ = to_target(body.origin);
+    std::vector<int>& points = memory_->points;
+    if (points.size() < mesh.mesh.vertices.size()) points.resize(mesh.mesh.vertices.size(), -1);
+  }
+  ~MeshSource() {
+    for (const unsigned vertex : memory_->used) memory_->points[vertex] = -1;
+    memory_->used.clear();
+  }
+  MeshSource(const MeshSource&) = delete;
+  MeshSource& operator=(const MeshSource&) = delete;
+
+  template <typename Search>
+  void start(Search& search) {
+    openBox(0, search, search.addMeasured(origin_, -1));
+  }
+  template <typename Search>
+  void openBox(int node, int lane, Search& search, int hint) {
+    openBox(mesh_.tree().nodes()[node].below[lane], search, hint);
+  }
+  TurnedBox boxOf(int node, int lane) const {
+    const Boxes4& boxes = mesh_.tree().nodes()[node].boxes;
+    TurnedBox box;
+    box.middle = origin_;
+    for (int k = 0; k < 3; ++k) {
+      const double low = boxes.low[k][lane], high = boxes.high[k][lane];
+      box.middle += turn_.col(k) * ((low + high) / 2);
+      box.halves.col(k) = turn_.col(k) * ((high - low) / 2);
+    }
+    return box;
+  }
+
+  template <typename Point>
+  fcl::Vector3d between(const Point& a, const Point& b, double share, std::uint8_t,
+                        fcl::Vector3d&) const {
+    return a.x + share * (b.x - a.x);
+  }
+  template <typename Point>
+  double length(const Point& a, const Point& b, std::uint8_t) const {
+    return (b.x - a.x).norm();
+  }
+  template <typename Point>
+  Bulge bulge(const Point&, const Point&, const Point&, std::uint8_t) const {
+    return {};
+  }
+
+ private:
+  struct Memory {
+    std::vector<int> points;     ///< by vertex; -1: none. All are -1 at the end.
+    std::vector<unsigned> used;  ///< vertices that have a point
+  };
+
+  template <typename Search>
+  void openBox(int number, Search& search, int hint) {
+    const WideNode& node = mesh_.tree().nodes()[number];
+    for (unsigned i = 0; i < node.count; ++i) {
+      if (!node.isLeaf()) {
+        search.addBox(number, static_cast<int>(i), hint);
+        continue;
+      }
+      const Int4& corners = mesh_.tree().corners(static_cast<unsigned>(node.first) + i);
+      search.addTriangle(pointOf(corners[0], search), pointOf(corners[1], search),
+                         pointOf(corners[2], search), 0, hint);
+    }
+  }
+  /// A vertex is one point for all its triangles.
+  template <typename Search>
+  int pointOf(int vertex, Search& search) {
+    const auto v = static_cast<unsigned>(vertex);
+    int& point = memory_->points[v];
+    if (point >= 0) return point;
+    memory_->used.push_back(v);
+    return point = search.add(to_target_(mesh_.mesh.vertices[v]));
+  }
+
+  const PlacedMesh& mesh_;
+  const RelativePlacement to_target_;
+  const Leased<Memory> memory_;
+  fcl::Matrix3d turn_;  ///< takes the tree's coordinates to the target
+  fcl::Vector3d origin_;
+};
+
+/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one,
+/// until `visit` returns false; x is the first corner of that triangle, in the frame of `around`.
+/// The surfaces must not touch, so one vertex decides for its component. If they are nearer than
+/// the rounding error of a transformed vertex, either answer is possible.
+template <typename Visit>
+void visitContained(const PlacedMesh& mesh, const PlacedMesh& around, const Visit& visit) {
+  const RelativePlacement to_around(around.tf, mesh.tf);
+  MeshTarget target(around);
+  if (target.isClear(to_around(mesh.bounds().aabb_center), 1.01 * mesh.bounds().aabb_radius))
+    return;
+  for (const unsigned triangle : mesh.mesh.topology->components.firstTriangles()) {
+    const fcl::Vector3d x = to_around(mesh.mesh.vertices[mesh.mesh.view().verticesOf(triangle)[0]]);
+    if (target.isInside(x) && !visit(static_cast<int>(triangle), x, target)) return;
+  }
+}
+
+/// Whether a component of a mesh is inside of a closed one. The surfaces must not touch.
+inline bool isContained(const PlacedMesh& mesh, const PlacedMesh& around) {
+  bool is_contained = false;
+  visitContained(mesh, around, [&](int, const fcl::Vector3d&, MeshTarget&) {
+    is_contained = true;
+    return false;
+  });
+  return is_contained;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,373 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "base/leased.h"
+#include "query/depth/cutting_planes.h"
+#include "query/depth/depth_bounds.h"
+#include "triangles/surface_chart.h"
+
+namespace adaptive_bvh {
+
+/// The largest distance to a target's surface that any point of a source has inside the target:
+/// branch and bound over boxes and triangles of the source, the largest upper bound first. Like
+/// one-sided Hausdorff distances (Guthe, Borodin and Klein 2005; Tang, Lee and Kim 2009), but only
+/// of what is inside. docs/bounds.md, 19.
+///
+/// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
+/// chart), length(a, b, chart), bulge(a, b, c, chart).
+/// Target: kIsConvex, Witness, reach(witness), which gives a function of a point that is nowhere
+/// less than its depth and convex, overBox(reach, box), measure(point, hint), isInside(x),
+/// isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b), findNearest(point,
+/// bounds); planeOf(witness), of an outward direction n and its offset d, unless it is convex.
+template <typename Source, typename Target>
+class DepthSearch {
+ public:
+  using Witness = typename Target::Witness;
+  using Point = DepthPoint<Witness>;
+
+  /// Until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or that does
+  /// not matter; it may be that of a point of the source.
+  DepthSearch(Source& source, Target& target, double tolerance, const DepthBounds& known)
+      : source_(source), target_(target), tolerance_(tolerance) {
+    memory_->points.clear();
+    memory_->open.clear();
+    bounds_ = known;
+    bounds_.searches = 0;
+  }
+  DepthSearch(const DepthSearch&) = delete;
+  DepthSearch& operator=(const DepthSearch&) = delete;
+
+  DepthBounds run() {
+    source_.start(*this);
+    while (!memory_->open.empty() && memory_->open.front().upper > limit()) {
+      const Part top = memory_->open.front();
+      std::pop_heap(memory_->open.begin(), memory_->open.end());
+      memory_->open.pop_back();
+      top.isBox() ? openBox(top) : openTriangle(top);
+    }
+    if (!memory_->open.empty()) drop(memory_->open.front().upper);
+    bounds_.upper = std::max(bounds_.lower, dropped_);
+    if (deepest_ >= 0) {
+      bounds_.is_found = true;
+      bounds_.x = point(deepest_).x;
+      target_.findNearest(point(deepest_), bounds_);
+    }
+    return bounds_;
+  }
+
+  // For the source.
+
+  /// Adds a point; returns its number.
+  int add(const fcl::Vector3d& x, const fcl::Vector3d& parameter = fcl::Vector3d::Zero()) {
+    Point added;
+    added.x = x;
+    added.parameter = parameter;
+    memory_->points.push_back(added);
+    return static_cast<int>(memory_->points.size()) - 1;
+  }
+  /// Adds a point that need not be on the source's surface, and measures it.
+  int addMeasured(const fcl::Vector3d& x, int hint) {
+    const int added = add(x);
+    measure(added, hint);
+    return added;
+  }
+  /// Adds a box below another one. `hint`: a measured point that is near.
+  void addBox(int node, int lane, int hint) {
+    const TurnedBox box = source_.boxOf(node, lane);
+    if (target_.isClear(box.middle, box.radius())) return;
+    const auto reach = target_.reach(witnessOf(hint));
+    const double upper = std::min(upper_, overBox(reach, box, reach(box.middle)));
+    push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_, false});
+  }
+  /// Adds a triangle, or a curved patch, of the source.
+  void addTriangle(int a, int b, int c, std::uint8_t chart, int hint) {
+    Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_, false};
+    part.upper = std::min(upper_, overPatch(part, witnessOf(hint), bulgeOf(part)));
+    push(part);
+  }
+
+ private:
+  static constexpr int kNone = -1;
+
+  /// A part of the source: a box, or a triangle with its corners.
+  struct Part {
+    double upper;  ///< of the depth of every point of it
+    int corners[3];
+    int hint;
+    std::uint16_t generation;  ///< how often it was cut
+    std::uint8_t chart;
+    bool is_inside;  ///< whether that is certain for all of it
+    bool is_clear;   ///< whether it does not cross the surface
+
+    bool isBox() const { return corners[2] == kNone; }
+    friend bool operator<(const Part& a, const Part& b) { return a.upper < b.upper; }
+  };
+  struct Memory {
+    std::vector<Point> points;
+    std::vector<Part> open;  ///< a heap
+  };
+
+  Point& point(int i) { return memory_->points[static_cast<std::size_t>(i)]; }
+  const Point& point(int i) const { return memory_->points[static_cast<std::size_t>(i)]; }
+  const Witness& witnessOf(int i) const { return point(i).witness; }
+  /// What need not be searched.
+  double limit() const { return bounds_.lower + tolerance_; }
+
+  /// How far a part is moved: less than the limit by what is rounded, and more.
+  double motionLength() const { return bounds_.lower + 15. / 16 * tolerance_; }
+
+  void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  void push(const Part& part) {
+    if (part.upper <= limit()) return drop(part.upper);
+    memory_->open.push_back(part);
+    std::push_heap(memory_->open.begin(), memory_->open.end());
+  }
+
+  void measure(int i, int hint) {
+    ++bounds_.searches;
+    target_.measure(point(i), hint == kNone ? Witness{} : witnessOf(hint));
+  }
+  SurfaceSide sideOf(int i) {
+    Point& p = point(i);
+    if (p.side == SurfaceSide::Unknown)
+      p.side = p.distance > 0 && target_.isInside(p.x) ? SurfaceSide::Inside : SurfaceSide::Outside;
+    return p.side;
+  }
+  /// Measures a point of the surface, and raises the lower bound if the point is deeper.
+  void measureCorner(int i, const Part& part) {
+    if (point(i).isMeasured()) return;
+    measure(i, part.hint);
+    if (part.is_inside) point(i).side = SurfaceSide::Inside;
+    if (point(i).distance <= bounds_.lower || sideOf(i) != SurfaceSide::Inside) return;
+    bounds_.lower = point(i).distance;
+    deepest_ = i;
+  }
+
+  void openBox(const Part& part) {
+    const TurnedBox box = source_.boxOf(part.corners[0], part.corners[1]);
+    const int middle = addMeasured(box.middle, part.hint);
+    const double radius = box.radius();
+    const double distance = point(middle).distance;
+    upper_ = std::min(part.upper, overBox(target_.reach(witnessOf(middle)), box, distance));
+    is_inside_ = part.is_inside;
+    if (upper_ > limit() && !is_inside_) useSide(middle, radius);
+    if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
+    drop(upper_);
+  }
+  /// A bound for a box by a feature that is so far from its middle. The corners are looked at where
+  /// they may be near enough.
+  template <typename Reach>
+  double overBox(const Reach& reach, const TurnedBox& box, double at_middle) const {
+    const double upper = at_middle + box.radius();
+    if (upper <= limit() || at_middle > limit()) return upper;
+    return std::min(upper, target_.overBox(reach, box));
+  }
+  /// Lowers upper_, and sets is_inside_, for what is at most `radius` from a measured point: where
+  /// that is of use, by its side.
+  void useSide(int i, double radius) {
+    const double distance = point(i).distance, if_outside = radius - distance;
+    if (if_outside > limit() && point(i).side == SurfaceSide::Unknown) return;
+    if (sideOf(i) == SurfaceSide::Outside)
+      upper_ = std::min(upper_, if_outside);
+    else if (distance > radius)
+      is_inside_ = true;
+  }
+
+  /// A triangle comes three times: its middle is measured, then its corners, then it is cut.
+  void openTriangle(Part part) {
+    if (part.generation > 1) {
+      if (isOutside(part)) return drop(tolerance_ / 2);
+      if constexpr (!Target::kIsConvex)
+        if (isOutsideMoved(part)) return drop(motionLength());
+      return cut(part);
+    }
+    if (++part.generation == 1) return pushByMiddle(part);
+    if constexpr (Target::kIsConvex)
+      if (isLevelled(part)) return;
+    for (const int i : part.corners) measureCorner(i, part);
+    pushMeasured(part);
+  }
+  void pushByMiddle(Part& part) {
+    const fcl::Vector3d middle =
+        (point(part.corners[0]).x + point(part.corners[1]).x + point(part.corners[2]).x) / 3;
+    part.hint = addMeasured(middle, part.hint);
+    double square = 0;
+    for (const int i : part.corners) square = std::max(square, (point(i).x - middle).squaredNorm());
+    const Bulge bulge = bulgeOf(part);
+    const double radius = std::sqrt(square) + bulge.height;
+    upper_ = std::min({part.upper, point(part.hint).distance + radius,
+                       overPatch(part, witnessOf(part.hint), bulge)});
+    is_inside_ = part.is_inside;
+    if (upper_ > limit() && !is_inside_) useSide(part.hint, radius);
+    part.upper = upper_;
+    part.is_inside = is_inside_;
+    push(part);
+  }
+  /// The depth in a convex target is a concave function: of a flat triangle, cutting planes bound
+  /// it. False where they do not suffice.
+  bool isLevelled(Part& part) {
+    constexpr int kMostPlanes = 100;
+    CuttingPlanes planes;
+    int last = part.hint;
+    for (int i = 0; i < kMostPlanes; ++i) {
+      const auto reach = target_.reach(witnessOf(last));
+      planes.add({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
+                  reach(point(part.corners[2]).x)});
+      part.upper = std::min(part.upper, planes.bound());
+      if (part.upper <= limit()) {
+        drop(part.upper);
+        return true;
+      }
+      fcl::Vector3d x = fcl::Vector3d::Zero();
+      for (int k = 0; k < 3; ++k) x += planes.highest()[k] * point(part.corners[k]).x;
+      last = add(x);
+      measureCorner(last, part);
+    }
+    return false;
+  }
+  Bulge bulgeOf(const Part& part) const {
+    return source_.bulge(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
+                         part.chart);
+  }
+  /// A convex function is largest at a corner of what encloses the patch.
+  double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
+    const auto reach = target_.reach(witness);
+    double most = -std::numeric_limits<double>::infinity();
+    for (const int i : part.corners) {
+      const fcl::Vector3d& x = point(i).x;
+      most = std::max(most, reach(x));
+      for (int k = 0; k < bulge.count; ++k)
+        most = std::max(most, reach(x + bulge.ways[static_cast<std::size_t>(k)]));
+    }
+    return most;
+  }
+  /// By how much the bulge raises bounds by corners, at most.
+  double bulgeAbove(const Part& part) const {
+    const Bulge bulge = bulgeOf(part);
+    double most = 0;
+    for (const int i : part.corners) {
+      const auto reach = target_.reach(witnessOf(i));
+      for (int k = 0; k < bulge.count; ++k)
+        most = std::max(
+            most, reach(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - reach(point(i).x));
+    }
+    return most;
+  }
+  /// The largest distance of a corner to another one.
+  double radiusAt(const Part& part, int corner) const {
+    double square = 0;
+    for (const int other : part.corners)
+      square = std::max(square, (point(other).x - point(corner).x).squaredNorm());
+    return std::sqrt(square);
+  }
+  /// Adds a triangle with measured corners, with a bound by all that is known there.
+  void pushMeasured(Part& part) {
+    const Bulge bulge = bulgeOf(part);
+    upper_ = part.upper;
+    is_inside_ = part.is_inside;
+    for (const int i : part.corners) {
+      if (upper_ <= limit()) break;
+      upper_ = std::min({upper_, overPatch(part, witnessOf(i), bulge),
+                         point(i).distance + radiusAt(part, i) + bulge.height});
+    }
+    for (const int i : part.corners) {
+      if (upper_ <= limit() || is_inside_) break;
+      useSide(i, radiusAt(part, i) + bulge.height);
+    }
+    part.upper = upper_;
+    part.is_inside = is_inside_;
+    push(part);
+  }
+
+  /// Whether a triangle is outside, but for what is less than half the tolerance deep: it is made
+  /// smaller by so much, and then does not touch the surface.
+  bool isOutside(Part& part) {
+    if (part.is_inside || part.is_clear) return false;
+    fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) middle += point(part.corners[k]).x / 3;
+    double radius = 0;
+    for (int k = 0; k < 3; ++k)
+      radius = std::max(radius, (point(part.corners[k]).x - middle).norm());
+    const double share = tolerance_ / 2 / radius;
+    for (int k = 0; k < 3; ++k)
+      corners[k] =
+          point(part.corners[k]).x + std::min(share, 1.) * (middle - point(part.corners[k]).x);
+    if (target_.touches({corners[0], corners[1], corners[2]}, bulgeOf(part))) return false;
+    part.is_clear = true;
+    return !target_.isInside(middle);
+  }
+
+  /// Whether a triangle is outside once it is moved along the outward direction at a corner: so no
+  /// point of it is deeper than that motion is long. Tried where the triangle gets beyond the plane
+  /// of that direction's feature.
+  bool isOutsideMoved(const Part& part) {
+    if (part.is_inside) return false;  // its features bound it as well
+    const Bulge bulge = bulgeOf(part);
+    for (const int i : part.corners) {
+      const auto plane = target_.planeOf(witnessOf(i));
+      const fcl::Vector3d motion = motionLength() * plane.n;
+      std::array<fcl::Vector3d, 3> moved;
+      double lowest = std::numeric_limits<double>::infinity(), below = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        moved[k] = point(part.corners[k]).x + motion;
+        lowest = std::min(lowest, plane.n.dot(moved[k]));
+      }
+      for (int k = 0; k < bulge.count; ++k)
+        below = std::min(below, plane.n.dot(bulge.ways[static_cast<std::size_t>(k)]));
+      if (lowest + below > plane.d && !target_.touches(moved, bulge) &&
+          !target_.isInside((moved[0] + moved[1] + moved[2]) / 3))
+        return true;
+    }
+    return false;
+  }
+
+  /// Cuts a triangle in two through a corner.
+  void cut(const Part& part) {
+    const Point* const corners[3] = {&point(part.corners[0]), &point(part.corners[1]),
+                                     &point(part.corners[2])};
+    const bool bends = bulgeAbove(part) > tolerance_ / 4;
+    const auto length = [&](const Point& p, const Point& q) {
+      return bends ? source_.bulge(p, q, q, part.chart).height : source_.length(p, q, part.chart);
+    };
+    // Where a patch bends, the edge that bends most is halved: where features change is known of
+    // flat triangles. Every third cut halves the longest edge, so that triangles become small.
+    const DepthCut<Target> place(corners, target_, tolerance_, bends || part.generation % 3 == 0,
+                                 length);
+    const int edge = place.edge();
+    const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
+              c = part.corners[(edge + 2) % 3];
+    fcl::Vector3d parameter = fcl::Vector3d::Zero();
+    const fcl::Vector3d x =
+        source_.between(point(a), point(b), place.share(), part.chart, parameter);
+    const int middle = add(x, parameter);
+    measureCorner(middle, part);
+    Part half = part;
+    ++half.generation;
+    half.hint = middle;
+    for (const int end : {a, b}) {
+      half.upper = part.upper;
+      half.is_inside = part.is_inside;
+      half.corners[0] = end == a ? a : middle;
+      half.corners[1] = end == a ? middle : b;
+      half.corners[2] = c;
+      pushMeasured(half);
+    }
+  }
+  Source& source_;
+  Target& target_;
+  const double tolerance_;
+  const Leased<Memory> memory_;
+  DepthBounds bounds_;
+  int deepest_ = kNone;
+  double dropped_ = 0;  ///< the largest bound of what was left out
+  /// Bound of the part that is being cut, for all parts below it.
+  double upper_ = std::numeric_limits<double>::infinity();
+  bool is_inside_ = false;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,140 @@
+#include "query/depth/signed_distance.h"
+
+#include "base/rounding.h"
+#include "query/closed_surface.h"
+#include "query/depth/depth_meshes.h"
+#include "query/nearest/nearest_search.h"
+#include "query/single_precision.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// A point of the first component of a mesh that is inside of another one, whose surface it does
+/// not touch.
+DepthBounds componentInside(const PlacedMesh& mesh, const PlacedMesh& other, double least) {
+  DepthBounds found = DepthBounds::from(least);
+  visitContained(mesh, other, [&](int, const fcl::Vector3d& x, MeshTarget& target) {
+    found = depthAt(x, target, least);
+    return false;
+  });
+  return found;
+}
+
+DepthBounds depthOf(const PlacedMesh& mesh, const PlacedMesh& other, double tolerance,
+                    const DepthBounds& known) {
+  MeshSource source(mesh, RelativePlacement(other.tf, mesh.tf));
+  MeshTarget target(other);
+  return DepthSearch<MeshSource, MeshTarget>(source, target, tolerance, known).run();
+}
+
+double sizeOf(const PlacedMesh& mesh) {
+  return mesh.bounds().aabb_center.stableNorm() + mesh.bounds().aabb_radius;
+}
+
+/// The nearest triangles, and the outward direction of the second there.
+TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
+  const fcl::DistanceRequestd request;
+  fcl::DistanceResultd result;
+  NearestPair nearest(meshes.first, meshes.second, {request, result});
+  NearestSearch(meshes.first, meshes.second, nearest).run();
+  const auto triangle = [](auto number) { return static_cast<unsigned>(number); };
+  const TriangleGap gap = meshes.gap({triangle(result.b1), triangle(result.b2)});
+  const SurfaceNormals normals(meshes.second.mesh);
+  const RelativePlacement to_second(meshes.second.tf, meshes.first.tf);
+  outward = meshes.to_first.R *
+            normals.at(normals.nearestPlace(to_second(gap.points.second), triangle(result.b2)));
+  return gap;
+}
+
+/// A copy `unit` times as large.
+DeformableMesh<double> enlarged(const DeformableMesh<double>& mesh, double unit) {
+  std::vector<fcl::Vector3d> positions = mesh.vertices();
+  for (fcl::Vector3d& x : positions) x *= unit;
+  DeformableMesh<double> large(mesh);
+  large.update(positions);
+  return large;
+}
+
+/// That of bodies so small that squares of their lengths underflow: by larger ones, in the frame of
+/// the first.
+SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first,
+                                             const fcl::Transform3d& tf,
+                                             const DeformableMesh<double>& second,
+                                             const RelativePlacement& to_first, double tolerance,
+                                             double unit) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  fcl::Transform3d placed = fcl::Transform3d::Identity();
+  placed.linear() = to_first.R;
+  placed.translation() = to_first.T * unit;
+  SignedDistance<double> found =
+      signedDistance(enlarged(first, unit), fcl::Transform3d(fcl::Transform3d::Identity()),
+                     enlarged(second, unit), placed, tolerance * unit);
+  for (fcl::Vector3d& x : found.points) x = tf * fcl::Vector3d(x / unit);
+  found.normal = tf.linear() * found.normal;
+  const auto reduced = [&](double length, double outward) -> double {
+    const double rounded = length / unit;
+    return rounded * unit == length ? rounded : std::nextafter(rounded, outward);
+  };
+  found.lower = reduced(found.lower, -kInfinity);
+  found.upper = found.upper == 0 ? 0. : reduced(found.upper, kInfinity);
+  return found;
+}
+
+/// Of meshes whose squares of lengths do not underflow.
+SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size, double tolerance) {
+  const PlacedMesh &one = meshes.first, &two = meshes.second;
+  const DepthPrecision precision(one.tf, two.tf, size, tolerance);
+  const SignedDistanceResult result(one.tf, two.tf, precision);
+  fcl::Vector3d outward;
+  const TriangleGap gap = nearestOf(meshes, outward);
+  DepthBounds in_second = DepthBounds::from(precision.error()), in_first = in_second;
+  if (gap.distance > 0) {
+    in_second = componentInside(one, two, precision.error());
+    in_first = componentInside(two, one, in_second.lower);
+    if (!in_second.is_found && !in_first.is_found) return result.apart(gap, true, outward);
+  }
+  in_second = depthOf(one, two, precision.tolerance(), in_second);
+  if (!(in_first.lower > in_second.lower)) in_first = DepthBounds::from(in_second.lower);
+  in_first = depthOf(two, one, precision.tolerance(), in_first);
+  SignedDistance<double> found =
+      in_second.is_found || in_first.is_found
+          ? result.inside(in_second, in_first)
+          : result.touching(gap, true, outward, std::max(in_second.upper, in_first.upper));
+  found.searches = in_second.searches + in_first.searches;
+  return found;
+}
+
+}  // namespace
+
+template <typename S>
+SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                                 const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                                 S tolerance) {
+  requireTolerance(tolerance);
+  requireRigid(tf1);
+  requireRigid(tf2);
+  requireClosed(stateOf(first), "signedDistance");
+  requireClosed(stateOf(second), "signedDistance");
+  const PairOfMeshes meshes(first, tf1, second, tf2);
+  const double size = sizeOf(meshes.first) + sizeOf(meshes.second) + meshes.to_first.T.stableNorm();
+  const double unit = rounding::enlargement(size);
+  SignedDistance<S> result;
+  answerInDouble(result, [&](SignedDistance<double>& found) {
+    found = unit == 1
+                ? signedDistanceOf(meshes, size, static_cast<double>(tolerance))
+                : signedDistanceOfSmall(inDouble(first), meshes.first.tf, inDouble(second),
+                                        meshes.to_first, static_cast<double>(tolerance), unit);
+  });
+  return result;
+}
+
+template SignedDistance<float> signedDistance(const DeformableMesh<float>&,
+                                              const fcl::Transform3<float>&,
+                                              const DeformableMesh<float>&,
+                                              const fcl::Transform3<float>&, float);
+template SignedDistance<double> signedDistance(const DeformableMesh<double>&,
+                                               const fcl::Transform3<double>&,
+                                               const DeformableMesh<double>&,
+                                               const fcl::Transform3<double>&, double);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,93 @@
+#include "adaptive_bvh/coherent_distance.h"
+
+#include <cstdint>
+
+#include "base/rigid.h"
+#include "query/nearest/nearest_search.h"
+#include "query/single_precision.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The distance of two meshes, call after call.
+class CoherentNearest {
+ public:
+  /// Lowers the query's distance to that of the meshes.
+  void search(const PlacedMesh& first, const PlacedMesh& second,
+              const DistanceQuery<double>& query) {
+    if (!isAnswered(first, second, query.request)) {
+      result_ = fcl::DistanceResultd();
+      unsetPoints(result_);
+      NearestPair nearest(first, second, {query.request, result_});
+      nearest.addWitness(static_cast<int>(witness1_), static_cast<int>(witness2_));
+      NearestSearch search(first, second, nearest, supports_paid_);
+      search.run();
+      supports_paid_ = search.supportsPaid();
+      witness1_ = result_.b1;
+      witness2_ = result_.b2;
+      positions_[0] = first.mesh.positions;
+      positions_[1] = second.mesh.positions;
+      tf1_ = first.tf;
+      tf2_ = second.tf;
+      request_ = query.request;
+    }
+    if (result_.min_distance < query.result.min_distance) query.result = result_;
+  }
+
+ private:
+  bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
+                  const fcl::DistanceRequestd& asked) const {
+    return positions_[0] == first.mesh.positions && positions_[1] == second.mesh.positions &&
+           tf1_.matrix() == first.tf.matrix() && tf2_.matrix() == second.tf.matrix() &&
+           request_.enable_nearest_points == asked.enable_nearest_points &&
+           request_.abs_err == asked.abs_err && request_.rel_err == asked.rel_err;
+  }
+
+  std::intptr_t witness1_ = 0, witness2_ = 0;  ///< the triangles that were nearest last
+  bool supports_paid_ = false;                 ///< in the last search
+  /// The arguments of the last call, and its answer.
+  std::uint64_t positions_[2] = {0, 0};
+  fcl::Transform3d tf1_, tf2_;
+  fcl::DistanceRequestd request_;
+  fcl::DistanceResultd result_;
+};
+
+}  // namespace
+
+template <typename S>
+struct CoherentDistance<S>::State {
+  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
+
+  const DeformableMesh<S>&first, &second;
+  CoherentNearest nearest;
+};
+
+template <typename S>
+CoherentDistance<S>::CoherentDistance(const DeformableMesh<S>& first,
+                                      const DeformableMesh<S>& second)
+    : state_(std::make_unique<State>(first, second)) {}
+template <typename S>
+CoherentDistance<S>::~CoherentDistance() = default;
+template <typename S>
+CoherentDistance<S>::CoherentDistance(CoherentDistance&&) noexcept = default;
+
+template <typename S>
+S CoherentDistance<S>::distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
+                                const fcl::DistanceRequest<S>& request,
+                                fcl::DistanceResult<S>& result) {
+  requireRigid(tf1);
+  requireRigid(tf2);
+  State& state = *state_;
+  if (request.isSatisfied(result)) return result.min_distance;
+  if (!result.o1) unsetPoints(result);
+  answerInDouble(DistanceQuery<S>{request, result}, &state.first, &state.second,
+                 [&](const DistanceQuery<double>& query) {
+                   state.nearest.search({state.first, tf1}, {state.second, tf2}, query);
+                 });
+  return result.min_distance;
+}
+
+template class CoherentDistance<float>;
+template class CoherentDistance<double>;
+
+}  // namespace adaptive_bvh

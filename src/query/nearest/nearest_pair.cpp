@@ -1,0 +1,167 @@
+#include "query/nearest/nearest_pair.h"
+
+#include "query/nearest/farthest_point.h"
+#include "query/placed_mesh.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The second's coordinates are placed in the first's frame.
+DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
+                            const PlacedMesh& second) {
+  const auto size = [](const PlacedMesh& mesh) -> double {
+    return mesh.bounds().aabb_center.lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
+  };
+  return DistanceRounding(T.lpNorm<1>() + size(first) + size(second));
+}
+
+VertexIndices verticesOf(const Int4& corners) {
+  return {unsigned(corners[0]), unsigned(corners[1]), unsigned(corners[2])};
+}
+
+}  // namespace
+
+NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
+                         const DistanceQuery<double>& query)
+    : first_(first),
+      second_(second),
+      request_(query.request),
+      result_(query.result),
+      to_first_(first.tf, second.tf),
+      boxes_(first, second, to_first_),
+      triangles_(first.mesh.vertices.data(), second.mesh.vertices.data(), to_first_),
+      rounding_(roundingOf(to_first_.T, first, second)) {
+  setLimit();
+}
+
+/// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
+void NearestPair::setLimit() {
+  const auto least = static_cast<double>(result_.min_distance);
+  limit_ = std::max(least - static_cast<double>(request_.abs_err),
+                    least / (1 + static_cast<double>(request_.rel_err)));
+  least_enough_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();
+}
+
+/// Measures along the line between the nearest points of two triangles.
+void NearestPair::lookAlong(const TriangleGap& gap, const VertexIndices& a,
+                            const VertexIndices& b) {
+  triangles_.lookAlong(gap.points.first, gap.points.second);
+  near1_ = a;
+  near2_ = b;
+  near_distance_ = gap.distance;
+  is_refined_ = false;
+}
+
+void NearestPair::refineLine() {
+  is_refined_ = true;
+  if (triangles_.direction() == fcl::Vector3d::Zero()) return;
+  triangles_.preferNormals(near1_, near2_, rounding_.below(near_distance_));
+  raiseLeast();
+}
+
+void NearestPair::raiseLeast() {
+  const auto& line = triangles_.line();
+  raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
+             boxes_.reach2(line.to, -line.along2));
+}
+
+bool NearestPair::lookAlongHulls() {
+  const auto farthestOf = [](const PlacedMesh& mesh) {
+    return [&mesh](const fcl::Vector3d& along) -> fcl::Vector3d {
+      return farthestPoint(mesh.tree(), mesh.mesh.vertices.data(), along);
+    };
+  };
+  constexpr double kMost = 1 - 1. / 64;
+  const fcl::Vector3d way =
+      wayBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
+  const double gap = way.stableNorm();
+  if (!(gap > 0)) return false;
+  triangles_.turnLine(way / gap);
+  raiseLeast();
+  return true;
+}
+
+void NearestPair::improve(const TriangleGap& gap, int triangle1, int triangle2) {
+  result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller names them
+  if (request_.enable_nearest_points) {
+    const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d { return (first_.tf * x); };
+    result_.nearest_points[0] = inWorld(gap.points.first);
+    result_.nearest_points[1] = inWorld(gap.points.second);
+  } else {
+    unsetPoints(result_);
+  }
+  improved_ = true;
+  setLimit();
+}
+
+void NearestPair::addWitness(int triangle1, int triangle2) {
+  if (triangle1 < 0 || triangle1 >= first_.mesh.numTriangles() || triangle2 < 0 ||
+      triangle2 >= second_.mesh.numTriangles())
+    return;
+  const VertexIndices a = first_.mesh.view().verticesOf(static_cast<unsigned>(triangle1)),
+                      b = second_.mesh.view().verticesOf(static_cast<unsigned>(triangle2));
+  const TriangleGap gap = triangles_.gap(a, b);
+  if (gap.distance < result_.min_distance) improve(gap, triangle1, triangle2);
+  lookAlong(gap, a, b);
+}
+
+void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, double error,
+                       const WideNode& leaf1, const WideNode& leaf2) {
+  const double off = rounding_.ofSeparations() + error,
+               slack = double(block.slack()) * unit + 2 * off;
+  const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));
+  Float4 bounds[4];
+  if (open & 0x000f) bounds[0] = block.bounds<0>(enough, open & 15);
+  if (open & 0x00f0) bounds[1] = block.bounds<1>(enough, open >> 4 & 15);
+  if (open & 0x0f00) bounds[2] = block.bounds<2>(enough, open >> 8 & 15);
+  if (open & 0xf000) bounds[3] = block.bounds<3>(enough, open >> 12 & 15);
+  for (; open && !isDone(); open &= open - 1) {
+    const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
+    const double bound = double(bounds[j][i]) * unit - off;
+    if (!(bound >= limit_))  // also where it is out of range
+      testPair(first_.tree().corners(static_cast<unsigned>(leaf1.first + i)),
+               second_.tree().corners(static_cast<unsigned>(leaf2.first + j)), bound, slack);
+  }
+}
+
+/// `bound`: a lower bound of their distance in single precision; `slack`: by so much one along the
+/// same lines may be larger in double precision.
+void NearestPair::testPair(const Int4& first, const Int4& second, double bound, double slack) {
+  const VertexIndices a = verticesOf(first), b = verticesOf(second);
+  ++triangle_tests_;
+  if (bound + slack >= limit_) {
+    const double limit = limitWithinRounding();
+    if (triangles_.separation(a, b) >= limit || triangles_.separationNearby(a, b, limit) >= limit)
+      return;
+  }
+  const TriangleGap gap = triangles_.gap(a, b);
+  if (!(gap.distance < result_.min_distance)) return;
+  improve(gap, first[3], second[3]);
+  lookAlong(gap, a, b);
+}
+
+/// Stops at the first vertex that is too near. A few of both meshes come first: they often say so.
+bool NearestPair::areSeparated() {
+  if (!isClear()) return false;
+  constexpr std::size_t kFew = 32;  // one of so many
+  const auto& line = triangles_.line();
+  const double rest = line.offset - limitWithinRounding();
+  const auto reach = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
+                        const fcl::Vector3d& along, double most, std::size_t stride) -> double {
+    double reach = 0;
+    for (std::size_t i = 0; i < vertices.size() && reach <= most; i += stride)
+      reach = std::max(reach, along.dot(vertices[i] - from));
+    return reach;
+  };
+  for (const std::size_t stride : {kFew, std::size_t(1)}) {
+    const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest, stride);
+    if (!(reach1 <= rest)) return false;
+    const double rest2 = rest - reach1;
+    if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
+      return false;
+  }
+  raiseLeast(limitWithinRounding());
+  return true;
+}
+
+}  // namespace adaptive_bvh

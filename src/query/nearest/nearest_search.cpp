@@ -1,0 +1,345 @@
+#include "query/nearest/nearest_search.h"
+
+#include <algorithm>
+
+namespace adaptive_bvh {
+namespace {
+
+/// The boxes of a node of the second tree if single precision cannot express them: boxes that are
+/// far away, or not a number, are moved so near that squares of gaps stay in range.
+Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
+  constexpr float kFar = 1e15f;
+  const Boxes4 turned = frame(node.boxes);
+  Boxes4 boxes = node.boxes;  // where there is nothing, these stay
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < int(node.count); ++i) {
+      // If one argument is NaN, std::min and std::max return the first one.
+      boxes.low[k][i] = std::min(kFar, std::max(-kFar, turned.low[k][i]));
+      boxes.high[k][i] = std::max(-kFar, std::min(kFar, turned.high[k][i]));
+    }
+  return boxes;
+}
+
+/// So many tests of boxes take longer than to improve the line, and than to look at the bodies as a
+/// whole.
+constexpr long kFew = 96;
+constexpr long kMany = 256;
+/// What it takes to look along the convex hulls, in box tests.
+constexpr long kHulls = 20000;
+constexpr long kNever = std::numeric_limits<long>::max();
+
+/// After how many tests of boxes to look along the line between two bodies: at once where single
+/// precision hardly distinguishes the boxes, so far apart they are; never where they are near, as
+/// trees with the same coordinates are better there.
+long testsBeforeView(const TreePair& trees) {
+  constexpr double kNear = 32, kFar = 1 << 10;
+  const double apart = trees.frame().t().template lpNorm<1>();
+  if (apart > kFar) return 0;
+  return apart > kNear ? kMany : kNever;
+}
+
+}  // namespace
+
+NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
+                             NearestPair& nearest, bool supports_first)
+    : nearest_(nearest),
+      trees_(first, second),
+      nodes1_(trees_.first().nodes()),
+      nodes2_(trees_.second().nodes()),
+      supports_first_(supports_first),
+      is_same_(trees_.frame().isSame()),
+      open_(memory_->open),
+      line_(memory_->line),
+      blocks_(second, trees_) {
+  open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
+  next_supports_ = LineSeparation::largestCost(trees_.first(), trees_.second());
+  constexpr long kOften = 16;  // of a large mesh perhaps only a small part counts
+  if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
+    next_supports_ /= kOften;
+  if (supports_first_) next_supports_ = 1;
+  next_view_ = testsBeforeView(trees_);
+  next_hulls_ = kHulls;
+  next_check_ = std::max<long>(kMany, first.mesh.vertices.size() + second.mesh.vertices.size());
+  next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
+}
+
+const Boxes4& NearestSearch::secondBoxes(int node) {
+  if (is_same_) return nodes2_[node].boxes;
+  if (node != turned_node_)
+    turned_ = trees_.frame().isInRange() ? trees_.frame()(nodes2_[node].boxes)
+                                         : boxesInRange(trees_.frame(), nodes2_[node]);
+  turned_node_ = node;
+  return turned_;
+}
+
+/// Which boxes of two nodes are near along the line. Apart from the others, which take less time.
+unsigned NearestSearch::nearInView(int first, int second, const LineSeparation* supports,
+                                   Gaps4x4& gaps) {
+  return view_.near(first, second, supports, gaps);
+}
+
+/// Which boxes of two nodes are near, by themselves.
+unsigned NearestSearch::nearBoxes(int first, int second, Gaps4x4& gaps) {
+  if (has_view_) return nearInView(first, second, nullptr, gaps);
+  gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
+  return gaps.below(limit2_);
+}
+
+/// By supports as well.
+unsigned NearestSearch::nearLanes(int first, int second, Gaps4x4& gaps) {
+  box_tests_ += nodes1_[first].count * nodes2_[second].count;
+  if (has_view_) return nearInView(first, second, has_supports_ ? &line_ : nullptr, gaps);
+  unsigned open = nearBoxes(first, second, gaps);
+  if (has_supports_ && open) {
+    open &= ~line_.apart(first, second);
+    ++near_pairs_;
+    apart_pairs_ += !open;
+  }
+  return open;
+}
+
+void NearestSearch::setLimit() {
+  if (limit_ == nearest_.limit()) return;
+  limit_ = nearest_.limit();
+  limit2_ = BoxGaps(trees_.first().scale()).squaredGapFor(limit_);
+  direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
+  blocks_.lookAlong(vectors::all(direction_));
+  if (has_view_) {
+    view_.setLimit(nearest_.limitOfBounds());
+    limit2_ = view_.limitOfKeys();
+  }
+  if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
+}
+
+void NearestSearch::run() {
+  open_.clear();
+  open_.push_back({0, 0, 0});
+  limit_ = -1;
+  setLimit();
+  while (!open_.empty() && !nearest_.isDone()) {
+    if (box_tests_ >= kFew && !nearest_.isRefined()) {
+      nearest_.refineLine();
+      limit_ = -1;
+      setLimit();
+      continue;  // perhaps that was all
+    }
+    if (box_tests_ >= next_stage_ && takeStage()) continue;
+    const Pair pair = takeNext();
+    if (pair.gap < limit2_) visit(pair);
+  }
+}
+
+/// What pays after so many tests of boxes. Returns whether pairs may have been left out, perhaps
+/// all.
+bool NearestSearch::takeStage() {
+  const bool is_changed = takeStages();
+  next_stage_ = std::min({next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
+  return is_changed;
+}
+bool NearestSearch::takeStages() {
+  if (box_tests_ >= next_view_) tryBoxes();
+  if (box_tests_ >= next_check_ && check()) {
+    open_.clear();
+    return true;
+  }
+  if (box_tests_ >= next_alignment_) align();
+  if (box_tests_ >= next_hulls_ && tryHulls()) return true;
+  if (box_tests_ < next_supports_ || direction_ == fcl::Vector3d::Zero()) return false;
+  trySupports();
+  return true;
+}
+
+/// The nearest of the two nodes that were visited last; where these led to none, along a line the
+/// nearest of all: among nodes that are hardly nearer than others a search would else go through
+/// many before it comes to the nearest.
+NearestSearch::Pair NearestSearch::takeNext() {
+  if (has_view_ && has_supports_ && !has_next_) {
+    const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
+    while (heap_ < open_.size())
+      std::push_heap(open_.begin(), open_.begin() + std::ptrdiff_t(++heap_), isFarther);
+    std::pop_heap(open_.begin(), open_.end(), isFarther);
+    --heap_;
+  }
+  has_next_ = false;
+  const Pair pair = open_.back();
+  open_.pop_back();
+  return pair;
+}
+
+/// The nodes stay the same, and gaps lower bounds.
+void NearestSearch::align() {
+  next_alignment_ = kNever;
+  trees_.align();
+  nodes1_ = trees_.first().nodes();
+  nodes2_ = trees_.second().nodes();
+  is_same_ = trees_.frame().isSame();
+  turned_node_ = -1;
+  const double before = limit_;
+  limit_ = -1;
+  for (Pair& pair : open_) pair.gap = 0;  // in other units
+  if (before >= 0) setLimit();
+}
+
+/// Whether the bodies as a whole are as far apart as the nearest pair so far.
+bool NearestSearch::check() {
+  next_check_ = 2 * box_tests_;
+  return nearest_.areSeparated();
+}
+
+/// From here on looks at boxes along a line.
+void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double reach1,
+                              double reach2) {
+  view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
+  has_view_ = true;
+  next_alignment_ = next_view_ = kNever;
+  nearest_.raiseLeast(view_.gap());
+  limit_ = -1;
+  setLimit();
+  Gaps4x4 keys;
+  for (Pair& pair : open_) {
+    const unsigned near = nearLanes(pair.first, pair.second, keys);
+    pair.gap = near ? packs::smallest(keys.least()) : std::numeric_limits<float>::infinity();
+  }
+  heap_ = 0;
+  has_next_ = false;
+}
+
+/// Looks along the line between the local boxes of the meshes, which may separate them.
+void NearestSearch::tryBoxes() {
+  next_view_ = kNever;
+  if (has_supports_ || !trees_.frame().isInRange()) return;
+  const LocalBoxes& boxes = nearest_.boxes();
+  TriangleSeparation<double>::Line line;
+  line.along1 = boxes.line();
+  if (line.along1 == fcl::Vector3d::Zero()) return;
+  line.along2 = trees_.toFirst().R.transpose() * line.along1;
+  line.from = boxes.middle1();
+  line.to = boxes.middle2();
+  lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
+}
+
+/// Leaves out what is not nearer than the limit. Returns the cost of supports of the rest.
+long NearestSearch::setSupportParts() {
+  Gaps4x4 gaps;
+  const auto near1 = [&](int node) -> unsigned {
+    const unsigned pairs = nearBoxes(node, 0, gaps);
+    return (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+  };
+  const auto near2 = [&](int node) -> unsigned {
+    const unsigned pairs = nearBoxes(0, node, gaps);
+    unsigned lanes = 0;
+    for (int j = 0; j < 4; ++j) lanes |= unsigned((pairs >> (4 * j) & 15) != 0) << j;
+    return lanes;
+  };
+  const long cost = line_.setParts(trees_.first(), near1, trees_.second(), near2);
+  const auto isLeftOut = [&](const Pair& pair) { return !line_.covers(pair.first, pair.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
+  heap_ = 0;
+  has_next_ = false;
+  return cost;
+}
+
+/// Computes supports if the search has taken as long; again along another line where the last one
+/// separated many pairs of nodes.
+void NearestSearch::trySupports() {
+  if (has_supports_ && !has_view_ && !supportsPaid()) {
+    next_supports_ = kNever;
+    return;
+  }
+  const long cost = setSupportParts();
+  if (cost > box_tests_ && !supports_first_) {
+    next_supports_ = cost;
+    return;
+  }
+  // A search that begins with supports does so before the hulls could pay.
+  if (next_hulls_ != kNever && isApart() && !supports_first_ && tryHulls()) return;
+  near_pairs_ = apart_pairs_ = 0;
+  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
+  has_supports_ = true;
+  next_supports_ = 2 * (box_tests_ + cost);
+  if (has_view_ || isApart()) {
+    const auto& line = nearest_.triangles().line();
+    lookAlong(line, line_.reach1(), line_.reach2());
+  } else {
+    limit_ = -1;
+    setLimit();
+  }
+}
+
+/// Looks along the line between the convex hulls, by supports, if that separates the bodies by
+/// nearly the distance. No other line is better then.
+bool NearestSearch::tryHulls() {
+  next_hulls_ = kNever;
+  constexpr double kNear = 1;  // nearer, lines between triangles are as good
+  if (!trees_.frame().isInRange() || !isFartherThan(kNear) || !nearest_.lookAlongHulls())
+    return false;
+  setSupportParts();
+  line_.compute(trees_.first(), trees_.second(), nearest_.triangles());
+  has_supports_ = true;
+  next_supports_ = kNever;
+  const auto& line = nearest_.triangles().line();
+  lookAlong(line, line_.reach1(), line_.reach2());
+  return true;
+}
+
+/// Whether the distance is more than so many radii of the smaller body.
+bool NearestSearch::isFartherThan(double radii) const {
+  const auto radius = [](const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; };
+  return limit_ > radii * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
+}
+
+/// Whether what is between nodes across the line counts as well.
+bool NearestSearch::isApart() const {
+  constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
+  return trees_.frame().isInRange() && isFartherThan(kApart);
+}
+
+void NearestSearch::visit(const Pair& pair) {
+  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
+  Gaps4x4 gaps;
+  const unsigned open = nearLanes(pair.first, pair.second, gaps);
+  if (!open) return;
+  if (a.isLeaf() && b.isLeaf())
+    testLeaves(pair, open);
+  else
+    push(pair, gaps, open);
+}
+
+/// What is below the two nodes; a leaf stays whole. The nearest is next.
+void NearestSearch::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) {
+  const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
+  const std::size_t begin = open_.size();
+  const auto add = [&](int first, int second, float gap) {
+    open_.push_back({first, second, gap});
+    if (gap < open_[begin].gap) std::swap(open_[begin], open_.back());
+  };
+  if (a.isLeaf()) {
+    for (int j = 0; j < int(b.count); ++j)
+      if (pairs >> (4 * j) & 15) add(pair.first, b.below[j], packs::smallest(gaps.row[j]));
+  } else if (b.isLeaf()) {
+    const unsigned lanes = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+    const Float4 least = gaps.least();
+    for (unsigned rest = lanes; rest; rest &= rest - 1) {
+      const int i = __builtin_ctz(rest);
+      add(a.below[i], pair.second, least[i]);
+    }
+  } else {
+    for (; pairs; pairs &= pairs - 1) {
+      const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+      add(a.below[i], b.below[j], gaps(i, j));
+    }
+  }
+  std::swap(open_[begin], open_.back());
+  has_next_ = true;
+}
+
+void NearestSearch::testLeaves(const Pair& pair, unsigned open) {
+  open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
+  if (!open) return;
+  const double unit = 1 / trees_.first().scale();
+  nearest_.test(open, blocks_(pair.first, pair.second), unit, blocks_.error() * unit,
+                nodes1_[pair.first], nodes2_[pair.second]);
+  setLimit();
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,221 @@
+#pragma once
+
+#include <vector>
+
+#include "base/leased.h"
+#include "query/nearest/line_view.h"
+#include "query/nearest/nearest_pair.h"
+#include "query/nearest/supports.h"
+#include "query/pair_corners.h"
+#include "query/tree_pair.h"
+#include "triangles/triangle_block.h"
+
+namespace adaptive_bvh {
+
+/// The triangles of a leaf of each of two trees for TriangleBlock: in the first tree's coordinates,
+/// from the first corner of the second leaf. Positions of the first tree count with their
+/// residuals; those of the second are placed in double precision. docs/bounds.md, 5.
+class LeafBlocks {
+ public:
+  LeafBlocks(const PlacedMesh& second, const TreePair& trees) : placed2_(second), trees_(trees) {}
+  LeafBlocks(const LeafBlocks&) = delete;
+  LeafBlocks& operator=(const LeafBlocks&) = delete;
+
+  /// Sets a direction from the first to the second mesh, of length 1 or zero: bounds also use the
+  /// extents along it. Call it before the search, and again after the trees were aligned.
+  void lookAlong(const Vector4x3& direction) {
+    direction_ = direction;
+    second_of_ = slab_of_ = -1;
+    const BodyCoordinates& first = trees_.first().coordinates();
+    from_second_ = first.to_body * trees_.toFirst().R;
+    origin_of_second_ = first(trees_.toFirst().T);
+  }
+  /// Which pairs of triangles of two leaves may be as near as a limit, in the first tree's units:
+  /// those whose first triangle is as near to a slab around the second leaf. On surfaces that lie
+  /// along each other few are, and a slab takes as long as to test two pairs. Bit 4 j + i for
+  /// triangle i of the first leaf and j of the second.
+  unsigned near(int first, int second, unsigned pairs, double limit) {
+    const RelativeFrame& frame = trees_.frame();
+    if (!frame.isPrecise()) return pairs;
+    Vector4x3 corners[3];
+    if (slab_of_ != second || slab_limit_ != limit) {
+      const WideTree& tree = trees_.second();
+      slab_of_ = second;
+      slab_limit_ = limit;
+      gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[second], corners);
+      if (!frame.isSame())
+        for (Vector4x3& corner : corners) corner = frame(corner);
+      slab_ = LeafSlab(corners, static_cast<float>(limit),
+                       frame.isSame() ? frame.same().error() : frame.error());
+    }
+    const WideTree& tree = trees_.first();
+    gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
+    return pairs & ~(0x1111 * slab_.apart(corners));
+  }
+  /// Returns the block of two leaves, by their numbers. Valid until the next call. Consecutive
+  /// calls often have the same second leaf.
+  TriangleBlock operator()(int first, int second) {
+    if (second_of_ != second) readSecond(second);
+    readFirst(trees_.first().nodes()[first]);
+    return {side1_, side2_};
+  }
+  /// By so much, in the first tree's units, a bound may be too large beyond what TriangleBlock
+  /// takes off.
+  double error() const {
+    return 4 * (double(trees_.frame().preciseError()) + 4 * double(WideTree::kResidualError));
+  }
+
+ private:
+  /// Sets the origin, rounded, and what the rounding took off it. Not by cast<float>() and back:
+  /// GCC 12 takes the two casts of a pair of numbers for none with -O3.
+  void setOrigin(const fcl::Vector3d& origin) {
+    const Pack<double> xy{origin[0], origin[1]}, z{origin[2], 0};
+    const Float4 rounded = float4::narrowed(xy, z);
+    origin_ = vectors::all(rounded);
+    origin_rest_ = vectors::all(
+        float4::narrowed(xy - float4::widenedXy(rounded), z - float4::widenedZw(rounded)));
+  }
+  void readFirst(const WideNode& leaf) {
+    const WideTree& tree = trees_.first();
+    Vector4x3 positions[3], residuals[3];
+    gatherLeaf(tree.slots(), tree.positions(), leaf, positions);
+    gatherLeaf(tree.slots(), tree.residuals(), leaf, residuals);
+    for (int c = 0; c < 3; ++c)
+      block1_.corner[c] = vectors::sum(vectors::difference(positions[c], origin_),
+                                       vectors::difference(residuals[c], origin_rest_));
+    side1_ = TriangleSides(block1_, direction_);
+  }
+  void readSecond(int number) {
+    second_of_ = number;
+    const WideNode& leaf = trees_.second().nodes()[number];
+    fcl::Vector3d corners[4][3];
+    for (int i = 0; i < 4; ++i) {
+      const TrianglePoints<double> points =
+          placed2_.pointsAt(static_cast<unsigned>(leaf.first + (i < int(leaf.count) ? i : 0)));
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[i][k] = from_second_ * points[k] + origin_of_second_;
+    }
+    const fcl::Vector3d origin = corners[0][0];
+    setOrigin(origin);
+    for (int k = 0; k < 3; ++k) {
+      Float4 seen[4];
+      for (int i = 0; i < 4; ++i) {
+        const fcl::Vector3d x = corners[i][k] - origin;
+        seen[i] =
+            Float4{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2]), 0};
+      }
+      block2_.corner[k] = float4::columns(seen[0], seen[1], seen[2], seen[3]);
+    }
+    side2_ = TriangleSides(block2_, direction_);
+  }
+
+  const PlacedMesh& placed2_;
+  const TreePair& trees_;
+  Vector4x3 direction_;
+  fcl::Matrix3d from_second_;  ///< takes the second mesh to the first tree's coordinates
+  fcl::Vector3d origin_of_second_;
+  Triangles4 block1_, block2_;
+  TriangleSides side1_, side2_;
+  Vector4x3 origin_, origin_rest_;
+  int second_of_ = -1, slab_of_ = -1;
+  double slab_limit_ = 0;
+  LeafSlab slab_;
+};
+
+/// What gaps of boxes say, of two four-wide trees seen in the coordinates of the first. Boxes reach
+/// farther than their triangles by more than all that is rounded in both and in their differences,
+/// but for the squares': docs/bounds.md, 13.
+class BoxGaps {
+ public:
+  /// `scale`: WideTree::scale.
+  explicit BoxGaps(double scale) : scale_(scale) {}
+
+  /// Two nodes whose squared gap is at least this are at least `distance` apart.
+  float squaredGapFor(double distance) const {
+    const double gap = distance * scale_;
+    constexpr double kLeast = 1e-30;  // squares of smaller gaps underflow
+    return static_cast<float>(std::clamp(gap * gap * (1 + kSquares), kLeast, 1e38));
+  }
+
+ private:
+  static constexpr double kSquares = 1. / (1 << 20);
+  double scale_;
+};
+
+/// The exact distance of two meshes: branch and bound on their four-wide trees, the nearest pair of
+/// nodes first.
+class NearestSearch {
+ public:
+  /// `supports_first`: begins with supports, in place of a search that shows whether they pay.
+  NearestSearch(const PlacedMesh& first, const PlacedMesh& second, NearestPair& nearest,
+                bool supports_first = false);
+
+  /// All pairs of triangles, until the nearest pair is enough.
+  void run();
+  /// Whether supports separated many pairs of nodes: then they will in a similar search.
+  bool supportsPaid() const { return has_supports_ && apart_pairs_ * kManyOf >= near_pairs_; }
+  /// How many pairs of boxes were tested.
+  long boxTests() const { return box_tests_; }
+
+ private:
+  /// Two nodes that are still to be searched, with the squared gap of their boxes.
+  struct Pair {
+    int first, second;
+    float gap;
+  };
+  struct Memory {
+    std::vector<Pair> open;
+    LineSeparation line;
+  };
+
+  void setLimit();
+  bool takeStage();
+  bool takeStages();
+  Pair takeNext();
+  void align();
+  void lookAlong(const TriangleSeparation<double>::Line& line, double reach1, double reach2);
+  bool check();
+  void tryBoxes();
+  bool isFartherThan(double radii) const;
+  bool isApart() const;
+  void trySupports();
+  bool tryHulls();
+  long setSupportParts();
+  [[gnu::noinline]] unsigned nearInView(int first, int second, const LineSeparation* supports,
+                                        Gaps4x4& gaps);
+  ADAPTIVE_BVH_INLINE unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
+  ADAPTIVE_BVH_INLINE unsigned nearLanes(int first, int second, Gaps4x4& gaps);
+  void visit(const Pair& pair);
+  void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
+  void testLeaves(const Pair& pair, unsigned open);
+  const Boxes4& secondBoxes(int node);
+
+  NearestPair& nearest_;
+  TreePair trees_;
+  const WideNode *nodes1_, *nodes2_;
+  const bool supports_first_;
+  bool is_same_;  ///< whether both trees have the same coordinates
+  const Leased<Memory> memory_;
+  std::vector<Pair>& open_;
+  LineSeparation& line_;
+  LeafBlocks blocks_;
+  double limit_ = -1;  ///< as `nearest_` has it
+  float limit2_ = 0;   ///< as a squared gap
+  /// Between the nearest points, in the first tree's coordinates.
+  fcl::Vector3d direction_ = fcl::Vector3d::Zero();
+  LineView view_;
+  bool has_view_ = false;  ///< of the boxes along a line
+  bool has_supports_ = false;
+  bool has_next_ = false;  ///< whether the last of `open_` is below the nodes visited last
+  std::size_t heap_ = 0;   ///< so many of `open_`, along a line, are a heap
+  long next_view_, next_check_, next_hulls_;
+  long next_supports_, next_alignment_;
+  long next_stage_ = 0;                    ///< the least of these
+  static constexpr long kManyOf = 8;       ///< one of so many
+  long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
+  int turned_node_ = -1;                   ///< whose boxes these are
+  Boxes4 turned_;
+  long box_tests_ = 0;
+};
+
+}  // namespace adaptive_bvh

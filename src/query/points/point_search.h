@@ -1,0 +1,244 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "base/leased.h"
+#include "base/task_pool.h"
+#include "boxes/tree_walk.h"
+#include "boxes/wide_tree.h"
+#include "query/nearest/line_to_core.h"
+#include "query/pair_corners.h"
+#include "query/placed_mesh.h"
+#include "triangles/feature_distance.h"
+#include "triangles/nearness_order.h"
+#include "triangles/point_gaps4.h"
+
+namespace adaptive_bvh {
+
+/// Calls run(begin, end) for all of [0, count) in parts, on so many threads. `run`: see
+/// TaskPool::forEach.
+template <typename Run>
+void forEachBatch(int threads, std::size_t count, Run&& run) {
+  constexpr std::size_t kBatch = 512;
+  const TaskPool pool(count > 2 * kBatch ? threads : 1);
+  if (pool.size() == 1) return run(std::size_t(0), count);
+  pool.forEach(static_cast<int>((count + kBatch - 1) / kBatch), [&](int task, int) {
+    const std::size_t begin = static_cast<std::size_t>(task) * kBatch;
+    run(begin, std::min(begin + kBatch, count));
+  });
+}
+
+/// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
+/// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
+/// single precision, and so are the triangles of a leaf. That excludes triangles that are certainly
+/// farther; the others are tested in double: docs/bounds.md, 16. From far away, where many are as
+/// near up to single precision, it looks along the line from the point to the body instead.
+class PointSearch {
+ public:
+  struct Nearest {
+    fcl::Vector3d point = fcl::Vector3d::Zero();
+    double distance = std::numeric_limits<double>::infinity();
+    int triangle = -1;           ///< its index; -1 where none is as near as the distance at first
+    VertexIndices corners = {};  ///< of the triangle
+    feature_distance::FacePlace<double> place = {};          ///< of the point
+    double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
+  };
+
+  explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}
+
+  /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
+  /// that is does not depend on what `nearest` was.
+  /// May stop at one that is at most `enough` away.
+  void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
+    if (nearest.distance <= enough) return;
+    setPoint(x, nearest.distance);
+    const auto isOver = [&] { return nearest.distance <= enough; };
+    const bool is_stopped =
+        walk_.nearestFirst([&](const WideNode& node) -> Float4 { return squaredGaps(node.boxes); },
+                           [&] { return limit_; },
+                           [&](const WideNode& leaf, unsigned lanes, const Float4&) {
+                             visitLeaf(leaf, lanes, x, nearest);
+                             return isOver() || tests_ >= most_tests_;
+                           });
+    if (is_stopped && !isOver()) searchAlong(x, nearest, isOver);
+  }
+  /// How many triangles the last search tested in double precision.
+  std::size_t triangleTests() const { return tests_; }
+  /// Tries one triangle, as a first bound.
+  void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
+    tryFace(x, mesh_.view().verticesOf(static_cast<unsigned>(triangle)), triangle, nearest);
+  }
+
+ private:
+  using Corners = std::array<fcl::Vector3d, 3>;
+  using Place = feature_distance::FacePlace<double>;
+
+  template <typename Index>
+  fcl::Vector3d point(Index vertex) const {
+    return mesh_.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
+  }
+  Corners pointsOf(const VertexIndices& v) const { return {point(v[0]), point(v[1]), point(v[2])}; }
+
+  void tryFace(const fcl::Vector3d& x, const VertexIndices& corners, int triangle,
+               Nearest& nearest) const {
+    if (triangle == nearest.triangle) return;
+    fcl::Vector3d on_face;
+    Place place;
+    const double distance =
+        feature_distance::Face<double>(pointsOf(corners)).distance(x, on_face, place);
+    const double farther = distance - nearest.distance;
+    if (farther > rounding_ || distance > nearest.limit) return;
+    const Nearest found = {on_face, distance, triangle, corners, place, nearest.limit};
+    const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
+    if (!is_tie ? farther <= 0 : isBefore(x, found, nearest)) nearest = found;
+  }
+  /// Of two triangles that are as near up to rounding, whether the first is nearer or, if both are
+  /// exactly as near, has the smaller index: an order that does not depend on what was tried
+  /// before.
+  bool isBefore(const fcl::Vector3d& x, const Nearest& one, const Nearest& other) const {
+    const bool is_smaller = one.triangle < other.triangle;
+    if (areSame(one, other)) return is_smaller;
+    const double scale = scaleOf(std::max(one.distance, other.distance));
+    const PreciseSquare square(x, pointsOf(one.corners), one.place, scale),
+        of_other(x, pointsOf(other.corners), other.place, scale);
+    return square.isLess(of_other) || (is_smaller && !of_other.isLess(square));
+  }
+  /// A power of two that brings a distance to about 1, and the body to no more than 2^300.
+  double scaleOf(double distance) const {
+    const int least = std::ilogb(tree_.scale()), most = std::min(least + 300, 1000);
+    const bool is_known = distance > 0 && distance < std::numeric_limits<double>::infinity();
+    return std::ldexp(1., is_known ? std::min(-std::ilogb(distance), most) : most);
+  }
+  /// Whether two points lie on the same vertex, or on the same edge.
+  static bool areSame(const Nearest& one, const Nearest& other) {
+    const Place &at = one.place, &at_other = other.place;
+    if (at.is_inside || at_other.is_inside || (at.along == 0) != (at_other.along == 0))
+      return false;
+    const unsigned from = one.corners[at.edge], from_other = other.corners[at_other.edge];
+    if (at.along == 0) return from == from_other;
+    const unsigned to = one.corners[(at.edge + 1) % 3],
+                   to_other = other.corners[(at_other.edge + 1) % 3];
+    return (from == to_other && to == from_other) || (from == from_other && to == to_other);
+  }
+
+  /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision
+  /// rounds, and so is a gap; the boxes' own margin has room for as much where they are below 2.
+  void setPoint(const fcl::Vector3d& x, double distance) {
+    const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
+    const double size = y.template lpNorm<Eigen::Infinity>();
+    rounding_ = kRounding * (size + 2) / tree_.scale();
+    error_ = float4::all(size > 2 ? static_cast<float>(std::min(size, kFar) * kError) : 0.f);
+    for (int k = 0; k < 3; ++k)
+      point_[k] = float4::all(static_cast<float>(std::max(-kFar, std::min(y[k], kFar))));
+    if (!(size < kFar)) error_ = float4::all(std::numeric_limits<float>::max());
+    setLimit(distance);
+    tests_ = 0;
+    most_tests_ = size < kSeenFromFar ? std::numeric_limits<std::size_t>::max()
+                                      : kManyTests + tree_.slots().used() / kPerTest;
+  }
+  void setLimit(double distance) { limit_ = squaredGapOf(distance * tree_.scale()); }
+
+  ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
+    using float4::upper;
+    Float4 sum = float4::all(0);
+    for (int k = 0; k < 3; ++k) {
+      const Float4 gap =
+          upper<Float4>(upper<Float4>(boxes.low[k] - point_[k], point_[k] - boxes.high[k]) - error_,
+                        float4::all(0));
+      sum += gap * gap;
+    }
+    return sum;
+  }
+
+  void visitLeaf(const WideNode& leaf, unsigned lanes, const fcl::Vector3d& x, Nearest& nearest) {
+    Vector4x3 corners[3];
+    gatherLeaf(tree_.slots(), tree_.positions(), leaf, corners);
+    for (Vector4x3& corner : corners)
+      corner = vectors::difference(corner, {point_[0], point_[1], point_[2]});
+    const PointGaps4 bounds(corners, error_ + float4::all(2 * WideTree::kPositionError));
+    lanes &= nearLanes(bounds.byMiddles());
+    if (!lanes) return;
+    const Float4 gaps = bounds.byNearest();
+    for (lanes &= nearLanes(gaps); lanes; lanes &= nearLanes(gaps)) {
+      testTriangle(static_cast<unsigned>(leaf.first + __builtin_ctz(lanes)), x, nearest);
+      lanes &= lanes - 1;
+    }
+  }
+  /// Where a lower bound of a distance does not reach beyond the limit.
+  ADAPTIVE_BVH_INLINE unsigned nearLanes(const Float4& bound) const {
+    return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
+  }
+  /// The rest of a search, after many tests.
+  template <typename IsOver>
+  void searchAlong(const fcl::Vector3d& x, Nearest& nearest, const IsOver& isOver) {
+    const Leased<LineToCore> line;
+    const auto near = [&](int node) -> unsigned {
+      return float4::bits(squaredGaps(tree_.nodes()[node].boxes) <= float4::all(limit_));
+    };
+    line->look(mesh_, near, {x}, (x - tree_.origin()).stableNormalized());
+    const auto limitOf = [&]() -> float {
+      return nearest.triangle < 0 ? std::numeric_limits<float>::max()
+                                  : line->limitOf(nearest.point);
+    };
+    float limit = limitOf();
+    walk_.nearestFirst(
+        [&](const WideNode& node) -> Float4 { return line->keys(node); }, [&] { return limit; },
+        [&](const WideNode& leaf, unsigned lanes, const Float4&) {
+          for (; lanes; lanes &= lanes - 1)
+            testTriangle(static_cast<unsigned>(leaf.first + __builtin_ctz(lanes)), x, nearest);
+          limit = limitOf();
+          return isOver();
+        });
+  }
+  void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
+    ++tests_;
+    const Int4& v = tree_.corners(place);
+    const double before = nearest.distance;
+    tryFace(x, {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])}, v[3], nearest);
+    if (nearest.distance < before) setLimit(nearest.distance);
+  }
+
+  static constexpr double kFar = 1e15;  // its square is within single precision
+  static constexpr double kError = 1. / (1 << 22);
+  static constexpr double kSeenFromFar = 32;      // sizes of the body
+  static constexpr std::size_t kManyTests = 256;  // of triangles
+  static constexpr std::size_t kPerTest = 32;     // positions that are read in the time of a test
+  /// Distances of two triangles are off by less, together, in units of the tree.
+  static constexpr double kRounding = 0x1p-45;
+
+  const MeshState& mesh_;
+  const WideTree& tree_;
+  TreeWalk walk_;
+  Float4 point_[3], error_;
+  float limit_ = 0;
+  std::size_t tests_ = 0, most_tests_ = 0;
+  double rounding_ = 0;  ///< of the difference of two distances
+};
+
+/// Nearest points of points that follow each other.
+class NearestInTurn {
+ public:
+  using Nearest = PointSearch::Nearest;
+
+  explicit NearestInTurn(const MeshState& mesh) : search_(mesh) {}
+
+  /// No triangle where none is nearer than `limit`.
+  Nearest operator()(const fcl::Vector3d& x,
+                     double limit = std::numeric_limits<double>::infinity()) {
+    Nearest nearest;
+    nearest.distance = nearest.limit = limit;
+    if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
+    search_.search(x, nearest);
+    if (nearest.triangle >= 0) last_ = nearest.triangle;
+    return nearest;
+  }
+
+ private:
+  PointSearch search_;
+  int last_ = -1;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <cmath>
+
+#include "query/regions/patches.h"
+
+namespace adaptive_bvh {
+
+/// A closed surface that encloses a volume of the other sign than all together is the inner
+/// boundary of a region. It is connected with the surface around it.
+void SurfacePatches::connectCavities() {
+  // Less than that, for its area, is the rounding of a region without volume.
+  constexpr double kFlat = 1e-9;
+  measureRoots();
+  double sum = 0;
+  for (const Enclosed& e : enclosed_) sum += e.volume;
+  const double sense = sum < 0 ? -1 : 1;
+  for (const Enclosed& cavity : enclosed_) {
+    if (!(sense * cavity.volume < -kFlat * cavity.area * std::sqrt(cavity.area))) continue;
+    if (connectCavity(cavity.root, parts_[cavity.largest])) continue;
+    // The line through that part passed by the cavity.
+    for (const SurfacePart& part : parts_)
+      if (rootOf(part.region) == cavity.root && connectCavity(cavity.root, part)) break;
+  }
+}
+
+/// The volume that the parts of each root enclose.
+void SurfacePatches::measureRoots() {
+  enclosed_.clear();
+  numbers_.assign(parents_.size(), kNoRegion);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const SurfacePart& part = parts_[i];
+    unsigned& number = numbers_[rootOf(part.region)];
+    if (number == kNoRegion) {
+      number = static_cast<unsigned>(enclosed_.size());
+      enclosed_.push_back({rootOf(part.region), 0, 0, part.origin, i});
+    }
+    Enclosed& e = enclosed_[number];
+    e.volume += (part.origin - e.origin).dot(part.normal) * part.area / 3;
+    e.area += std::fabs(part.area);
+    if (std::fabs(part.area) > std::fabs(parts_[e.largest].area)) e.largest = i;
+  }
+}
+
+/// Connects a cavity with the surface around it, which is found along a line through one of the
+/// cavity's parts. False where the line meets no point of the cavity.
+bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
+  if (part.area == 0) return false;
+  // Steeply through the part, and along no edge of a lattice.
+  Line line;
+  line.origin = part.centroid();
+  const fcl::Vector3d aside = part.normal.unitOrthogonal();
+  line.along = part.normal + 0.3127 * aside + 0.1741 * part.normal.cross(aside);
+  line.u = line.along.unitOrthogonal();
+  line.v = line.along.cross(line.u);
+  hits_.clear();
+  for (const Operand body : {Operand::First, Operand::Second}) {
+    candidates_.clear();
+    RayCandidates& rays = *(*bodies_)[indexOf(body)].rays;
+    rays.find(line.origin, line.along, candidates_);
+    rays.find(line.origin, -line.along, candidates_);
+    std::sort(candidates_.begin(), candidates_.end());
+    candidates_.erase(std::unique(candidates_.begin(), candidates_.end()), candidates_.end());
+    for (const unsigned t : candidates_) addHits(line, body, t);
+  }
+  const unsigned around = rootAround(root);
+  if (around != kNoRegion) connect(root, around);
+  return around != kNoRegion;
+}
+
+/// Where a line crosses the parts of a triangle.
+void SurfacePatches::addHits(const Line& line, Operand body, unsigned triangle) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const TrianglePoints<double> p = surface.triangle(triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
+  double low = line.along.dot(p[0] - line.origin), high = low;
+  for (const fcl::Vector3d& x : p) {
+    low = std::min(low, line.along.dot(x - line.origin));
+    high = std::max(high, line.along.dot(x - line.origin));
+  }
+  const double at =
+      normal.dot(p[0] - line.origin) / normal.dot(line.along) * line.along.squaredNorm();
+  const double between = at > low ? std::min(at, high) : low;  // also for a NaN
+  if (const CutTriangle* const cut = cutTriangle(body, triangle)) {
+    for (std::size_t i = cut->begin; i < cut->end; ++i) addHit(line, pieces_[i], between);
+    return;
+  }
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const unsigned label = winding.label(surface.corners(triangle)[0]);
+  const int number = winding.numberOf(label);
+  if (number == 0) return;
+  for (std::size_t k = 0; k < 3; ++k)
+    addHit(line, {labelElement(body, label), number, p[k], p[(k + 1) % 3]}, between);
+}
+
+/// Seen along the line, a part winds around the line as its pieces do: each counts where it crosses
+/// the half-line of positive u. A piece that two triangles have counts for both alike.
+void SurfacePatches::addHit(const Line& line, const Piece& piece, double at) {
+  const fcl::Vector3d from = piece.from - line.origin, to = piece.to - line.origin;
+  const double u0 = from.dot(line.u), v0 = from.dot(line.v), u1 = to.dot(line.u),
+               v1 = to.dot(line.v);
+  const double product = u0 * v1 - u1 * v0;
+  if ((v0 > 0) == (v1 > 0) || !((v1 > v0 ? product : -product) > 0)) return;
+  hits_.push_back({at, rootOf(piece.element), v1 > v0 ? piece.count : -piece.count});
+}
+
+}  // namespace adaptive_bvh

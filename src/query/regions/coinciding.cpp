@@ -1,0 +1,125 @@
+#include "query/regions/coinciding.h"
+
+#include <algorithm>
+
+namespace adaptive_bvh {
+namespace {
+
+/// A convex polygon. The last coordinate of each corner is the height above another plane.
+struct Polygon {
+  static constexpr std::size_t kMost = 8;  // a triangle, cut by four lines
+
+  std::array<Eigen::Vector4d, kMost> corners;
+  std::size_t count = 0;
+
+  /// The part where a linear function is not negative.
+  template <typename Function>
+  Polygon clipped(const Function& function) const {
+    Polygon kept;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector4d &a = corners[i], &b = corners[(i + 1) % count];
+      const double at_a = function(a), at_b = function(b);
+      if (at_a >= 0) kept.add(a);
+      if ((at_a > 0 && at_b < 0) || (at_a < 0 && at_b > 0))
+        kept.add(a + (b - a) * (at_a / (at_a - at_b)));
+    }
+    return kept;
+  }
+  /// The cross product of length area.
+  fcl::Vector3d areaVector() const {
+    fcl::Vector3d sum = fcl::Vector3d::Zero();
+    for (std::size_t i = 1; i + 1 < count; ++i)
+      sum +=
+          0.5 *
+          (corners[i] - corners[0]).head<3>().cross((corners[i + 1] - corners[0]).head<3>().eval());
+    return sum;
+  }
+  /// A point inside.
+  fcl::Vector3d middle() const {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (std::size_t i = 0; i < count; ++i) sum += corners[i];
+    return sum.head<3>() / static_cast<double>(count);
+  }
+
+ private:
+  void add(const Eigen::Vector4d& corner) {
+    if (count < kMost) corners[count++] = corner;  // rounding may make a polygon that is not convex
+  }
+};
+
+/// The first triangle of a pair, with heights above the second: of any unit, and 1 or -1 where all
+/// of them are 0, for the tie is broken.
+Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pair) {
+  double largest = 0;
+  for (const FaceSide& side : pair.sides) largest = std::max(largest, std::fabs(side.value));
+  Polygon polygon;
+  polygon.count = 3;
+  for (std::size_t k = 0; k < 3; ++k)
+    polygon.corners[k] << first[k],
+        -(largest > 0 ? pair.sides[k].value / largest : double(pair.sides[k].sign));
+  return polygon;
+}
+
+/// Towards the inside of a triangle from its side k.
+fcl::Vector3d inwardOf(const TrianglePoints<double>& triangle, const fcl::Vector3d& normal,
+                       std::size_t k) {
+  return normal.cross(triangle[(k + 1) % 3] - triangle[k]);
+}
+
+/// Whether a side of the second triangle has the first outside, but for what is rounded.
+bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double>& second,
+                const fcl::Vector3d& normal, double rounding) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const fcl::Vector3d inward = inwardOf(second, normal, k);
+    const double least = rounding * inward.lpNorm<1>();  // its square may overflow
+    if (std::all_of(first.begin(), first.end(),
+                    [&](const fcl::Vector3d& x) { return !(inward.dot(x - second[k]) > least); }))
+      return true;
+  }
+  return false;
+}
+
+/// The part of a polygon that is in a triangle.
+Polygon clipped(Polygon polygon, const TrianglePoints<double>& triangle,
+                const fcl::Vector3d& normal) {
+  for (std::size_t k = 0; k < 3 && polygon.count > 2; ++k) {
+    const fcl::Vector3d inward = inwardOf(triangle, normal, k);
+    polygon = polygon.clipped(
+        [&](const Eigen::Vector4d& x) -> double { return inward.dot(x.head<3>() - triangle[k]); });
+  }
+  return polygon;
+}
+
+}  // namespace
+
+void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
+                         SurfacePatches& patches, std::vector<CoincidingFaces>& found) {
+  found.clear();
+  for (const CoplanarPair& pair : crossings.coplanar()) {
+    const TrianglePoints<double> p = bodies[0].triangle(pair.first),
+                                 q = bodies[1].triangle(pair.second);
+    const fcl::Vector3d across = (p[1] - p[0]).cross(p[2] - p[0]),
+                        other = (q[1] - q[0]).cross(q[2] - q[0]);
+    if (hasOutside(p, q, other, crossings.rounding()) ||
+        hasOutside(q, p, across, crossings.rounding()))
+      continue;
+    const fcl::Vector3d normal = across.stableNormalized();
+    const bool are_alike = normal.dot(other) > 0;
+    const Polygon common = clipped(withHeights(p, pair), q, other);
+    if (common.count < 3) continue;
+    for (const double side : {1., -1.}) {
+      const Polygon part =
+          common.clipped([&](const Eigen::Vector4d& x) -> double { return side * x[3]; });
+      const double area = part.count < 3 ? 0 : part.areaVector().norm();
+      if (area == 0) continue;
+      const fcl::Vector3d middle = part.middle();
+      unsigned region = patches.regionAt(Operand::First, pair.first, middle);
+      if (region == SurfacePatches::kNoRegion)
+        region = patches.regionAt(Operand::Second, pair.second, middle);
+      if (region == SurfacePatches::kNoRegion) continue;
+      found.push_back({region, area, normal, are_alike, (side > 0) == are_alike});
+    }
+  }
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,299 @@
+#include "query/regions/crossings.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace adaptive_bvh {
+namespace {
+
+auto edgeOf(const CrossingNode& node) { return std::make_tuple(node.body, node.low, node.high); }
+/// Key of the order. An edge crosses one face twice only if both crossings are one node.
+auto orderOf(const CrossingNode& node) {
+  return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
+}
+
+bool areEqual(const std::array<FaceSide, 3>& sides) {
+  return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
+}
+
+/// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
+/// itself. `size` underflows where the orientation may.
+bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
+  constexpr double kLeast = 0x1p-900;
+  double size = 1;
+  for (const fcl::Vector3d& corner : face) size *= (corner - x).lpNorm<Eigen::Infinity>();
+  return value == 0 || (size > kLeast && std::fabs(value) > 0x1p-14 * size);
+}
+
+/// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
+/// orientations of needles and of nearly parallel parts have hardly a digit; exact ones take their
+/// place.
+double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+                         const fcl::Vector3d& q, double from, double to) {
+  if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
+    const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
+    return a / (a + b);
+  }
+  ExactSum above, whole;
+  addOrientation(above, face[0], face[1], face[2], p);
+  addOrientation(whole, face[0], face[1], face[2], p);
+  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
+  return above.value() / whole.value();
+}
+
+/// Whether points are no farther from the plane of a face than `limit`, up to their rounding; false
+/// for a face without area.
+bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+            double limit) {
+  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+  const double least = limit * normal.norm();
+  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
+    return std::fabs(normal.dot(x - face[0])) < least;
+  });
+}
+
+fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
+  if (t > 0.5) return b + (1 - t) * (a - b);
+  return a + t * (b - a);
+}
+
+}  // namespace
+
+void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs,
+                             double rounding) {
+  const auto key = [](const TrianglePair& p) { return std::make_pair(p.first, p.second); };
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const TrianglePair& a, const TrianglePair& b) { return key(a) < key(b); });
+  rounding_ = rounding;
+  ends_.clear();
+  segments_.clear();
+  coplanar_.clear();
+  for (const TrianglePair& pair : pairs) testPair(bodies, pair);
+  collectNodes();
+  collectEdges();
+}
+
+void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair& pair) {
+  const TrianglePoints<double> p = bodies[0].triangle(pair.first),
+                               q = bodies[1].triangle(pair.second);
+  std::array<FaceSide, 3> sides1, sides2;
+  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
+  keepIfCoplanar(pair, p, q, sides1);
+  if (areEqual(sides1)) {
+    // A face without area has no sides, and yet its edges may cross the other.
+    if (sides1[0].sign != 0) return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Operand::Second);
+  if (areEqual(sides2) && sides2[0].sign != 0) return;
+  const std::size_t first_end = ends_.size();
+  testEdges(bodies[0], Operand::First, pair, p, q, sides1);
+  testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
+  keepIfWhole(first_end, pair);
+}
+
+/// Keeps two triangles in one plane: the corners of each are near the plane of the other.
+void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
+                                      const TrianglePoints<double>& q,
+                                      const std::array<FaceSide, 3>& sides) {
+  // An orientation is a height times the doubled area of the face. Nearly all pairs end here:
+  const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
+  if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
+  if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
+    coplanar_.push_back({pair.first, pair.second, sides});
+}
+
+/// The edges of one triangle with the face of the other.
+void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
+                                 const TrianglePair& pair, const TrianglePoints<double>& edges,
+                                 const TrianglePoints<double>& face,
+                                 const std::array<FaceSide, 3>& sides) {
+  const bool is_first = body == Operand::First;
+  const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    if (sides[k].sign * sides[next].sign >= 0) continue;
+    if (!passesWithin(edges[k], edges[next], face, body)) continue;
+    const std::size_t low = v[k] < v[next] ? k : next, high = v[k] < v[next] ? next : k;
+    const double t =
+        crossingParameter(face, edges[low], edges[high], sides[low].value, sides[high].value);
+    const CrossingNode node{body,
+                            v[low],
+                            v[high],
+                            is_first ? pair.second : pair.first,
+                            sides[high].sign,
+                            t,
+                            between(edges[low], edges[high], t)};
+    // The part of the first is to the left: its edges lead to the start, those of the second away.
+    const bool leaves = sides[k].sign > 0;
+    ends_.push_back({node, 2 * static_cast<unsigned>(segments_.size()) + (leaves != is_first)});
+  }
+}
+
+/// Two triangles that cross have two nodes, one where the segment starts and one where it ends.
+void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
+  if (ends_.size() == first_end) return;
+  const bool is_whole =
+      ends_.size() == first_end + 2 && (ends_[first_end].place ^ ends_[first_end + 1].place) == 1;
+  if (is_whole)
+    segments_.push_back({pair.first, pair.second, 0, 0});
+  else
+    ends_.resize(first_end);
+}
+
+void SurfaceCrossings::collectNodes() {
+  std::sort(ends_.begin(), ends_.end(), [](const SegmentEnd& a, const SegmentEnd& b) {
+    return orderOf(a.node) < orderOf(b.node);
+  });
+  nodes_.clear();
+  for (const SegmentEnd& end : ends_) {
+    if (nodes_.empty() || orderOf(nodes_.back()) != orderOf(end.node)) nodes_.push_back(end.node);
+    CrossingSegment& segment = segments_[end.place / 2];
+    (end.place % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
+  }
+}
+
+void SurfaceCrossings::collectEdges() {
+  edges_.clear();
+  for (unsigned i = 0; i < nodes_.size(); ++i) {
+    if (i == 0 || edgeOf(nodes_[i]) != edgeOf(nodes_[i - 1])) edges_.push_back({i, i});
+    edges_.back().end = i + 1;
+  }
+}
+
+SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, unsigned to) const {
+  const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
+  const auto at = std::lower_bound(
+      edges_.begin(), edges_.end(), edge,
+      [&](const Range& range, const auto& key) { return edgeOf(nodes_[range.begin]) < key; });
+  if (at == edges_.end() || edgeOf(nodes_[at->begin]) != edge) return {0, 0};
+  return *at;
+}
+
+void SurfaceWinding::build(const ClosedSurfaces& bodies, Operand body,
+                           const SurfaceCrossings& crossings) {
+  labelVertices(bodies[indexOf(body)], body, crossings);
+  connectLabels(body, crossings);
+  setNumbers(bodies, body);
+}
+
+void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
+                                   const SurfaceCrossings& crossings) {
+  const std::size_t count = surface.points.size();
+  labels_.assign(count, kNoLabel);
+  has_cuts_.assign(count, 0);
+  first_vertices_.clear();
+  for (const SurfaceCrossings::Range& edge : crossings.edges()) {
+    const CrossingNode& node = crossings.nodes()[edge.begin];
+    if (node.body == body) has_cuts_[node.low] = has_cuts_[node.high] = 1;
+  }
+  for (unsigned v = 0; v < count; ++v)
+    if (labels_[v] == kNoLabel && surface.topology->vertex_triangles[v].size() > 0)
+      flood(v, surface, body, crossings);
+}
+
+/// Gives a new label to all vertices that edges without crossings connect with one.
+void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand body,
+                           const SurfaceCrossings& crossings) {
+  const auto label = static_cast<unsigned>(first_vertices_.size());
+  first_vertices_.push_back(from);
+  labels_[from] = label;
+  stack_.assign(1, from);
+  while (!stack_.empty()) {
+    const unsigned v = stack_.back();
+    stack_.pop_back();
+    for (const unsigned t : surface.topology->vertex_triangles[v])
+      for (const unsigned next : surface.corners(t)) {
+        if (labels_[next] != kNoLabel) continue;
+        const bool may_cross = has_cuts_[v] && has_cuts_[next];
+        if (may_cross && !crossings.along(body, v, next).isEmpty()) continue;
+        labels_[next] = label;
+        stack_.push_back(next);
+      }
+  }
+}
+
+/// The root of a label, which becomes its parent.
+unsigned SurfaceWinding::rootOf(unsigned label) {
+  unsigned root = label;
+  int offset = 0;
+  for (; parents_[root] != root; root = parents_[root]) offset += offsets_[root];
+  while (parents_[label] != root && label != root) {
+    const unsigned next = parents_[label];
+    const int rest = offset - offsets_[label];
+    parents_[label] = root;
+    offsets_[label] = offset;
+    offset = rest;
+    label = next;
+  }
+  return root;
+}
+
+void SurfaceWinding::connectLabels(Operand body, const SurfaceCrossings& crossings) {
+  parents_.resize(first_vertices_.size());
+  offsets_.assign(first_vertices_.size(), 0);
+  for (unsigned i = 0; i < parents_.size(); ++i) parents_[i] = i;
+  for (const SurfaceCrossings::Range& edge : crossings.edges()) {
+    const CrossingNode& node = crossings.nodes()[edge.begin];
+    if (node.body != body) continue;
+    int change = 0;
+    for (unsigned i = edge.begin; i < edge.end; ++i) change += crossings.nodes()[i].sign;
+    const unsigned low = labels_[node.low], high = labels_[node.high];
+    const unsigned low_root = rootOf(low), high_root = rootOf(high);
+    if (low_root == high_root) continue;
+    parents_[high_root] = low_root;
+    offsets_[high_root] = offsets_[low] + change - offsets_[high];
+  }
+}
+
+SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
+  Box box{surface.points[0], surface.points[0]};
+  for (const fcl::Vector3d& p : surface.points) {
+    box.low = box.low.cwiseMin(p);
+    box.high = box.high.cwiseMax(p);
+  }
+  return box;
+}
+
+/// Sets the number of each root: 0 if a vertex is outside of the other body's box, else by a ray.
+void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
+  const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
+  const Box box = boxAround(other);
+  numbers_.assign(first_vertices_.size(), 0);
+  is_known_.assign(first_vertices_.size(), 0);
+  for (unsigned v = 0; v < labels_.size(); ++v) {
+    if (labels_[v] == kNoLabel) continue;
+    const fcl::Vector3d& p = surface.points[v];
+    if (!(p.array() < box.low.array()).any() && !(p.array() > box.high.array()).any()) continue;
+    const unsigned root = rootOf(labels_[v]);
+    if (is_known_[root]) continue;
+    is_known_[root] = 1;
+    numbers_[root] = -offsets_[labels_[v]];
+  }
+  for (unsigned label = 0; label < numLabels(); ++label)
+    if (parents_[label] == label && !is_known_[label])
+      numbers_[label] = countAround(surface.points[first_vertices_[label]], body, other, box);
+  for (unsigned label = 0; label < numLabels(); ++label) {
+    const unsigned root = rootOf(label);
+    if (root != label) numbers_[label] = numbers_[root] + offsets_[label];
+  }
+}
+
+/// How often another body winds around a point: by the crossings of a ray along x, which is an edge
+/// of the point's body.
+int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
+                                const ClosedSurface& other, const Box& box) {
+  const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
+  fcl::Vector3d far = point;
+  far[0] = box.high[0] + std::max(size, 1.);
+  candidates_.clear();
+  other.rays->find(point, fcl::Vector3d::UnitX(), candidates_);
+  int number = 0;
+  for (const unsigned t : candidates_) {
+    const TrianglePoints<double> face = other.triangle(t);
+    const int from = sideOfFace(face, point, body).sign, to = sideOfFace(face, far, body).sign;
+    if (from * to < 0 && passesWithin(point, far, face, body)) number += from;
+  }
+  return number;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,384 @@
+#include "query/regions/patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace adaptive_bvh {
+
+void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
+                           const std::array<SurfaceWinding, 2>& windings) {
+  bodies_ = &bodies;
+  crossings_ = &crossings;
+  windings_ = &windings;
+  first_labels_ = windings[0].numLabels();
+  num_labels_ = first_labels_ + windings[1].numLabels();
+  parents_.resize(num_labels_ + crossings.nodes().size());
+  std::iota(parents_.begin(), parents_.end(), 0u);
+  pieces_.clear();
+  cuts_.clear();
+  parts_.clear();
+  for (const CrossingSegment& s : crossings.segments())
+    connect(nodeElement(s.start), nodeElement(s.end));
+  cutTriangles(Operand::First);
+  cutTriangles(Operand::Second);
+  traceCurves();
+  last_part_.assign(parents_.size(), 0);
+  collectParts(Operand::First);
+  collectParts(Operand::Second);
+  findOrientations();
+  connectHoles();
+  connectCavities();
+  numberRegions();
+}
+
+unsigned SurfacePatches::rootOf(unsigned element) const {
+  while (parents_[element] != element) element = parents_[element] = parents_[parents_[element]];
+  return element;
+}
+
+/// The smaller element becomes the root.
+void SurfacePatches::connect(unsigned a, unsigned b) {
+  a = rootOf(a);
+  b = rootOf(b);
+  parents_[std::max(a, b)] = std::min(a, b);
+}
+
+unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const unsigned label = winding.label(vertex);
+  if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
+  return numbers_[rootOf(labelElement(body, label))];
+}
+
+/// Pieces of all triangles of a body that cross the other.
+void SurfacePatches::cutTriangles(Operand body) {
+  const auto& segments = crossings_->segments();
+  const auto triangleOf = [&](unsigned i) {
+    return body == Operand::First ? segments[i].first : segments[i].second;
+  };
+  order_.resize(segments.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (body == Operand::Second)
+    std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
+      return std::make_pair(triangleOf(a), a) < std::make_pair(triangleOf(b), b);
+    });
+  for (std::size_t i = 0; i < order_.size();) {
+    const unsigned triangle = triangleOf(order_[i]);
+    const std::size_t begin = pieces_.size();
+    addEdges(body, triangle);
+    for (; i < order_.size() && triangleOf(order_[i]) == triangle; ++i)
+      addSegment(body, segments[order_[i]]);
+    cuts_.push_back({body, triangle, begin, pieces_.size()});
+  }
+}
+
+/// The parts of a triangle's edges that are inside the other body. What they connect is connected.
+void SurfacePatches::addEdges(Operand body, unsigned triangle) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const VertexIndices v = surface.corners(triangle);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const unsigned a = v[k], b = v[(k + 1) % 3];
+    if (a == b) continue;
+    const SurfaceCrossings::Range range = crossings_->along(body, a, b);
+    int number = winding.numberOf(winding.label(a));
+    unsigned element = labelElement(body, winding.label(a));
+    fcl::Vector3d from = surface.points[a];
+    const auto advance = [&](unsigned next, const fcl::Vector3d& to) {
+      if (number != 0) {
+        connect(element, next);
+        pieces_.push_back({element, number, from, to});
+      }
+      element = next;
+      from = to;
+    };
+    for (unsigned i = 0; i < range.end - range.begin; ++i) {
+      const unsigned node = a < b ? range.begin + i : range.end - 1 - i;
+      advance(nodeElement(node), crossings_->nodes()[node].position);
+      number += a < b ? crossings_->nodes()[node].sign : -crossings_->nodes()[node].sign;
+    }
+    advance(labelElement(body, winding.label(b)), surface.points[b]);
+  }
+}
+
+void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
+  const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
+                      &end = crossings_->nodes()[segment.end].position;
+  const unsigned element = nodeElement(segment.start);
+  if (body == Operand::First)
+    pieces_.push_back({element, 1, start, end});
+  else
+    pieces_.push_back({element, 1, end, start});
+}
+
+/// Curves by their smallest segment. As many segments start at a node as end there: so each curve
+/// comes back to where it began.
+void SurfacePatches::traceCurves() {
+  const auto& segments = crossings_->segments();
+  order_.resize(segments.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
+    return std::make_pair(segments[a].start, a) < std::make_pair(segments[b].start, b);
+  });
+  next_.assign(crossings_->nodes().size(), 0);
+  for (std::size_t i = order_.size(); i-- > 0;)
+    next_[segments[order_[i]].start] = static_cast<unsigned>(i);
+  is_traced_.assign(segments.size(), 0);
+  curves_.clear();
+  curve_segments_.clear();
+  for (unsigned first = 0; first < segments.size(); ++first) {
+    if (is_traced_[first]) continue;
+    const std::size_t begin = curve_segments_.size();
+    for (unsigned at = first;;) {
+      is_traced_[at] = 1;
+      curve_segments_.push_back(at);
+      const unsigned node = segments[at].end;
+      if (node == segments[first].start) break;
+      while (next_[node] < order_.size() && is_traced_[order_[next_[node]]]) ++next_[node];
+      at = order_[next_[node]];
+    }
+    curves_.push_back({begin, curve_segments_.size(), nodeElement(segments[first].start)});
+  }
+}
+
+/// A curve that lies in one triangle and goes around a hole of its part touches no other boundary
+/// of that part.
+void SurfacePatches::connectHoles() {
+  const auto& segments = crossings_->segments();
+  for (const CrossingCurve& curve : curves_) {
+    const CrossingSegment& s = segments[curve_segments_[curve.begin]];
+    bool is_in_first = true, is_in_second = true;
+    for (std::size_t i = curve.begin; i < curve.end; ++i) {
+      is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
+      is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
+    }
+    if (is_in_first) connectHole(curve, Operand::First, s.first);
+    if (is_in_second) connectHole(curve, Operand::Second, s.second);
+  }
+}
+
+/// Positive where the part is to the left of the curve, in the body's triangle.
+double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
+                                  const fcl::Vector3d& normal) const {
+  fcl::Vector3d sum = fcl::Vector3d::Zero();
+  const auto positionOf = [&](std::size_t i) -> const fcl::Vector3d& {
+    return crossings_->nodes()[crossings_->segments()[curve_segments_[i]].start].position;
+  };
+  const fcl::Vector3d& origin = positionOf(curve.begin);
+  for (std::size_t i = curve.begin + 1; i + 1 < curve.end; ++i)
+    sum += (positionOf(i) - origin).cross(positionOf(i + 1) - origin);
+  return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
+}
+
+/// Null where the triangle crosses nothing.
+auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const CutTriangle* {
+  const auto key = std::make_pair(body, triangle);
+  const auto keyOf = [](const CutTriangle& cut) { return std::make_pair(cut.body, cut.triangle); };
+  const auto cut =
+      std::lower_bound(cuts_.begin(), cuts_.end(), key,
+                       [&](const CutTriangle& c, const auto& k) { return keyOf(c) < k; });
+  return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
+}
+
+/// The areas of a body's parts count as often as the other body winds around them.
+void SurfacePatches::findOrientations() {
+  std::array<double, 2> areas{};
+  for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
+  for (std::size_t k = 0; k < 2; ++k) orientations_[k] = areas[k] < 0 ? -1 : 1;
+}
+
+/// Connects a curve around a hole with the boundary of the part that has the hole.
+void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
+  const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  if (!(orientations_[indexOf(body)] * signedArea(curve, body, normal) < 0)) return;
+  fcl::Vector3d low = fcl::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (std::size_t i = curve.begin; i < curve.end; ++i) {
+    const CrossingSegment& s = crossings_->segments()[curve_segments_[i]];
+    const fcl::Vector3d& x = crossings_->nodes()[s.start].position;
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  findHits(*cutTriangle(body, triangle), normal, low + 0.5 * (high - low));
+  const unsigned around = rootAround(rootOf(curve.region));
+  if (around != kNoRegion) connect(curve.region, around);
+}
+
+/// Where a line through a point of a triangle's plane crosses the boundaries of the triangle's
+/// parts: seen along the axis that is nearest to the normal, it is parallel to another axis.
+void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
+                              const fcl::Vector3d& x) {
+  int axis;
+  normal.cwiseAbs().maxCoeff(&axis);
+  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+  hits_.clear();
+  for (std::size_t k = cut.begin; k < cut.end; ++k) {
+    const fcl::Vector3d &from = pieces_[k].from, &to = pieces_[k].to;
+    // A common end of two pieces is on the same side for both.
+    if ((from[j] > x[j]) == (to[j] > x[j])) continue;
+    const double at = from[i] - x[i] + (to[i] - from[i]) * ((x[j] - from[j]) / (to[j] - from[j]));
+    hits_.push_back(
+        {at, rootOf(pieces_[k].element), to[j] > from[j] ? pieces_[k].count : -pieces_[k].count});
+  }
+}
+
+/// Looks for the longest stretch of the line in a hole or a cavity that the root `own` bounds, and
+/// returns the root around it, in whose part or region it is; `own` where there is none.
+/// kNoRegion if the line passes by the hole.
+unsigned SurfacePatches::rootAround(unsigned own) {
+  std::sort(hits_.begin(), hits_.end(),
+            [](const LineHit& a, const LineHit& b) { return a.at < b.at; });
+  int number = 0, own_number = 0, sense = 0;
+  double longest = 0;
+  std::size_t next = 0;  // the first hit after that stretch
+  for (std::size_t i = 0; i + 1 < hits_.size(); ++i) {
+    number += hits_[i].count;
+    if (hits_[i].root == own) own_number += hits_[i].count;
+    const double length = hits_[i + 1].at - hits_[i].at;
+    if (number != 0 || own_number == 0 || !(length > longest)) continue;
+    longest = length;
+    next = i + 1;
+    sense = own_number;
+  }
+  if (sense == 0) return kNoRegion;
+  const unsigned around = rootFrom(next, -sense);
+  return around == kNoRegion ? own : around;
+}
+
+/// Of the roots that wind around the points of the line before a hit, the one that the line crosses
+/// first from there on. `sense`: its sign where it is not 0.
+unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
+  for (std::size_t i = first; i < hits_.size(); ++i) {
+    int number = 0;  // the line ends outside of all
+    for (std::size_t k = first; k < hits_.size(); ++k)
+      if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
+    if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
+  }
+  return kNoRegion;
+}
+
+unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const CutTriangle* const cut = cutTriangle(body, triangle);
+  if (!cut) return regionOf(body, surface.corners(triangle)[0]);
+  const TrianglePoints<double> p = surface.triangle(triangle);
+  findHits(*cut, (p[1] - p[0]).cross(p[2] - p[0]), x);
+  const auto is_behind = [](const LineHit& hit) { return hit.at <= 0; };
+  hits_.erase(std::remove_if(hits_.begin(), hits_.end(), is_behind), hits_.end());
+  const unsigned root = rootFrom(0, 0);
+  return root == kNoRegion ? kNoRegion : numbers_[root];
+}
+
+void SurfacePatches::collectParts(Operand body) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  auto cut = std::find_if(cuts_.begin(), cuts_.end(),
+                          [&](const CutTriangle& c) { return c.body == body; });
+  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
+    if (cut != cuts_.end() && cut->body == body && cut->triangle == t)
+      addCut(*cut++);
+    else
+      addWhole(body, t);
+  }
+}
+
+/// A triangle that crosses nothing, if it is inside.
+void SurfacePatches::addWhole(Operand body, unsigned triangle) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const unsigned label = winding.label(surface.corners(triangle)[0]);
+  const int number = winding.numberOf(label);
+  if (number == 0) return;
+  const TrianglePoints<double> p = surface.triangle(triangle);
+  const fcl::Vector3d u = p[1] - p[0], v = p[2] - p[0], across = u.cross(v),
+                      normal = across.stableNormalized();
+  const double area = 0.5 * number * across.dot(normal);
+  parts_.push_back({body, triangle, labelElement(body, label), false, area, std::fabs(area), normal,
+                    p[0], fcl::Vector3d((u + v) * (area / 3))});
+}
+
+void SurfacePatches::addCut(const CutTriangle& cut) {
+  const TrianglePoints<double> p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  const std::size_t first_part = parts_.size();
+  for (std::size_t i = cut.begin; i < cut.end; ++i) {
+    const Piece& piece = pieces_[i];
+    SurfacePart& part = partOf(first_part, piece, cut, normal);
+    const fcl::Vector3d u = piece.from - part.origin, v = piece.to - part.origin;
+    const double area = 0.5 * piece.count * u.cross(v).dot(normal);
+    part.area += area;
+    part.size += std::fabs(area);
+    part.moment += (u + v) * (area / 3);
+  }
+}
+
+/// Returns the part of the triangle to which a piece belongs.
+SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
+                                    const CutTriangle& cut, const fcl::Vector3d& normal) {
+  const unsigned root = rootOf(piece.element);
+  std::size_t& last = last_part_[root];
+  if (last >= first_part && last < parts_.size() && parts_[last].region == root)
+    return parts_[last];
+  last = parts_.size();
+  parts_.push_back(
+      {cut.body, cut.triangle, root, true, 0, 0, normal, piece.from, fcl::Vector3d::Zero()});
+  return parts_.back();
+}
+
+/// A triangle has one part in each region: two were apart while holes and cavities were not
+/// connected.
+void SurfacePatches::mergeParts() {
+  std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  last_part_.assign(num_regions_, 0);
+  for (const SurfacePart& part : parts_) {
+    if (kept > 0 &&
+        (parts_[kept - 1].body != part.body || parts_[kept - 1].triangle != part.triangle))
+      first = kept;
+    std::size_t& last = last_part_[part.region];
+    if (last >= first && last < kept && parts_[last].region == part.region) {
+      parts_[last].add(part);
+    } else {
+      last = kept;
+      parts_[kept++] = part;
+    }
+  }
+  parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(kept), parts_.end());
+}
+
+void SurfacePatches::numberRegions() {
+  constexpr unsigned kNone = ~0u;
+  keys_.clear();
+  numbers_.assign(parents_.size(), kNoRegion);
+  const auto keyOf = [&](unsigned element) -> RegionKey& {
+    unsigned& number = numbers_[rootOf(element)];
+    if (number == kNoRegion) {
+      number = static_cast<unsigned>(keys_.size());
+      keys_.push_back({kNone, kNone, kNone, rootOf(element)});
+    }
+    return keys_[number];
+  };
+  for (const SurfacePart& part : parts_) {
+    RegionKey& key = keyOf(part.region);
+    unsigned& smallest = part.body == Operand::First ? key.first : key.second;
+    smallest = std::min(smallest, part.triangle);
+  }
+  for (std::size_t c = curves_.size(); c-- > 0;)
+    keyOf(curves_[c].region).curve = static_cast<unsigned>(c);
+  const auto placeOf = [](const RegionKey& k) {
+    return std::make_tuple(k.first, k.second, k.curve, k.root);
+  };
+  std::sort(keys_.begin(), keys_.end(),
+            [&](const RegionKey& a, const RegionKey& b) { return placeOf(a) < placeOf(b); });
+  num_regions_ = keys_.size();
+  for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
+  for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];
+  mergeParts();
+  for (CrossingCurve& curve : curves_) curve.region = numbers_[rootOf(curve.region)];
+  std::sort(curves_.begin(), curves_.end(), [](const CrossingCurve& a, const CrossingCurve& b) {
+    return std::make_pair(a.region, a.begin) < std::make_pair(b.region, b.begin);
+  });
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,216 @@
+#include <stdexcept>
+#include <string>
+
+#include "adaptive_bvh/proximity.h"
+#include "base/rigid.h"
+#include "query/placed_mesh.h"
+#include "query/points/point_search.h"
+#include "query/points/surface_normals.h"
+#include "query/single_precision.h"
+#include "triangles/feature_distance.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Corners = std::array<fcl::Vector3d, 3>;
+using Segment = std::array<fcl::Vector3d, 2>;
+
+/// Details of one pair, in the first mesh's frame.
+struct Detail {
+  double distance;
+  fcl::Vector3d first, second, coordinates, normal;
+
+  Detail swapped() const { return {distance, second, first, coordinates, -normal}; }
+};
+
+/// A direction of length 1 along a vector of any length; zero where the vector is.
+fcl::Vector3d directionOf(const fcl::Vector3d& v) {
+  const double size = v.lpNorm<Eigen::Infinity>();
+  if (!(size > 0)) return fcl::Vector3d::Zero();
+  return fcl::Vector3d(v / size).normalized();
+}
+
+/// Features nearer than this times their coordinates have no direction from one to the other.
+constexpr double kTouching = 1e-8;
+/// Edges whose directions have a cross product shorter than this are parallel, and directions whose
+/// difference is shorter are the same.
+constexpr double kParallel = 1e-8;
+
+template <std::size_t kCount>
+double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
+  double size = 0;
+  for (const fcl::Vector3d& x : points) size = std::max(size, x.lpNorm<Eigen::Infinity>());
+  return size;
+}
+
+/// A mesh as the first mesh sees it.
+class SeenMesh {
+ public:
+  SeenMesh(const MeshState& mesh, const RelativePlacement& to_first)
+      : mesh_(mesh), normals_(mesh), to_first_(to_first) {}
+
+  fcl::Vector3d point(unsigned vertex) const { return to_first_(mesh_.vertices[vertex]); }
+  Corners face(unsigned triangle) const {
+    const VertexIndices v = mesh_.view().verticesOf(triangle);
+    return {point(v[0]), point(v[1]), point(v[2])};
+  }
+  Segment edge(unsigned number) const {
+    const auto ends = edgeVertices(mesh_.topology->triangles.data(), number);
+    return {point(ends[0]), point(ends[1])};
+  }
+
+  fcl::Vector3d outward(const SurfacePlace& place) const {
+    return to_first_.R * normals_.at(place);
+  }
+  fcl::Vector3d outwardOfEdge(unsigned number) const {
+    return outward({SurfaceFeature::Edge, number / 3, number % 3, fcl::Vector3d::Zero()});
+  }
+
+ private:
+  const MeshState& mesh_;
+  const SurfaceNormals normals_;
+  const RelativePlacement to_first_;
+};
+
+/// Details of a vertex (first) and a face.
+Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned triangle) {
+  const Corners corners = mesh.face(triangle);
+  Detail found;
+  feature_distance::FacePlace<double> at;
+  found.first = x;
+  found.distance = feature_distance::Face<double>(corners).distance(x, found.second, at);
+  const SurfacePlace place = SurfaceNormals::placeOf(at, triangle);
+  found.coordinates = place.barycentric;
+  const double size = std::max(x.lpNorm<Eigen::Infinity>(), sizeOf(corners));
+  if (found.distance > kTouching * size)
+    found.normal = directionOf(found.second - x);
+  else
+    found.normal = -mesh.outward(place);
+  return found;
+}
+
+/// The direction from an edge to another that it touches, where their surfaces face `outward1` and
+/// `outward2`.
+fcl::Vector3d directionOfTouching(const Segment& a, const Segment& b, const fcl::Vector3d& outward1,
+                                  const fcl::Vector3d& outward2) {
+  const fcl::Vector3d u = a[1] - a[0], v = b[1] - b[0], facing = outward1 - outward2;
+  const fcl::Vector3d across = directionOf(u).cross(directionOf(v));
+  if (across.norm() > kParallel)
+    return (across.dot(facing) < 0 ? fcl::Vector3d(-across) : across).normalized();
+  const fcl::Vector3d along = directionOf(u.norm() < v.norm() ? v : u);
+  const fcl::Vector3d rest = facing - facing.dot(along) * along;
+  return rest.norm() > kParallel ? fcl::Vector3d(rest.normalized()) : fcl::Vector3d::Zero();
+}
+
+Detail edgeEdgeDetail(const SeenMesh& first, unsigned edge1, const SeenMesh& second,
+                      unsigned edge2) {
+  const Segment a = first.edge(edge1), b = second.edge(edge2);
+  std::array<double, 2> along;
+  const FeatureDistance<double> nearest = edgeEdgeDistance<double>(a, b, along);
+  Detail found{nearest.distance, nearest.first, nearest.second, {along[0], along[1], 0}, {}};
+  if (nearest.distance > kTouching * std::max(sizeOf(a), sizeOf(b)))
+    found.normal = directionOf(nearest.second - nearest.first);
+  else
+    found.normal =
+        directionOfTouching(a, b, first.outwardOfEdge(edge1), second.outwardOfEdge(edge2));
+  return found;
+}
+
+/// The numbers of features that a mesh has.
+struct FeatureCounts {
+  std::size_t vertices, triangles, edges;
+};
+FeatureCounts countsOf(const MeshState& mesh) {
+  const std::size_t triangles = mesh.topology->triangles.size();
+  return {mesh.vertices.size(), triangles, 3 * triangles};
+}
+
+void requireNumbers(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
+                    std::size_t count2) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (pairs[i].first >= count1 || pairs[i].second >= count2)
+      throw std::invalid_argument("adaptive_bvh: pair " + std::to_string(i) + " of " + kind +
+                                  " is (" + std::to_string(pairs[i].first) + ", " +
+                                  std::to_string(pairs[i].second) + "), but there are " +
+                                  std::to_string(count1) + " and " + std::to_string(count2));
+}
+void requireNumbers(const FeaturePairs& pairs, const FeatureCounts& first,
+                    const FeatureCounts& second) {
+  requireNumbers(pairs.vertex_face, "vertex_face", first.vertices, second.triangles);
+  requireNumbers(pairs.face_vertex, "face_vertex", first.triangles, second.vertices);
+  requireNumbers(pairs.edge_edge, "edge_edge", first.edges, second.edges);
+}
+
+/// Writes what detailOf(pair) returns of each pair, placed in the world.
+template <typename DetailOf>
+void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
+                  const DetailOf& detailOf, FeatureDetails<double>& result) {
+  result.resize(pairs.size());
+  forEachBatch(threads, pairs.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Detail detail = detailOf(pairs[i]);
+      result.distances[i] = detail.distance;
+      result.nearest_points[i] = {tf * detail.first, tf * detail.second};
+      result.coordinates[i] = detail.coordinates;
+      result.normals[i] = tf.linear() * detail.normal;
+    }
+  });
+}
+
+void writeDetails(const PlacedMesh& first, const MeshState& second,
+                  const RelativePlacement& to_first, const FeaturePairs& pairs,
+                  FeaturePairDetails<double>& result) {
+  requireNumbers(pairs, countsOf(first.mesh), countsOf(second));
+  const SeenMesh a(first.mesh, RelativePlacement()), b(second, to_first);
+  const int threads = std::max(first.mesh.query_threads, second.query_threads);
+  writeDetails(
+      threads, first.tf, pairs.vertex_face,
+      [&](const FeaturePair& p) { return vertexFaceDetail(a.point(p.first), b, p.second); },
+      result.vertex_face);
+  writeDetails(
+      threads, first.tf, pairs.face_vertex,
+      [&](const FeaturePair& p) {
+        return vertexFaceDetail(b.point(p.second), a, p.first).swapped();
+      },
+      result.face_vertex);
+  writeDetails(
+      threads, first.tf, pairs.edge_edge,
+      [&](const FeaturePair& p) { return edgeEdgeDetail(a, p.first, b, p.second); },
+      result.edge_edge);
+}
+
+}  // namespace
+
+template <typename S>
+void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                        const FeaturePairs& pairs, FeaturePairDetails<S>& result) {
+  requireRigid(tf1);
+  requireRigid(tf2);
+  const PlacedMesh one(first, tf1), two(second, tf2);
+  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
+    writeDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, details);
+  });
+}
+
+template <typename S>
+void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
+                        FeaturePairDetails<S>& result) {
+  const PlacedMesh in_place(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
+  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
+    writeDetails(in_place, in_place.mesh, RelativePlacement(), pairs, details);
+  });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
+  template void featurePairDetails(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
+                                   const DeformableMesh<S>&, const fcl::Transform3<S>&, \
+                                   const FeaturePairs&, FeaturePairDetails<S>&);        \
+  template void featurePairDetails(const DeformableMesh<S>&, const FeaturePairs&,       \
+                                   FeaturePairDetails<S>&);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,176 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "adaptive_bvh/proximity.h"
+#include "query/nearest/nearest_search.h"
+#include "query/pair_filter.h"
+#include "query/tree_pair.h"
+#include "query/within/found_parts.h"
+#include "query/within/within_tests.h"
+
+namespace adaptive_bvh {
+
+/// Whether there is a near pair at all, and which.
+struct AnyPair {
+  static constexpr int kBatch = 128;
+  static constexpr bool kStopsAtFirst = true;
+
+  bool found = false;
+  LeafPair pair{0, 0};
+
+  static bool needsGap() { return false; }
+  bool isDone() const { return found; }
+  void clear() { found = false; }
+  void add(const LeafPair& near, const TriangleGap*) {
+    found = true;
+    pair = near;
+  }
+};
+
+/// Writes near pairs into a result.
+class PairSink {
+ public:
+  using Result = TrianglePairs<double>;
+  static constexpr int kBatch = 256;
+  static constexpr bool kStopsAtFirst = false;
+
+  /// `is_self`: the smaller index comes first.
+  PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,
+           Result& result)
+      : in_(input), request_(request), is_self_(is_self), result_(result) {}
+
+  void clear() { result_.clear(); }
+  bool needsGap() const { return request_.enable_distances || request_.enable_nearest_points; }
+  static bool isDone() { return false; }
+
+  ADAPTIVE_BVH_INLINE void add(const LeafPair& pair, const TriangleGap* gap) {
+    const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
+               second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
+    const bool swaps = is_self_ && first > second;
+    if (isIgnored(request_.ignored, swaps ? second : first, swaps ? first : second)) return;
+    appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
+    if (!gap) return;  // neither distances nor points are requested
+    if (request_.enable_distances) result_.distances.push_back(gap->distance);
+    if (request_.enable_nearest_points) addPoints(gap->points, swaps);
+  }
+
+  /// For another thread.
+  PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
+  using Mark = std::size_t;
+  Mark mark() const { return result_.size(); }
+  /// In place of what the result held: what other sinks were given in tasks, in their order.
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    const auto takeAll = [&](auto array, bool is_wanted) {
+      if (!is_wanted) return (result_.*array).clear();
+      joinParts(tasks, pool, result_.*array, [&](const Found& task) {
+        return VectorPart(task.worker->sink().result_.*array, task.from, task.to);
+      });
+    };
+    takeAll(&Result::triangles, true);
+    takeAll(&Result::distances, request_.enable_distances);
+    takeAll(&Result::nearest_points, request_.enable_nearest_points);
+  }
+
+ private:
+  void addPoints(const PointPair<double>& points, bool swaps) {
+    const auto placed = [&](const fcl::Vector3d& x) -> fcl::Vector3d {
+      const auto& tf = in_.first.tf.matrix();
+      return (tf.template topLeftCorner<3, 3>() * x + tf.template topRightCorner<3, 1>());
+    };
+    result_.nearest_points.push_back({placed(points.first), placed(points.second)});
+    if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
+  }
+
+  const PairInput& in_;
+  const ProximityRequest<double>& request_;
+  const bool is_self_;
+  Result& result_;
+};
+
+/// Every pair, where single precision cannot express how the meshes lie.
+template <typename Sink>
+void testAllPairs(const PairInput& input, Sink& sink) {
+  const SameFrame frame;  // of no use here
+  const WithinTests<SameFrame, Sink> tests(sink, input, frame);
+  sink.clear();
+  if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
+  const auto size1 = static_cast<unsigned>(input.first.mesh.numTriangles()),
+             size2 = static_cast<unsigned>(input.second.mesh.numTriangles());
+  for (unsigned i = 0; i < size1; ++i)
+    for (unsigned j = 0; j < size2 && !sink.isDone(); ++j) {
+      const TriangleGap gap = tests.gap({i, j});
+      if (tests.isNear(gap)) sink.add({i, j}, &gap);
+    }
+}
+
+/// Whether there is a pair at most so far apart, by boxes grown by that distance; `found` is the
+/// first.
+inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair& found) {
+  TreePair trees(meshes.first, meshes.second);
+  alignIfNear(trees, distance);
+  const PairInput input(trees, distance);
+  AnyPair any;
+  searchInFrame(
+      trees,
+      [&](const auto& frame) {
+        WithinSearch<std::decay_t<decltype(frame)>, AnyPair>(input.trees(frame), any, input, frame)
+            .runFromRoots();
+      },
+      [&] { testAllPairs(input, any); });
+  if (any.found)
+    found = {unsigned(input.tree1.triangle(any.pair.first)),
+             unsigned(input.tree2.triangle(any.pair.second))};
+  return any.found;
+}
+
+/// The mean length of edges, of a sample.
+inline double meanEdge(const MeshState& mesh) {
+  constexpr int kSample = 32;
+  const int step = mesh.numTriangles() / kSample + 1;
+  double sum = 0;
+  int count = 0;
+  for (int t = 0; t < mesh.numTriangles(); t += step, ++count) {
+    const auto ends = edgeVertices(mesh.topology->triangles.data(), 3 * unsigned(t));
+    sum += (mesh.vertices[ends[1]] - mesh.vertices[ends[0]]).norm();
+  }
+  return sum / count;
+}
+
+/// Whether the distance is so small, for the triangles, that to search with grown boxes is the
+/// faster way: these let everything pass that is as near along each axis.
+inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
+  constexpr double kFew = 3;
+  return distance <= kFew * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
+}
+
+/// Whether `compare` is the faster way to compare the distance with one.
+inline bool canCompare(const PairOfMeshes& meshes, double distance) {
+  constexpr double kNothing = 1e-9;
+  const auto size = meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius;
+  return distance > kNothing * size;
+}
+
+/// Whether the distance is at most `enough`. When it is not, `farther` is a lower bound of it: what
+/// was passed, or the distance where it is less. `witness`: a pair that may be near; then the
+/// nearest that was found.
+inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
+                    double& farther) {
+  const fcl::DistanceRequestd request;
+  fcl::DistanceResultd result(
+      std::max(farther, std::nextafter(enough, std::numeric_limits<double>::max())));
+  NearestPair nearest(meshes.first, meshes.second, {request, result});
+  nearest.stopAt(enough);
+  nearest.addWitness(int(witness.first), int(witness.second));
+  NearestSearch(meshes.first, meshes.second, nearest).run();
+  if (nearest.isImproved()) witness = {unsigned(result.b1), unsigned(result.b2)};
+  farther = result.min_distance;
+  return result.min_distance <= enough;
+}
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,302 @@
+#include <algorithm>
+#include <stdexcept>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "adaptive_bvh/proximity.h"
+#include "boxes/flat_patches.h"
+#include "mesh/feature_owners.h"
+#include "query/closed_surface.h"
+#include "query/depth/depth_meshes.h"
+#include "query/single_precision.h"
+#include "query/tree_pair.h"
+#include "query/triangle_search.h"
+#include "query/within/found_parts.h"
+#include "query/within/near_search.h"
+#include "query/within/within_tests.h"
+#include "triangles/feature_distance.h"
+#include "triangles/triangle_intersection.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Writes the near features of near pairs of triangles into a result. Only features that the
+/// triangles own are written, so each pair occurs once.
+class FeatureSink {
+ public:
+  using Result = FeaturePairs;
+  static constexpr int kBatch = 256;
+  static constexpr bool kStopsAtFirst = false;
+
+  /// `is_self`: features with a vertex in common are left out.
+  FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
+              Result& result)
+      : in_(input),
+        request_(request),
+        owners1_(input.first.mesh.topology->owners),
+        owners2_(input.second.mesh.topology->owners),
+        is_self_(is_self),
+        rounding_(kRounding * (sizeOf(input.first) + sizeOf(input.second))),
+        result_(result) {}
+
+  static bool needsGap() { return false; }
+  static bool isDone() { return false; }
+  void clear() { result_.clear(); }
+
+  void add(const LeafPair& pair, const TriangleGap*) {
+    const Side a{in_.tree1.corners(pair.first), owners1_[pair.first],
+                 in_.pointsOfFirst(pair.first)};
+    const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],
+                 in_.pointsOfSecond(pair.second)};
+    const auto addVertexFace = [&](unsigned v, unsigned t) {
+      append(v, t, request_.vertex_face, result_.vertex_face);
+    };
+    addVertices(a, b, addVertexFace);
+    addVertices(b, a, [&](unsigned v, unsigned t) {
+      if (is_self_)
+        addVertexFace(v, t);
+      else
+        append(t, v, request_.face_vertex, result_.face_vertex);
+    });
+    addEdges(a, b);
+  }
+
+  /// For another thread.
+  FeatureSink another(Result& result) const { return {in_, request_, is_self_, result}; }
+  using Mark = FeatureMark;
+  Mark mark() const { return markOf(result_); }
+  /// In place of what the result held: what other sinks were given in tasks, in their order.
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    joinFeatures(
+        tasks, pool, result_,
+        [](const Found& task) -> auto& { return task.worker->sink().result_; });
+  }
+
+ private:
+  struct Side {
+    const Int4& vertices;
+    const FeatureOwner& owner;
+    TrianglePoints<double> points;
+  };
+
+  static void append(unsigned first, unsigned second, const IgnoredPairs& ignored,
+                     std::vector<FeaturePair>& pairs) {
+    if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
+  }
+  static double sizeOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
+  /// `touches()`: whether the features have a common point, without error. It decides where
+  /// rounding could hide that.
+  template <typename Touches>
+  bool isNear(double distance, const Touches& touches) const {
+    if (distance > rounding_) return distance <= in_.distance;
+    return (in_.distance > 0 && distance <= in_.distance) || touches();
+  }
+  bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
+
+  template <typename Add>
+  void addVertices(const Side& of, const Side& face, const Add& add) const {
+    for (unsigned k = 0; k < 3; ++k) {
+      const int v = of.vertices[k];
+      if (!of.owner.ownsVertex(k) || areSame(v, face.vertices[0]) || areSame(v, face.vertices[1]) ||
+          areSame(v, face.vertices[2]))
+        continue;
+      const fcl::Vector3d& x = of.points[k];
+      const auto touches = [&] { return touch({x, x, x}, face.points); };
+      if (isNear(vertexFaceDistance<double>(x, face.points).distance, touches))
+        add(static_cast<unsigned>(v), face.owner.triangle);
+    }
+  }
+  void addEdges(const Side& a, const Side& b) const {
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned j = 0; j < 3; ++j)
+        if (a.owner.ownsEdge(i) && b.owner.ownsEdge(j)) addEdges(a, i, b, j);
+  }
+  void addEdges(const Side& a, unsigned i, const Side& b, unsigned j) const {
+    const unsigned i1 = (i + 1) % 3, j1 = (j + 1) % 3;
+    for (const unsigned end : {i, i1})
+      if (areSame(a.vertices[end], b.vertices[j]) || areSame(a.vertices[end], b.vertices[j1]))
+        return;
+    const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
+    const auto touches = [&] { return touch({p, p1, p1}, {q, q1, q1}); };
+    if (!isNear(edgeEdgeDistance<double>({p, p1}, {q, q1}).distance, touches)) return;
+    const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
+    const bool swaps = is_self_ && first > second;
+    append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
+  }
+
+  const PairInput& in_;
+  const FeatureProximityRequest<double>& request_;
+  const FeatureOwners &owners1_, &owners2_;
+  const bool is_self_;
+  /// More than distances of touching features are computed to be, in parts of the bodies' sizes.
+  static constexpr double kRounding = 0x1p-44;
+  const double rounding_;
+  Result& result_;
+};
+
+template <typename Frame, typename Sink>
+void collect(const PairInput& input, const Frame& frame, Sink& sink) {
+  searchAll<WithinTests<Frame, Sink>>(
+      std::max(input.first.mesh.query_threads, input.second.mesh.query_threads), input.trees(frame),
+      sink, input, frame);
+}
+
+/// Collects pairs of two meshes.
+template <typename MakeSink>
+void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink) {
+  TreePair trees(meshes.first, meshes.second);
+  alignIfNear(trees, distance);
+  const PairInput input(trees, distance);
+  auto sink = makeSink(input);
+  searchInFrame(
+      trees, [&](const auto& frame) { collect(input, frame, sink); },
+      [&] { testAllPairs(input, sink); });
+}
+
+/// Collects pairs of one mesh with itself. `skips_flat`: whether pairs with a common vertex do not
+/// count, so that flat patches have none.
+template <typename MakeSink>
+void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
+                     bool skips_flat, const MakeSink& makeSink) {
+  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
+  PairInput input(placed, filter, distance);
+  // At least the heights of longer triangles have to exceed the distance.
+  if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
+  auto sink = makeSink(input);
+  collect(input, SameFrame(), sink);
+}
+
+template <typename S>
+PlacedMesh inItsFrame(const DeformableMesh<S>& mesh) {
+  return {mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity())};
+}
+
+void requireFeatures(const FeatureProximityRequest<double>& request, bool is_self) {
+  requireDistance(request.distance);
+  requireSorted(request.vertex_face);
+  requireSorted(request.face_vertex);
+  is_self ? requireSortedOfSelf(request.edge_edge) : requireSorted(request.edge_edge);
+}
+
+}  // namespace
+
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                        const ProximityRequest<S>& request, TrianglePairs<S>& result) {
+  const ProximityRequest<double>& asked = inDouble(request);
+  requireDistance(asked.distance);
+  requireSorted(asked.ignored);
+  requireRigid(tf1);
+  requireRigid(tf2);
+  const PairOfMeshes meshes(first, tf1, second, tf2);
+  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
+    collectPairs(meshes, asked.distance,
+                 [&](const PairInput& input) { return PairSink(input, asked, false, pairs); });
+  });
+  return result.size();
+}
+
+template <typename S>
+std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
+                        TrianglePairs<S>& result, NeighbourFilter filter) {
+  if (filter == NeighbourFilter::BeyondShared)
+    throw std::invalid_argument(
+        "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
+  const ProximityRequest<double>& asked = inDouble(request);
+  requireDistance(asked.distance);
+  requireSortedOfSelf(asked.ignored);
+  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
+    collectOwnPairs(inItsFrame(mesh), asked.distance, filter,
+                    filter == NeighbourFilter::SharedVertex,
+                    [&](const PairInput& input) { return PairSink(input, asked, true, pairs); });
+  });
+  return result.size();
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+  const FeatureProximityRequest<double>& asked = inDouble(request);
+  requireFeatures(asked, false);
+  requireRigid(tf1);
+  requireRigid(tf2);
+  collectPairs(PairOfMeshes(first, tf1, second, tf2), asked.distance,
+               [&](const PairInput& input) { return FeatureSink(input, asked, false, result); });
+  return result.size();
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                               S distance, FeaturePairs& result) {
+  FeatureProximityRequest<S> request;
+  request.distance = distance;
+  return featurePairsWithin(first, tf1, second, tf2, request, result);
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
+                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+  const FeatureProximityRequest<double>& asked = inDouble(request);
+  requireFeatures(asked, true);
+  collectOwnPairs(inItsFrame(mesh), asked.distance, NeighbourFilter::None, true,
+                  [&](const PairInput& input) { return FeatureSink(input, asked, true, result); });
+  return result.size();
+}
+
+template <typename S>
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
+  FeatureProximityRequest<S> request;
+  request.distance = distance;
+  return featurePairsWithin(mesh, request, result);
+}
+
+template <typename S>
+bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
+              bool solid) {
+  requireDistance(distance);
+  requireRigid(tf1);
+  requireRigid(tf2);
+  if (solid) {
+    for (const DeformableMesh<S>* mesh : {&first, &second})
+      requireClosed(stateOf(*mesh), "isNearer of solid bodies");
+    if (isNearer(first, tf1, second, tf2, distance, false)) return true;
+    const PlacedMesh one(first, tf1), two(second, tf2);
+    return isContained(one, two) || isContained(two, one);
+  }
+  const PairOfMeshes meshes(first, tf1, second, tf2);
+  const auto limit = static_cast<double>(distance);
+  if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, limit)) return false;
+  TrianglePair pair{0, 0};
+  if (!isFewEdges(meshes, limit) && canCompare(meshes, limit)) {
+    double farther = limit;
+    return compare(meshes, limit, pair, farther);
+  }
+  return searchAny(meshes, limit, pair);
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
+  template std::size_t pairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
+                                   const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
+                                   const ProximityRequest<S>&, TrianglePairs<S>&);                \
+  template std::size_t pairsWithin(const DeformableMesh<S>&, const ProximityRequest<S>&,          \
+                                   TrianglePairs<S>&, NeighbourFilter);                           \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
+                                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
+                                          FeaturePairs&);                                         \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&,                               \
+                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
+  template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);            \
+  template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&,                     \
+                         const DeformableMesh<S>&, const fcl::Transform3<S>&, S, bool);
+ADAPTIVE_BVH_INSTANTIATE(float)
+ADAPTIVE_BVH_INSTANTIATE(double)
+#undef ADAPTIVE_BVH_INSTANTIATE
+
+}  // namespace adaptive_bvh
