@@ -18,18 +18,13 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/cone.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
-#include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <nlohmann/json.hpp>
 
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/shape_mesh.h"
 #include "recording/body.h"
 #include "support/full_disk.h"
 #include "support/meshes.h"
@@ -352,10 +347,8 @@ TEST(PageRecording, ArrowsAndSegmentsAreThoseGiven) {
 
 /// Contact regions colour the triangles that they have, by the identity of a tracker.
 TEST(PageRecording, PatchesAreThoseOfTheRegions) {
-  const TriangleMesh<double> ball = adaptive_bvh::shapeMesh<double>(fcl::Boxd(1, 1, 1));
-  TriangleMesh<double> closed = ball;
-  adaptive_bvh::weldVertices(closed);
-  const DeformableMeshd first(closed), second(closed);
+  const TriangleMesh<double> box = adaptive_bvh::shapeMesh<double>(fcl::Boxd(1, 1, 1));
+  const DeformableMeshd first(box), second(box);
   fcl::Transform3d aside = fcl::Transform3d::Identity();
   aside.translation() = fcl::Vector3d(0.7, 0.1, 0.2);
   adaptive_bvh::ContactRegions<double> regions;
@@ -384,64 +377,6 @@ TEST(PageRecording, PatchesAreThoseOfTheRegions) {
   results.patches[0].triangles.pop_back();
   EXPECT_ANY_THROW(recording.frame(results)) << "one patch too many";
   EXPECT_EQ(recording.frames(), 1);
-}
-
-/// The volume that triangles enclose, which face outward.
-double volumeOf(const TriangleMesh<double>& mesh) {
-  double volume = 0;
-  for (const fcl::Triangle& t : mesh.triangles)
-    volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
-  return volume;
-}
-
-/// The surfaces of shapes: closed, facing outward, with the extents and nearly the volume of the
-/// shape.
-TEST(PageRecording, ShapesAreTheirSurfaces) {
-  const auto corners = std::make_shared<const std::vector<fcl::Vector3d>>(
-      std::vector<fcl::Vector3d>{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4}});
-  const auto faces = std::make_shared<const std::vector<int>>(
-      std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3, 3, 0, 3, 2, 3, 1, 2, 3});
-  struct Case {
-    std::shared_ptr<fcl::CollisionGeometryd> shape;
-    fcl::Vector3d size;
-    double volume;
-  };
-  const double pi = std::acos(-1);
-  const Case cases[] = {
-      {std::make_shared<fcl::Boxd>(1, 2, 3), {1, 2, 3}, 6},
-      {std::make_shared<fcl::Sphered>(2), {4, 4, 4}, 4. / 3 * pi * 8},
-      {std::make_shared<fcl::Capsuled>(1, 3), {2, 2, 5}, 4. / 3 * pi + 3 * pi},
-      {std::make_shared<fcl::Cylinderd>(2, 5), {4, 4, 5}, 20 * pi},
-      {std::make_shared<fcl::Coned>(2, 3), {4, 4, 3}, 4 * pi},
-      {std::make_shared<fcl::Ellipsoidd>(1, 2, 3), {2, 4, 6}, 4. / 3 * pi * 6},
-      {std::make_shared<fcl::Convexd>(corners, 4, faces), {2, 3, 4}, 4},
-  };
-  for (const auto& [shape, size, volume] : cases) {
-    TriangleMesh<double> mesh = adaptive_bvh::shapeMesh(*shape);
-    EXPECT_NEAR(volumeOf(mesh), volume, 0.015 * volume) << shape->getNodeType();
-    fcl::Vector3d low = mesh.vertices[0], high = low;
-    for (const fcl::Vector3d& point : mesh.vertices) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
-    }
-    EXPECT_LT((high - low - size).norm(), 1e-12) << shape->getNodeType();
-    // Each edge comes once in either direction.
-    adaptive_bvh::weldVertices(mesh, 1e-9);
-    std::map<std::pair<std::size_t, std::size_t>, int> edges;
-    for (const fcl::Triangle& t : mesh.triangles)
-      for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-    for (const auto& [edge, count] : edges) {
-      ASSERT_EQ(count, 1) << shape->getNodeType();
-      ASSERT_TRUE(edges.count({edge.second, edge.first})) << shape->getNodeType();
-    }
-  }
-  const fcl::Vector3d up(0, 0.6, 0.8);
-  for (const TriangleMesh<double>& mesh : {adaptive_bvh::shapeMesh<double>(fcl::Planed(up, 2)),
-                                           adaptive_bvh::shapeMesh<double>(fcl::Halfspaced(up, 2))})
-    for (const fcl::Vector3d& corner : mesh.vertices) {
-      EXPECT_NEAR(up.dot(corner), 2, 1e-12);
-      EXPECT_NEAR((corner - 2 * up).norm(), std::sqrt(2), 1e-12);
-    }
 }
 
 TEST(PageRecording, ShapesAreBodies) {

@@ -60,6 +60,7 @@ def load_mesh(
     scale: float = 1.0,
     buffers_outside_folder: bool = False,
 ) -> Mesh: ...
+def shape_mesh(shape: Shape, turn: int = 64) -> Mesh: ...
 def weld_vertices(
     vertices: _Array, faces: _Array, tolerance: float = 0.0
 ) -> Mesh: ...
@@ -868,6 +869,7 @@ __all__ = [
     "ray_hits",
     "safe_displacements",
     "self_collide",
+    "shape_mesh",
     "signed_clearance",
     "signed_distance",
     "signed_distances",

@@ -5,9 +5,11 @@
 
 #include <pybind11/stl.h>
 
+#include "adaptive_bvh/shape_mesh.h"
 #include "arrays.h"
 #include "bind.h"
 #include "results.h"
+#include "shapes.h"
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 #include "adaptive_bvh/mesh_io.h"
 #endif
@@ -38,6 +40,12 @@ kept becomes the first such vertex, and faces of which two corners become one ar
 Mesh. Neighbours that share vertices make a mesh cheaper to query, and self_collide leaves them out.
 ValueError when the tolerance is negative or NaN.)";
 
+constexpr const char* kShapeMesh =
+    R"(The surface of a shape as a closed Mesh, in the shape's frame.
+
+turn: edges around a full turn of what is round; rounded up to a power of two, from 8 to 1024. A Plane
+and a Halfspace give a square with sides of 2. ValueError when turn is not in 1 to 1024.)";
+
 /// Python's Mesh.
 struct MeshArrays : Bound {
   TriangleMesh<double> mesh;
@@ -48,6 +56,10 @@ MeshArrays weldOf(const py::object& vertices, const py::object& faces, double to
   const py::gil_scoped_release nogil;
   weldVertices(welded.mesh, tolerance);
   return welded;
+}
+
+MeshArrays shapeMeshOf(const Shape& shape, int turn) {
+  return {{}, shapeMesh(shape.geometry(), turn)};
 }
 
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
@@ -121,6 +133,7 @@ void bindMeshes(py::module_& module) {
   module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
              "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
              "buffers_outside_folder"_a = false, kLoadMesh);
+  module.def("shape_mesh", &shapeMeshOf, "shape"_a, "turn"_a = 64, kShapeMesh);
   module.def("weld_vertices", &weldOf, "vertices"_a, "faces"_a, "tolerance"_a = 0., kWeldVertices);
 }
 

@@ -183,3 +183,30 @@ def test_shapes_can_be_copied_and_pickled():
     ):
         for other in (copy.copy(shape), copy.deepcopy(shape), pickle.loads(pickle.dumps(shape))):
             assert type(other) is type(shape) and repr(other) == repr(shape)
+
+
+@pytest.mark.parametrize(
+    "shape, volume",
+    [
+        (ab.Box(1, 2, 3), 6),
+        (ab.Sphere(2), 4 / 3 * np.pi * 8),
+        (ab.Capsule(1, 3), 4 / 3 * np.pi + 3 * np.pi),
+        (ab.Cylinder(2, 5), 20 * np.pi),
+        (ab.Cone(2, 3), 4 * np.pi),
+        (ab.Ellipsoid(1, 2, 3), 8 * np.pi),
+    ],
+)
+def test_surfaces_of_shapes_are_closed_meshes(shape, volume):
+    mesh = ab.shape_mesh(shape)
+    corners = mesh.vertices[mesh.faces]
+    assert np.linalg.det(corners).sum() / 6 == pytest.approx(volume, rel=0.01)
+    assert ab.DeformableMesh(mesh).is_watertight
+    assert len(ab.shape_mesh(shape, turn=8).faces) <= len(mesh.faces)
+    with pytest.raises(ValueError, match="0 edges around a turn"):
+        ab.shape_mesh(shape, turn=0)
+
+
+def test_the_surface_of_a_plane_is_a_square():
+    mesh = ab.shape_mesh(ab.Plane([0, 0.6, 0.8], 2))
+    np.testing.assert_allclose(mesh.vertices @ [0, 0.6, 0.8], 2)
+    assert len(mesh.vertices) == 4

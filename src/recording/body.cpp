@@ -5,6 +5,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "adaptive_bvh/shape_mesh.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -135,7 +137,10 @@ UpdateReport updateOf(const DeformableMesh<S>& mesh) {
   report.displacement_seconds = mesh.lastUpdate().seconds;
   return report;
 }
-UpdateReport updateOf(const TriangleMesh<double>&) { return UpdateReport(); }
+template <typename S>
+UpdateReport updateOf(const TriangleMesh<S>&) {
+  return UpdateReport();
+}
 
 /// The vertices and triangles of a body.
 template <typename S>
@@ -156,7 +161,8 @@ Surface<S> surfaceOf(const DeformableMesh<S>& mesh) {
   return {mesh.vertices().data(), mesh.vertices().size(), mesh.triangles().data(),
           mesh.triangles().size()};
 }
-Surface<double> surfaceOf(const TriangleMesh<double>& mesh) {
+template <typename S>
+Surface<S> surfaceOf(const TriangleMesh<S>& mesh) {
   return {mesh.vertices.data(), mesh.vertices.size(), mesh.triangles.data(), mesh.triangles.size()};
 }
 
@@ -188,7 +194,7 @@ class SourceOf : public BodySource {
   }
   UpdateReport lastUpdate() const override { return updateOf(source_); }
   bool isUnbounded() const override { return unbounded_; }
-  bool isFixed() const override { return std::is_same<Kept, TriangleMesh<double>>::value; }
+  bool isFixed() const override { return !std::is_reference_v<Kept>; }
 
  private:
   Kept source_;
@@ -201,8 +207,7 @@ template <typename S>
 std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<S>& geometry) {
   if (const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&geometry))
     return std::make_unique<SourceOf<const DeformableMesh<S>&>>(*mesh);
-  return std::make_unique<SourceOf<TriangleMesh<double>>>(shapeMesh(geometry),
-                                                          isUnbounded(geometry));
+  return std::make_unique<SourceOf<TriangleMesh<S>>>(shapeMesh(geometry), isUnbounded(geometry));
 }
 
 template <typename S>

@@ -36,10 +36,10 @@ class PatchList {
   }
   /// A line (radius, z) turned around the axis.
   void addTurned(double radius0, double z0, double radius1, double z1) const {
-    constexpr int kParts = 8;
     const SurfaceChart chart = SurfaceChart::turned(radius0, z0, radius1, z1);
-    const auto angle = [](int i) { return i * (kTurn / kParts); };
-    for (int i = 0; i < kParts; ++i) {
+    const int parts = chart.patchesOfTurn();
+    const auto angle = [&](int i) -> double { return i * (kTurn / parts); };
+    for (int i = 0; i < parts; ++i) {
       const Vector a(0, angle(i), 0), b(0, angle(i + 1), 0), c(1, angle(i), 0),
           d(1, angle(i + 1), 0);
       if (radius0 > 0) patches_.push_back({chart, a, b, c});  // else it is a line
@@ -47,14 +47,14 @@ class PatchList {
     }
   }
   void addDisk(double radius, double z) const {
-    constexpr int kParts = 6;
+    const SurfaceChart chart = SurfaceChart::disk(radius, z);
+    const int parts = chart.patchesOfTurn();
     const auto rim = [&](int i) -> Vector {
-      const double angle = i * (kTurn / kParts);
+      const double angle = i * (kTurn / parts);
       return {radius * std::cos(angle), radius * std::sin(angle), 1};
     };
-    for (int i = 0; i < kParts; ++i)
-      patches_.push_back(
-          {SurfaceChart::disk(radius, z), Vector::Zero(), rim(i), rim((i + 1) % kParts)});
+    for (int i = 0; i < parts; ++i)
+      patches_.push_back({chart, Vector::Zero(), rim(i), rim((i + 1) % parts)});
   }
 
  private:

@@ -70,6 +70,11 @@ class SurfaceChart {
     }
     return linear;
   }
+  /// How many patches a full turn is cut into; 0 where nothing is round.
+  int patchesOfTurn() const {
+    if (kind_ == Kind::Flat) return 0;
+    return kind_ == Kind::Round ? 4 : 8;
+  }
   /// For which edge of a triangle of parameters to cut.
   double length(const Vector& p, const Vector& q) const {
     if (kind_ == Kind::Round) return b_.maxCoeff() * (q - p).norm();

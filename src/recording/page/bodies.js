@@ -36,19 +36,49 @@ const clearanceEnds = extremes(run.frames.flatMap((frame) => frame.bodies
   .flatMap((body) => [body.clearance.low, body.clearance.high])));
 const hasClearance = clearanceEnds[0] <= clearanceEnds[1];
 
-// Of every vertex the mean of its triangles' normals by area: what makes a coarse mesh look smooth.
-function writeNormals(positions, triangles, normals) {
-  normals.fill(0);
+// The normal of a triangle, times twice its area, into `out`.
+function writeNormal(positions, triangles, t, out) {
+  const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+  const ux = positions[b] - positions[a], vx = positions[c] - positions[a];
+  const uy = positions[b + 1] - positions[a + 1], vy = positions[c + 1] - positions[a + 1];
+  const uz = positions[b + 2] - positions[a + 2], vz = positions[c + 2] - positions[a + 2];
+  out.set(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+}
+
+// What is drawn of a surface: a vertex of its own on each side of a sharp edge, so that a box has
+// flat faces. `source`: the recorded vertex of each; `corners`: three of them a triangle.
+const kSharp = 0.5;  // cosine of the angle that the normals of two triangles make
+function splitAtSharpEdges(positions, triangles) {
+  const corners = new Uint32Array(triangles.length), source = [], normals = [];
+  const drawn = Array.from({length: positions.length / 3}, () => []), normal = new THREE.Vector3();
   for (let t = 0; t < triangles.length; t += 3) {
-    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
-    const ux = positions[b] - positions[a], vx = positions[c] - positions[a];
-    const uy = positions[b + 1] - positions[a + 1], vy = positions[c + 1] - positions[a + 1];
-    const uz = positions[b + 2] - positions[a + 2], vz = positions[c + 2] - positions[a + 2];
-    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-    for (const corner of [a, b, c]) {
-      normals[corner] += x;
-      normals[corner + 1] += y;
-      normals[corner + 2] += z;
+    writeNormal(positions, triangles, t, normal);
+    normal.normalize();
+    for (let k = t; k < t + 3; ++k) {
+      const same = drawn[triangles[k]];
+      let vertex = same.find((other) => !(normals[other].dot(normal) < kSharp));
+      if (vertex === undefined) {
+        vertex = source.push(triangles[k]) - 1;
+        normals.push(normal.clone());
+        same.push(vertex);
+      }
+      corners[k] = vertex;
+    }
+  }
+  return {source, corners};
+}
+
+// Of every vertex the mean of its triangles' normals by area: what makes a coarse mesh look smooth.
+function writeNormals(positions, corners, normals) {
+  const normal = new THREE.Vector3();
+  normals.fill(0);
+  for (let t = 0; t < corners.length; t += 3) {
+    writeNormal(positions, corners, t, normal);
+    for (let k = t; k < t + 3; ++k) {
+      const at = 3 * corners[k];
+      normals[at] += normal.x;
+      normals[at + 1] += normal.y;
+      normals[at + 2] += normal.z;
     }
   }
   for (let i = 0; i < normals.length; i += 3) {
@@ -74,10 +104,6 @@ class BodyView {
     this.positions = new Float32Array(3 * body.vertices);
     this.triangles = readTriangles(body);
     this.geometry = new THREE.BufferGeometry();
-    for (const name of ["position", "normal", "color"])
-      this.geometry.setAttribute(name, new THREE.BufferAttribute(
-        name === "position" ? this.positions : new Float32Array(3 * body.vertices), 3));
-    this.geometry.setIndex(new THREE.BufferAttribute(this.triangles, 1));
     this.material = surfaceMaterial({vertexColors: THREE.VertexColors});
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.mesh.frustumCulled = false;
@@ -93,9 +119,8 @@ class BodyView {
     if (this.absent) return;
     if (now.positions !== this.shownPositions) {
       readPoints(now.positions, this.positions);
-      writeNormals(this.positions, this.triangles, this.geometry.attributes.normal.array);
-      this.geometry.attributes.position.needsUpdate = true;
-      this.geometry.attributes.normal.needsUpdate = true;
+      if (!this.source) this.split();
+      this.place();
       this.shownPositions = now.positions;
     }
     this.paint(now.clearance);
@@ -103,6 +128,24 @@ class BodyView {
     if (this.unbounded) this.spread(now.positions.size);
     for (const other of [this.edges, this.patches])
       if (other) placeAs(other, this.mesh);
+  }
+
+  // By the sharp edges that the first positions have.
+  split() {
+    Object.assign(this, splitAtSharpEdges(this.positions, this.triangles));
+    for (const name of ["position", "normal", "color"])
+      this.geometry.setAttribute(name,
+        new THREE.BufferAttribute(new Float32Array(3 * this.source.length), 3));
+    this.geometry.setIndex(new THREE.BufferAttribute(this.corners, 1));
+  }
+
+  place() {
+    const {position, normal} = this.geometry.attributes;
+    this.source.forEach((from, to) => {
+      for (let k = 0; k < 3; ++k) position.array[3 * to + k] = this.positions[3 * from + k];
+    });
+    writeNormals(position.array, this.corners, normal.array);
+    position.needsUpdate = normal.needsUpdate = true;
   }
 
   // Makes the square of a plane larger than the scene, about the point nearest to its middle.
@@ -135,7 +178,7 @@ class BodyView {
     const numbers = readPatches(block), byColour = patchColours.map(() => []);
     for (let i = 0; i < block.count; ++i) {
       const t = 3 * numbers[i];
-      byColour[numbers[block.count + i] % patchColours.length].push(...this.triangles.subarray(t, t + 3));
+      byColour[numbers[block.count + i] % patchColours.length].push(...this.corners.subarray(t, t + 3));
     }
     const {geometry} = this.patches;
     geometry.clearGroups();
@@ -169,9 +212,9 @@ class BodyView {
     if (wanted === "plain") {
       for (let i = 0; i < colours.length; i += 3) this.colour.toArray(colours, i);
     } else {
-      const [low, high] = clearanceEnds, values = readValues(clearance, colours.length / 3);
-      values.forEach((value, v) =>
-        clearanceRamp.write(high > low ? (value - low) / (high - low) : 1, colours, 3 * v));
+      const [low, high] = clearanceEnds, values = readValues(clearance, this.positions.length / 3);
+      this.source.forEach((from, to) => clearanceRamp.write(
+        high > low ? (values[from] - low) / (high - low) : 1, colours, 3 * to));
     }
     this.geometry.attributes.color.needsUpdate = true;
   }

@@ -1,0 +1,93 @@
+#include "adaptive_bvh/shape_mesh.h"
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dispatch/convex_parts.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Collects the triangles of the patches of one convex part, in the part's frame.
+class PartMesh {
+ public:
+  explicit PartMesh(const Solid& solid, int turn) : solid_(solid) {
+    std::vector<SurfacePatch> patches;
+    solid.addPatches(patches);
+    for (const SurfacePatch& patch : patches) {
+      int edges = patch.chart.patchesOfTurn(), cuts = 0;
+      for (; edges > 0 && edges < turn; edges *= 2) ++cuts;
+      cut(patch.chart, {patch.p, patch.q, patch.r}, cuts);
+    }
+    join();
+  }
+
+  const TriangleMesh<double>& mesh() const { return mesh_; }
+
+ private:
+  /// Into four, by the middles of the edges.
+  void cut(const SurfaceChart& chart, const TrianglePoints<double>& corners, int times) {
+    if (times == 0) return add(chart(corners[0]), chart(corners[1]), chart(corners[2]));
+    const auto middle = [&](int i, int k) -> fcl::Vector3d {
+      return chart.between(corners[i], corners[k], 0.5);
+    };
+    const fcl::Vector3d a = middle(1, 2), b = middle(2, 0), c = middle(0, 1);
+    cut(chart, {corners[0], c, b}, times - 1);
+    cut(chart, {c, corners[1], a}, times - 1);
+    cut(chart, {b, a, corners[2]}, times - 1);
+    cut(chart, {a, b, c}, times - 1);
+  }
+  /// A surface without end keeps the order of the corners.
+  void add(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
+    const bool is_outward = !solid_.core().isBounded() ||
+                            (b - a).cross(c - a).dot((a + b + c) / 3 - solid_.inner()) > 0;
+    const std::size_t first = mesh_.vertices.size();
+    mesh_.vertices.insert(mesh_.vertices.end(), {a, b, c});
+    mesh_.triangles.emplace_back(first, is_outward ? first + 1 : first + 2,
+                                 is_outward ? first + 2 : first + 1);
+  }
+  /// Where charts meet, a point has been computed in two ways.
+  void join() {
+    double size = 0;
+    for (const fcl::Vector3d& x : mesh_.vertices)
+      size = std::max(size, x.lpNorm<Eigen::Infinity>());
+    weldVertices(mesh_, 32 * std::numeric_limits<double>::epsilon() * size);
+  }
+
+  const Solid& solid_;
+  TriangleMesh<double> mesh_;
+};
+
+}  // namespace
+
+template <typename S>
+TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
+  if (turn < 1 || turn > 1024)
+    throw std::invalid_argument("shapeMesh: " + std::to_string(turn) +
+                                " edges around a turn; there may be 1 to 1024");
+  if (!isShape(shape.getNodeType()) && shape.getNodeType() != fcl::GEOM_OCTREE)
+    throw std::invalid_argument("shapeMesh: the geometry is neither a shape nor an octree");
+  TriangleMesh<S> mesh;
+  const auto add = [&](const ConvexPart& part) {
+    const PartMesh of_part(part.placed.solid, turn);
+    const std::size_t first = mesh.vertices.size();
+    for (const fcl::Vector3d& x : of_part.mesh().vertices)
+      mesh.vertices.push_back((part.placed.tf * x).template cast<S>());
+    for (const fcl::Triangle& t : of_part.mesh().triangles)
+      mesh.triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
+    return false;
+  };
+  const auto nearest = [](const CellBall&) { return 0.; };
+  ConvexParts(shape, fcl::Transform3d::Identity())
+      .visit(
+          nearest, [] { return 0.; }, add);
+  return mesh;
+}
+
+template TriangleMesh<float> shapeMesh(const fcl::CollisionGeometry<float>&, int);
+template TriangleMesh<double> shapeMesh(const fcl::CollisionGeometry<double>&, int);
+
+}  // namespace adaptive_bvh
