@@ -200,7 +200,7 @@ def test_surfaces_of_shapes_are_closed_meshes(shape, volume):
     mesh = ab.shape_mesh(shape)
     corners = mesh.vertices[mesh.faces]
     assert np.linalg.det(corners).sum() / 6 == pytest.approx(volume, rel=0.01)
-    assert ab.DeformableMesh(mesh).is_watertight
+    assert ab.is_watertight(ab.DeformableMesh(mesh))
     assert len(ab.shape_mesh(shape, turn=8).faces) <= len(mesh.faces)
     with pytest.raises(ValueError, match="0 edges around a turn"):
         ab.shape_mesh(shape, turn=0)

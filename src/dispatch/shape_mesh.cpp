@@ -1,5 +1,6 @@
 #include "adaptive_bvh/shape_mesh.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,8 @@
 
 namespace adaptive_bvh {
 namespace {
+
+constexpr int kLeastTurn = 8;  ///< what charts begin with where their rims meet
 
 /// Collects the triangles of the patches of one convex part, in the part's frame.
 class PartMesh {
@@ -72,7 +75,7 @@ TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
     throw std::invalid_argument("shapeMesh: the geometry is neither a shape nor an octree");
   TriangleMesh<S> mesh;
   const auto add = [&](const ConvexPart& part) {
-    const PartMesh of_part(part.placed.solid, turn);
+    const PartMesh of_part(part.placed.solid, std::max(turn, kLeastTurn));
     const std::size_t first = mesh.vertices.size();
     for (const fcl::Vector3d& x : of_part.mesh().vertices)
       mesh.vertices.push_back((part.placed.tf * x).template cast<S>());

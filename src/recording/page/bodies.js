@@ -114,15 +114,15 @@ class BodyView {
   show(frame) {
     const now = run.frames[frame].bodies[this.index];
     this.absent = Boolean(now.absent);
-    this.showPatches(now.patches);
-    this.applyVisible();
-    if (this.absent) return;
-    if (now.positions !== this.shownPositions) {
+    if (!this.absent && now.positions !== this.shownPositions) {
       readPoints(now.positions, this.positions);
       if (!this.source) this.split();
       this.place();
       this.shownPositions = now.positions;
     }
+    this.showPatches(now.patches);
+    this.applyVisible();
+    if (this.absent) return;
     this.paint(now.clearance);
     placeInScene(this.mesh, now.pose, now.positions.low);
     if (this.unbounded) this.spread(now.positions.size);
