@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <utility>
 
 namespace adaptive_bvh {
@@ -14,15 +13,10 @@ namespace adaptive_bvh {
 template <typename T>
 class Leased {
  public:
-  Leased() : object_(std::move(free())) {
-    if (object_)
-      free() = std::move(object_->next);
-    else
-      object_.reset(new Object);
-  }
+  Leased() : object_(free().first ? free().first : new Object) { free().first = object_->next; }
   ~Leased() {
-    object_->next = std::move(free());
-    free() = std::move(object_);
+    object_->next = free().first;
+    free().first = object_;
   }
   Leased(const Leased&) = delete;
   Leased& operator=(const Leased&) = delete;
@@ -33,15 +27,23 @@ class Leased {
  private:
   struct Object {
     T value{};
-    std::unique_ptr<Object> next;
+    Object* next = nullptr;
   };
-  /// A list of the thread's objects that no lease holds.
-  static std::unique_ptr<Object>& free() {
-    static thread_local std::unique_ptr<Object> first;
-    return first;
+  /// The thread's objects that no lease holds. (With plain pointers: to move a unique_ptr compiles
+  /// the destruction of T into every caller.)
+  struct List {
+    Object* first = nullptr;
+
+    ~List() {
+      while (first) delete std::exchange(first, first->next);
+    }
+  };
+  static List& free() {
+    static thread_local List list;
+    return list;
   }
 
-  std::unique_ptr<Object> object_;
+  Object* object_;
 };
 
 }  // namespace adaptive_bvh
