@@ -95,27 +95,20 @@ PackedRotation::PackedRotation(const float (&x)[3], const float (&y)[3], const f
 
 #ifdef ADAPTIVE_BVH_HAS_AVX2
 /// In fit_kernels_avx2.cpp.
-template <typename S, bool kWithBox>
-const FitFunctions<S>& fitFunctionsWithAvx2();
+const FitFunctions& fitFunctionsWithAvx2();
 #endif
 
-template <typename S, bool kWithBox>
-const FitFunctions<S>& fitFunctions() {
+const FitFunctions& fitFunctions() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
   static const bool has_avx2 = packs::hasAvx2();
-  if (has_avx2) return fitFunctionsWithAvx2<S, kWithBox>();
+  if (has_avx2) return fitFunctionsWithAvx2();
 #endif
-  return FitKernels<Float4>::kFunctions<S, kWithBox>;
+  return FitKernels<Float4>::kFunctions;
 }
-
-template const FitFunctions<float>& fitFunctions<float, false>();
-template const FitFunctions<float>& fitFunctions<float, true>();
-template const FitFunctions<double>& fitFunctions<double, false>();
-template const FitFunctions<double>& fitFunctions<double, true>();
 
 template <typename BV>
 BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices,
-                     KeptAxes* kept, const RefitPolicy& policy, const FitFunctions<S>& functions)
+                     KeptAxes* kept, const RefitPolicy& policy, const FitFunctions& functions)
     : target_(target),
       topology_(target.tree.topology),
       kept_(kept),
@@ -125,7 +118,8 @@ BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vert
       source_{vertices.data(),
               target.model.prev_vertices ? vertices.previous()[0].data() : nullptr,
               coordinatesOf(vertices.frame(), vertices.extent(), askewAxes<BV>()),
-              {}} {
+              {},
+              kVolumeType<S, Volume<BV>::kHasBox>} {
   makeRoom(VertexSlots::kBlock);
 }
 
@@ -149,7 +143,7 @@ typename BV::S BodyFit<BV>::finish() {
 }
 
 template <typename BV>
-void BodyFit<BV>::addTo(Group& group, int node, FitFunction<S> fit) {
+void BodyFit<BV>::addTo(Group& group, int node, FitFunction fit) {
   fcl::BVNode<BV>& fcl_node = target_.model.getBV(node);
   const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
   const LeafSlots* const leaves = topology_.slots.leafSlots() + first;
@@ -186,7 +180,7 @@ void BodyFit<BV>::makeRoom(std::size_t points) {
 
 /// Lanes that are left over are as the first.
 template <typename BV>
-void BodyFit<BV>::finish(Group& group, FitFunction<S> fit) {
+void BodyFit<BV>::finish(Group& group, FitFunction fit) {
   if (group.count == 0) return;
   for (int i = group.count; i < fits_.lanes; ++i) {
     group.leaves[i] = group.leaves[0];
@@ -207,7 +201,7 @@ void BodyFit<BV>::finish(Group& group, FitFunction<S> fit) {
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;
-  FitGroup<S> alone;
+  FitGroup alone;
   alone.count = 1;
   for (int i = 0; i < Kernels::kLanes; ++i) {
     alone.leaves[i] = group.leaves[lane];
@@ -222,13 +216,14 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   KeptAxes* const kept = keptAxes(group.nodes[lane]);
   if (kept) kept->area = std::min(area, other);
   if (!(other < area)) return;
-  largest_corner_sum_ = std::max(
-      largest_corner_sum_, writeVolumes<Volume<BV>::kHasBox>(volumes, source_.model, alone.to, 1));
+  S* const to = static_cast<S*>(alone.to[0]);
+  largest_corner_sum_ = std::max(largest_corner_sum_,
+                                 writeVolumes<Volume<BV>::kHasBox>(volumes, source_.model, &to, 1));
   if (kept) kept->rotation = packed(Kernels::nodeFrames(source_, alone).components(anew));
 }
 
 template <typename BV>
-Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup<S>& of) const {
+Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup& of) const {
   const Leased<AxisFitMemory> memory;
   PointArrays<float>& points = memory->points;
   points.clear();
@@ -261,7 +256,7 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
       kept.quad[k] = static_cast<std::uint8_t>(quad[k] - topology_.slots.block(first));
     if (kept.isQuad()) return;
   }
-  FitGroup<S> alone;
+  FitGroup alone;
   for (int i = 0; i < FitKernels<Float4>::kLanes; ++i) {
     alone.leaves[i] = topology_.slots.leafSlots() + first;
     alone.triangles[i] = fcl_node.num_primitives;

@@ -25,7 +25,7 @@ class BodyFit {
 
   /// `functions`: for so many lanes; volumes are the same for any number.
   BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices, KeptAxes* kept,
-          const RefitPolicy& policy, const FitFunctions<S>& functions);
+          const RefitPolicy& policy, const FitFunctions& functions);
 
   /// Fits a node's volume to its triangles, at the latest in `finish`: nodes are collected by kind,
   /// and nodes of one kind are fitted together.
@@ -37,25 +37,25 @@ class BodyFit {
   void keepAxes(int node, const BV& bv);
 
  private:
-  struct Group : FitGroup<S> {
+  struct Group : FitGroup {
     int nodes[kMostLanes];
   };
 
-  void addTo(Group& group, int node, FitFunction<S> fit);
-  void finish(Group& group, FitFunction<S> fit);
+  void addTo(Group& group, int node, FitFunction fit);
+  void finish(Group& group, FitFunction fit);
   /// The kept axes of an inner node whose shape does not define its axes, or null.
   KeptAxes* keptAxes(int node) const;
   void makeRoom(std::size_t points);
   /// New axes for a volume that has outgrown its present ones.
   void renewAxes(const Group& group, int lane, float area);
-  Axes<Float4> bestAxesOf(const FitGroup<S>& of) const;
+  Axes<Float4> bestAxesOf(const FitGroup& of) const;
 
   const UpdateTarget<BV> target_;
   const Topology& topology_;
   KeptAxes* const kept_;  ///< by Topology::innerIndex
   const float limit_;     ///< of the growth of a volume's surface
   const double unit_;
-  const FitFunctions<S>& fits_;
+  const FitFunctions& fits_;
   FitSource source_;
   const Leased<std::vector<float>> work_;
 

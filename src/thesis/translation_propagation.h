@@ -40,7 +40,7 @@ class TranslationPropagation {
   /// The refits of this step.
   using Fit = BodyFit<BV>;
   Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy,
-          const FitFunctions<S>& functions = fitFunctions<S, Volume<BV>::kHasBox>()) {
+          const FitFunctions& functions = fitFunctions()) {
     return {target, vertices_, kept_.data(), policy, functions};
   }
   /// Begins anew: all volumes have been fitted to the present positions, the root's is `root`.

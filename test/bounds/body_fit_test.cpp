@@ -118,9 +118,8 @@ class Body {
   void expectSameInAnyLanes() {
     RefitPolicy policy;
     policy.axes_tolerance = 1e30;
-    constexpr bool kHasBox = adaptive_bvh::Volume<BV>::kHasBox;
     using FourLanes = adaptive_bvh::FitKernels<adaptive_bvh::Float4>;
-    const auto volumes = [&](const adaptive_bvh::FitFunctions<S>& functions) {
+    const auto volumes = [&](const adaptive_bvh::FitFunctions& functions) {
       auto fit = method_->fit(target(), policy, functions);
       for (int i = 0; i < nodes(); ++i) fit.add(i);
       fit.finish();
@@ -128,9 +127,8 @@ class Body {
       for (int i = 0; i < nodes(); ++i) all.push_back(volume(i));
       return all;
     };
-    volumes(FourLanes::kFunctions<S, kHasBox>);  // where there was no surface, axes are chosen now
-    auto four = volumes(FourLanes::kFunctions<S, kHasBox>),
-         most = volumes(adaptive_bvh::fitFunctions<S, kHasBox>());
+    volumes(FourLanes::kFunctions);  // where there was no surface, axes are chosen now
+    auto four = volumes(FourLanes::kFunctions), most = volumes(adaptive_bvh::fitFunctions());
     for (std::size_t i = 0; i < four.size(); ++i) expectSame(four[i], most[i]);
   }
 

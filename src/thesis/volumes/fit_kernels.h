@@ -23,8 +23,11 @@ struct VertexState {
 /// So many nodes are in a group at most.
 constexpr int kMostLanes = 8;
 
+/// FCL's volumes: RSS, or an OBB with it, of numbers of either type.
+template <typename S, bool kWithBox>
+constexpr int kVolumeType = 2 * (sizeof(S) == sizeof(double)) + kWithBox;
+
 /// Nodes of one kind, whose volumes are found at once. Lanes beyond `count` are as the first.
-template <typename S>
 struct FitGroup {
   int count = 0;
   const LeafSlots* leaves[kMostLanes];  ///< the first leaf of each node
@@ -32,7 +35,7 @@ struct FitGroup {
   std::uint64_t slots[kMostLanes];      ///< their vertices, as VertexSlots::Set::bits
   unsigned end[kMostLanes];             ///< of the slots, where no bit is set
   const KeptAxes* kept[kMostLanes];
-  S* to[kMostLanes];  ///< the numbers of FCL's volume
+  void* to[kMostLanes];  ///< the numbers of FCL's volume
 };
 
 /// What they are found from.
@@ -40,26 +43,24 @@ struct FitSource {
   const VertexState* states;  ///< by slot
   const float* previous;      ///< four numbers for each slot, or null
   ModelCoordinates model;
-  float* work[3];  ///< as PointExtents needs them
+  float* work[3];   ///< as PointExtents needs them
+  int volume_type;  ///< kVolumeType
 
   ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const { return packs::load(states[slot].position); }
 };
 
 /// Returns the largest Volume::cornerSum; sets `areas`, in body units, where axes are kept.
-template <typename S>
-using FitFunction = double (*)(const FitSource&, const FitGroup<S>&, float* areas);
+using FitFunction = double (*)(const FitSource&, const FitGroup&, float* areas);
 
 /// By kind: of one triangle each; of two with a common edge; along kept axes, within a block of
 /// slots; along kept axes, of many slots or of two frames.
-template <typename S>
 struct FitFunctions {
   int lanes;
-  FitFunction<S> triangles, quads, patches, others;
+  FitFunction triangles, quads, patches, others;
 };
 
 /// The fastest for this processor.
-template <typename S, bool kWithBox>
-const FitFunctions<S>& fitFunctions();
+const FitFunctions& fitFunctions();
 
 /// Some points in an array: those at some offsets, or all.
 struct PointSet {
@@ -154,8 +155,7 @@ struct FitKernels {
 
   /// Frames that turn as the nodes' vertices do: each spanned by three of them, far apart; where
   /// these lie nearly on a line, by two of them and a triangle.
-  template <typename S>
-  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup<S>& group) {
+  ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup& group) {
     using vectors::difference;
     using vectors::dot;
     const auto corners = [&](int corner, auto&& leaf) -> Vectors<P> {
@@ -179,18 +179,16 @@ struct FitKernels {
     return axesAlong(along, aside);
   }
 
-  template <typename S>
-  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup<S>& group) {
+  ADAPTIVE_BVH_INLINE static Axes<P> keptAxes(const FitSource& source, const FitGroup& group) {
     P q[4];
     Lanes<P>::gather4([&](int i) -> Float4 { return group.kept[i]->rotation.quaternion(); }, q);
     return nodeFrames(source, group) * rotations<P>(q[0], q[1], q[2], q[3]);
   }
 
   /// Along given axes, lane by lane.
-  template <typename S>
   ADAPTIVE_BVH_INLINE static BodyVolumes<P> volumesAlong(const Axes<P>& axes,
                                                          const FitSource& source,
-                                                         const FitGroup<S>& group) {
+                                                         const FitGroup& group) {
     Float4 first[kLanes], rectangles[kLanes], spheres[kLanes], boxes[kLanes];
     for (int i = 0; i < kLanes; ++i) {
       if (i >= group.count) {
@@ -235,28 +233,23 @@ struct FitKernels {
             {box[2], box[3]}};
   }
 
-  template <typename S, bool kWithBox>
-  static double triangles(const FitSource& source, const FitGroup<S>& group, float*) {
+  static double triangles(const FitSource& source, const FitGroup& group, float*) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 { return source.at(group.leaves[i]->slot(k)); });
     };
-    return writeVolumes<kWithBox>(triangleVolumes(corners(0), corners(1), corners(2)), source.model,
-                                  group.to, group.count);
+    return write(triangleVolumes(corners(0), corners(1), corners(2)), source, group);
   }
 
-  template <typename S, bool kWithBox>
-  static double quads(const FitSource& source, const FitGroup<S>& group, float*) {
+  static double quads(const FitSource& source, const FitGroup& group, float*) {
     const auto corners = [&](int k) -> Vectors<P> {
       return Lanes<P>::gather([&](int i) -> Float4 {
         return source.at(group.leaves[i]->block + group.kept[i]->quad[k]);
       });
     };
-    return writeVolumes<kWithBox>(quadVolumes(corners(0), corners(1), corners(2), corners(3)),
-                                  source.model, group.to, group.count);
+    return write(quadVolumes(corners(0), corners(1), corners(2), corners(3)), source, group);
   }
 
-  template <typename S, bool kWithBox>
-  static double patches(const FitSource& source, const FitGroup<S>& group, float* areas) {
+  static double patches(const FitSource& source, const FitGroup& group, float* areas) {
     constexpr int kBlock = 64;
     std::uint8_t offsets[kLanes][kBlock];
     int counts[kLanes], most = 0;
@@ -276,26 +269,36 @@ struct FitKernels {
     along[0] = {P{}, P{}, P{}};
     for (int k = 1; k < most; ++k)
       along[k] = axes.components(vectors::difference(points(k), first));
-    return finish<S, kWithBox>(volumesAround(axes, first, along, most), source, group, areas);
+    return finish(volumesAround(axes, first, along, most), source, group, areas);
   }
 
-  template <typename S, bool kWithBox>
-  static double others(const FitSource& source, const FitGroup<S>& group, float* areas) {
-    return finish<S, kWithBox>(volumesAlong(keptAxes(source, group), source, group), source, group,
-                               areas);
+  static double others(const FitSource& source, const FitGroup& group, float* areas) {
+    return finish(volumesAlong(keptAxes(source, group), source, group), source, group, areas);
   }
 
-  template <typename S, bool kWithBox>
-  static constexpr FitFunctions<S> kFunctions = {kLanes, triangles<S, kWithBox>, quads<S, kWithBox>,
-                                                 patches<S, kWithBox>, others<S, kWithBox>};
+  static constexpr FitFunctions kFunctions = {kLanes, triangles, quads, patches, others};
 
  private:
-  template <typename S, bool kWithBox>
   ADAPTIVE_BVH_INLINE static double finish(const BodyVolumes<P>& volumes, const FitSource& source,
-                                           const FitGroup<S>& group, float* areas) {
+                                           const FitGroup& group, float* areas) {
     const P area = volumes.area();
     __builtin_memcpy(areas, &area, sizeof(P));
-    return writeVolumes<kWithBox>(volumes, source.model, group.to, group.count);
+    return write(volumes, source, group);
+  }
+
+  template <typename S, bool kWithBox>
+  static double writeAs(const BodyVolumes<P>& volumes, const FitSource& source,
+                        const FitGroup& group) {
+    S* to[kMostLanes];
+    for (int i = 0; i < group.count; ++i) to[i] = static_cast<S*>(group.to[i]);
+    return writeVolumes<kWithBox>(volumes, source.model, to, group.count);
+  }
+  ADAPTIVE_BVH_INLINE static double write(const BodyVolumes<P>& volumes, const FitSource& source,
+                                          const FitGroup& group) {
+    // In the order of kVolumeType.
+    constexpr decltype(&writeAs<float, false>) kWriters[] = {
+        writeAs<float, false>, writeAs<float, true>, writeAs<double, false>, writeAs<double, true>};
+    return kWriters[source.volume_type](volumes, source, group);
   }
 };
 

@@ -43,17 +43,8 @@ struct Lanes<Float8> {
   }
 };
 
-template <typename S, bool kWithBox>
-const FitFunctions<S>& fitFunctionsWithAvx2();
-template <typename S, bool kWithBox>
-const FitFunctions<S>& fitFunctionsWithAvx2() {
-  return FitKernels<Float8>::kFunctions<S, kWithBox>;
-}
-
-template const FitFunctions<float>& fitFunctionsWithAvx2<float, false>();
-template const FitFunctions<float>& fitFunctionsWithAvx2<float, true>();
-template const FitFunctions<double>& fitFunctionsWithAvx2<double, false>();
-template const FitFunctions<double>& fitFunctionsWithAvx2<double, true>();
+const FitFunctions& fitFunctionsWithAvx2();
+const FitFunctions& fitFunctionsWithAvx2() { return FitKernels<Float8>::kFunctions; }
 
 }  // namespace adaptive_bvh
 #endif
