@@ -3,17 +3,18 @@
 #include "hierarchy/leaf_slots.h"
 #include "triangles/triangle_pairs.h"
 
-// Compiled once for every processor and once for those with AVX2. For the second no function may be
-// shared with other sources, which the linker would then give to all: no standard library here, and
-// everything below is a template of the pack, or always inlined.
+// Compiled once for every processor and once for processors with AVX2. Code compiled for AVX2 must
+// not share a function with other sources, because the linker would then use it on all processors.
+// So no standard library is used here, and everything below is a template of the pack, or always
+// inlined.
 namespace adaptive_bvh {
 
-/// Two triangles, by their places in the order of the leaves.
+/// Two triangles, by their indices in the order of the leaves.
 struct LeafPair {
   unsigned first, second;
 };
 
-/// Where the corners of a tree's triangles are, in its coordinates.
+/// The corners of a tree's triangles, in its coordinates.
 struct CornerSource {
   const LeafSlots* leaves;
   const Float4 *positions, *residuals;  ///< by slot
@@ -24,10 +25,10 @@ struct PairSource {
   CornerSource first, second;
 };
 
-/// What is certain of two triangles.
+/// What is certain about two triangles.
 enum class PairVerdict : std::uint8_t { Unknown, Apart, Touching };
 
-/// The corners of as many triangles as a pack has numbers.
+/// Loads the corners of as many triangles as a pack has numbers.
 template <typename P>
 struct Gather;
 
@@ -40,14 +41,14 @@ struct Gather<Float4> {
   }
 };
 
-/// Tests of pairs of triangles, as many at once as a pack has numbers: cheap ones first, that leave
-/// few pairs. The results do not depend on the pack.
+/// Tests of pairs of triangles, as many at once as a pack has numbers. The cheap tests come first
+/// and leave few pairs. The results do not depend on the pack.
 template <typename P>
 class PairStages {
  public:
-  /// Keeps the pairs that are not certainly separated along the normal of either triangle, in
-  /// order. Returns their number. There must be room for one more pair at the end. `error` is that
-  /// of positions.
+  /// Keeps, in order, the pairs that are not certainly separated along the normal of either
+  /// triangle. Returns their number. `pairs` needs room for one more pair at the end. `error`: of
+  /// positions.
   static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
                           const PairError& error) {
     return keep(
@@ -57,8 +58,8 @@ class PairStages {
           return PackedTrianglePairs<P>(p, q).apartByPlanes(error);
         });
   }
-  /// Also separates pairs in the planes of both triangles. `error` is that of positions and
-  /// residuals together.
+  /// Like keepByPlanes, but also tests directions in the planes of both triangles. `error`: of
+  /// positions with residuals.
   static int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
                            const PairError& error) {
     return keep(
@@ -67,7 +68,7 @@ class PairStages {
           return triangles.apartByPlanes(error) | triangles.apartByEdgeNormals(error);
         });
   }
-  /// By all axes that can separate two triangles.
+  /// Sets the verdict of each pair, by all axes that can separate two triangles.
   static void judge(const PairSource& from, const LeafPair* pairs, int size, const PairError& error,
                     PairVerdict* verdicts) {
     for (int i = 0; i < size; i += kLanes) {
@@ -84,7 +85,7 @@ class PairStages {
  private:
   static constexpr int kLanes = Gather<P>::kLanes;
 
-  /// The last group repeats the last pair.
+  /// Copies a group of pairs. The last group repeats the last pair.
   ADAPTIVE_BVH_INLINE static void copyGroup(const LeafPair* pairs, int first, int size,
                                             LeafPair (&group)[kLanes]) {
     for (int k = 0; k < kLanes; ++k) group[k] = pairs[first + k < size ? first + k : size - 1];
@@ -128,7 +129,7 @@ class PairStages {
   }
 };
 
-/// The stages for one pack.
+/// The tests for one type of pack.
 struct PairTests {
   int (*keepByPlanes)(const PairSource&, LeafPair*, int, const PairError&);
   int (*keepByNormals)(const PairSource&, LeafPair*, int, const PairError&);
@@ -138,11 +139,12 @@ template <typename P>
 constexpr PairTests kPairTests = {&PairStages<P>::keepByPlanes, &PairStages<P>::keepByNormals,
                                   &PairStages<P>::judge};
 
-/// For every processor, four at a time.
+/// Tests for every processor, four pairs at a time.
 const PairTests& pairTests4();
-/// Eight at a time; null where the library was built without, or the processor has no AVX2.
+/// Tests of eight pairs at a time; null if the library was built without AVX2 or the processor has
+/// none.
 const PairTests* pairTests8();
-/// The widest of them.
+/// The widest tests that the processor supports.
 const PairTests& pairTests();
 
 }  // namespace adaptive_bvh

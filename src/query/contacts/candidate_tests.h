@@ -11,19 +11,19 @@
 
 namespace adaptive_bvh {
 
-/// Tests pairs of triangles whose boxes overlap. Neighbours are left out; the others are collected,
-/// and by the hundred those are left out that are surely apart, four or eight at a time: first by
-/// their planes and edges, then by all axes that can separate two triangles. Where both trees have
-/// the same coordinates, positions and residuals serve for all of it (pair_stages.h); else the last
-/// look is at the model's own positions. The exact test decides about the few of which that is
+/// Tests pairs of triangles whose boxes overlap. Leaves out neighbours and collects the other pairs
+/// in batches. In a batch, the pairs that are certainly apart are removed first, four or eight at a
+/// time: by their planes and edges, then by all axes that can separate two triangles. If both trees
+/// have the same coordinates, all of this uses positions and residuals (pair_stages.h); else the
+/// last step uses the model's own positions. The exact test decides about the few pairs that remain
 /// uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
 ///   node.test(i, j)          the exact test of two triangles, by their indices; adds their
 ///                            contacts
-///   node.add(i, j)           adds the contacts of two that touch
-///   node.isDone()            whether there are contacts enough
-///   node.needsFew()          whether a few are enough
+///   node.add(i, j)           adds the contacts of two triangles that touch
+///   node.isDone()            whether there are enough contacts
+///   node.needsFew()          whether a few contacts are enough
 template <typename Frame, typename Node>
 class CandidateTests {
  public:
@@ -43,16 +43,16 @@ class CandidateTests {
     }
   }
   bool isDone() const { return is_done_; }
-  /// Goes on with more pairs, whether or not there were contacts enough.
+  /// Starts another run, even if there were enough contacts before.
   void begin() {
     is_done_ = node_.isDone();
     batch_ = node_.needsFew() ? kFirstBatch : kSize;
   }
-  /// What was found and not yet tested.
+  /// Tests the pairs that were found but not yet tested.
   void finish() { testAll(); }
 
  private:
-  // The first batches are small where few contacts are needed.
+  // The first batches are small if few contacts are needed.
   static constexpr int kFirstBatch = 32, kSize = 256;
 
   void testAll() {
@@ -64,10 +64,10 @@ class CandidateTests {
     batch_ = std::min(2 * batch_, kSize);
   }
 
-  /// Both trees have the same coordinates: their positions with residuals are as good as the
-  /// model's own.
+  /// For trees with the same coordinates: their positions with residuals are as precise as the
+  /// model's own positions.
   void testWithResiduals() {
-    constexpr int kAtOnce = 32;  // there may soon be contacts enough
+    constexpr int kAtOnce = 32;  // small, as there may soon be enough contacts
     const PairSource from = sourceOf(in_);
     size_ = keepByNormals(from, pairs_, size_, errors_);
     PairVerdict verdicts[kAtOnce];
@@ -112,7 +112,7 @@ class CandidateTests {
         in_.second.pointsAt(pair.second), in_.tree2.slots().verticesOf(pair.second));
   }
 
-  /// Keeps the pairs that `areApart` does not name, in order; returns how many.
+  /// Keeps, in order, the pairs that `areApart` does not report. Returns their number.
   template <typename AreApart>
   ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;
@@ -127,14 +127,14 @@ class CandidateTests {
     return kept;
   }
 
-  /// In the coordinates of the first tree.
+  /// Four pairs in the coordinates of the first tree.
   ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const LeafPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
     return TrianglePairs4(p, q);
   }
 
-  /// From the mesh's own positions.
+  /// Four pairs from the meshes' own positions.
   TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
     TriangleDifferences differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
@@ -149,15 +149,15 @@ class CandidateTests {
   const PairErrors errors_;
   LeafPair pairs_[kSize + 3];
   int size_ = 0;
-  int batch_ = kSize;  ///< as many pairs are tested together
+  int batch_ = kSize;  ///< number of pairs that are tested together
   bool is_done_ = false;
 };
 
-/// Its sink is a node, which takes the contacts.
+/// A search whose sink takes the contacts.
 template <typename Frame, typename Node>
 using CandidateSearch = TriangleSearch<CandidateTests<Frame, Node>>;
 
-/// Every pair, where single precision cannot express how the meshes lie.
+/// Tests every pair; for placements that single precision cannot express.
 template <typename Node>
 void testAllCandidates(const PairInput& input, Node& node) {
   if (areBallsFarther(input.first, input.second, input.to_first, 0)) return;

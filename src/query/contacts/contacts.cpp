@@ -12,11 +12,11 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The test of two triangles of a query, which adds their contacts.
+/// Tests two triangles of a query and adds their contacts to the result.
 class ContactNode {
  public:
-  /// `is_self`: both meshes are the same in the same place: the triangle with the smaller index is
-  /// tested as the first, and a pair has one contact. `ignored`: pairs to leave out, or null.
+  /// `is_self`: both meshes are the same mesh in the same pose. Then the triangle with the smaller
+  /// index comes first, and a pair has one contact. `ignored`: pairs to leave out, or null.
   ContactNode(const ContactMesh& first, const ContactMesh& second,
               const CollisionQuery<double>& query, bool is_self,
               const IgnoredPairs* ignored = nullptr)
@@ -32,7 +32,7 @@ class ContactNode {
   fcl::CollisionRequestd request;
   fcl::CollisionResultd* result;
 
-  /// Two triangles that touch, neither of them thin.
+  /// Adds the contacts of two triangles that touch, neither of which is thin.
   void add(int triangle1, int triangle2) const { test(triangle1, triangle2, true); }
   void test(int triangle1, int triangle2) const { test(triangle1, triangle2, false); }
   bool isDone() const { return request.isSatisfied(*result); }
@@ -52,15 +52,15 @@ class ContactNode {
   const IgnoredPairs* const ignored_;
 };
 
-/// One thread's worker of a query for contacts (SearchTasks). It keeps contacts of its own, in each
-/// task as many at most as the query has room for.
+/// A worker of a contact query on one thread (SearchTasks). It has its own contacts; each task adds
+/// at most as many as the query has room for.
 template <typename Frame>
 class ContactWorker {
  public:
   using Mark = std::size_t;
-  using Memory = fcl::CollisionResultd;  ///< that is kept from query to query
+  using Memory = fcl::CollisionResultd;  ///< kept from query to query
 
-  /// `node`: of the query. `limit` is that of all workers.
+  /// `node`: that of the query. `limit`: shared by all workers.
   ContactWorker(const PairInput& input, const Frame& frame, const ContactNode& node,
                 std::size_t room, ContactLimit& limit, Memory& memory)
       : contacts_(memory),
@@ -92,7 +92,7 @@ class ContactWorker {
   CandidateSearch<Frame, const ContactNode> search_;
 };
 
-/// Costs are kept in an order of their own: one thread finds them.
+/// Number of threads. Costs are kept in an order of their own, so one thread finds them.
 int threadsFor(const PairInput& input, const ContactNode& node) {
   if (node.request.enable_cost) return 1;
   return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
@@ -130,7 +130,7 @@ void collideMeshes(const ContactMesh& first, const ContactMesh& second,
                    const CollisionQuery<double>& query) {
   const ContactNode node(first, second, query, false);
   TreePair trees(first.placed, second.placed);
-  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one is found soon
+  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one contact is found soon
   const PairInput input(trees);
   searchInFrame(
       trees, [&](const auto& frame) { search(input, frame, node); },
