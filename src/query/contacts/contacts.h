@@ -78,7 +78,6 @@ void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, 
 /// Decides which tasks can be skipped: those after a task that has all contacts wanted, or after
 /// the first few tasks that have them together. While the contacts may still be too few, threads
 /// share nothing that they write.
-/// nothing that they write.
 class ContactLimit {
  public:
   ContactLimit(std::size_t most, std::size_t tasks, int workers)
@@ -107,7 +106,7 @@ class ContactLimit {
     if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
   }
 
-  const std::size_t most_, few_;                  ///< wanted; wanted per worker, on average
+  const std::size_t most_, few_;                  ///< wanted; wanted on average of each worker
   std::vector<std::atomic<std::size_t>> counts_;  ///< by task
   std::mutex counting_;
   std::size_t next_ = 0, sum_ = 0;  ///< the first task not yet counted; contacts before it

@@ -8,16 +8,17 @@
 
 namespace adaptive_bvh {
 
-/// The largest value that a concave function has in a triangle, from above: by cutting planes
-/// (Kelley, "The Cutting-Plane Method for Solving Convex Programs", 1960). Each is a linear
-/// function that is nowhere less than the function, given by its values at the three corners. Any
-/// average of them is such a function, too: the least of all their largest values is the bound.
+/// Upper bound of the largest value of a concave function in a triangle, by cutting planes (Kelley,
+/// "The Cutting-Plane Method for Solving Convex Programs", 1960). A plane is a linear function that
+/// is nowhere less than the concave function, given by its values at the three corners. An average
+/// of planes is such a function, too. The bound is the smallest of the largest values of all these
+/// functions.
 class CuttingPlanes {
  public:
   using Plane = fcl::Vector3d;
 
   double bound() const { return bound_.value; }
-  /// Where the least of the planes is highest, in barycentric coordinates.
+  /// Where the smallest of the planes is largest, in barycentric coordinates.
   const fcl::Vector3d& highest() const { return at_; }
 
   void add(const Plane& plane) {
@@ -35,8 +36,9 @@ class CuttingPlanes {
   }
 
  private:
-  using Numbers = std::array<std::size_t, 3>;  ///< of planes; some may be equal
-  /// The largest value of an average of planes, or the least at a place where they meet.
+  using Numbers = std::array<std::size_t, 3>;  ///< indices of planes; some may be equal
+  /// The largest value of an average of planes, or the smallest value of all planes at an
+  /// intersection.
   struct Found {
     double value;
     Numbers planes;
@@ -61,7 +63,7 @@ class CuttingPlanes {
     planes_[i].maxCoeff(&corner);
     tryPlace(fcl::Vector3d::Unit(corner), {i, i, i});
   }
-  /// The average that is level along an edge, and where both are as high there.
+  /// Tries the average of two planes that is constant along an edge, and their intersection there.
   void tryTwo(std::size_t i, std::size_t j, int a, int b) {
     const Plane &p = planes_[i], &q = planes_[j];
     const double rise_p = p[b] - p[a], rise_q = q[b] - q[a];
@@ -73,7 +75,7 @@ class CuttingPlanes {
     at[b] = place;
     tryPlace(at, {i, j, j});
   }
-  /// The average that is level, and where the three are as high.
+  /// Tries the average of three planes that is constant, and the intersection of the planes.
   void tryThree(std::size_t i, std::size_t j, std::size_t k) {
     fcl::Matrix3d m;
     m << planes_[i], planes_[j], planes_[k];
@@ -84,7 +86,7 @@ class CuttingPlanes {
     if (weights.minCoeff() >= 0) tryAverage(m * weights, {i, j, k});
     if (at.minCoeff() >= 0) tryPlace(at, {i, j, k});
   }
-  /// Forgets the oldest plane that is none of the best average, so that the bound never rises.
+  /// Removes the oldest plane that is not part of the best average, so that the bound never rises.
   void forgetOldest() {
     const Numbers& kept = bound_.planes;
     std::size_t oldest = 0;

@@ -9,16 +9,16 @@
 
 namespace adaptive_bvh {
 
-/// Two triangles that are close to each other, by and large: level by level of the four-wide trees,
-/// the few pairs of nodes are kept whose middles are nearest. Their distance is an upper bound of
-/// the meshes'.
+/// Finds two triangles that are approximately the closest: at each level of the four-wide trees,
+/// only the few pairs of nodes with the nearest centres are kept. Their distance is an upper bound
+/// of the meshes'.
 inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   const TreePair trees(meshes.first, meshes.second);
   constexpr std::size_t kFew = 8;
   constexpr float kFar = 1e30f;
   struct Pair {
     int first, second;
-    float apart;  ///< squared, twice as far
+    float apart;  ///< squared; of the doubled centres
     bool operator<(const Pair& other) const { return apart < other.apart; }
   };
   const RelativeFrame& frame = trees.frame();
@@ -34,7 +34,7 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
               a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
           apart += way * way;
         }
-        if (!(apart < kFar)) apart = kFar;  // also where it is out of range
+        if (!(apart < kFar)) apart = kFar;  // also for NaN
         below.push_back({firstOf(a, i), secondOf(b, j), apart});
       }
   };

@@ -8,14 +8,14 @@ namespace {
 
 constexpr double kNoReach = -std::numeric_limits<double>::infinity();
 
-/// The slots of the leaves in a range of nodes, and perhaps some more.
+/// The slots of the leaves in a range of nodes, and perhaps a few more.
 struct SlotRange {
   std::size_t begin, end;
 };
 SlotRange slotsOf(const WideTree& tree, int begin, int end) {
   const VertexSlots& slots = tree.slots();
   while (!tree.nodes()[begin].isLeaf()) ++begin;  // nodes below a node follow it
-  const WideNode& last = tree.nodes()[end - 1];   // which is a leaf
+  const WideNode& last = tree.nodes()[end - 1];   // a leaf
   const auto first = std::size_t(tree.nodes()[begin].first),
              behind = std::size_t(last.first) + last.count;
   const unsigned block = slots.block(behind - 1);
