@@ -7,7 +7,7 @@ namespace adaptive_bvh {
 namespace {
 
 auto edgeOf(const CrossingNode& node) { return std::make_tuple(node.body, node.low, node.high); }
-/// Key of the order. An edge crosses one face twice only if both crossings are one node.
+/// The sort key. An edge crosses one face twice only if both crossings are one node.
 auto orderOf(const CrossingNode& node) {
   return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
 }
@@ -16,8 +16,8 @@ bool areEqual(const std::array<FaceSide, 3>& sides) {
   return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
 }
 
-/// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
-/// itself. `size` underflows where the orientation may.
+/// Whether the relative error of a rounded orientation of a face and a point is at most 2^-33.
+/// `size` underflows wherever the orientation may.
 bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
   constexpr double kLeast = 0x1p-900;
   double size = 1;
@@ -25,9 +25,9 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
   return value == 0 || (size > kLeast && std::fabs(value) > 0x1p-14 * size);
 }
 
-/// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
-/// orientations of needles and of nearly parallel parts have hardly a digit; exact ones take their
-/// place.
+/// Returns where the line between two points on different sides of a face's plane crosses the
+/// plane, from 0 (at p) to 1 (at q). Rounded orientations of needles and of nearly parallel parts
+/// have hardly a correct digit, so exact ones replace them.
 double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
                          const fcl::Vector3d& q, double from, double to) {
   if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
@@ -41,8 +41,8 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are no farther from the plane of a face than `limit`, up to their rounding; false
-/// for a face without area.
+/// Whether points are within `limit` of a face's plane, up to rounding; false for a face without
+/// area.
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
@@ -91,18 +91,19 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   keepIfWhole(first_end, pair);
 }
 
-/// Keeps two triangles in one plane: the corners of each are near the plane of the other.
+/// Keeps two triangles if they are in one plane: the corners of each are near the plane of the
+/// other.
 void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                                       const TrianglePoints<double>& q,
                                       const std::array<FaceSide, 3>& sides) {
-  // An orientation is a height times the doubled area of the face. Nearly all pairs end here:
+  // An orientation is a height times twice the area of the face. Nearly all pairs return here.
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
   if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
     coplanar_.push_back({pair.first, pair.second, sides});
 }
 
-/// The edges of one triangle with the face of the other.
+/// Tests the edges of one triangle against the face of the other.
 void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
                                  const TrianglePair& pair, const TrianglePoints<double>& edges,
                                  const TrianglePoints<double>& face,
@@ -123,13 +124,15 @@ void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
                             sides[high].sign,
                             t,
                             between(edges[low], edges[high], t)};
-    // The part of the first is to the left: its edges lead to the start, those of the second away.
+    // The part of the first body is to the left: edges of the first lead to the segment's start,
+    // edges of the second away from it.
     const bool leaves = sides[k].sign > 0;
     ends_.push_back({node, 2 * static_cast<unsigned>(segments_.size()) + (leaves != is_first)});
   }
 }
 
-/// Two triangles that cross have two nodes, one where the segment starts and one where it ends.
+/// Keeps two triangles that cross: they have two nodes, one at the start and one at the end of the
+/// segment.
 void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
   if (ends_.size() == first_end) return;
   const bool is_whole =
@@ -191,7 +194,7 @@ void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
       flood(v, surface, body, crossings);
 }
 
-/// Gives a new label to all vertices that edges without crossings connect with one.
+/// Gives a new label to `from` and all vertices connected with it by edges without crossings.
 void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand body,
                            const SurfaceCrossings& crossings) {
   const auto label = static_cast<unsigned>(first_vertices_.size());
@@ -212,7 +215,7 @@ void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand 
   }
 }
 
-/// The root of a label, which becomes its parent.
+/// Returns the root of a label, and makes it the label's parent.
 unsigned SurfaceWinding::rootOf(unsigned label) {
   unsigned root = label;
   int offset = 0;
@@ -254,7 +257,8 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
   return box;
 }
 
-/// Sets the number of each root: 0 if a vertex is outside of the other body's box, else by a ray.
+/// Sets the number of each root: 0 if one of its vertices is outside of the other body's box, else
+/// counted along a ray.
 void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);
@@ -278,8 +282,8 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   }
 }
 
-/// How often another body winds around a point: by the crossings of a ray along x, which is an edge
-/// of the point's body.
+/// Returns how often another body winds around a point: counts the crossings of a ray along x,
+/// which is treated as an edge of the point's body.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());

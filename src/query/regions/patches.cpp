@@ -39,7 +39,7 @@ unsigned SurfacePatches::rootOf(unsigned element) const {
   return element;
 }
 
-/// The smaller element becomes the root.
+/// Connects two elements. The smaller root becomes the root of both.
 void SurfacePatches::connect(unsigned a, unsigned b) {
   a = rootOf(a);
   b = rootOf(b);
@@ -53,7 +53,7 @@ unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
   return numbers_[rootOf(labelElement(body, label))];
 }
 
-/// Pieces of all triangles of a body that cross the other.
+/// Collects the pieces of all triangles of a body that cross the other body.
 void SurfacePatches::cutTriangles(Operand body) {
   const auto& segments = crossings_->segments();
   const auto triangleOf = [&](unsigned i) {
@@ -75,7 +75,8 @@ void SurfacePatches::cutTriangles(Operand body) {
   }
 }
 
-/// The parts of a triangle's edges that are inside the other body. What they connect is connected.
+/// Adds the parts of a triangle's edges inside the other body, and connects the elements at their
+/// ends.
 void SurfacePatches::addEdges(Operand body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
@@ -114,8 +115,8 @@ void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
     pieces_.push_back({element, 1, end, start});
 }
 
-/// Curves by their smallest segment. As many segments start at a node as end there: so each curve
-/// comes back to where it began.
+/// Traces the curves, ordered by their smallest segment. As many segments start at a node as end
+/// there, so each curve returns to its start.
 void SurfacePatches::traceCurves() {
   const auto& segments = crossings_->segments();
   order_.resize(segments.size());
@@ -144,8 +145,8 @@ void SurfacePatches::traceCurves() {
   }
 }
 
-/// A curve that lies in one triangle and goes around a hole of its part touches no other boundary
-/// of that part.
+/// Connects the curves around holes. A curve that lies in one triangle and goes around a hole of
+/// its part touches no other boundary of that part.
 void SurfacePatches::connectHoles() {
   const auto& segments = crossings_->segments();
   for (const CrossingCurve& curve : curves_) {
@@ -160,7 +161,7 @@ void SurfacePatches::connectHoles() {
   }
 }
 
-/// Positive where the part is to the left of the curve, in the body's triangle.
+/// The area of a curve in a body's triangle; positive if the part is to the left of the curve.
 double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
                                   const fcl::Vector3d& normal) const {
   fcl::Vector3d sum = fcl::Vector3d::Zero();
@@ -173,7 +174,7 @@ double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
   return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
 }
 
-/// Null where the triangle crosses nothing.
+/// Returns the pieces of a triangle; null if the triangle crosses nothing.
 auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const CutTriangle* {
   const auto key = std::make_pair(body, triangle);
   const auto keyOf = [](const CutTriangle& cut) { return std::make_pair(cut.body, cut.triangle); };
@@ -183,7 +184,8 @@ auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// The areas of a body's parts count as often as the other body winds around them.
+/// Finds which bodies face inward. A body's parts have areas multiplied by the other body's winding
+/// number.
 void SurfacePatches::findOrientations() {
   std::array<double, 2> areas{};
   for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
@@ -207,8 +209,9 @@ void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsig
   if (around != kNoRegion) connect(curve.region, around);
 }
 
-/// Where a line through a point of a triangle's plane crosses the boundaries of the triangle's
-/// parts: seen along the axis that is nearest to the normal, it is parallel to another axis.
+/// Finds where a line through a point of a triangle's plane crosses the boundaries of the
+/// triangle's parts. Seen along the axis nearest to the normal, the line is parallel to another
+/// axis.
 void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
                               const fcl::Vector3d& x) {
   int axis;
@@ -225,9 +228,9 @@ void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& norma
   }
 }
 
-/// Looks for the longest stretch of the line in a hole or a cavity that the root `own` bounds, and
-/// returns the root around it, in whose part or region it is; `own` where there is none.
-/// kNoRegion if the line passes by the hole.
+/// Finds the longest stretch of the line inside a hole or cavity bounded by the root `own`. Returns
+/// the root of the part or region around that stretch; `own` if there is none; kNoRegion if the
+/// line misses the hole.
 unsigned SurfacePatches::rootAround(unsigned own) {
   std::sort(hits_.begin(), hits_.end(),
             [](const LineHit& a, const LineHit& b) { return a.at < b.at; });
@@ -248,11 +251,11 @@ unsigned SurfacePatches::rootAround(unsigned own) {
   return around == kNoRegion ? own : around;
 }
 
-/// Of the roots that wind around the points of the line before a hit, the one that the line crosses
-/// first from there on. `sense`: its sign where it is not 0.
+/// Among the roots that wind around the points of the line before hit `first`, returns the one that
+/// the line crosses first from there on. `sense`: required sign of the winding number; 0 for any.
 unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   for (std::size_t i = first; i < hits_.size(); ++i) {
-    int number = 0;  // the line ends outside of all
+    int number = 0;  // the line ends outside of everything
     for (std::size_t k = first; k < hits_.size(); ++k)
       if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
     if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
@@ -284,7 +287,7 @@ void SurfacePatches::collectParts(Operand body) {
   }
 }
 
-/// A triangle that crosses nothing, if it is inside.
+/// Adds a triangle without crossings, if it is inside.
 void SurfacePatches::addWhole(Operand body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
@@ -327,10 +330,10 @@ SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
   return parts_.back();
 }
 
-/// A triangle has one part in each region: two were apart while holes and cavities were not
-/// connected.
+/// Merges the parts of a triangle in each region. They were separate while holes and cavities were
+/// not connected.
 void SurfacePatches::mergeParts() {
-  std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  std::size_t kept = 0, first = 0;  // `first`: the triangle's first part
   last_part_.assign(num_regions_, 0);
   for (const SurfacePart& part : parts_) {
     if (kept > 0 &&
