@@ -19,18 +19,18 @@ namespace adaptive_bvh {
 /// uncertain.
 ///
 ///   frame(points)            points of the second tree in the coordinates of the first
-///   node.test(i, j)          the exact test of two triangles, by their indices; adds their
+///   sink.test(i, j)          the exact test of two triangles, by their indices; adds their
 ///                            contacts
-///   node.add(i, j)           adds the contacts of two triangles that touch
-///   node.isDone()            whether there are enough contacts
-///   node.needsFew()          whether a few contacts are enough
-template <typename Frame, typename Node>
+///   sink.add(i, j)           adds the contacts of two triangles that touch
+///   sink.isDone()            whether there are enough contacts
+///   sink.needsFew()          whether a few contacts are enough
+template <typename Frame, typename Sink>
 class CandidateTests {
  public:
-  CandidateTests(Node& node, const PairInput& input, const Frame& frame)
+  CandidateTests(Sink& sink, const PairInput& input, const Frame& frame)
       : in_(input),
         frame_(frame),
-        node_(node),
+        sink_(sink),
         errors_(pairErrors(frame, input.tree1.scale(), 0)) {}
 
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
@@ -45,8 +45,8 @@ class CandidateTests {
   bool isDone() const { return is_done_; }
   /// Starts another run, even if there were enough contacts before.
   void begin() {
-    is_done_ = node_.isDone();
-    batch_ = node_.needsFew() ? kFirstBatch : kSize;
+    is_done_ = sink_.isDone();
+    batch_ = sink_.needsFew() ? kFirstBatch : kSize;
   }
   /// Tests the pairs that were found but not yet tested.
   void finish() { testAll(); }
@@ -100,10 +100,10 @@ class CandidateTests {
     if (in_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
     const int i = in_.tree1.triangle(pair.first), j = in_.tree2.triangle(pair.second);
     if (touching)
-      node_.add(i, j);
+      sink_.add(i, j);
     else
-      node_.test(i, j);
-    is_done_ = node_.isDone();
+      sink_.test(i, j);
+    is_done_ = sink_.isDone();
   }
 
   bool meetBeyondShared(const LeafPair& pair) const {
@@ -145,7 +145,7 @@ class CandidateTests {
 
   const PairInput in_;
   const Frame& frame_;
-  Node& node_;
+  Sink& sink_;
   const PairErrors errors_;
   LeafPair pairs_[kSize + 3];
   int size_ = 0;
@@ -154,15 +154,15 @@ class CandidateTests {
 };
 
 /// A search whose sink takes the contacts.
-template <typename Frame, typename Node>
-using CandidateSearch = TriangleSearch<CandidateTests<Frame, Node>>;
+template <typename Frame, typename Sink>
+using CandidateSearch = TriangleSearch<CandidateTests<Frame, Sink>>;
 
 /// Tests every pair; for placements that single precision cannot express.
-template <typename Node>
-void testAllCandidates(const PairInput& input, Node& node) {
+template <typename Sink>
+void testAllCandidates(const PairInput& input, Sink& sink) {
   if (areBallsFarther(input.first, input.second, input.to_first, 0)) return;
   for (int i = 0; i < input.first.mesh.numTriangles(); ++i)
-    for (int j = 0; j < input.second.mesh.numTriangles() && !node.isDone(); ++j) node.test(i, j);
+    for (int j = 0; j < input.second.mesh.numTriangles() && !sink.isDone(); ++j) sink.test(i, j);
 }
 
 }  // namespace adaptive_bvh
