@@ -53,7 +53,7 @@ bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   line.u = line.along.unitOrthogonal();
   line.v = line.along.cross(line.u);
   hits_.clear();
-  for (const Operand body : {Operand::First, Operand::Second}) {
+  for (const WhichBody body : {WhichBody::First, WhichBody::Second}) {
     candidates_.clear();
     RayCandidates& rays = *(*bodies_)[indexOf(body)].rays;
     rays.find(line.origin, line.along, candidates_);
@@ -68,7 +68,7 @@ bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
 }
 
 /// Adds the crossings of a line with the parts of a triangle.
-void SurfacePatches::addHits(const Line& line, Operand body, unsigned triangle) {
+void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const TrianglePoints<double> p = surface.triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);

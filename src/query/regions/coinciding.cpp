@@ -113,9 +113,9 @@ void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& c
       const double area = part.count < 3 ? 0 : part.areaVector().norm();
       if (area == 0) continue;
       const fcl::Vector3d middle = part.middle();
-      unsigned region = patches.regionAt(Operand::First, pair.first, middle);
+      unsigned region = patches.regionAt(WhichBody::First, pair.first, middle);
       if (region == SurfacePatches::kNoRegion)
-        region = patches.regionAt(Operand::Second, pair.second, middle);
+        region = patches.regionAt(WhichBody::Second, pair.second, middle);
       if (region == SurfacePatches::kNoRegion) continue;
       found.push_back({region, area, normal, are_alike, (side > 0) == are_alike});
     }

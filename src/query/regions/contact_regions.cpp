@@ -56,7 +56,7 @@ struct RegionSums {
     areas[side] += part.area;
     sizes[side] += part.size;
     moments[side] += from * part.area + part.moment;
-    normal += (part.body == Operand::First ? 0.5 : -0.5) * part.area * part.normal;
+    normal += (part.body == WhichBody::First ? 0.5 : -0.5) * part.area * part.normal;
   }
   /// Removes coinciding faces from the normal. Of two faces that are alike, the normal contains
   /// one: the second body's, if the first's is in front. Of two faces that touch, it contains both,
@@ -242,7 +242,7 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   m.bodies[1].rays = &second_rays;
   collectCandidates(first, second, m.pairs);
   m.crossings.build(m.bodies, m.pairs, m.rounding);
-  for (const Operand body : {Operand::First, Operand::Second})
+  for (const WhichBody body : {WhichBody::First, WhichBody::Second})
     m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
   m.patches.build(m.bodies, m.crossings, m.windings);
   findCoincidingFaces(m.bodies, m.crossings, m.patches, m.coinciding);
@@ -258,7 +258,7 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
 }
 
 /// Measures the depth of those points of one body that are inside the other.
-void findDepths(Operand body, const MeshState& other, const RelativePlacement& to_other,
+void findDepths(WhichBody body, const MeshState& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
   RegionDepth search(other, to_other, m.scale());
   const ClosedSurface& surface = m.bodies[indexOf(body)];
@@ -305,8 +305,8 @@ void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory&
   faceOutward(m);
   for (RegionSums& sums : m.sums) sums.finish(m.rounding);
   if (m.sums.empty()) return;
-  findDepths(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
-  findDepths(Operand::Second, first.mesh, RelativePlacement(), m);
+  findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
+  findDepths(WhichBody::Second, first.mesh, RelativePlacement(), m);
   for (RegionSums& sums : m.sums) {
     if (sums.depth >= 0) continue;
     sums.depth = 0;
@@ -327,8 +327,8 @@ class RegionWriter {
 
   void write() {
     writeRegions();
-    writePatches(Operand::First, result_.first);
-    writePatches(Operand::Second, result_.second);
+    writePatches(WhichBody::First, result_.first);
+    writePatches(WhichBody::Second, result_.second);
     writeCurves();
   }
 
@@ -356,7 +356,7 @@ class RegionWriter {
     }
   }
 
-  void writePatches(Operand body, ContactPatches<double>& patches) const {
+  void writePatches(WhichBody body, ContactPatches<double>& patches) const {
     const std::size_t side = indexOf(body), count = m_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);

@@ -77,17 +77,17 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
-  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
+  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], WhichBody::First);
   keepIfCoplanar(pair, p, q, sides1);
   if (areEqual(sides1)) {
     // A face without area has no sides, and yet its edges may cross the other.
     if (sides1[0].sign != 0) return;
   }
-  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Operand::Second);
+  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], WhichBody::Second);
   if (areEqual(sides2) && sides2[0].sign != 0) return;
   const std::size_t first_end = ends_.size();
-  testEdges(bodies[0], Operand::First, pair, p, q, sides1);
-  testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
+  testEdges(bodies[0], WhichBody::First, pair, p, q, sides1);
+  testEdges(bodies[1], WhichBody::Second, pair, q, p, sides2);
   keepIfWhole(first_end, pair);
 }
 
@@ -104,11 +104,11 @@ void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePo
 }
 
 /// Tests the edges of one triangle against the face of the other.
-void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
+void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
                                  const TrianglePair& pair, const TrianglePoints<double>& edges,
                                  const TrianglePoints<double>& face,
                                  const std::array<FaceSide, 3>& sides) {
-  const bool is_first = body == Operand::First;
+  const bool is_first = body == WhichBody::First;
   const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
@@ -163,7 +163,7 @@ void SurfaceCrossings::collectEdges() {
   }
 }
 
-SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, unsigned to) const {
+SurfaceCrossings::Range SurfaceCrossings::along(WhichBody body, unsigned from, unsigned to) const {
   const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
   const auto at = std::lower_bound(
       edges_.begin(), edges_.end(), edge,
@@ -172,14 +172,14 @@ SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, uns
   return *at;
 }
 
-void SurfaceWinding::build(const ClosedSurfaces& bodies, Operand body,
+void SurfaceWinding::build(const ClosedSurfaces& bodies, WhichBody body,
                            const SurfaceCrossings& crossings) {
   labelVertices(bodies[indexOf(body)], body, crossings);
   connectLabels(body, crossings);
   setNumbers(bodies, body);
 }
 
-void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
+void SurfaceWinding::labelVertices(const ClosedSurface& surface, WhichBody body,
                                    const SurfaceCrossings& crossings) {
   const std::size_t count = surface.points.size();
   labels_.assign(count, kNoLabel);
@@ -195,7 +195,7 @@ void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
 }
 
 /// Gives a new label to `from` and all vertices connected with it by edges without crossings.
-void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand body,
+void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, WhichBody body,
                            const SurfaceCrossings& crossings) {
   const auto label = static_cast<unsigned>(first_vertices_.size());
   first_vertices_.push_back(from);
@@ -231,7 +231,7 @@ unsigned SurfaceWinding::rootOf(unsigned label) {
   return root;
 }
 
-void SurfaceWinding::connectLabels(Operand body, const SurfaceCrossings& crossings) {
+void SurfaceWinding::connectLabels(WhichBody body, const SurfaceCrossings& crossings) {
   parents_.resize(first_vertices_.size());
   offsets_.assign(first_vertices_.size(), 0);
   for (unsigned i = 0; i < parents_.size(); ++i) parents_[i] = i;
@@ -259,7 +259,7 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
 
 /// Sets the number of each root: 0 if one of its vertices is outside of the other body's box, else
 /// counted along a ray.
-void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
+void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);
   numbers_.assign(first_vertices_.size(), 0);
@@ -284,7 +284,7 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
 
 /// Returns how often another body winds around a point: counts the crossings of a ray along x,
 /// which is treated as an edge of the point's body.
-int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
+int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;

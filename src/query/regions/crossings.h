@@ -12,7 +12,7 @@
 namespace adaptive_bvh {
 
 /// One of two bodies, as the owner of a point, an edge or a face.
-enum class Operand : unsigned { First = 0, Second = 1 };
+enum class WhichBody : unsigned { First = 0, Second = 1 };
 
 namespace orientations {
 
@@ -60,22 +60,22 @@ struct FaceSide {
 };
 /// `body`: that of the point.
 inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector3d& point,
-                           Operand body) {
+                           WhichBody body) {
   const double value = orientation(face[0], face[1], face[2], point);
-  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == Operand::First)};
+  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == WhichBody::First)};
 }
 
 /// Returns the side on which the edge from p to q passes the line through another body's edge from
 /// a to b. `body`: that of the first edge. 0 only if the edges are parallel.
 inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& a,
-                       const fcl::Vector3d& b, Operand body) {
+                       const fcl::Vector3d& b, WhichBody body) {
   // A shift of p and q changes the determinant by the shift times (q - p) x (a - b).
-  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == Operand::Second);
+  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == WhichBody::Second);
 }
 
 /// Whether an edge that crosses the plane of a face passes within the face. `body`: the edge's.
 inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
-                         const TrianglePoints<double>& face, Operand body) {
+                         const TrianglePoints<double>& face, WhichBody body) {
   const int side = passingSide(p, q, face[0], face[1], body);
   return side == passingSide(p, q, face[1], face[2], body) &&
          side == passingSide(p, q, face[2], face[0], body);
@@ -112,16 +112,16 @@ struct ClosedSurface {
   }
 };
 
-/// Both bodies of a query, by Operand.
+/// Both bodies of a query, by WhichBody.
 using ClosedSurfaces = std::array<ClosedSurface, 2>;
-constexpr std::size_t indexOf(Operand body) { return static_cast<std::size_t>(body); }
-constexpr Operand otherOf(Operand body) {
-  return body == Operand::First ? Operand::Second : Operand::First;
+constexpr std::size_t indexOf(WhichBody body) { return static_cast<std::size_t>(body); }
+constexpr WhichBody otherOf(WhichBody body) {
+  return body == WhichBody::First ? WhichBody::Second : WhichBody::First;
 }
 
 /// Where an edge of one body crosses a triangle of the other.
 struct CrossingNode {
-  Operand body;        ///< the edge's
+  WhichBody body;      ///< the edge's
   unsigned low, high;  ///< the edge's vertices, the smaller index first
   unsigned face;       ///< the other's triangle
   int sign;  ///< 1 if the edge from `low` to `high` enters the other body here, -1 if it leaves it
@@ -167,7 +167,7 @@ class SurfaceCrossings {
   const std::vector<CoplanarPair>& coplanar() const { return coplanar_; }
   double rounding() const { return rounding_; }
   /// The nodes of an edge.
-  Range along(Operand body, unsigned from, unsigned to) const;
+  Range along(WhichBody body, unsigned from, unsigned to) const;
 
  private:
   /// A node, as the end of a segment.
@@ -179,7 +179,7 @@ class SurfaceCrossings {
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);
   void keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                       const TrianglePoints<double>& q, const std::array<FaceSide, 3>& sides);
-  void testEdges(const ClosedSurface& surface, Operand body, const TrianglePair& pair,
+  void testEdges(const ClosedSurface& surface, WhichBody body, const TrianglePair& pair,
                  const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
                  const std::array<FaceSide, 3>& sides);
   void keepIfWhole(std::size_t first_end, const TrianglePair& pair);
@@ -202,7 +202,7 @@ class SurfaceWinding {
   static constexpr unsigned kNoLabel = ~0u;  ///< for vertices without triangles
 
   /// Computes the winding numbers of the vertices of bodies[body].
-  void build(const ClosedSurfaces& bodies, Operand body, const SurfaceCrossings& crossings);
+  void build(const ClosedSurfaces& bodies, WhichBody body, const SurfaceCrossings& crossings);
 
   unsigned numLabels() const { return static_cast<unsigned>(numbers_.size()); }
   unsigned label(unsigned vertex) const { return labels_[vertex]; }
@@ -213,12 +213,13 @@ class SurfaceWinding {
     fcl::Vector3d low, high;
   };
 
-  void labelVertices(const ClosedSurface& surface, Operand body, const SurfaceCrossings& crossings);
-  void flood(unsigned from, const ClosedSurface& surface, Operand body,
+  void labelVertices(const ClosedSurface& surface, WhichBody body,
+                     const SurfaceCrossings& crossings);
+  void flood(unsigned from, const ClosedSurface& surface, WhichBody body,
              const SurfaceCrossings& crossings);
-  void connectLabels(Operand body, const SurfaceCrossings& crossings);
-  void setNumbers(const ClosedSurfaces& bodies, Operand body);
-  int countAround(const fcl::Vector3d& point, Operand body, const ClosedSurface& other,
+  void connectLabels(WhichBody body, const SurfaceCrossings& crossings);
+  void setNumbers(const ClosedSurfaces& bodies, WhichBody body);
+  int countAround(const fcl::Vector3d& point, WhichBody body, const ClosedSurface& other,
                   const Box& box);
   static Box boxAround(const ClosedSurface& surface);
   unsigned rootOf(unsigned label);

@@ -22,12 +22,12 @@ void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings&
   parts_.clear();
   for (const CrossingSegment& s : crossings.segments())
     connect(nodeElement(s.start), nodeElement(s.end));
-  cutTriangles(Operand::First);
-  cutTriangles(Operand::Second);
+  cutTriangles(WhichBody::First);
+  cutTriangles(WhichBody::Second);
   traceCurves();
   last_part_.assign(parents_.size(), 0);
-  collectParts(Operand::First);
-  collectParts(Operand::Second);
+  collectParts(WhichBody::First);
+  collectParts(WhichBody::Second);
   findOrientations();
   connectHoles();
   connectCavities();
@@ -46,7 +46,7 @@ void SurfacePatches::connect(unsigned a, unsigned b) {
   parents_[std::max(a, b)] = std::min(a, b);
 }
 
-unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
+unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(vertex);
   if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
@@ -54,14 +54,14 @@ unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
 }
 
 /// Collects the pieces of all triangles of a body that cross the other body.
-void SurfacePatches::cutTriangles(Operand body) {
+void SurfacePatches::cutTriangles(WhichBody body) {
   const auto& segments = crossings_->segments();
   const auto triangleOf = [&](unsigned i) {
-    return body == Operand::First ? segments[i].first : segments[i].second;
+    return body == WhichBody::First ? segments[i].first : segments[i].second;
   };
   order_.resize(segments.size());
   std::iota(order_.begin(), order_.end(), 0u);
-  if (body == Operand::Second)
+  if (body == WhichBody::Second)
     std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
       return std::make_pair(triangleOf(a), a) < std::make_pair(triangleOf(b), b);
     });
@@ -77,7 +77,7 @@ void SurfacePatches::cutTriangles(Operand body) {
 
 /// Adds the parts of a triangle's edges inside the other body, and connects the elements at their
 /// ends.
-void SurfacePatches::addEdges(Operand body, unsigned triangle) {
+void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const VertexIndices v = surface.corners(triangle);
@@ -105,11 +105,11 @@ void SurfacePatches::addEdges(Operand body, unsigned triangle) {
   }
 }
 
-void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
+void SurfacePatches::addSegment(WhichBody body, const CrossingSegment& segment) {
   const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
                       &end = crossings_->nodes()[segment.end].position;
   const unsigned element = nodeElement(segment.start);
-  if (body == Operand::First)
+  if (body == WhichBody::First)
     pieces_.push_back({element, 1, start, end});
   else
     pieces_.push_back({element, 1, end, start});
@@ -156,13 +156,13 @@ void SurfacePatches::connectHoles() {
       is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
       is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
     }
-    if (is_in_first) connectHole(curve, Operand::First, s.first);
-    if (is_in_second) connectHole(curve, Operand::Second, s.second);
+    if (is_in_first) connectHole(curve, WhichBody::First, s.first);
+    if (is_in_second) connectHole(curve, WhichBody::Second, s.second);
   }
 }
 
 /// The area of a curve in a body's triangle; positive if the part is to the left of the curve.
-double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
+double SurfacePatches::signedArea(const CrossingCurve& curve, WhichBody body,
                                   const fcl::Vector3d& normal) const {
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   const auto positionOf = [&](std::size_t i) -> const fcl::Vector3d& {
@@ -171,11 +171,11 @@ double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
   const fcl::Vector3d& origin = positionOf(curve.begin);
   for (std::size_t i = curve.begin + 1; i + 1 < curve.end; ++i)
     sum += (positionOf(i) - origin).cross(positionOf(i + 1) - origin);
-  return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
+  return body == WhichBody::First ? sum.dot(normal) : -sum.dot(normal);
 }
 
 /// Returns the pieces of a triangle; null if the triangle crosses nothing.
-auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const CutTriangle* {
+auto SurfacePatches::cutTriangle(WhichBody body, unsigned triangle) const -> const CutTriangle* {
   const auto key = std::make_pair(body, triangle);
   const auto keyOf = [](const CutTriangle& cut) { return std::make_pair(cut.body, cut.triangle); };
   const auto cut =
@@ -193,7 +193,7 @@ void SurfacePatches::findOrientations() {
 }
 
 /// Connects a curve around a hole with the boundary of the part that has the hole.
-void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
+void SurfacePatches::connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   if (!(orientations_[indexOf(body)] * signedArea(curve, body, normal) < 0)) return;
@@ -263,7 +263,7 @@ unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   return kNoRegion;
 }
 
-unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x) {
+unsigned SurfacePatches::regionAt(WhichBody body, unsigned triangle, const fcl::Vector3d& x) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const CutTriangle* const cut = cutTriangle(body, triangle);
   if (!cut) return regionOf(body, surface.corners(triangle)[0]);
@@ -275,7 +275,7 @@ unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Ve
   return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 
-void SurfacePatches::collectParts(Operand body) {
+void SurfacePatches::collectParts(WhichBody body) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   auto cut = std::find_if(cuts_.begin(), cuts_.end(),
                           [&](const CutTriangle& c) { return c.body == body; });
@@ -288,7 +288,7 @@ void SurfacePatches::collectParts(Operand body) {
 }
 
 /// Adds a triangle without crossings, if it is inside.
-void SurfacePatches::addWhole(Operand body, unsigned triangle) {
+void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(surface.corners(triangle)[0]);
@@ -364,7 +364,7 @@ void SurfacePatches::numberRegions() {
   };
   for (const SurfacePart& part : parts_) {
     RegionKey& key = keyOf(part.region);
-    unsigned& smallest = part.body == Operand::First ? key.first : key.second;
+    unsigned& smallest = part.body == WhichBody::First ? key.first : key.second;
     smallest = std::min(smallest, part.triangle);
   }
   for (std::size_t c = curves_.size(); c-- > 0;)

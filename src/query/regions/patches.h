@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 /// The part of a triangle inside the other body that belongs to one region. Its area is multiplied
 /// by the other body's winding number.
 struct SurfacePart {
-  Operand body;
+  WhichBody body;
   unsigned triangle;
   unsigned region;  ///< an element of the forest, at the end the region's number
   bool is_cut;      ///< whether the triangle crosses the other surface
@@ -65,9 +65,9 @@ class SurfacePatches {
   const std::vector<unsigned>& curveSegments() const { return curve_segments_; }
   std::size_t numRegions() const { return num_regions_; }
   /// The region of a vertex inside the other body; kNoRegion for other vertices.
-  unsigned regionOf(Operand body, unsigned vertex) const;
+  unsigned regionOf(WhichBody body, unsigned vertex) const;
   /// The region of a point of a triangle inside the other body; kNoRegion for other points.
-  unsigned regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x);
+  unsigned regionAt(WhichBody body, unsigned triangle, const fcl::Vector3d& x);
   static constexpr unsigned kNoRegion = ~0u;
 
  private:
@@ -79,7 +79,7 @@ class SurfacePatches {
   };
   /// The pieces of a triangle that crosses the other surface.
   struct CutTriangle {
-    Operand body;
+    WhichBody body;
     unsigned triangle;
     std::size_t begin, end;
   };
@@ -102,33 +102,33 @@ class SurfacePatches {
   };
 
   unsigned nodeElement(unsigned node) const { return num_labels_ + node; }
-  unsigned labelElement(Operand body, unsigned label) const {
-    return body == Operand::First ? label : first_labels_ + label;
+  unsigned labelElement(WhichBody body, unsigned label) const {
+    return body == WhichBody::First ? label : first_labels_ + label;
   }
   unsigned rootOf(unsigned element) const;
   void connect(unsigned a, unsigned b);
 
-  void cutTriangles(Operand body);
-  void addEdges(Operand body, unsigned triangle);
-  void addSegment(Operand body, const CrossingSegment& segment);
+  void cutTriangles(WhichBody body);
+  void addEdges(WhichBody body, unsigned triangle);
+  void addSegment(WhichBody body, const CrossingSegment& segment);
   void traceCurves();
   void connectHoles();
-  void connectHole(const CrossingCurve& curve, Operand body, unsigned triangle);
+  void connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle);
   void findOrientations();
   void findHits(const CutTriangle& cut, const fcl::Vector3d& normal, const fcl::Vector3d& x);
   unsigned rootAround(unsigned own);
   unsigned rootFrom(std::size_t first, int sense) const;
-  double signedArea(const CrossingCurve& curve, Operand body, const fcl::Vector3d& normal) const;
-  const CutTriangle* cutTriangle(Operand body, unsigned triangle) const;
-  void collectParts(Operand body);
-  void addWhole(Operand body, unsigned triangle);
+  double signedArea(const CrossingCurve& curve, WhichBody body, const fcl::Vector3d& normal) const;
+  const CutTriangle* cutTriangle(WhichBody body, unsigned triangle) const;
+  void collectParts(WhichBody body);
+  void addWhole(WhichBody body, unsigned triangle);
   void addCut(const CutTriangle& cut);
   SurfacePart& partOf(std::size_t first_part, const Piece& piece, const CutTriangle& cut,
                       const fcl::Vector3d& normal);
   void connectCavities();
   void measureRoots();
   bool connectCavity(unsigned root, const SurfacePart& part);
-  void addHits(const Line& line, Operand body, unsigned triangle);
+  void addHits(const Line& line, WhichBody body, unsigned triangle);
   void addHit(const Line& line, const Piece& piece, double at);
   void mergeParts();
   void numberRegions();
