@@ -91,7 +91,7 @@ PairSource sourceOf(const Input& in) {
 }
 /// Keeps the pairs that are not certainly separated along a normal, or along a direction
 /// perpendicular to a normal and an edge. Returns their number.
-inline int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+inline int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                          const PairErrors& errors) {
   size = pairTests().keepByPlanes(from, pairs, size, errors.coarse);
   return pairTests().keepByNormals(from, pairs, size, errors.fine);
@@ -110,7 +110,7 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
 /// PairInput; `frame`: SameFrame or RelativeFrame.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
-                                       const LeafPair (&group)[4], Vector4x3 (&p)[3],
+                                       const LeafIndexPair (&group)[4], Vector4x3 (&p)[3],
                                        Vector4x3 (&q)[3]) {
   gatherCorners(in.tree1.slots(), in.tree1.positions(),
                 {group[0].first, group[1].first, group[2].first, group[3].first}, p);
@@ -121,7 +121,7 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
 
 /// Fills the last group of four by repeating the last pair. `pairs` needs room for three more
 /// pairs.
-ADAPTIVE_BVH_INLINE void padToFour(LeafPair* pairs, int size) {
+ADAPTIVE_BVH_INLINE void padToFour(LeafIndexPair* pairs, int size) {
   for (int i = size; i % 4; ++i) pairs[i] = pairs[size - 1];
 }
 

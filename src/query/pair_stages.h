@@ -10,7 +10,7 @@
 namespace adaptive_bvh {
 
 /// Two triangles, by their indices in the order of the leaves.
-struct LeafPair {
+struct LeafIndexPair {
   unsigned first, second;
 };
 
@@ -49,10 +49,10 @@ class PairStages {
   /// Keeps, in order, the pairs that are not certainly separated along the normal of either
   /// triangle. Returns their number. `pairs` needs room for one more pair at the end. `error`: of
   /// positions.
-  static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
+  static int keepByPlanes(const PairSource& from, LeafIndexPair* pairs, int size,
                           const PairError& error) {
     return keep(
-        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+        pairs, size, [&](const LeafIndexPair* group) __attribute__((always_inline)) {
           Vectors<P> p[3], q[3];
           gather(from, from.first.positions, from.second.positions, group, p, q);
           return PackedTrianglePairs<P>(p, q).apartByPlanes(error);
@@ -60,19 +60,19 @@ class PairStages {
   }
   /// Like keepByPlanes, but also tests directions in the planes of both triangles. `error`: of
   /// positions with residuals.
-  static int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+  static int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                            const PairError& error) {
     return keep(
-        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+        pairs, size, [&](const LeafIndexPair* group) __attribute__((always_inline)) {
           const PackedTrianglePairs<P> triangles = precise(from, group);
           return triangles.apartByPlanes(error) | triangles.apartByEdgeNormals(error);
         });
   }
   /// Sets the verdict of each pair, by all axes that can separate two triangles.
-  static void judge(const PairSource& from, const LeafPair* pairs, int size, const PairError& error,
-                    PairVerdict* verdicts) {
+  static void judge(const PairSource& from, const LeafIndexPair* pairs, int size,
+                    const PairError& error, PairVerdict* verdicts) {
     for (int i = 0; i < size; i += kLanes) {
-      LeafPair group[kLanes];
+      LeafIndexPair group[kLanes];
       copyGroup(pairs, i, size, group);
       const PairVerdicts found = precise(from, group).verdicts(error);
       for (int k = 0; k < kLanes && i + k < size; ++k)
@@ -86,16 +86,16 @@ class PairStages {
   static constexpr int kLanes = Gather<P>::kLanes;
 
   /// Copies a group of pairs. The last group repeats the last pair.
-  ADAPTIVE_BVH_INLINE static void copyGroup(const LeafPair* pairs, int first, int size,
-                                            LeafPair (&group)[kLanes]) {
+  ADAPTIVE_BVH_INLINE static void copyGroup(const LeafIndexPair* pairs, int first, int size,
+                                            LeafIndexPair (&group)[kLanes]) {
     for (int k = 0; k < kLanes; ++k) group[k] = pairs[first + k < size ? first + k : size - 1];
   }
 
   template <typename AreApart>
-  ADAPTIVE_BVH_INLINE static int keep(LeafPair* pairs, int size, const AreApart& areApart) {
+  ADAPTIVE_BVH_INLINE static int keep(LeafIndexPair* pairs, int size, const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size; i += kLanes) {
-      LeafPair group[kLanes];
+      LeafIndexPair group[kLanes];
       copyGroup(pairs, i, size, group);
       const unsigned apart = areApart(group);
       for (int k = 0; k < kLanes; ++k) {
@@ -107,7 +107,7 @@ class PairStages {
   }
 
   ADAPTIVE_BVH_INLINE static PackedTrianglePairs<P> precise(const PairSource& from,
-                                                            const LeafPair* group) {
+                                                            const LeafIndexPair* group) {
     Vectors<P> p[3], q[3], p_residuals[3], q_residuals[3];
     gather(from, from.first.positions, from.second.positions, group, p, q);
     gather(from, from.first.residuals, from.second.residuals, group, p_residuals, q_residuals);
@@ -115,7 +115,7 @@ class PairStages {
   }
 
   ADAPTIVE_BVH_INLINE static void gather(const PairSource& from, const Float4* positions1,
-                                         const Float4* positions2, const LeafPair* group,
+                                         const Float4* positions2, const LeafIndexPair* group,
                                          Vectors<P> (&p)[3], Vectors<P> (&q)[3]) {
     for (int c = 0; c < 3; ++c) {
       unsigned at1[kLanes], at2[kLanes];
@@ -131,9 +131,9 @@ class PairStages {
 
 /// The tests for one type of pack.
 struct PairTests {
-  int (*keepByPlanes)(const PairSource&, LeafPair*, int, const PairError&);
-  int (*keepByNormals)(const PairSource&, LeafPair*, int, const PairError&);
-  void (*judge)(const PairSource&, const LeafPair*, int, const PairError&, PairVerdict*);
+  int (*keepByPlanes)(const PairSource&, LeafIndexPair*, int, const PairError&);
+  int (*keepByNormals)(const PairSource&, LeafIndexPair*, int, const PairError&);
+  void (*judge)(const PairSource&, const LeafIndexPair*, int, const PairError&, PairVerdict*);
 };
 template <typename P>
 constexpr PairTests kPairTests = {&PairStages<P>::keepByPlanes, &PairStages<P>::keepByNormals,

@@ -88,14 +88,14 @@ class CandidateTests {
         keep([&](const auto& group) { return coarse(group).apartByEdgeNormals(errors_.coarse); });
     padToFour(pairs_, size_);
     for (int i = 0; i < size_ && !is_done_; i += 4) {
-      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const LeafIndexPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
       const PairVerdicts verdicts = inModel(group).verdicts(errors_.fine);
       for (int k = 0; k < 4 && i + k < size_ && !is_done_; ++k)
         settle(pairs_[i + k], verdicts.apart >> k & 1, verdicts.touching >> k & 1);
     }
   }
 
-  void settle(const LeafPair& pair, bool apart, bool touching) {
+  void settle(const LeafIndexPair& pair, bool apart, bool touching) {
     if (apart) return;
     if (in_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
     const int i = in_.tree1.triangle(pair.first), j = in_.tree2.triangle(pair.second);
@@ -106,7 +106,7 @@ class CandidateTests {
     is_done_ = sink_.isDone();
   }
 
-  bool meetBeyondShared(const LeafPair& pair) const {
+  bool meetBeyondShared(const LeafIndexPair& pair) const {
     return adaptive_bvh::meetBeyondShared(
         in_.first.pointsAt(pair.first), in_.tree1.slots().verticesOf(pair.first),
         in_.second.pointsAt(pair.second), in_.tree2.slots().verticesOf(pair.second));
@@ -117,7 +117,7 @@ class CandidateTests {
   ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size_; i += 4) {
-      const LeafPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
+      const LeafIndexPair group[4] = {pairs_[i], pairs_[i + 1], pairs_[i + 2], pairs_[i + 3]};
       const unsigned apart = areApart(group);
       for (int k = 0; k < 4; ++k) {
         pairs_[kept] = group[k];
@@ -128,14 +128,14 @@ class CandidateTests {
   }
 
   /// Four pairs in the coordinates of the first tree.
-  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const LeafPair (&group)[4]) const {
+  ADAPTIVE_BVH_INLINE TrianglePairs4 coarse(const LeafIndexPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
     return TrianglePairs4(p, q);
   }
 
   /// Four pairs from the meshes' own positions.
-  TrianglePairs4 inModel(const LeafPair (&group)[4]) const {
+  TrianglePairs4 inModel(const LeafIndexPair (&group)[4]) const {
     TriangleDifferences differences(in_.tree1.scale());
     for (int k = 0; k < 4; ++k) {
       differences.set(k, in_.pointsOfFirst(group[k].first), in_.pointsOfSecond(group[k].second));
@@ -147,7 +147,7 @@ class CandidateTests {
   const Frame& frame_;
   Sink& sink_;
   const PairErrors errors_;
-  LeafPair pairs_[kSize + 3];
+  LeafIndexPair pairs_[kSize + 3];
   int size_ = 0;
   int batch_ = kSize;  ///< number of pairs that are tested together
   bool is_done_ = false;

@@ -36,7 +36,7 @@ class PlacesOfTriangles {
 /// While two bodies stay in touch, the place where they touch moves, but rarely far.
 class Surroundings {
  public:
-  Surroundings(const PairOfMeshes& meshes, const LeafPair& around)
+  Surroundings(const PairOfMeshes& meshes, const LeafIndexPair& around)
       : first_(meshes.first, around.first), second_(meshes.second, around.second) {
     for (auto& t : second_.triangles)
       for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
@@ -44,7 +44,7 @@ class Surroundings {
   }
 
   /// Whether any two of the triangles are within `distance`; `found` is set to the first two.
-  bool find(double distance, LeafPair& found) {
+  bool find(double distance, LeafIndexPair& found) {
     second_.keep(distance, first_.box);
     first_.keep(distance, second_.box);
     for (const auto& a : first_.triangles)
@@ -109,7 +109,7 @@ struct KnownProximity {
   std::size_t searches = 0;
   TrianglePair witness{0, 0};
   /// Leaves of the pair that the last successful search found.
-  std::optional<LeafPair> near;
+  std::optional<LeafIndexPair> near;
   PlacesOfTriangles places[2];
   /// Values of each mesh at the last call.
   std::uint64_t lineages[2] = {0, 0};
@@ -120,7 +120,7 @@ struct KnownProximity {
     witness = pair;
     places[0].adopt(meshes.first.mesh);
     places[1].adopt(meshes.second.mesh);
-    near = LeafPair{places[0][pair.first], places[1][pair.second]};
+    near = LeafIndexPair{places[0][pair.first], places[1][pair.second]};
     return true;
   }
   /// Whether there is a near pair around the recorded leaves.

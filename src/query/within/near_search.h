@@ -21,12 +21,12 @@ struct AnyPair {
   static constexpr bool kStopsAtFirst = true;
 
   bool found = false;
-  LeafPair pair{0, 0};
+  LeafIndexPair pair{0, 0};
 
   static bool needsGap() { return false; }
   bool isDone() const { return found; }
   void clear() { found = false; }
-  void add(const LeafPair& near, const TriangleGap*) {
+  void add(const LeafIndexPair& near, const TriangleGap*) {
     found = true;
     pair = near;
   }
@@ -48,7 +48,7 @@ class PairSink {
   bool needsGap() const { return request_.enable_distances || request_.enable_nearest_points; }
   static bool isDone() { return false; }
 
-  ADAPTIVE_BVH_INLINE void add(const LeafPair& pair, const TriangleGap* gap) {
+  ADAPTIVE_BVH_INLINE void add(const LeafIndexPair& pair, const TriangleGap* gap) {
     const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;

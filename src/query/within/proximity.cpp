@@ -42,7 +42,7 @@ class FeatureSink {
   static bool isDone() { return false; }
   void clear() { result_.clear(); }
 
-  void add(const LeafPair& pair, const TriangleGap*) {
+  void add(const LeafIndexPair& pair, const TriangleGap*) {
     const Side a{in_.tree1.corners(pair.first), owners1_[pair.first],
                  in_.pointsOfFirst(pair.first)};
     const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],

@@ -50,7 +50,7 @@ class WithinTests {
   void finish() { testAll(); }
 
   /// The exact test of one pair.
-  TriangleGap gap(const LeafPair& pair) const {
+  TriangleGap gap(const LeafIndexPair& pair) const {
     return gapOf(in_.pointsOfFirst(pair.first), in_.pointsOfSecond(pair.second));
   }
   bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
@@ -150,7 +150,7 @@ class WithinTests {
     for (int i = count; i % 4; ++i) open[i] = open[count - 1];
     for (int i = 0; i < count; i += 4) {
       const std::array<int, 4> at = {open[i], open[i + 1], open[i + 2], open[i + 3]};
-      const LeafPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
+      const LeafIndexPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
       setVerdicts(distances(group).byFeatures(limit_), at);
     }
   }
@@ -161,7 +161,7 @@ class WithinTests {
                                                    (nearness.apart >> k & 1) * kApart);
   }
 
-  ADAPTIVE_BVH_INLINE void settle(const LeafPair& pair, std::uint8_t verdict) {
+  ADAPTIVE_BVH_INLINE void settle(const LeafIndexPair& pair, std::uint8_t verdict) {
     if (verdict == kApart) return;
     if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
     const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
@@ -172,7 +172,7 @@ class WithinTests {
   }
 
   /// Four pairs in the coordinates of the first tree.
-  ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafPair (&group)[4]) const {
+  ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafIndexPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
     return {TriangleDistances4::Seen(p), q, frame_.error()};
@@ -187,7 +187,7 @@ class WithinTests {
   TriangleDistances4::Seen first_;
   Vector4x3 second_[3];
   LeafSlab slab_;
-  LeafPair pairs_[Sink::kBatch + 1];
+  LeafIndexPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
   int batch_ = Sink::kStopsAtFirst ? kFirstBatch
