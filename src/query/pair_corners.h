@@ -1,7 +1,7 @@
 #pragma once
 
 #include "boxes/wide_tree.h"
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 #include "triangles/triangle_contact.h"
 #include "triangles/triangle_pairs.h"
 

@@ -1,6 +1,6 @@
-// Compiled for AVX2, and called only where the processor has it: see pair_stages.h.
+// Compiled for AVX2, and called only where the processor has it: see pair_tests.h.
 #ifdef __AVX2__
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 
 namespace adaptive_bvh {
 
@@ -21,8 +21,8 @@ struct Gather<Float8> {
   }
 };
 
-extern const PairTests kPairTestsAvx2;
-const PairTests kPairTestsAvx2 = kPairTests<Float8>;
+extern const PairTestTable kPairTestTableAvx2;
+const PairTestTable kPairTestTableAvx2 = kPairTestTable<Float8>;
 
 }  // namespace adaptive_bvh
 #endif

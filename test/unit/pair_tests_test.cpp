@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 
 namespace adaptive_bvh_test {
 namespace pair_tests_test {
@@ -15,7 +15,7 @@ using adaptive_bvh::LeafIndexPair;
 using adaptive_bvh::LeafSlots;
 using adaptive_bvh::PairError;
 using adaptive_bvh::PairSource;
-using adaptive_bvh::PairTests;
+using adaptive_bvh::PairTestTable;
 using adaptive_bvh::PairVerdict;
 
 /// Triangles of any size in one tree's coordinates; many nearly touch, or lie in one plane.
@@ -61,7 +61,7 @@ struct Outcome {
   std::vector<LeafIndexPair> by_planes, by_normals;
   std::vector<PairVerdict> verdicts;
 
-  Outcome(const PairTests& tests, const PairSource& from, std::vector<LeafIndexPair> pairs,
+  Outcome(const PairTestTable& tests, const PairSource& from, std::vector<LeafIndexPair> pairs,
           const PairError& coarse, const PairError& fine) {
     pairs.reserve(pairs.size() + 1);
     pairs.resize(std::size_t(tests.keepByPlanes(from, pairs.data(), int(pairs.size()), coarse)));
@@ -81,7 +81,7 @@ bool same(const std::vector<LeafIndexPair>& a, const std::vector<LeafIndexPair>&
 }
 
 TEST(PairTests, EightAtATimeSayWhatFourSay) {
-  const PairTests* const eight = adaptive_bvh::pairTests8();
+  const PairTestTable* const eight = adaptive_bvh::pairTests8();
   if (!eight) GTEST_SKIP() << "no AVX2";
   const PairError coarse = {4e-7f, 1e-15f, 1e-30f}, fine = {1e-13f, 1e-15f, 1e-30f};
   std::size_t seen[3] = {0, 0, 0}, left_by_planes = 0, left_by_normals = 0, all = 0;
@@ -106,7 +106,7 @@ TEST(PairTests, EightAtATimeSayWhatFourSay) {
 }
 
 TEST(PairTests, TheWidestAreUsed) {
-  const PairTests* const eight = adaptive_bvh::pairTests8();
+  const PairTestTable* const eight = adaptive_bvh::pairTests8();
   EXPECT_EQ(eight ? eight : &adaptive_bvh::pairTests4(), &adaptive_bvh::pairTests());
 }
 

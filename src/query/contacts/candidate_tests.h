@@ -14,7 +14,7 @@ namespace adaptive_bvh {
 /// Tests pairs of triangles whose boxes overlap. Leaves out neighbours and collects the other pairs
 /// in batches. In a batch, the pairs that are certainly apart are removed first, four or eight at a
 /// time: by their planes and edges, then by all axes that can separate two triangles. If both trees
-/// have the same coordinates, all of this uses positions and residuals (pair_stages.h); else the
+/// have the same coordinates, all of this uses positions and residuals (pair_tests.h); else the
 /// last step uses the model's own positions. The exact test decides about the few pairs that remain
 /// uncertain.
 ///

@@ -44,7 +44,7 @@ struct Gather<Float4> {
 /// Tests of pairs of triangles, as many at once as a pack has numbers. The cheap tests come first
 /// and leave few pairs. The results do not depend on the pack.
 template <typename P>
-class PairStages {
+class PackedPairTests {
  public:
   /// Keeps, in order, the pairs that are not certainly separated along the normal of either
   /// triangle. Returns their number. `pairs` needs room for one more pair at the end. `error`: of
@@ -129,22 +129,23 @@ class PairStages {
   }
 };
 
-/// The tests for one type of pack.
-struct PairTests {
+/// The functions of PackedPairTests for one type of pack.
+struct PairTestTable {
   int (*keepByPlanes)(const PairSource&, LeafIndexPair*, int, const PairError&);
   int (*keepByNormals)(const PairSource&, LeafIndexPair*, int, const PairError&);
   void (*judge)(const PairSource&, const LeafIndexPair*, int, const PairError&, PairVerdict*);
 };
 template <typename P>
-constexpr PairTests kPairTests = {&PairStages<P>::keepByPlanes, &PairStages<P>::keepByNormals,
-                                  &PairStages<P>::judge};
+constexpr PairTestTable kPairTestTable = {&PackedPairTests<P>::keepByPlanes,
+                                          &PackedPairTests<P>::keepByNormals,
+                                          &PackedPairTests<P>::judge};
 
 /// Tests for every processor, four pairs at a time.
-const PairTests& pairTests4();
+const PairTestTable& pairTests4();
 /// Tests of eight pairs at a time; null if the library was built without AVX2 or the processor has
 /// none.
-const PairTests* pairTests8();
+const PairTestTable* pairTests8();
 /// The widest tests that the processor supports.
-const PairTests& pairTests();
+const PairTestTable& pairTests();
 
 }  // namespace adaptive_bvh
