@@ -248,12 +248,13 @@ struct PairInput {
   }
 };
 
-/// Aligns the trees if more than kMany pairs of boxes are within `distance`, so that it pays.
+/// Aligns the trees if more than kPairsThatPay pairs of boxes are within `distance`, so that it
+/// pays.
 inline void alignIfNear(TreePair& trees, double distance) {
-  constexpr int kMany = 64;
+  constexpr int kPairsThatPay = 64;
   if (!trees.frame().isPrecise()) return;
   const PairInput input(trees, distance);
-  if (WideSearch(input.trees(trees.frame())).hasMorePairs(kMany)) trees.align();
+  if (WideSearch(input.trees(trees.frame())).hasMorePairs(kPairsThatPay)) trees.align();
 }
 
 /// Calls search(frame) with the placement of the second tree in the first, a SameFrame or

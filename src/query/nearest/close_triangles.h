@@ -14,7 +14,7 @@ namespace adaptive_bvh {
 /// of the meshes'.
 inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   const TreePair trees(meshes.first, meshes.second);
-  constexpr std::size_t kFew = 8;
+  constexpr std::size_t kKept = 8;
   constexpr float kFar = 1e30f;
   struct Pair {
     int first, second;
@@ -38,10 +38,10 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
         below.push_back({firstOf(a, i), secondOf(b, j), apart});
       }
   };
-  const auto keepFew = [&] {
-    const std::size_t few = std::min(kFew, below.size());
-    std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(few), below.end());
-    below.resize(few);
+  const auto keepNearest = [&] {
+    const std::size_t kept = std::min(kKept, below.size());
+    std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(kept), below.end());
+    below.resize(kept);
     pairs.swap(below);
     below.clear();
   };
@@ -59,14 +59,14 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
           pair, [&](const WideNode& a, int i) { return a.isLeaf() ? pair.first : a.below[i]; },
           [&](const WideNode& b, int j) { return b.isLeaf() ? pair.second : b.below[j]; });
     }
-    keepFew();
+    keepNearest();
   }
   for (const Pair& pair : pairs)
     addBoxes(
         pair,
         [&](const WideNode& a, int i) { return trees.first().triangle(unsigned(a.first + i)); },
         [&](const WideNode& b, int j) { return trees.second().triangle(unsigned(b.first + j)); });
-  keepFew();
+  keepNearest();
   TrianglePair nearest{0, 0};
   double least = std::numeric_limits<double>::infinity();
   for (const Pair& pair : pairs) {

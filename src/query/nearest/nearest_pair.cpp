@@ -146,7 +146,7 @@ void NearestPair::testPair(const Int4& first, const Int4& second, double bound, 
 /// one.
 bool NearestPair::areSeparated() {
   if (!isClear()) return false;
-  constexpr std::size_t kFew = 32;  // one of so many
+  constexpr std::size_t kSampleStride = 32;  // of the vertices that are tested first
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
   const auto reach = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
@@ -156,7 +156,7 @@ bool NearestPair::areSeparated() {
       reach = std::max(reach, along.dot(vertices[i] - from));
     return reach;
   };
-  for (const std::size_t stride : {kFew, std::size_t(1)}) {
+  for (const std::size_t stride : {kSampleStride, std::size_t(1)}) {
     const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest, stride);
     if (!(reach1 <= rest)) return false;
     const double rest2 = rest - reach1;

@@ -20,11 +20,11 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
-/// Cost of improving the line, in box tests.
-constexpr long kFew = 96;
-constexpr long kMany = 256;
+/// Costs of improving the line, and of testing the bodies as a whole, in box tests.
+constexpr long kLineCost = 96;
+constexpr long kWholeBodyCost = 256;
 /// Cost of a look along the line between the convex hulls, in box tests.
-constexpr long kHulls = 20000;
+constexpr long kHullCost = 20000;
 constexpr long kNever = std::numeric_limits<long>::max();
 
 /// Number of box tests after which to look along the line between two bodies. Zero if the bodies
@@ -34,7 +34,7 @@ long testsBeforeView(const TreePair& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
   const double apart = trees.frame().t().template lpNorm<1>();
   if (apart > kFar) return 0;
-  return apart > kNear ? kMany : kNever;
+  return apart > kNear ? kWholeBodyCost : kNever;
 }
 
 }  // namespace
@@ -57,8 +57,9 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
   next_view_ = testsBeforeView(trees_);
-  next_hulls_ = kHulls;
-  next_check_ = std::max<long>(kMany, first.mesh.vertices.size() + second.mesh.vertices.size());
+  next_hulls_ = kHullCost;
+  next_check_ =
+      std::max<long>(kWholeBodyCost, first.mesh.vertices.size() + second.mesh.vertices.size());
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it unnecessary
 }
 
@@ -117,7 +118,7 @@ void NearestSearch::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
-    if (box_tests_ >= kFew && !nearest_.isRefined()) {
+    if (box_tests_ >= kLineCost && !nearest_.isRefined()) {
       nearest_.refineLine();
       limit_ = -1;
       setLimit();

@@ -152,7 +152,9 @@ class NearestSearch {
   /// Tests pairs of triangles until the nearest pair is found, or is near enough.
   void run();
   /// Whether supports separated many pairs of nodes. They will then do so in a similar search.
-  bool supportsPaid() const { return has_supports_ && apart_pairs_ * kManyOf >= near_pairs_; }
+  bool supportsPaid() const {
+    return has_supports_ && apart_pairs_ * kPairsPerSeparation >= near_pairs_;
+  }
   /// How many pairs of boxes were tested.
   long boxTests() const { return box_tests_; }
 
@@ -205,14 +207,14 @@ class NearestSearch {
   LineView view_;
   bool has_view_ = false;  ///< whether boxes are bounded along a line
   bool has_supports_ = false;
-  bool has_next_ =
-      false;  ///< whether the last visit added pairs; the nearest is the last of `open_`
+  /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
+  bool has_next_ = false;
   std::size_t heap_ = 0;  ///< with a line: this many of `open_` are a heap
   long next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
   long next_stage_ = 0;  ///< the smallest of these
-  static constexpr long kManyOf =
-      8;  ///< supports pay if they separate at least one of this many pairs
+  /// Supports pay if they separate at least one of this many pairs.
+  static constexpr long kPairsPerSeparation = 8;
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
   int turned_node_ = -1;                   ///< node of turned_
   Boxes4 turned_;

@@ -145,8 +145,8 @@ inline double meanEdge(const MeshState& mesh) {
 /// Whether the distance is so small, compared with the triangles, that a search with grown boxes is
 /// faster. Grown boxes exclude only pairs that are farther apart along one axis.
 inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
-  constexpr double kFew = 3;
-  return distance <= kFew * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
+  constexpr double kEdges = 3;
+  return distance <= kEdges * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
 /// Whether `compare` is the faster way to find out if the distance is at most `distance`.
