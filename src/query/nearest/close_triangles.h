@@ -30,9 +30,9 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
       for (int j = 0; j < int(b.count); ++j) {
         float apart = 0;
         for (int k = 0; k < 3; ++k) {
-          const float way =
+          const float difference =
               a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
-          apart += way * way;
+          apart += difference * difference;
         }
         if (!(apart < kFar)) apart = kFar;  // also for NaN
         below.push_back({firstOf(a, i), secondOf(b, j), apart});

@@ -12,8 +12,8 @@ namespace adaptive_bvh {
 /// in the first's frame; zero if they touch or are less than `least` apart. farthest1(d),
 /// farthest2(d): the point of each set that is farthest along d, in the frame of the set.
 template <typename Farthest1, typename Farthest2>
-fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
-                         const Farthest2& farthest2, double least = 0) {
+fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
+                            const Farthest2& farthest2, double least = 0) {
   class Difference final : public ConvexSet {
    public:
     Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
@@ -57,7 +57,7 @@ class LocalBoxes {
   /// The direction between the boxes' nearest points, from the first to the second, in the first
   /// mesh's frame; zero if they touch.
   fcl::Vector3d line() const {
-    return wayBetween(
+    return vectorBetween(
                to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
                [&](const fcl::Vector3d& along) { return corner(second_, along); })
         .stableNormalized();

@@ -73,11 +73,11 @@ bool NearestPair::lookAlongHulls() {
     };
   };
   constexpr double kMost = 1 - 1. / 64;
-  const fcl::Vector3d way =
-      wayBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
-  const double gap = way.stableNorm();
+  const fcl::Vector3d between =
+      vectorBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
+  const double gap = between.stableNorm();
   if (!(gap > 0)) return false;
-  triangles_.turnLine(way / gap);
+  triangles_.turnLine(between / gap);
   raiseLeast();
   return true;
 }

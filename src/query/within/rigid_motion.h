@@ -19,9 +19,9 @@ class RigidMotion {
     if (moved) sum_ = rounding::sum(sum_, step(first.tf, second.tf, second.bounds()));
     tf1_ = first.tf;
     tf2_ = second.tf;
-    constexpr double kLongWay = 1 << 20;  // beyond it, a step costs 2^-31 of the bodies' sizes
+    constexpr double kLargestSum = 1 << 20;  // beyond it, a step costs 2^-31 of the bodies' sizes
     const double size = first.bounds().aabb_radius + second.bounds().aabb_radius;
-    if (sum_ <= kLongWay * size) return true;
+    if (sum_ <= kLargestSum * size) return true;
     sum_ = 0;
     return false;
   }
@@ -38,14 +38,14 @@ class RigidMotion {
     const fcl::Vector3d center = second.aabb_center;
     const double radius = second.aabb_radius;
     const Eigen::Matrix3d turn = now.linear() - last.linear();
-    const double way =
+    const double motion =
         (turn * center + now.translation() - last.translation()).norm() + turn.norm() * radius;
     const auto sumOf = [](const fcl::Transform3d& tf) -> double {
       return tf.translation().lpNorm<1>();
     };
     const double size =
         std::max(sumOf(tf1_) + sumOf(tf2_), sumOf(tf1) + sumOf(tf2)) + center.lpNorm<1>() + radius;
-    return way * (1 + 1e-9) + 32 * rounding::epsilon<double>() * size;
+    return motion * (1 + 1e-9) + 32 * rounding::epsilon<double>() * size;
   }
 
   static Eigen::Isometry3d relative(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2) {
