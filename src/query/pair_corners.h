@@ -74,11 +74,12 @@ class TriangleDifferences {
 struct PairErrors {
   PairError coarse, fine;
 };
-/// `frame`: that of WideSearch, with the first tree's scale; `reach`: PairError::reach.
+/// `frame`: that of WideSearch, with the first tree's scale. `distance`: beyond it, pairs are
+/// apart.
 template <typename Frame>
-PairErrors pairErrors(const Frame& frame, double scale, float reach) {
+PairErrors pairErrors(const Frame& frame, double scale, float distance) {
   const float share = kDifferenceError, least = leastProduct(scale, frame.longest());
-  return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
+  return {{frame.error(), share, least, distance}, {frame.preciseError(), share, least, distance}};
 }
 
 /// Returns the corners of a pair of trees that have the same coordinates. `in`: PairInput.

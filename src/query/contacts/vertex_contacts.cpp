@@ -27,8 +27,8 @@ class KnownSides {
   /// distance from x to the surface.
   bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
     for (const Ball& ball : balls_) {
-      const double reach = ball.radius + radius - error_;
-      if (!(reach > kLeast && (x - ball.center).squaredNorm() < reach * reach)) continue;
+      const double radii = ball.radius + radius - error_;
+      if (!(radii > kLeast && (x - ball.center).squaredNorm() < radii * radii)) continue;
       is_inside = ball.is_inside;
       return true;
     }

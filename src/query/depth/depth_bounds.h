@@ -105,7 +105,7 @@ class DepthCut {
   }
   void considerEdge(int k) {
     const Point &a = corner(k), &b = corner(k + 1);
-    const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
+    const auto of_a = target_.boundBy(a.witness), of_b = target_.boundBy(b.witness);
     const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
     if (gain > most_) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
     considerBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
@@ -120,28 +120,28 @@ class DepthCut {
   }
   /// Calls found(gain, t) where the line from a to b crosses the nearest feature of a, or leaves
   /// it.
-  template <typename Reach, typename Found>
-  void considerBorder(const Point& a, const Point& b, const Reach& reach,
+  template <typename WitnessBound, typename Found>
+  void considerBorder(const Point& a, const Point& b, const WitnessBound& bound,
                       const Found& found) const {
-    const double zero = tolerance_ / 16, at_b = reach(b.x);
+    const double zero = tolerance_ / 16, at_b = bound(b.x);
     if (a.distance > zero) {
       const double t = target_.crossing(a.witness, a.x, b.x);
-      if (t > 0 && t < 1 && reach(a.x + t * (b.x - a.x)) <= zero)
+      if (t > 0 && t < 1 && bound(a.x + t * (b.x - a.x)) <= zero)
         found(std::min(a.distance, at_b), t);
     } else if (at_b > 2 * zero) {
       double low = 0, high = 1;
       for (int i = 0; i < 50; ++i) {
         const double t = (low + high) / 2;
-        (reach(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
+        (bound(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
       }
       found(at_b, high);
     }
   }
   /// Returns where on a segment two features are equally far: by regula falsi (Illinois), with a
   /// bisection at every fourth step.
-  template <typename Reach>
-  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b, const Reach& of_a,
-                              const Reach& of_b) {
+  template <typename WitnessBound>
+  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b,
+                              const WitnessBound& of_a, const WitnessBound& of_b) {
     const auto excess = [&](double t) {
       const fcl::Vector3d x = a + t * (b - a);
       return of_a(x) - of_b(x);

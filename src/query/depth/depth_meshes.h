@@ -25,9 +25,9 @@ class MeshTarget {
 
   /// The distance to one triangle: a convex function that is nowhere less than the distance to the
   /// surface.
-  class Reach {
+  class WitnessBound {
    public:
-    explicit Reach(const TrianglePoints<double>& triangle) : face_(triangle) {}
+    explicit WitnessBound(const TrianglePoints<double>& triangle) : face_(triangle) {}
     double operator()(const fcl::Vector3d& x) const {
       fcl::Vector3d on_face;
       return face_.distance(x, on_face);
@@ -40,13 +40,15 @@ class MeshTarget {
   explicit MeshTarget(const PlacedMesh& mesh)
       : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), walk_(mesh.tree()) {}
 
-  Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
-  double overBox(const Reach& reach, const TurnedBox& box) const {
+  WitnessBound boundBy(int triangle) const {
+    return WitnessBound(mesh_.pointsOf(unsigned(triangle)));
+  }
+  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
     double most = 0;
     for (int corner = 0; corner < 8; ++corner) {
       fcl::Vector3d x = box.middle;
       for (int k = 0; k < 3; ++k) x += (corner >> k & 1 ? 1. : -1.) * box.halves.col(k);
-      most = std::max(most, reach(x));
+      most = std::max(most, bound(x));
     }
     return most;
   }

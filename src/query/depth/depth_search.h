@@ -20,11 +20,11 @@ namespace adaptive_bvh {
 ///
 /// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
 /// chart), length(a, b, chart), bulge(a, b, c, chart).
-/// Target: kIsConvex, Witness, reach(witness), overBox(reach, box), measure(point, hint),
+/// Target: kIsConvex, Witness, boundBy(witness), overBox(bound, box), measure(point, hint),
 /// isInside(x), isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b),
-/// findNearest(point, bounds). reach(witness) returns a convex function of a point that is nowhere
-/// less than the point's depth. Unless the target is convex, planeOf(witness) returns an outward
-/// normal n and its offset d.
+/// findNearest(point, bounds). boundBy(witness) returns a convex function of a point that is
+/// nowhere less than the point's depth. Unless the target is convex, planeOf(witness) returns an
+/// outward normal n and its offset d.
 template <typename Source, typename Target>
 class DepthSearch {
  public:
@@ -81,8 +81,8 @@ class DepthSearch {
   void addBox(int node, int lane, int hint) {
     const TurnedBox box = source_.boxOf(node, lane);
     if (target_.isClear(box.middle, box.radius())) return;
-    const auto reach = target_.reach(witnessOf(hint));
-    const double upper = std::min(upper_, overBox(reach, box, reach(box.middle)));
+    const auto bound = target_.boundBy(witnessOf(hint));
+    const double upper = std::min(upper_, overBox(bound, box, bound(box.middle)));
     push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_, false});
   }
   /// Adds a triangle, or a curved patch, of the source.
@@ -154,7 +154,7 @@ class DepthSearch {
     const int middle = addMeasured(box.middle, part.hint);
     const double radius = box.radius();
     const double distance = point(middle).distance;
-    upper_ = std::min(part.upper, overBox(target_.reach(witnessOf(middle)), box, distance));
+    upper_ = std::min(part.upper, overBox(target_.boundBy(witnessOf(middle)), box, distance));
     is_inside_ = part.is_inside;
     if (upper_ > limit() && !is_inside_) useSide(middle, radius);
     if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
@@ -162,11 +162,11 @@ class DepthSearch {
   }
   /// Bound for a box by a feature at the distance `at_middle` from its centre. Uses the corners if
   /// these may be near enough.
-  template <typename Reach>
-  double overBox(const Reach& reach, const TurnedBox& box, double at_middle) const {
+  template <typename WitnessBound>
+  double overBox(const WitnessBound& bound, const TurnedBox& box, double at_middle) const {
     const double upper = at_middle + box.radius();
     if (upper <= limit() || at_middle > limit()) return upper;
-    return std::min(upper, target_.overBox(reach, box));
+    return std::min(upper, target_.overBox(bound, box));
   }
   /// Lowers upper_ and sets is_inside_ for everything within `radius` of a measured point, by the
   /// point's side, if that is of use.
@@ -217,9 +217,9 @@ class DepthSearch {
     CuttingPlanes planes;
     int last = part.hint;
     for (int i = 0; i < kMostPlanes; ++i) {
-      const auto reach = target_.reach(witnessOf(last));
-      planes.add({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
-                  reach(point(part.corners[2]).x)});
+      const auto bound = target_.boundBy(witnessOf(last));
+      planes.add({bound(point(part.corners[0]).x), bound(point(part.corners[1]).x),
+                  bound(point(part.corners[2]).x)});
       part.upper = std::min(part.upper, planes.bound());
       if (part.upper <= limit()) {
         drop(part.upper);
@@ -238,13 +238,13 @@ class DepthSearch {
   }
   /// Bound for a patch by a convex function, which is largest at a corner of the patch's hull.
   double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
-    const auto reach = target_.reach(witness);
+    const auto bound = target_.boundBy(witness);
     double most = -std::numeric_limits<double>::infinity();
     for (const int i : part.corners) {
       const fcl::Vector3d& x = point(i).x;
-      most = std::max(most, reach(x));
+      most = std::max(most, bound(x));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(most, reach(x + bulge.ways[static_cast<std::size_t>(k)]));
+        most = std::max(most, bound(x + bulge.ways[static_cast<std::size_t>(k)]));
     }
     return most;
   }
@@ -253,10 +253,10 @@ class DepthSearch {
     const Bulge bulge = bulgeOf(part);
     double most = 0;
     for (const int i : part.corners) {
-      const auto reach = target_.reach(witnessOf(i));
+      const auto bound = target_.boundBy(witnessOf(i));
       for (int k = 0; k < bulge.count; ++k)
         most = std::max(
-            most, reach(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - reach(point(i).x));
+            most, bound(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - bound(point(i).x));
     }
     return most;
   }

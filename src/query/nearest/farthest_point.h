@@ -19,10 +19,10 @@ inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* ve
   // The key of a box is minus its extent along the direction.
   const auto keysOf = [&](const WideNode& node) -> Float4 {
     ++visited;
-    Float4 reach = float4::all(0);
+    Float4 extent = float4::all(0);
     for (int k = 0; k < 3; ++k)
-      reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? node.boxes.high[k] : node.boxes.low[k]);
-    return -reach;
+      extent += float4::all(in_tree[k]) * (in_tree[k] > 0 ? node.boxes.high[k] : node.boxes.low[k]);
+    return -extent;
   };
   TreeWalk(tree).nearestFirst(
       keysOf, [&] { return -most; },

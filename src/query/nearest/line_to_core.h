@@ -54,7 +54,7 @@ class LineToCore {
   /// Returns keys of a node's boxes: lower bounds of their squared distances minus the squared
   /// distance of the front, in a unit of their own.
   ADAPTIVE_BVH_INLINE Float4 keys(const WideNode& node) const {
-    const double* const reach = supports_[static_cast<int>(&node - nodes_)].of;
+    const double* const extent = supports_[static_cast<int>(&node - nodes_)].of;
     const Boxes4 turned = change_(node.boxes);
     Float4 across = float4::all(0);
     for (int k = 1; k < 3; ++k) {
@@ -66,8 +66,8 @@ class LineToCore {
     const Pack<double> squares[] = {float4::widenedXy(across), float4::widenedZw(across)};
     Pack<double> key[2];
     for (int i = 0; i < 2; ++i)
-      key[i] =
-          keyOf(packs::all(scale_) * (packs::all(front_) - packs::load(reach + 2 * i)), squares[i]);
+      key[i] = keyOf(packs::all(scale_) * (packs::all(front_) - packs::load(extent + 2 * i)),
+                     squares[i]);
     return float4::narrowed(key[0], key[1]);
   }
   /// Limit by a point of the mesh, for a core without sides: boxes at most as far away as the point

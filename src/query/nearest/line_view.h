@@ -19,7 +19,7 @@ class LineView {
   /// `from`, `to`: a point of each mesh in its own frame. `extent1`, `extent2`: upper bounds of how
   /// far the meshes extend from these points toward each other. Requires RelativeFrame::isInRange.
   void set(const TreePair& trees, const fcl::Vector3d& along, const fcl::Vector3d& from,
-           const fcl::Vector3d& to, double reach1, double reach2) {
+           const fcl::Vector3d& to, double extent1, double extent2) {
     const BodyCoordinates &first = trees.first().coordinates(),
                           &second = trees.second().coordinates();
     nodes1_ = trees.first().nodes();
@@ -33,8 +33,8 @@ class LineView {
     const fcl::Vector3d between =
         axes * (first.to_body * (trees.toFirst()(to) - from));  // `from` to `to`
     fcl::Vector3d t1 = -(axes * first(from)), t2 = between - turn2 * second(to);
-    front1_ = reach1 * scale_;
-    front2_ = reach2 * scale_;
+    front1_ = extent1 * scale_;
+    front2_ = extent2 * scale_;
     gap_ = between[0] - front1_ - front2_;
     t2[0] -= between[0];
     const double ratio = first.scale / second.scale, in_double = trees.frame().preciseError();
@@ -71,8 +71,8 @@ class LineView {
     double behind2[4];
     const D zero = packs::all(0.), front1 = packs::all(front1_), scale = packs::all(scale_);
     if (supports) {
-      const double* const h1 = supports->reaches1(first).of;
-      const double* const h2 = supports->reaches2(second).of;
+      const double* const h1 = supports->extents1(first).of;
+      const double* const h2 = supports->extents2(second).of;
       for (int i = 0; i < 2; ++i)
         behind1[i] = packs::upper(front1 - scale * packs::load(h1 + 2 * i), zero);
       for (int j = 0; j < 4; ++j) behind2[j] = std::max(front2_ - scale_ * h2[j], 0.);

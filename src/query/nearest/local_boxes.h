@@ -48,10 +48,10 @@ class LocalBoxes {
   fcl::Vector3d middle1() const { return middleOf(first_); }
   fcl::Vector3d middle2() const { return middleOf(second_); }
   /// How far a mesh's box extends from a point `from` along a direction; both in that mesh's frame.
-  double reach1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+  double extent1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(first_, along) - from);
   }
-  double reach2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+  double extent2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(second_, along) - from);
   }
   /// The direction between the boxes' nearest points, from the first to the second, in the first

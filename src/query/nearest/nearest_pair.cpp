@@ -62,8 +62,8 @@ void NearestPair::refineLine() {
 
 void NearestPair::raiseLeast() {
   const auto& line = triangles_.line();
-  raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
-             boxes_.reach2(line.to, -line.along2));
+  raiseLeast(line.offset - boxes_.extent1(line.from, line.along1) -
+             boxes_.extent2(line.to, -line.along2));
 }
 
 bool NearestPair::lookAlongHulls() {
@@ -149,18 +149,18 @@ bool NearestPair::areSeparated() {
   constexpr std::size_t kSampleStride = 32;  // of the vertices that are tested first
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
-  const auto reach = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
-                        const fcl::Vector3d& along, double most, std::size_t stride) -> double {
-    double reach = 0;
-    for (std::size_t i = 0; i < vertices.size() && reach <= most; i += stride)
-      reach = std::max(reach, along.dot(vertices[i] - from));
-    return reach;
+  const auto extent = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
+                         const fcl::Vector3d& along, double most, std::size_t stride) -> double {
+    double extent = 0;
+    for (std::size_t i = 0; i < vertices.size() && extent <= most; i += stride)
+      extent = std::max(extent, along.dot(vertices[i] - from));
+    return extent;
   };
   for (const std::size_t stride : {kSampleStride, std::size_t(1)}) {
-    const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest, stride);
-    if (!(reach1 <= rest)) return false;
-    const double rest2 = rest - reach1;
-    if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
+    const double extent1 = extent(first_.mesh.vertices, line.from, line.along1, rest, stride);
+    if (!(extent1 <= rest)) return false;
+    const double rest2 = rest - extent1;
+    if (!(extent(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
       return false;
   }
   raiseLeast(limitWithinRounding());

@@ -152,7 +152,7 @@ bool NearestSearch::takeStages() {
 
 /// Returns the nearest of the pairs that the last visit added. If it added none and a line is used,
 /// returns the nearest of all pairs: among many nodes at nearly the same distance, depth-first
-/// order would reach the nearest one late.
+/// order would get to the nearest one late.
 NearestSearch::Pair NearestSearch::takeNext() {
   if (has_view_ && has_supports_ && !has_next_) {
     const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
@@ -188,9 +188,9 @@ bool NearestSearch::check() {
 }
 
 /// Bounds boxes along a line from here on.
-void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double reach1,
-                              double reach2) {
-  view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
+void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double extent1,
+                              double extent2) {
+  view_.set(trees_, line.along1, line.from, line.to, extent1, extent2);
   has_view_ = true;
   next_alignment_ = next_view_ = kNever;
   nearest_.raiseLeast(view_.gap());
@@ -216,7 +216,7 @@ void NearestSearch::tryBoxes() {
   line.along2 = trees_.toFirst().R.transpose() * line.along1;
   line.from = boxes.middle1();
   line.to = boxes.middle2();
-  lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
+  lookAlong(line, boxes.extent1(line.from, line.along1), boxes.extent2(line.to, -line.along2));
 }
 
 /// Removes pairs that are not nearer than the limit. Returns the cost of supports for the rest.
@@ -260,7 +260,7 @@ void NearestSearch::trySupports() {
   next_supports_ = 2 * (box_tests_ + cost);
   if (has_view_ || isApart()) {
     const auto& line = nearest_.triangles().line();
-    lookAlong(line, line_.reach1(), line_.reach2());
+    lookAlong(line, line_.extent1(), line_.extent2());
   } else {
     limit_ = -1;
     setLimit();
@@ -279,7 +279,7 @@ bool NearestSearch::tryHulls() {
   has_supports_ = true;
   next_supports_ = kNever;
   const auto& line = nearest_.triangles().line();
-  lookAlong(line, line_.reach1(), line_.reach2());
+  lookAlong(line, line_.extent1(), line_.extent2());
   return true;
 }
 

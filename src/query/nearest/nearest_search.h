@@ -174,7 +174,7 @@ class NearestSearch {
   bool takeStages();
   Pair takeNext();
   void align();
-  void lookAlong(const TriangleSeparation<double>::Line& line, double reach1, double reach2);
+  void lookAlong(const TriangleSeparation<double>::Line& line, double extent1, double extent2);
   bool check();
   void tryBoxes();
   bool isFartherThan(double radii) const;

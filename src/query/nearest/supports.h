@@ -34,9 +34,9 @@ class Supports {
   bool covers(int node) const;
   /// Extents of the boxes of a node in the part. -infinity for a missing box, or one that is not
   /// near.
-  const Four& operator[](int node) const { return reaches_[static_cast<std::size_t>(node)]; }
+  const Four& operator[](int node) const { return extents_[static_cast<std::size_t>(node)]; }
   /// The largest extent in the whole part.
-  double largest() const { return *std::max_element(reaches_[0].of, reaches_[0].of + 4); }
+  double largest() const { return *std::max_element(extents_[0].of, extents_[0].of + 4); }
 
  private:
   /// Consecutive nodes: a node of which some boxes are near, or a node with its whole subtree.
@@ -49,7 +49,7 @@ class Supports {
 
   std::vector<Run> runs_, open_;
   std::vector<double> of_slot_;
-  std::vector<Four> reaches_;
+  std::vector<Four> extents_;
 };
 
 /// The separations of the nodes of two trees along one line. If the nearest points of two bodies
@@ -76,11 +76,11 @@ class LineSeparation {
   }
   /// How far the contents of a node's boxes extend toward the other mesh, from the points of the
   /// line.
-  const Supports::Four& reaches1(int node) const { return first_[node]; }
-  const Supports::Four& reaches2(int node) const { return second_[node]; }
+  const Supports::Four& extents1(int node) const { return first_[node]; }
+  const Supports::Four& extents2(int node) const { return second_[node]; }
   /// The largest extent of all.
-  double reach1() const { return first_.largest(); }
-  double reach2() const { return second_.largest(); }
+  double extent1() const { return first_.largest(); }
+  double extent2() const { return second_.largest(); }
   /// Sets the distance with which separations are compared.
   void setLimit(double distance) { rest_ = offset_ - distance; }
 
