@@ -26,8 +26,8 @@ struct PlacedMesh {
   const LocalBounds<double>& bounds() const { return mesh.bounds; }
   /// Corners of a triangle in the mesh's frame: by its index in the order of the leaves (pointsAt),
   /// or by its own index (pointsOf).
-  TrianglePoints<double> pointsAt(unsigned place) const {
-    const Int4& v = mesh.tree.corners(place);
+  TrianglePoints<double> pointsAt(unsigned leaf_index) const {
+    const Int4& v = mesh.tree.corners(leaf_index);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
   TrianglePoints<double> pointsOf(unsigned triangle) const {

@@ -240,9 +240,11 @@ struct PairInput {
             flat};
   }
   /// Corners of a triangle in the first mesh's frame, by its index in the order of the leaves.
-  TrianglePoints<double> pointsOfFirst(unsigned place) const { return first.pointsAt(place); }
-  TrianglePoints<double> pointsOfSecond(unsigned place) const {
-    TrianglePoints<double> q = second.pointsAt(place);
+  TrianglePoints<double> pointsOfFirst(unsigned leaf_index) const {
+    return first.pointsAt(leaf_index);
+  }
+  TrianglePoints<double> pointsOfSecond(unsigned leaf_index) const {
+    TrianglePoints<double> q = second.pointsAt(leaf_index);
     for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
   }

@@ -38,10 +38,10 @@ class ContactWriter {
   /// Adds every vertex that a triangle uses.
   void addAll() {
     const WideTree& tree = mesh_.tree();
-    for (unsigned place = 0; place < unsigned(mesh_.mesh.numTriangles()); ++place)
+    for (unsigned leaf_index = 0; leaf_index < unsigned(mesh_.mesh.numTriangles()); ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)
-        if (mesh_.mesh.topology->owners[place].ownsVertex(k))
-          candidates().push_back({static_cast<unsigned>(tree.corners(place)[int(k)]), false});
+        if (mesh_.mesh.topology->owners[leaf_index].ownsVertex(k))
+          candidates().push_back({static_cast<unsigned>(tree.corners(leaf_index)[int(k)]), false});
   }
 
   /// Writes the contacts and returns their number. makeTest() returns a function test(candidate,
@@ -183,27 +183,27 @@ class VertexSearch {
     addOwned(first, first + leaf.count, false);
   }
   void addClear(int node) {
-    const std::size_t first = firstPlace(node), last = lastPlace(node) + 1;
+    const std::size_t first = firstLeafIndex(node), last = lastLeafIndex(node) + 1;
     const bool is_inside =
         is_inside_(static_cast<unsigned>(tree_.corners(static_cast<unsigned>(first))[0]));
     if (is_inside) addOwned(first, last, true);
   }
   void addOwned(std::size_t first, std::size_t last, bool is_inside) {
-    for (std::size_t place = first; place < last; ++place)
+    for (std::size_t leaf_index = first; leaf_index < last; ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)
-        if (mesh_.topology->owners[place].ownsVertex(k))
+        if (mesh_.topology->owners[leaf_index].ownsVertex(k))
           candidates_.push_back(
-              {static_cast<unsigned>(tree_.corners(static_cast<unsigned>(place))[int(k)]),
+              {static_cast<unsigned>(tree_.corners(static_cast<unsigned>(leaf_index))[int(k)]),
                is_inside});
   }
 
   /// The triangles below a node are consecutive in the order of the leaves.
-  std::size_t firstPlace(int node) const {
+  std::size_t firstLeafIndex(int node) const {
     const WideNode* at = &tree_.nodes()[node];
     while (!at->isLeaf()) at = &tree_.nodes()[at->below[0]];
     return static_cast<std::size_t>(at->first);
   }
-  std::size_t lastPlace(int node) const {
+  std::size_t lastLeafIndex(int node) const {
     const WideNode* at = &tree_.nodes()[node];
     while (!at->isLeaf()) at = &tree_.nodes()[at->below[at->count - 1]];
     return static_cast<std::size_t>(at->first) + at->count - 1;

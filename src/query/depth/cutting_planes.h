@@ -49,7 +49,7 @@ class CuttingPlanes {
     const double value = average.maxCoeff();
     if (value < bound_.value) bound_ = {value, planes};
   }
-  void tryPlace(const fcl::Vector3d& at, const Numbers& planes) {
+  void tryPoint(const fcl::Vector3d& at, const Numbers& planes) {
     double value = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < count_; ++i) value = std::min(value, planes_[i].dot(at));
     if (!(value > peak_.value)) return;
@@ -61,19 +61,19 @@ class CuttingPlanes {
     tryAverage(planes_[i], {i, i, i});
     int corner;
     planes_[i].maxCoeff(&corner);
-    tryPlace(fcl::Vector3d::Unit(corner), {i, i, i});
+    tryPoint(fcl::Vector3d::Unit(corner), {i, i, i});
   }
   /// Tries the average of two planes that is constant along an edge, and their intersection there.
   void tryTwo(std::size_t i, std::size_t j, int a, int b) {
     const Plane &p = planes_[i], &q = planes_[j];
     const double rise_p = p[b] - p[a], rise_q = q[b] - q[a];
-    const double weight = rise_q / (rise_q - rise_p), place = (q[a] - p[a]) / (rise_p - rise_q);
+    const double weight = rise_q / (rise_q - rise_p), share = (q[a] - p[a]) / (rise_p - rise_q);
     if (weight >= 0 && weight <= 1) tryAverage(weight * p + (1 - weight) * q, {i, j, j});
-    if (!(place >= 0 && place <= 1)) return;
+    if (!(share >= 0 && share <= 1)) return;
     fcl::Vector3d at = fcl::Vector3d::Zero();
-    at[a] = 1 - place;
-    at[b] = place;
-    tryPlace(at, {i, j, j});
+    at[a] = 1 - share;
+    at[b] = share;
+    tryPoint(at, {i, j, j});
   }
   /// Tries the average of three planes that is constant, and the intersection of the planes.
   void tryThree(std::size_t i, std::size_t j, std::size_t k) {
@@ -84,7 +84,7 @@ class CuttingPlanes {
     weights /= weights.sum();
     at /= at.sum();
     if (weights.minCoeff() >= 0) tryAverage(m * weights, {i, j, k});
-    if (at.minCoeff() >= 0) tryPlace(at, {i, j, k});
+    if (at.minCoeff() >= 0) tryPoint(at, {i, j, k});
   }
   /// Removes the oldest plane that is not part of the best average, so that the bound never rises.
   void forgetOldest() {

@@ -95,8 +95,8 @@ class MeshTarget {
       for (int k = 0; k < 3; ++k) overlap &= (low[k] <= boxes.high[k]) & (high[k] >= boxes.low[k]);
       return float4::bits(overlap);
     };
-    return walk_.visit(overlaps, [&](unsigned place) {
-      const TrianglePoints<double> other = mesh_.pointsAt(place);
+    return walk_.visit(overlaps, [&](unsigned leaf_index) {
+      const TrianglePoints<double> other = mesh_.pointsAt(leaf_index);
       if (areSurelyFarther(triangle, other, bulge.height)) return false;
       return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
     });

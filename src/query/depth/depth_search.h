@@ -339,14 +339,14 @@ class DepthSearch {
     // Where a patch bends, the edge that bends most is halved, because changes of features are
     // known only for flat triangles. Every third cut halves the longest edge, so that triangles
     // become small.
-    const DepthCut<Target> place(corners, target_, tolerance_, bends || part.generation % 3 == 0,
-                                 length);
-    const int edge = place.edge();
+    const DepthCut<Target> chosen(corners, target_, tolerance_, bends || part.generation % 3 == 0,
+                                  length);
+    const int edge = chosen.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
               c = part.corners[(edge + 2) % 3];
     fcl::Vector3d parameter = fcl::Vector3d::Zero();
     const fcl::Vector3d x =
-        source_.between(point(a), point(b), place.share(), part.chart, parameter);
+        source_.between(point(a), point(b), chosen.share(), part.chart, parameter);
     const int middle = add(x, parameter);
     measureCorner(middle, part);
     Part half = part;

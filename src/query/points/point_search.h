@@ -196,9 +196,9 @@ class PointSearch {
           return isOver();
         });
   }
-  void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
+  void testTriangle(unsigned leaf_index, const fcl::Vector3d& x, Nearest& nearest) {
     ++tests_;
-    const Int4& v = tree_.corners(place);
+    const Int4& v = tree_.corners(leaf_index);
     const double before = nearest.distance;
     tryFace(x, {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])}, v[3], nearest);
     if (nearest.distance < before) setLimit(nearest.distance);

@@ -236,8 +236,8 @@ class RayWalk {
   void testTriangles(const WideNode& leaf, unsigned lanes, const Float4& enter, Found& found) {
     if (!test_) test_.emplace(origin_, direction_);  // unnecessary for most rays without a hit
     for (; lanes != 0; lanes &= lanes - 1) {
-      const auto place = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
-      const Int4& v = mesh_.tree.corners(place);
+      const auto leaf_index = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
+      const Int4& v = mesh_.tree.corners(leaf_index);
       const fcl::Vector3d* const x = mesh_.vertices.data();
       RayTriangle::Hit hit;
       if (!test_->meets(x[v[0]], x[v[1]], x[v[2]], hit)) continue;

@@ -151,17 +151,21 @@ class MeshRays final : public RayCandidates {
  public:
   /// `to_first`: maps points of the mesh to the first body's frame. There they are enlarged by
   /// `scale`. `rounding`: error of these points before they are enlarged.
-  MeshRays(const MeshState& mesh, const RelativePlacement& place, double scale, double rounding)
-      : place_(place), back_(place.R.inverse()), scale_(scale), rounding_(rounding), rays_(mesh) {}
+  MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
+      : to_first_(to_first),
+        back_(to_first.R.inverse()),
+        scale_(scale),
+        rounding_(rounding),
+        rays_(mesh) {}
 
   void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
             std::vector<unsigned>& triangles) override {
-    rays_.forEachNear(back_ * (origin * (1 / scale_) - place_.T), back_ * direction, rounding_,
+    rays_.forEachNear(back_ * (origin * (1 / scale_) - to_first_.T), back_ * direction, rounding_,
                       [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
   }
 
  private:
-  const RelativePlacement place_;
+  const RelativePlacement to_first_;
   const fcl::Matrix3d back_;
   const double scale_, rounding_;
   RayWalk rays_;
@@ -212,13 +216,13 @@ int enlargementOf(double extent) {
   return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
 }
 
-void placeSurface(const MeshState& mesh, const RelativePlacement& place, double scale,
+void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, double scale,
                   ClosedSurface& surface) {
   surface.topology = mesh.topology.get();
   surface.points.resize(mesh.vertices.size());
-  const fcl::Vector3d by = scale * place.T;
+  const fcl::Vector3d by = scale * to_first.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    surface.points[v] = place.R * (scale * mesh.vertices[v]) + by;
+    surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + by;
 }
 
 /// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the

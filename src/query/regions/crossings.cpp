@@ -135,8 +135,8 @@ void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
 /// segment.
 void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
   if (ends_.size() == first_end) return;
-  const bool is_whole =
-      ends_.size() == first_end + 2 && (ends_[first_end].place ^ ends_[first_end + 1].place) == 1;
+  const bool is_whole = ends_.size() == first_end + 2 &&
+                        (ends_[first_end].end_number ^ ends_[first_end + 1].end_number) == 1;
   if (is_whole)
     segments_.push_back({pair.first, pair.second, 0, 0});
   else
@@ -150,8 +150,8 @@ void SurfaceCrossings::collectNodes() {
   nodes_.clear();
   for (const SegmentEnd& end : ends_) {
     if (nodes_.empty() || orderOf(nodes_.back()) != orderOf(end.node)) nodes_.push_back(end.node);
-    CrossingSegment& segment = segments_[end.place / 2];
-    (end.place % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
+    CrossingSegment& segment = segments_[end.end_number / 2];
+    (end.end_number % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
   }
 }
 

@@ -173,7 +173,7 @@ class SurfaceCrossings {
   /// A node, as the end of a segment.
   struct SegmentEnd {
     CrossingNode node;
-    unsigned place;  ///< twice the segment's number, plus 1 for its end
+    unsigned end_number;  ///< twice the segment's number, plus 1 for its end
   };
 
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);

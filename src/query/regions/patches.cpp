@@ -369,11 +369,11 @@ void SurfacePatches::numberRegions() {
   }
   for (std::size_t c = curves_.size(); c-- > 0;)
     keyOf(curves_[c].region).curve = static_cast<unsigned>(c);
-  const auto placeOf = [](const RegionKey& k) {
+  const auto sortKeyOf = [](const RegionKey& k) {
     return std::make_tuple(k.first, k.second, k.curve, k.root);
   };
   std::sort(keys_.begin(), keys_.end(),
-            [&](const RegionKey& a, const RegionKey& b) { return placeOf(a) < placeOf(b); });
+            [&](const RegionKey& a, const RegionKey& b) { return sortKeyOf(a) < sortKeyOf(b); });
   num_regions_ = keys_.size();
   for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
   for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];

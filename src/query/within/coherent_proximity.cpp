@@ -15,21 +15,21 @@ namespace adaptive_bvh {
 namespace {
 
 /// The index of each triangle of a mesh in the order of the tree's leaves.
-class PlacesOfTriangles {
+class LeafIndices {
  public:
-  void adopt(const MeshState& mesh) {
+  void assign(const MeshState& mesh) {
     if (topology_ == mesh.topology) return;
     topology_.reset();  // until the indices are those of the new topology
-    places_.resize(mesh.topology->triangles.size());
-    for (unsigned place = 0; place < places_.size(); ++place)
-      places_[static_cast<std::size_t>(mesh.tree.triangle(place))] = place;
+    indices_.resize(mesh.topology->triangles.size());
+    for (unsigned i = 0; i < indices_.size(); ++i)
+      indices_[static_cast<std::size_t>(mesh.tree.triangle(i))] = i;
     topology_ = mesh.topology;
   }
-  unsigned operator[](unsigned triangle) const { return places_[triangle]; }
+  unsigned operator[](unsigned triangle) const { return indices_[triangle]; }
 
  private:
   std::shared_ptr<const MeshTopology> topology_;
-  std::vector<unsigned> places_;
+  std::vector<unsigned> indices_;
 };
 
 /// The triangles around a pair of leaves: some before and after each in the order of the tree.
@@ -110,7 +110,7 @@ struct KnownProximity {
   TrianglePair witness{0, 0};
   /// Leaves of the pair that the last successful search found.
   std::optional<LeafIndexPair> near;
-  PlacesOfTriangles places[2];
+  LeafIndices leaf_indices[2];
   /// Values of each mesh at the last call.
   std::uint64_t lineages[2] = {0, 0};
   double travels[2] = {0, 0};
@@ -118,9 +118,9 @@ struct KnownProximity {
   /// Records a pair of triangles that are near. Returns true.
   bool setNear(const Meshes& meshes, const TrianglePair& pair) {
     witness = pair;
-    places[0].adopt(meshes.first.mesh);
-    places[1].adopt(meshes.second.mesh);
-    near = LeafIndexPair{places[0][pair.first], places[1][pair.second]};
+    leaf_indices[0].assign(meshes.first.mesh);
+    leaf_indices[1].assign(meshes.second.mesh);
+    near = LeafIndexPair{leaf_indices[0][pair.first], leaf_indices[1][pair.second]};
     return true;
   }
   /// Whether there is a near pair around the recorded leaves.
