@@ -38,7 +38,7 @@ void narrow(const FeaturePairDetails<double>& from, FeaturePairDetails<float>& t
 void narrow(const ContactRegions<double>& from, ContactRegions<float>& to);
 void narrow(const SignedDistance<double>& from, SignedDistance<float>& to);
 
-/// Calls query(result) with a result in double precision.
+/// Calls query(result) with a result in double precision, and rounds that if `result` is single.
 template <template <typename> class Result, typename Query>
 void answerInDouble(Result<double>& result, const Query& query) {
   query(result);

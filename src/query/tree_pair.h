@@ -224,7 +224,7 @@ struct PairInput {
 
   const PlacedMesh &first, &second;
   const WideTree &tree1, &tree2;
-  const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
+  const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
   const NeighbourFilter filter = NeighbourFilter::None;
   const double distance;
   const FlatPatches* flat = nullptr;  ///< for one mesh: nodes to leave out

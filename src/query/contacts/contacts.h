@@ -81,7 +81,10 @@ void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, 
 class ContactLimit {
  public:
   ContactLimit(std::size_t most, std::size_t tasks, int workers)
-      : most_(most), few_(most / static_cast<std::size_t>(workers)), counts_(tasks), last_(tasks) {
+      : most_(most),
+        per_worker_(most / static_cast<std::size_t>(workers)),
+        counts_(tasks),
+        last_(tasks) {
     for (auto& count : counts_) count.store(kOpen, std::memory_order_relaxed);
   }
 
@@ -89,7 +92,7 @@ class ContactLimit {
   /// `contacts`: number found by the task; `of_worker`: number found by its worker so far.
   void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
     counts_[task].store(contacts, std::memory_order_relaxed);
-    if (of_worker < few_) return;
+    if (of_worker < per_worker_) return;  // there may be too few in all
     const std::lock_guard<std::mutex> lock(counting_);
     if (contacts >= most_) endAt(task);
     for (std::size_t count; next_ < counts_.size() && sum_ < most_; ++next_) {
@@ -106,7 +109,7 @@ class ContactLimit {
     if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
   }
 
-  const std::size_t most_, few_;                  ///< wanted; wanted on average of each worker
+  const std::size_t most_, per_worker_;           ///< contacts wanted, in all and per worker
   std::vector<std::atomic<std::size_t>> counts_;  ///< by task
   std::mutex counting_;
   std::size_t next_ = 0, sum_ = 0;  ///< the first task not yet counted; contacts before it

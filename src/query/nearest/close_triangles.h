@@ -18,7 +18,7 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   constexpr float kFar = 1e30f;
   struct Pair {
     int first, second;
-    float apart;  ///< squared; of the doubled centres
+    float apart;  ///< squared distance of the doubled centres
     bool operator<(const Pair& other) const { return apart < other.apart; }
   };
   const RelativeFrame& frame = trees.frame();

@@ -104,8 +104,7 @@ class LineToCore {
   static constexpr double kMargin = 160. / (1 << 24);  // margin of a turned box
   static constexpr double kRounding = 0x1p-50;
   static constexpr double kSeen = 0x1p-46;  // error of two points, along the line
-  static constexpr double kTies =
-      0x1p-78;  // more than the difference that PreciseSquare treats as a tie
+  static constexpr double kTies = 0x1p-78;  // more than PreciseSquare treats as a tie
 
   const WideNode* nodes_ = nullptr;
   fcl::Matrix3d to_body_, axes_;

@@ -10,8 +10,8 @@
 namespace adaptive_bvh {
 
 /// Lower bounds of the distances between nodes of two trees, by the gaps along a line and across
-/// it. Each body is measured from its front, a plane across the line with no point of the body
-/// before it. The distance of the fronts is known in double precision. So single precision is as
+/// it. Each body is measured from its front, a plane across the line with the whole body
+/// behind it. The distance of the fronts is known in double precision. So single precision is as
 /// good for bodies far apart as for near ones: docs/bounds.md, 13.
 class LineView {
  public:

@@ -83,8 +83,7 @@ bool NearestPair::lookAlongHulls() {
 }
 
 void NearestPair::improve(const TriangleGap& gap, int triangle1, int triangle2) {
-  result_.update(gap.distance, nullptr, nullptr, triangle1,
-                 triangle2);  // the caller sets the objects
+  result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller sets o1, o2
   if (request_.enable_nearest_points) {
     const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d { return (first_.tf * x); };
     result_.nearest_points[0] = inWorld(gap.points.first);

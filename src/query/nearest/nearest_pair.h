@@ -48,8 +48,8 @@ class NearestPair {
   /// Pairs at this distance or farther do not matter.
   double limit() const { return limit_; }
   /// The limit minus the rounding error of distances of triangles: pairs nearer by less than that
-  /// count as equally near, so that parallel faces prune. The limit itself if that would hide a
-  /// touch.
+  /// count as equally near, so that parallel faces are pruned. The limit itself if that would
+  /// hide a touch.
   double limitWithinRounding() const { return isClear() ? rounding_.below(limit_) : limit_; }
   /// The limit for bounds whose rounding error is that of distances.
   double limitOfBounds() const {

@@ -111,7 +111,7 @@ class LeafBlocks {
   const PlacedMesh& placed2_;
   const TreePair& trees_;
   Vector4x3 direction_;
-  fcl::Matrix3d from_second_;  ///< takes the second mesh to the first tree's coordinates
+  fcl::Matrix3d from_second_;  ///< maps the second mesh's frame to the first tree's coordinates
   fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;

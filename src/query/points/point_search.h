@@ -44,9 +44,8 @@ class PointSearch {
     double distance = std::numeric_limits<double>::infinity();
     int triangle = -1;           ///< its index; -1 if none is within the initial distance
     VertexIndices corners = {};  ///< of the triangle
-    feature_distance::FacePlace<double> place = {};  ///< of the point in the triangle
-    double limit =
-        std::numeric_limits<double>::infinity();  ///< triangles farther away do not count
+    feature_distance::FacePlace<double> place = {};          ///< of the point in the triangle
+    double limit = std::numeric_limits<double>::infinity();  ///< farther triangles do not count
   };
 
   explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}

@@ -31,8 +31,7 @@ struct PairCollector {
 /// Sums over the parts of a region. Points are in the coordinates of ClosedSurface.
 struct RegionSums {
   double volume = 0;
-  fcl::Vector3d origin =
-      fcl::Vector3d::Zero();  ///< a point of the region, to which volume and moments refer
+  fcl::Vector3d origin = fcl::Vector3d::Zero();  ///< a point of it, for volume and moments
   bool has_origin = false;
   std::array<double, 2> areas{}, sizes{};
   std::array<fcl::Vector3d, 2> moments{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
@@ -40,9 +39,9 @@ struct RegionSums {
   std::array<std::size_t, 2> num_parts{};
   /// Half the sum of the first body's normals times their areas, minus that of the second's.
   fcl::Vector3d normal = fcl::Vector3d::Zero();
-  fcl::Vector3d touching =
-      fcl::Vector3d::Zero();  ///< the share of faces that touch, not in `normal`
-  bool is_turned = false;     ///< the triangles of one of the bodies face inward
+  /// The share of faces that touch, which is not in `normal`.
+  fcl::Vector3d touching = fcl::Vector3d::Zero();
+  bool is_turned = false;  ///< the triangles of one of the bodies face inward
   double depth = -1;
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 

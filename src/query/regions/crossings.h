@@ -139,7 +139,7 @@ struct CrossingSegment {
 /// Two triangles in one plane, up to rounding.
 struct CoplanarPair {
   unsigned first, second;
-  /// Where the corners of the first lie seen from the second: sideOfFace.
+  /// On which sides of the second the corners of the first lie: sideOfFace.
   std::array<FaceSide, 3> sides;
 };
 

@@ -184,8 +184,8 @@ auto SurfacePatches::cutTriangle(WhichBody body, unsigned triangle) const -> con
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// Finds which bodies face inward. A body's parts have areas multiplied by the other body's winding
-/// number.
+/// Finds for each body whether the other one faces inward. The areas of a body's parts, which are
+/// multiplied by the other body's winding number, are negative then.
 void SurfacePatches::findOrientations() {
   std::array<double, 2> areas{};
   for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;

@@ -142,9 +142,8 @@ class SurfacePatches {
   std::vector<Piece> pieces_;
   std::vector<CutTriangle> cuts_;  ///< of the first body by triangle, then of the second
   std::vector<unsigned> order_;    ///< segments, sorted by triangle or by start
-  std::vector<unsigned>
-      next_;  ///< by node: index in order_ of its first segment that is not traced
-  std::vector<char> is_traced_;  ///< by segment
+  std::vector<unsigned> next_;     ///< by node: index in order_ of its first untraced segment
+  std::vector<char> is_traced_;    ///< by segment
   std::vector<CrossingCurve> curves_;
   std::vector<unsigned> curve_segments_;
   std::vector<SurfacePart> parts_;

@@ -190,8 +190,7 @@ class WithinTests {
   LeafIndexPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
-  int batch_ = Sink::kStopsAtFirst ? kFirstBatch
-                                   : Sink::kBatch;  ///< number of pairs that are tested together
+  int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< pairs tested together
 };
 
 /// A search whose sink takes the near pairs.
