@@ -16,8 +16,8 @@
 
 namespace adaptive_bvh {
 
-/// Upper bound of the differences between two triangles next to each other. Coordinates in a tree
-/// are below 2.
+/// Upper bound of the differences of corners of two triangles next to each other. Coordinates in a
+/// tree are below 2.
 constexpr double kLongest = 12;
 
 /// Placement of the second tree in the first one's coordinates, if both are the same tree or have
@@ -84,8 +84,8 @@ class RelativeFrame {
   float error() const { return static_cast<float>(error_); }
   /// Error of values computed in double precision from the positions.
   float preciseError() const { return static_cast<float>(in_double_); }
-  /// Upper bound of the differences between two triangles next to each other, in the first's body
-  /// units.
+  /// Upper bound of the differences of corners of two triangles next to each other, in the first's
+  /// body units.
   double longest() const { return kLongest * longest_; }
 
   const FrameChange* change() const { return &change_; }

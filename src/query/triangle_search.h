@@ -77,7 +77,7 @@ class TriangleSearch final : private LeafSink {
   WideSearch walk_;
 };
 
-/// Memory of the workers, kept from query to query; by slot.
+/// Memory of the workers, kept from query to query; one for each slot of the pool.
 template <typename Memory>
 class WorkersMemory {
  public:

@@ -9,8 +9,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Depth of a point of a mesh's first component that is inside another mesh, if it is deeper than
-/// `least`. The surfaces must not touch.
+/// Bounds by one point of the first component of `mesh` that is inside `other`, if the point is
+/// deeper than `least`. The surfaces must not touch.
 DepthBounds componentInside(const PlacedMesh& mesh, const PlacedMesh& other, double least) {
   DepthBounds found = DepthBounds::from(least);
   visitContained(mesh, other, [&](int, const fcl::Vector3d& x, MeshTarget& target) {

@@ -35,6 +35,7 @@ class CoherentNearest {
   }
 
  private:
+  /// Whether the last call had the same positions, transforms and request.
   bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
                   const fcl::DistanceRequestd& asked) const {
     return positions_[0] == first.mesh.positions && positions_[1] == second.mesh.positions &&

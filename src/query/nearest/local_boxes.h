@@ -39,7 +39,7 @@ fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& 
 }
 
 /// The local boxes of two meshes (FCL's aabb_local), in double precision. They give lower bounds of
-/// the distance at no cost. Where many mechanical parts are flat, so are their boxes.
+/// the distance at no cost. Many mechanical parts have flat faces in the faces of their boxes.
 class LocalBoxes {
  public:
   LocalBoxes(const PlacedMesh& first, const PlacedMesh& second, const RelativePlacement& to_first)

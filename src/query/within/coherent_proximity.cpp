@@ -172,6 +172,8 @@ struct KnownProximity {
     return may_last || !isFewEdges(meshes, distance);
   }
 
+  /// Searches for a near pair, after tests of the known pair and of two triangles that are
+  /// probably close.
   bool searchNear(const Meshes& meshes, double distance) {
     const double known = meshes.gap(witness).distance;
     if (known <= distance) return setNear(meshes, witness);
@@ -214,6 +216,8 @@ struct KnownProximity {
     ++searches;
     return setNear(meshes, witness);
   }
+  /// Searches for a near pair. If there is none, sets a bound: a larger distance if no pair is
+  /// within that, else `distance`.
   bool searchByBoxes(const Meshes& meshes, double distance) {
     const double known = meshes.gap(witness).distance;
     if (known <= distance) return setNear(meshes, witness);
