@@ -22,16 +22,16 @@ class ShapeTarget {
     fcl::Vector3d n = fcl::Vector3d::Zero();
     double d = 0;
   };
-  struct Reach {
+  struct WitnessBound {
     Witness plane;
     double operator()(const fcl::Vector3d& x) const { return plane.d - plane.n.dot(x); }
   };
 
   explicit ShapeTarget(const Solid& shape) : shape_(shape) {}
 
-  Reach reach(const Witness& plane) const { return {plane}; }
-  double overBox(const Reach& reach, const TurnedBox& box) const {
-    return reach(box.middle) + (reach.plane.n.transpose() * box.halves).cwiseAbs().sum();
+  WitnessBound boundBy(const Witness& plane) const { return {plane}; }
+  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
+    return bound(box.middle) + (bound.plane.n.transpose() * box.halves).cwiseAbs().sum();
   }
   void measure(DepthPoint<Witness>& point, const Witness&) const {
     const ShapeSurface found = shape_.surface(point.x);

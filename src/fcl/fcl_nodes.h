@@ -8,7 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// A volume in double precision. It was computed in S: what that rounds is added.
+/// Returns a volume in double precision, enlarged by the rounding of its computation in S.
 template <typename BV>
 SweptBox sweptBoxOf(const BV& bv) {
   const auto body = Volume<BV>::parallelogram(bv);
@@ -22,7 +22,7 @@ SweptBox sweptBoxOf(const BV& bv) {
           sum};
 }
 
-/// The nodes of FCL's tree of a model.
+/// The nodes of a model's FCL tree.
 template <typename BV>
 class FclNodes final : public MeshNodes {
  public:

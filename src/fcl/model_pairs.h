@@ -5,15 +5,15 @@
 
 namespace adaptive_bvh {
 
-/// An object of a query, and where it is.
+/// An object of a query, and its pose.
 template <typename S>
 struct PlacedGeometry {
   const fcl::CollisionGeometry<S>* geometry;
   fcl::Transform3<S> tf;
 };
 
-/// Recorded queries of a model and a shape, whose geometry decides about each triangle, by FCL's
-/// traversal. The model is the first object, as FCL orders the pair.
+/// Recorded queries of a model and a shape, by FCL's traversal; the shape's geometry decides about
+/// each triangle. The model is the first object, as FCL orders the pair.
 template <typename BV>
 void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                         const DistanceQuery<typename BV::S>& query);
@@ -21,10 +21,10 @@ template <typename BV>
 void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                        const CollisionQuery<typename BV::S>& query);
 
-/// Queries of a model and an octree. They visit pairs of a cell and a node of the model; these are
-/// recorded, which FCL's own traversal of such a pair, inside its octree solver, cannot do. In the
-/// result the octree is the first object, as in FCL for both orders. Throw std::logic_error where
-/// FCL was built without octomap: there no octree can exist.
+/// Recorded queries of a model and an octree, which visit pairs of a cell and a node of the model.
+/// FCL's own traversal of such a pair, inside its octree solver, cannot be recorded. The octree is
+/// the first object in the result, as in FCL for both orders. Throw std::logic_error if FCL was
+/// built without octomap, where no octree can exist.
 template <typename BV>
 void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
                          const DistanceQuery<typename BV::S>& query);
@@ -32,8 +32,8 @@ template <typename BV>
 void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
                         const CollisionQuery<typename BV::S>& query);
 
-/// Throws std::invalid_argument, with the names of both types, where FCL has no such query: there
-/// FCL prints a warning and answers "very far apart" or "no contact", or crashes.
+/// Throws std::invalid_argument, with the names of both types, if FCL has no such query. FCL would
+/// print a warning and answer "very far apart" or "no contact", or crash.
 void requireDistance(fcl::NODE_TYPE first, fcl::NODE_TYPE second);
 void requireCollision(fcl::NODE_TYPE first, fcl::NODE_TYPE second);
 

@@ -14,7 +14,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversals are compiled for a solver; the triangles of ours are not tested by it.
+/// FCL's traversals need a solver, but the triangles are tested by the library itself.
 struct NoSolver {
   template <typename... Args>
   bool shapeTriangleIntersect(const Args&...) const {
@@ -40,7 +40,7 @@ struct FclBoxTraversal<fcl::OBBRSS<S>> {
   using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
 };
 
-/// Hands the triangles that FCL's traversal reaches to test(triangle), until it returns true.
+/// Passes the triangles that FCL's traversal reaches to test(triangle), until that returns true.
 template <typename BV>
 class TouchingNode : public FclBoxTraversal<BV>::Collision {
  public:
@@ -71,14 +71,14 @@ class NearestNode : public FclBoxTraversal<BV>::Distance {
   mutable bool is_done_ = false;
 };
 
-/// A model and a shape in their places, by FCL's traversal of the model and the box around the
-/// shape. A plane and a half-space have no such box: every triangle is tested.
+/// The search of a placed model and shape: FCL's traversal of the model and the box around the
+/// shape. A plane or half-space has no such box; then every triangle is tested.
 template <typename BV>
 class ModelShapeSearch final : public ShapeSearch {
  public:
   using S = typename BV::S;
 
-  /// `core`: of the shape.
+  /// `core`: the shape's.
   ModelShapeSearch(const PlacedModel<BV>& model, const PlacedSolid& shape, const ShapeCore& core,
                    const fcl::Transform3<S>& shape_tf)
       : ShapeSearch(model.queryTriangles(), shape),
@@ -116,8 +116,8 @@ class ModelShapeSearch final : public ShapeSearch {
     fcl::detail::distance(&node);
   }
 
-  /// The root volume. (FCL centres that box on the rectangle's corner; kept, so that the cost is
-  /// FCL's.)
+  /// The box of the root volume. (FCL centres it on the rectangle's corner; kept, so that the cost
+  /// is FCL's.)
   void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
     fcl::Box<S> root;
     fcl::Transform3<S> root_tf;
@@ -151,7 +151,7 @@ class ModelShapeSearch final : public ShapeSearch {
   const fcl::Transform3<S> shape_tf_;
 };
 
-/// Calls use(search) with the model and the shape.
+/// Calls use(search) with the search of the model and the shape.
 template <typename BV, typename Use>
 void withSearch(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                 const Use& use) {

@@ -25,8 +25,8 @@ const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
              ? static_cast<const DeformableMesh<S>*>(&geometry)
              : nullptr;
 }
-/// The geometry as a mesh, or the mesh of an adaptive model. Throws on geometry with triangles but
-/// without a mesh.
+/// Returns the mesh of an adaptive model with volumes BV; null for any other geometry. Throws if
+/// the model has no mesh.
 template <typename S, typename BV>
 const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
   const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);
@@ -37,6 +37,8 @@ const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) 
         "of the model once before");
   return &static_cast<const AdaptiveBVHModel<BV>*>(model)->mesh();
 }
+/// Returns the geometry as a mesh, or the mesh of an adaptive model; null for geometry without
+/// triangles. Throws if there are triangles but no mesh.
 template <typename S>
 const DeformableMesh<S>* anyMeshOf(const fcl::CollisionGeometry<S>& geometry) {
   if (const DeformableMesh<S>* mesh = meshOf(geometry)) return mesh;
@@ -48,8 +50,8 @@ const DeformableMesh<S>* anyMeshOf(const fcl::CollisionGeometry<S>& geometry) {
       "the model, once");
 }
 
-/// One object of a query that has no DeformableMesh: a model of BV, adaptive or FCL's, or any other
-/// geometry.
+/// An object of a query without a DeformableMesh: a model with volumes BV, adaptive or FCL's, or
+/// any other geometry.
 template <typename BV>
 struct ModelOrOther {
   using S = typename BV::S;
@@ -66,10 +68,11 @@ struct ModelOrOther {
 
   fcl::NODE_TYPE type;
   PlacedGeometry<S> placed;
-  PlacedModel<BV> model;  ///< without a model when it is not one of BV
+  PlacedModel<BV> model;  ///< its `model` is null for any other geometry
 };
 
-/// Hands a pair to its recorded query, the model first. False when there is none: FCL's is to run.
+/// Runs the recorded query of a pair, with the model first. Returns false if there is none; then
+/// FCL's query is to run.
 template <typename BV, typename Run>
 bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, const Run& run) {
   for (const ModelOrOther<BV>* object : {&first, &second})
@@ -82,10 +85,10 @@ bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, co
   return other.type == fcl::GEOM_OCTREE && run.modelOctree(model.model, other.placed);
 }
 
-/// A geometry of a query with a DeformableMesh, and where it is.
+/// An object of a query with a DeformableMesh, and its pose.
 template <typename S>
 struct MeshOrPart {
-  /// Throws std::invalid_argument on one that is not answered.
+  /// Throws std::invalid_argument for a type of geometry that such queries do not support.
   explicit MeshOrPart(const PlacedGeometry<S>& object)
       : geometry(object.geometry), tf(object.tf), mesh(anyMeshOf(*object.geometry)) {
     if (!mesh && !isShape(geometry->getNodeType()) && !isOctree())
@@ -101,7 +104,7 @@ struct MeshOrPart {
   const DeformableMesh<S>* mesh;  ///< or null
 };
 
-/// Calls search(row of the table, first, o1, second, o2) in the order of results.
+/// Calls search(row of the table, first, o1, second, o2), with the objects in the order of results.
 template <typename S, typename Search>
 void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search& search) {
   const QueryObject first(a.inDouble()), second(b.inDouble());
@@ -112,8 +115,8 @@ void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search&
     search(pair, first, a.geometry, second, b.geometry);
 }
 
-/// Whether the pair is answered: else FCL's query is to run. Two models have the same volumes:
-/// others are refused.
+/// Runs the query of a pair. Returns false if FCL's query is to run instead. Throws if two models
+/// have different volumes.
 template <typename S, typename Run>
 bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
   if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
@@ -167,7 +170,7 @@ struct RunDistance {
   }
 };
 
-/// Throws std::invalid_argument where nothing can be said of the inside of a body.
+/// Throws std::invalid_argument if nothing is known of the inside of a body.
 template <typename S>
 void requireSolids(const fcl::CollisionGeometry<S>& first,
                    const fcl::CollisionGeometry<S>& second) {
@@ -179,7 +182,7 @@ void requireSolids(const fcl::CollisionGeometry<S>& first,
     refuse("a query of solid bodies needs a DeformableMesh: that of a model is model.mesh()");
 }
 
-/// Adds contacts of what is inside of a closed mesh: of two meshes, or a mesh and a shape.
+/// Adds the contacts of bodies inside a closed mesh, for two meshes, or a mesh and a shape.
 void addContainedPair(const QueryObject& first, const QueryObject& second,
                       const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
                       const CollisionQuery<double>& query) {

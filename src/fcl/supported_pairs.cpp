@@ -36,7 +36,7 @@ bool hasMeshDistance(fcl::NODE_TYPE type) {
   return type == fcl::BV_RSS || type == fcl::BV_kIOS || type == fcl::BV_OBBRSS;
 }
 
-/// Meshes whose queries with shapes are ours.
+/// Models whose queries with shapes the library answers itself.
 bool isOurs(fcl::NODE_TYPE type) { return type == fcl::BV_RSS || type == fcl::BV_OBBRSS; }
 
 bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
@@ -49,8 +49,8 @@ bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   return true;
 }
 
-/// FCL's table has entries that crash: a plane or half-space with a mesh whose volumes are aligned
-/// to the axes, and a plane with a convex.
+/// FCL's table has entries that crash: a plane or half-space with a mesh of axis-aligned volumes,
+/// and a plane with a convex.
 bool hasCollision(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   const auto isKnown = [](fcl::NODE_TYPE x) {
     return isMesh(x) || isBounded(x) || isUnbounded(x) || isOctree(x);

@@ -9,13 +9,13 @@
 
 namespace adaptive_bvh {
 
-/// "1 time", "2 times".
+/// Returns "1 time", "2 times" and so on.
 inline std::string times(int count) {
   return std::to_string(count) + (count == 1 ? " time" : " times");
 }
 
 /// Throws std::invalid_argument unless the triangles of a mesh traverse every edge equally often in
-/// both directions. `what` is the query that needs a closed mesh.
+/// both directions. `what` names the query in the message.
 inline void requireClosed(const MeshState& mesh, const char* what) {
   if (mesh.topology->owners.isClosed()) return;
   std::string edge;

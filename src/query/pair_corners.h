@@ -1,15 +1,15 @@
 #pragma once
 
 #include "boxes/wide_tree.h"
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 #include "triangles/triangle_contact.h"
 #include "triangles/triangle_pairs.h"
 
 namespace adaptive_bvh {
 
-/// What products of two to four lengths may lose by underflow, in body units: FCL's, in units of
-/// the model, `scale` of which are one body unit, and those of TrianglePairs4. No length is larger
-/// than `longest`, in body units.
+/// Returns a bound of the error by underflow in products of two to four lengths, in body units. It
+/// covers FCL's products, which are in the model's unit (a length there, times `scale`, is in body
+/// units), and those of TrianglePairs4. `longest`: upper bound of all lengths, in body units.
 inline float leastProduct(double scale, double longest) {
   const auto lost = [&](double smallest, double unit) {
     const double square = unit * unit;
@@ -19,14 +19,14 @@ inline float leastProduct(double scale, double longest) {
                             lost(double(std::numeric_limits<float>::min()), 1));
 }
 
-/// A difference of coordinates is off by this share of the extent of a pair, along any axes.
+/// Error of a difference of coordinates along any axes, as a share of the pair's extent.
 constexpr float kDifferenceError = 2 * std::numeric_limits<double>::epsilon();
 
-/// Four pairs of triangles from the corners in the model's own numbers, by the differences that
-/// FCL's test takes, too.
+/// Builds four pairs of triangles from the model's own positions, by the differences of coordinates
+/// that FCL's test also uses.
 class TriangleDifferences {
  public:
-  /// Lengths in the pairs are `scale`, a power of two, times those of the corners.
+  /// `scale`: a power of two; factor from the lengths of the corners to those of the pairs.
   explicit TriangleDifferences(double scale) : scale_(scale) {}
 
   ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<double>& p,
@@ -69,18 +69,20 @@ class TriangleDifferences {
   Float4 vectors_[9][4];
 };
 
-/// What corners may be off by: their positions, and these with residuals or in the model's numbers.
+/// Errors of corners: of their positions alone (`coarse`), and of positions with residuals or of
+/// the model's own positions (`fine`).
 struct PairErrors {
   PairError coarse, fine;
 };
-/// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::reach.
+/// `frame`: that of WideSearch, with the first tree's scale. `distance`: beyond it, pairs are
+/// apart.
 template <typename Frame>
-PairErrors pairErrors(const Frame& frame, double scale, float reach) {
+PairErrors pairErrors(const Frame& frame, double scale, float distance) {
   const float share = kDifferenceError, least = leastProduct(scale, frame.longest());
-  return {{frame.error(), share, least, reach}, {frame.preciseError(), share, least, reach}};
+  return {{frame.error(), share, least, distance}, {frame.preciseError(), share, least, distance}};
 }
 
-/// Where the corners of a pair of trees with the same coordinates are. `in`: PairInput.
+/// Returns the corners of a pair of trees that have the same coordinates. `in`: PairInput.
 template <typename Input>
 PairSource sourceOf(const Input& in) {
   const auto of = [](const WideTree& tree) -> CornerSource {
@@ -88,15 +90,15 @@ PairSource sourceOf(const Input& in) {
   };
   return {of(in.tree1), of(in.tree2)};
 }
-/// Keeps the pairs that are not surely apart along a normal, or at right angles to one and to an
-/// edge; returns how many.
-inline int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+/// Keeps the pairs that are not certainly separated along a normal, or along a direction
+/// perpendicular to a normal and an edge. Returns their number.
+inline int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                          const PairErrors& errors) {
   size = pairTests().keepByPlanes(from, pairs, size, errors.coarse);
   return pairTests().keepByNormals(from, pairs, size, errors.fine);
 }
 
-/// The corners of the triangles of a leaf. Lanes without a triangle repeat the first.
+/// Gathers the corners of a leaf's triangles. Lanes without a triangle repeat the first one.
 ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* positions,
                                     const WideNode& leaf, Vector4x3 (&corners)[3]) {
   std::array<unsigned, 4> triangles;
@@ -105,11 +107,11 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
   gatherCorners(slots, positions, triangles, corners);
 }
 
-/// The corners of four pairs of triangles, in the coordinates of the first tree. `in`: PairInput;
-/// `frame`: SameFrame or RelativeFrame.
+/// Gathers the corners of four pairs of triangles, in the coordinates of the first tree. `in`:
+/// PairInput; `frame`: SameFrame or RelativeFrame.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
-                                       const LeafPair (&group)[4], Vector4x3 (&p)[3],
+                                       const LeafIndexPair (&group)[4], Vector4x3 (&p)[3],
                                        Vector4x3 (&q)[3]) {
   gatherCorners(in.tree1.slots(), in.tree1.positions(),
                 {group[0].first, group[1].first, group[2].first, group[3].first}, p);
@@ -118,9 +120,9 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
   for (Vector4x3& corner : q) corner = frame(corner);
 }
 
-/// Lets groups of four of `size` pairs be whole, by repeating the last one. There must be room for
-/// three more.
-ADAPTIVE_BVH_INLINE void padToFour(LeafPair* pairs, int size) {
+/// Fills the last group of four by repeating the last pair. `pairs` needs room for three more
+/// pairs.
+ADAPTIVE_BVH_INLINE void padToFour(LeafIndexPair* pairs, int size) {
   for (int i = size; i % 4; ++i) pairs[i] = pairs[size - 1];
 }
 

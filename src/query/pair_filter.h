@@ -9,7 +9,7 @@
 #include "adaptive_bvh/self_collision.h"
 #include "boxes/wide_tree.h"
 
-// Which pairs a query leaves out.
+// Pairs that a query leaves out.
 namespace adaptive_bvh {
 
 /// Throws std::invalid_argument when the list is not sorted.
@@ -19,8 +19,8 @@ inline void requireSorted(const IgnoredPairs& pairs) {
         "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
 }
 
-/// Of one mesh with itself; also throws when a pair has the larger number first, for it would leave
-/// nothing out.
+/// Checks the list of a query of one mesh with itself. Also throws when a pair has the larger
+/// number first, because such a pair would leave nothing out.
 inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
   requireSorted(pairs);
   if (!pairs.list) return;
@@ -31,16 +31,16 @@ inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
                                   "); within one mesh the smaller number comes first");
 }
 
-/// Whether a pair is one of these.
+/// Whether a pair is to be left out.
 inline bool isIgnored(const IgnoredPairs& pairs, unsigned first, unsigned second) {
   const FeaturePair pair{first, second};
   return (pairs.list && std::binary_search(pairs.list->begin(), pairs.list->end(), pair)) ||
          (pairs.test && pairs.test(first, second));
 }
 
-/// The vertices of the triangles of a leaf. Lanes without a triangle repeat the first.
+/// Returns the vertices of a leaf's triangles. Lanes without a triangle repeat the first one.
 ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
-  Float4 of[4];  // only their bits are moved
+  Float4 of[4];  // integers; only their bits are moved
   for (int i = 0; i < 4; ++i)
     __builtin_memcpy(&of[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
                      sizeof(of[i]));
@@ -50,8 +50,9 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
   return vertices;
 }
 
-/// Returns the pairs of triangles of two leaves (bit 4 j + i: i of `a`, j of `b`) that the filter
-/// does not leave out because of common vertices. A vertex that a triangle repeats counts once.
+/// Returns the pairs of triangles of two leaves (bit 4 j + i: triangle i of `a`, triangle j of `b`)
+/// that the filter keeps. The filter counts common vertices; a vertex that a triangle repeats
+/// counts once.
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {
@@ -61,7 +62,7 @@ ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& t
   for (int j = 0; j < b.count; ++j) {
     if (!(pairs >> (4 * j) & 15)) continue;
     const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
-    Int4 shared = {allowed, allowed, allowed, allowed};  // less one for each
+    Int4 shared = {allowed, allowed, allowed, allowed};  // decreases with each common vertex
     for (int c = 0; c < 3; ++c) {
       if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
       const Int4 vertex = {v[c], v[c], v[c], v[c]};

@@ -1,23 +1,23 @@
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 
 namespace adaptive_bvh {
 
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-extern const PairTests kPairTestsAvx2;  // pair_tests_avx2.cpp
+extern const PairTestTable kPairTestTableAvx2;  // pair_tests_avx2.cpp
 #endif
 
-const PairTests& pairTests4() { return kPairTests<Float4>; }
+const PairTestTable& pairTests4() { return kPairTestTable<Float4>; }
 
-const PairTests* pairTests8() {
+const PairTestTable* pairTests8() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-  return packs::hasAvx2() ? &kPairTestsAvx2 : nullptr;
+  return packs::hasAvx2() ? &kPairTestTableAvx2 : nullptr;
 #else
   return nullptr;
 #endif
 }
 
-const PairTests& pairTests() {
-  static const PairTests& widest = pairTests8() ? *pairTests8() : pairTests4();
+const PairTestTable& pairTests() {
+  static const PairTestTable& widest = pairTests8() ? *pairTests8() : pairTests4();
   return widest;
 }
 

@@ -13,7 +13,7 @@
 
 namespace adaptive_bvh {
 
-/// A mesh of a query, and where it is.
+/// A mesh of a query, and its pose.
 struct PlacedMesh {
   template <typename S>
   PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement)
@@ -24,10 +24,10 @@ struct PlacedMesh {
 
   const WideTree& tree() const { return mesh.tree; }
   const LocalBounds<double>& bounds() const { return mesh.bounds; }
-  /// A triangle, by its place in the order of the leaves, or by its index: its corners in the
-  /// mesh's frame.
-  TrianglePoints<double> pointsAt(unsigned place) const {
-    const Int4& v = mesh.tree.corners(place);
+  /// Corners of a triangle in the mesh's frame: by its index in the order of the leaves (pointsAt),
+  /// or by its own index (pointsOf).
+  TrianglePoints<double> pointsAt(unsigned leaf_index) const {
+    const Int4& v = mesh.tree.corners(leaf_index);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
   TrianglePoints<double> pointsOf(unsigned triangle) const {
@@ -42,7 +42,7 @@ struct PlacedMesh {
   }
 };
 
-/// What a distance query is given.
+/// The arguments of a distance query.
 template <typename S>
 struct DistanceQuery {
   const fcl::DistanceRequest<S>& request;
@@ -51,7 +51,7 @@ struct DistanceQuery {
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-/// What a collision query is given.
+/// The arguments of a collision query.
 template <typename S>
 struct CollisionQuery {
   const fcl::CollisionRequest<S>& request;
@@ -60,7 +60,8 @@ struct CollisionQuery {
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-// FCL leaves what it does not compute uninitialised. Here it is NaN, so that a mistake shows.
+// FCL leaves fields uninitialised that it does not compute. Here they are NaN, so that a mistaken
+// use shows.
 
 template <typename S>
 fcl::Vector3<S> unsetPoint() {
@@ -72,8 +73,8 @@ void unsetPoints(fcl::DistanceResult<S>& result) {
   for (fcl::Vector3<S>& point : result.nearest_points) point = unsetPoint<S>();
 }
 
-/// Position, normal and depth of the contacts from number `first` on. (CollisionResult hands out
-/// its contacts only to be read, but it is not const.)
+/// Sets position, normal and depth to NaN in the contacts from number `first` on. (CollisionResult
+/// returns its contacts as const, but is not const itself.)
 template <typename S>
 void unsetFields(fcl::CollisionResult<S>& result, std::size_t first) {
   for (std::size_t i = first; i < result.numContacts(); ++i) {

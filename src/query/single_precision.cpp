@@ -24,7 +24,7 @@ void copyDistances(const std::vector<double>& from, std::vector<float>& to) {
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = distanceAs<float>(from[i]);
 }
 
-/// At most `x`, and at least.
+/// Largest float that is at most `x`; singleAbove: smallest float that is at least `x`.
 float singleBelow(double x) {
   const auto rounded = static_cast<float>(x);
   constexpr float kFar = std::numeric_limits<float>::infinity();

@@ -12,8 +12,7 @@
 
 namespace adaptive_bvh {
 
-// Queries compute in double precision. What is asked and answered in single precision is converted
-// here, at their border.
+// Queries compute in double precision. Requests and results in single precision are converted here.
 
 inline const ProximityRequest<double>& inDouble(const ProximityRequest<double>& request) {
   return request;
@@ -31,7 +30,7 @@ inline const fcl::DistanceRequestd& inDouble(const fcl::DistanceRequestd& reques
 }
 fcl::DistanceRequestd inDouble(const fcl::DistanceRequestf& request);
 
-/// Rounds a result; a distance becomes 0 only where it is 0, and bounds are rounded outward.
+/// Rounds a result. A distance becomes 0 only if it is 0, and bounds are rounded outward.
 void narrow(const TrianglePairs<double>& from, TrianglePairs<float>& to);
 void narrow(const VertexContacts<double>& from, VertexContacts<float>& to);
 void narrow(const FeatureDetails<double>& from, FeatureDetails<float>& to);
@@ -39,7 +38,7 @@ void narrow(const FeaturePairDetails<double>& from, FeaturePairDetails<float>& t
 void narrow(const ContactRegions<double>& from, ContactRegions<float>& to);
 void narrow(const SignedDistance<double>& from, SignedDistance<float>& to);
 
-/// Calls query(result) with the result in double precision.
+/// Calls query(result) with a result in double precision, and rounds that if `result` is single.
 template <template <typename> class Result, typename Query>
 void answerInDouble(Result<double>& result, const Query& query) {
   query(result);
@@ -51,7 +50,8 @@ void answerInDouble(Result<float>& result, const Query& query) {
   narrow(*found, result);
 }
 
-/// Runs a search that lowers the distance of a result, and names the objects in it if it did.
+/// Runs a search that lowers the distance of a result. If it did, stores the two objects in the
+/// result.
 template <typename Search>
 void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {
@@ -69,13 +69,13 @@ void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeome
   const fcl::DistanceRequestd request = inDouble(query.request);
   const auto before = static_cast<double>(query.result.min_distance);
   fcl::DistanceResultd found(before);
-  for (std::size_t i = 0; i < 2; ++i)  // they stay where none are asked for
+  for (std::size_t i = 0; i < 2; ++i)  // kept where no points are requested
     found.nearest_points[i] = query.result.nearest_points[i].cast<double>();
   search(DistanceQuery<double>{request, found});
   if (found.min_distance < before) narrow(found, o1, o2, query.result);
 }
 
-/// An object of a query for contacts: whether it is occupied, and what it costs.
+/// An object of a contact query: its cost and its thresholds of occupancy.
 class ContactObject final : public fcl::CollisionGeometryd {
  public:
   explicit ContactObject(const fcl::CollisionGeometryf& object) {
@@ -86,13 +86,13 @@ class ContactObject final : public fcl::CollisionGeometryd {
   void computeLocalAABB() override {}
 };
 
-/// The request of a query that adds to what a result holds.
+/// Returns the request of a query that adds to the contacts already in the result.
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
-/// Adds contacts and costs of two objects.
+/// Adds the contacts and costs of two objects.
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
                  const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query);
 
-/// Runs search(o1, o2, query), which adds contacts of two objects.
+/// Runs search(o1, o2, query), which adds the contacts of two objects.
 template <typename Search>
 void answerInDouble(const CollisionQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {

@@ -16,17 +16,18 @@
 
 namespace adaptive_bvh {
 
-/// Coordinates in a tree are below 2: no difference of two triangles side by side is longer.
+/// Upper bound of the differences of corners of two triangles next to each other. Coordinates in a
+/// tree are below 2.
 constexpr double kLongest = 12;
 
-/// The second tree of a pair as the first one sees it, where both are the same, or have the same
-/// coordinates.
+/// Placement of the second tree in the first one's coordinates, if both are the same tree or have
+/// the same coordinates.
 class SameFrame {
  public:
   static constexpr bool kIsIdentity = true;
 
   SameFrame() = default;
-  /// `apart`: what the coordinates, and the placement of the second, may be off.
+  /// `apart`: largest error of the second tree's coordinates and placement.
   explicit SameFrame(double apart) : apart_(static_cast<float>(apart)) {}
 
   float error() const { return WideTree::kPositionError + apart_; }
@@ -40,12 +41,12 @@ class SameFrame {
   float apart_ = 0;
 };
 
-/// Takes what is in the second tree's coordinates to the first's: y = M y2 + t. A box becomes the
-/// box around it, larger by what the two trees and this computation may be off.
+/// Maps the second tree's coordinates to the first's: y = M y2 + t. A box becomes its enclosing
+/// box, enlarged by the errors of both trees and of this computation.
 class RelativeFrame {
  public:
   static constexpr bool kIsIdentity = false;
-  /// `to_first`: takes the second mesh to the first's frame.
+  /// `to_first`: maps the second mesh's frame to the first's.
   RelativeFrame(const WideTree& first, const WideTree& second, const RelativePlacement& to_first)
       : RelativeFrame(first.coordinates(), second.coordinates(), to_first) {}
   RelativeFrame(const BodyCoordinates& first, const BodyCoordinates& second,
@@ -71,19 +72,20 @@ class RelativeFrame {
     change_ = FrameChange(m_, t_, 2 * error_ + 16 * kUnit * (4 * ratio + t_sum));
   }
 
-  /// Whether single precision can express both.
+  /// Whether single precision can express both trees.
   bool isPrecise() const { return is_precise_; }
-  /// Whether squared gaps of boxes are within the range of single precision, and boxes of nothing
-  /// stay far from all others.
+  /// Whether squared gaps of boxes are within the range of single precision, and empty boxes stay
+  /// far from all others.
   bool isInRange() const { return is_in_range_; }
-  /// Whether both trees have the same coordinates, but for what their boxes have to spare.
+  /// Whether both trees have the same coordinates, up to the margin of their boxes.
   bool isSame() const { return apart_ <= kUnit; }
   SameFrame same() const { return SameFrame(apart_); }
   /// Error of a component of a point of either mesh, in the first's body units.
   float error() const { return static_cast<float>(error_); }
   /// Error of values computed in double precision from the positions.
   float preciseError() const { return static_cast<float>(in_double_); }
-  /// At least the largest difference of triangles side by side, in the first's body units.
+  /// Upper bound of the differences of corners of two triangles next to each other, in the first's
+  /// body units.
   double longest() const { return kLongest * longest_; }
 
   const FrameChange* change() const { return &change_; }
@@ -106,8 +108,8 @@ class RelativeFrame {
 };
 
 /// The trees of two placed meshes of one query. Their coordinates differ in general, and boxes grow
-/// when they are turned from one to the other. Where so much is to be searched that it pays, the
-/// smaller tree is made anew in the other's coordinates; it has the same nodes.
+/// when they are rotated from one to the other. If a search is large enough for it to pay, the
+/// smaller tree is refitted in the other's coordinates; its nodes stay the same.
 class TreePair {
  public:
   TreePair(const PlacedMesh& first, const PlacedMesh& second)
@@ -120,19 +122,20 @@ class TreePair {
 
   const WideTree& first() const { return *first_; }
   const WideTree& second() const { return *second_; }
-  /// Takes the second tree to the first.
+  /// Maps the second tree's coordinates to the first's.
   const RelativeFrame& frame() const { return frame_; }
   const RelativePlacement& toFirst() const { return to_first_; }
   const PlacedMesh& firstMesh() const { return placed1_; }
   const PlacedMesh& secondMesh() const { return placed2_; }
 
-  /// So many tests of boxes take as long as to align the trees; none where that is of no use.
+  /// Cost of an alignment, in box tests.
   long costOfAlignment() const {
     return static_cast<long>(std::min(placed1_.mesh.numTriangles(), placed2_.mesh.numTriangles())) /
            2;
   }
-  /// Gives both the same coordinates. Nothing where they have, and where one has no room for the
-  /// other's: it is much smaller, or far away.
+  /// Gives both trees the same coordinates. Does nothing if they have them, or if the coordinates
+  /// of the mesh with more triangles have no room for the other mesh, which is then much larger or
+  /// far away.
   void align() {
     if (frame_.isSame()) return;
     const bool is_first_smaller = placed1_.mesh.numTriangles() < placed2_.mesh.numTriangles();
@@ -141,7 +144,7 @@ class TreePair {
     const RelativePlacement to_larger(larger.tf, smaller.tf);
     const BodyCoordinates& common = larger.tree().coordinates();
     if (!holds(common, to_larger, smaller)) return;
-    // The larger's coordinates as the smaller sees them.
+    // The larger mesh's coordinates in the smaller one's frame.
     const fcl::Matrix3d axes = orthonormal(to_larger.R.transpose() * common.axes());
     const BodyCoordinates of_smaller(axes, to_larger.R.transpose() * (common.origin - to_larger.T),
                                      common.scale);
@@ -153,11 +156,11 @@ class TreePair {
   }
 
  private:
-  /// Whether a mesh has room in another's coordinates: they are below 2.
+  /// Whether a mesh fits into another's coordinates, which are below 2.
   static bool holds(const BodyCoordinates& common, const RelativePlacement& to_common,
                     const PlacedMesh& mesh) {
     constexpr double kLargest = 2 - 1. / (1 << 10);
-    constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
+    constexpr double kSlack = 1 + 1. / (1 << 16);  // for the rounding of the radius
     const fcl::Vector3d middle = common(to_common(mesh.bounds().aabb_center));
     const double radius = mesh.bounds().aabb_radius * kSlack;
     return middle.cwiseAbs().maxCoeff() + common.scale * radius < kLargest;
@@ -170,12 +173,12 @@ class TreePair {
   std::optional<Leased<WideTree>> aligned_;
 };
 
-/// A triangle of each of two meshes, by their indices.
+/// Two triangles, one of each mesh, by their indices.
 struct TrianglePair {
   unsigned first, second;
 };
 
-/// Two meshes, placed.
+/// Two placed meshes.
 struct PairOfMeshes {
   template <typename S>
   PairOfMeshes(const DeformableMesh<S>& mesh1, const fcl::Transform3<S>& tf1,
@@ -200,9 +203,9 @@ struct PairOfMeshes {
   }
 };
 
-/// What a search for pairs of triangles is given of a query.
+/// The input of a search for pairs of triangles.
 struct PairInput {
-  /// Two meshes, and the largest distance that counts.
+  /// Two meshes. Pairs farther apart than `largest_distance` do not count.
   explicit PairInput(const TreePair& trees, double largest_distance = 0)
       : first(trees.firstMesh()),
         second(trees.secondMesh()),
@@ -221,12 +224,12 @@ struct PairInput {
 
   const PlacedMesh &first, &second;
   const WideTree &tree1, &tree2;
-  const RelativePlacement to_first;  ///< takes the second mesh to the first's frame
+  const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
   const NeighbourFilter filter = NeighbourFilter::None;
   const double distance;
-  const FlatPatches* flat = nullptr;  ///< of one mesh: nodes to leave out
+  const FlatPatches* flat = nullptr;  ///< for one mesh: nodes to leave out
 
-  /// What is walked. `frame`: SameFrame or RelativeFrame.
+  /// The trees for WideSearch. `frame`: SameFrame or RelativeFrame.
   template <typename Frame>
   WideTrees trees(const Frame& frame) const {
     return {tree1.nodes(),
@@ -236,25 +239,28 @@ struct PairInput {
             &first == &second,
             flat};
   }
-  /// A triangle, by its place, in the first mesh's frame.
-  TrianglePoints<double> pointsOfFirst(unsigned place) const { return first.pointsAt(place); }
-  TrianglePoints<double> pointsOfSecond(unsigned place) const {
-    TrianglePoints<double> q = second.pointsAt(place);
+  /// Corners of a triangle in the first mesh's frame, by its index in the order of the leaves.
+  TrianglePoints<double> pointsOfFirst(unsigned leaf_index) const {
+    return first.pointsAt(leaf_index);
+  }
+  TrianglePoints<double> pointsOfSecond(unsigned leaf_index) const {
+    TrianglePoints<double> q = second.pointsAt(leaf_index);
     for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
   }
 };
 
-/// Aligns the trees where so many pairs of boxes are at most so far apart that it is worth it.
+/// Aligns the trees if more than kPairsThatPay pairs of boxes are within `distance`, so that it
+/// pays.
 inline void alignIfNear(TreePair& trees, double distance) {
-  constexpr int kMany = 64;
+  constexpr int kPairsThatPay = 64;
   if (!trees.frame().isPrecise()) return;
   const PairInput input(trees, distance);
-  if (WideSearch(input.trees(trees.frame())).hasMorePairs(kMany)) trees.align();
+  if (WideSearch(input.trees(trees.frame())).hasMorePairs(kPairsThatPay)) trees.align();
 }
 
-/// Calls search(frame) with how the second tree lies in the first: SameFrame or RelativeFrame; or
-/// testAll() where single precision cannot express it.
+/// Calls search(frame) with the placement of the second tree in the first, a SameFrame or
+/// RelativeFrame. Calls testAll() instead if single precision cannot express it.
 template <typename Search, typename TestAll>
 void searchInFrame(const TreePair& trees, const Search& search, const TestAll& testAll) {
   if (!trees.frame().isPrecise())

@@ -10,12 +10,13 @@
 
 namespace adaptive_bvh {
 
-/// A walk cut into tasks, each some pairs of nodes, in the order in which one thread comes to them.
+/// A walk cut into tasks. Each task is a range of pairs of nodes, in the order in which one thread
+/// would visit them.
 class WalkTasks {
  public:
   static constexpr int kSize = 512;
 
-  /// At least kSize.
+  /// `pairs`: at least kSize.
   explicit WalkTasks(const std::vector<NodePair>& pairs) : pairs_(pairs) {}
 
   int size() const { return kSize; }
@@ -33,7 +34,7 @@ class WalkTasks {
 /// The part of a query for pairs of triangles that runs on one thread: a walk over boxes, and the
 /// tests of the pairs found.
 ///
-///   Tests                        made of (sink, input...); the sink takes what is found
+///   Tests                        constructed from (sink, input...); the sink takes the results
 ///   tests.begin(), finish()      before and after a walk
 ///   tests.foundLeaves(a, b, pairs)  two leaves, or one twice, as LeavesFound
 ///   tests.isDone()               whether the answer is found
@@ -46,7 +47,7 @@ class TriangleSearch final : private LeafSink {
   TriangleSearch(const TriangleSearch&) = delete;
   TriangleSearch& operator=(const TriangleSearch&) = delete;
 
-  /// All pairs at or below some pairs of nodes, until there are enough.
+  /// Tests all pairs at or below some pairs of nodes, until tests.isDone().
   void run(const NodePairs& from) {
     tests_.begin();
     if (!tests_.isDone()) walk_.run(from, *this);
@@ -56,8 +57,8 @@ class TriangleSearch final : private LeafSink {
     const NodePair roots{0, 0};
     run({&roots, &roots + 1});
   }
-  /// Sets the pairs of nodes that stand for the roots, at least WalkTasks::kSize. False where one
-  /// thread should run from the roots: it is alone, or there are too few pairs.
+  /// Replaces the roots by at least WalkTasks::kSize pairs of nodes. Returns false if one thread
+  /// should run from the roots: the pool has only one, or there are too few pairs.
   bool splitRoots(const TaskPool& pool, std::vector<NodePair>& pairs) {
     if (pool.size() == 1) return false;
     pairs.assign(1, {0, 0});
@@ -76,7 +77,7 @@ class TriangleSearch final : private LeafSink {
   WideSearch walk_;
 };
 
-/// What workers keep from query to query, by slot.
+/// Memory of the workers, kept from query to query; one for each slot of the pool.
 template <typename Memory>
 class WorkersMemory {
  public:
@@ -90,21 +91,22 @@ class WorkersMemory {
   const Leased<std::vector<Memory>> memory_;
 };
 
-/// The tasks of a walk, run. Each thread has a worker, and notes which part of what it found is a
-/// task's: so all can be put together in the order of one thread.
+/// Runs the tasks of a walk. Each thread has a worker, and each task records its range of the
+/// worker's results, so that all results can be joined in the order of one thread.
 ///
 ///   worker.run(pairs, task)  searches at or below some pairs of nodes
-///   worker.mark()            how much it has found so far: a Worker::Mark
+///   worker.mark()            number of its results so far: a Worker::Mark
 template <typename Worker>
 class SearchTasks {
  public:
-  /// What a task found: some of a worker's.
+  /// The results of a task: a range of its worker's.
   struct Found {
     Worker* worker = nullptr;
     typename Worker::Mark from{}, to{};
   };
 
-  /// makeWorker(slot) returns a new worker in a std::unique_ptr, on its thread.
+  /// makeWorker(slot) returns a new worker in a std::unique_ptr, and is called on the worker's
+  /// thread.
   template <typename MakeWorker>
   void run(const TaskPool& pool, const WalkTasks& walks, const MakeWorker& makeWorker) {
     workers_.resize(static_cast<std::size_t>(pool.size()));
@@ -120,7 +122,7 @@ class SearchTasks {
     });
   }
 
-  /// By task.
+  /// Results, by task.
   const std::vector<Found>& found() const { return found_; }
 
  private:
@@ -128,7 +130,7 @@ class SearchTasks {
   std::vector<std::unique_ptr<Worker>> workers_;
 };
 
-/// One thread's worker of searchAll, with a sink of its own.
+/// A worker of searchAll on one thread, with its own sink.
 template <typename Tests, typename Sink>
 class SinkWorker {
  public:
@@ -151,13 +153,14 @@ class SinkWorker {
   TriangleSearch<Tests> search_;
 };
 
-/// Searches for all that a sink takes, on so many threads. What it had is gone.
+/// Searches for everything that a sink takes, on `threads` threads. The sink's earlier results are
+/// discarded.
 ///
-///   sink.clear()             forgets the results of another query
-///   sink.another(result)     for another thread, which keeps `result` from query to query
-///   sink.mark(), Sink::Mark  how much it has taken so far
-///   sink.take(tasks, pool)   takes what the sinks of SinkWorkers were given in tasks
-///                            (SearchTasks::Found), in their order, in place of what it had
+///   sink.clear()             discards the results of an earlier query
+///   sink.another(result)     returns a sink for another thread, which keeps `result`
+///   sink.mark(), Sink::Mark  number of results so far
+///   sink.take(tasks, pool)   replaces its results by those of the SinkWorkers' sinks in the tasks
+///                            (SearchTasks::Found), in the order of the tasks
 template <typename Tests, typename Sink, typename... Input>
 void searchAll(int threads, const WideTrees& trees, Sink& sink, const Input&... input) {
   using Worker = SinkWorker<Tests, Sink>;

@@ -339,8 +339,8 @@ TEST_F(FarBodies, BoundsAlongALineAreThoseOfTriangles) {
     if (along.isZero(0)) along = random_.direction();
     LineView view;
     const fcl::Vector3d back = trees.toFirst().R.transpose() * -along;
-    view.set(trees, along, boxes.middle1(), boxes.middle2(), boxes.reach1(boxes.middle1(), along),
-             boxes.reach2(boxes.middle2(), back));
+    view.set(trees, along, boxes.middle1(), boxes.middle2(), boxes.extent1(boxes.middle1(), along),
+             boxes.extent2(boxes.middle2(), back));
     const auto corners = [](const PlacedMesh& mesh, int place) -> exact::Triangle {
       const auto points = mesh.pointsAt(unsigned(place));
       return {exact::of(points[0]), exact::of(points[1]), exact::of(points[2])};

@@ -5,17 +5,17 @@
 #include <random>
 #include <vector>
 
-#include "query/pair_stages.h"
+#include "query/pair_tests.h"
 
 namespace adaptive_bvh_test {
 namespace pair_tests_test {
 
 using adaptive_bvh::Float4;
-using adaptive_bvh::LeafPair;
+using adaptive_bvh::LeafIndexPair;
 using adaptive_bvh::LeafSlots;
 using adaptive_bvh::PairError;
 using adaptive_bvh::PairSource;
-using adaptive_bvh::PairTests;
+using adaptive_bvh::PairTestTable;
 using adaptive_bvh::PairVerdict;
 
 /// Triangles of any size in one tree's coordinates; many nearly touch, or lie in one plane.
@@ -34,10 +34,10 @@ class Triangles {
     }
   }
 
-  std::vector<LeafPair> pairs(std::size_t count) {
+  std::vector<LeafIndexPair> pairs(std::size_t count) {
     std::uniform_int_distribution<unsigned> leaf(0, unsigned(leaves_.size()) - 1);
-    std::vector<LeafPair> pairs(count);
-    for (LeafPair& pair : pairs) pair = {leaf(random_), leaf(random_)};
+    std::vector<LeafIndexPair> pairs(count);
+    for (LeafIndexPair& pair : pairs) pair = {leaf(random_), leaf(random_)};
     return pairs;
   }
   PairSource source() const {
@@ -58,10 +58,10 @@ class Triangles {
 
 /// What is left after each stage, and the verdicts about it.
 struct Outcome {
-  std::vector<LeafPair> by_planes, by_normals;
+  std::vector<LeafIndexPair> by_planes, by_normals;
   std::vector<PairVerdict> verdicts;
 
-  Outcome(const PairTests& tests, const PairSource& from, std::vector<LeafPair> pairs,
+  Outcome(const PairTestTable& tests, const PairSource& from, std::vector<LeafIndexPair> pairs,
           const PairError& coarse, const PairError& fine) {
     pairs.reserve(pairs.size() + 1);
     pairs.resize(std::size_t(tests.keepByPlanes(from, pairs.data(), int(pairs.size()), coarse)));
@@ -73,22 +73,22 @@ struct Outcome {
   }
 };
 
-bool same(const std::vector<LeafPair>& a, const std::vector<LeafPair>& b) {
+bool same(const std::vector<LeafIndexPair>& a, const std::vector<LeafIndexPair>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const LeafPair& p, const LeafPair& q) {
+                    [](const LeafIndexPair& p, const LeafIndexPair& q) {
                       return p.first == q.first && p.second == q.second;
                     });
 }
 
 TEST(PairTests, EightAtATimeSayWhatFourSay) {
-  const PairTests* const eight = adaptive_bvh::pairTests8();
+  const PairTestTable* const eight = adaptive_bvh::pairTests8();
   if (!eight) GTEST_SKIP() << "no AVX2";
   const PairError coarse = {4e-7f, 1e-15f, 1e-30f}, fine = {1e-13f, 1e-15f, 1e-30f};
   std::size_t seen[3] = {0, 0, 0}, left_by_planes = 0, left_by_normals = 0, all = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Triangles triangles(seed);
     for (std::size_t count = 0; count < 260; count += 1 + count / 9) {
-      const std::vector<LeafPair> pairs = triangles.pairs(count);
+      const std::vector<LeafIndexPair> pairs = triangles.pairs(count);
       const Outcome a(adaptive_bvh::pairTests4(), triangles.source(), pairs, coarse, fine),
           b(*eight, triangles.source(), pairs, coarse, fine);
       EXPECT_TRUE(same(a.by_planes, b.by_planes));
@@ -106,7 +106,7 @@ TEST(PairTests, EightAtATimeSayWhatFourSay) {
 }
 
 TEST(PairTests, TheWidestAreUsed) {
-  const PairTests* const eight = adaptive_bvh::pairTests8();
+  const PairTestTable* const eight = adaptive_bvh::pairTests8();
   EXPECT_EQ(eight ? eight : &adaptive_bvh::pairTests4(), &adaptive_bvh::pairTests());
 }
 

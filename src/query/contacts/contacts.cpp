@@ -12,12 +12,12 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The test of two triangles of a query, which adds their contacts.
-class ContactNode {
+/// Tests two triangles of a query and adds their contacts to the result.
+class ContactSink {
  public:
-  /// `is_self`: both meshes are the same in the same place: the triangle with the smaller index is
-  /// tested as the first, and a pair has one contact. `ignored`: pairs to leave out, or null.
-  ContactNode(const ContactMesh& first, const ContactMesh& second,
+  /// `is_self`: both meshes are the same mesh in the same pose. Then the triangle with the smaller
+  /// index comes first, and a pair has one contact. `ignored`: pairs to leave out, or null.
+  ContactSink(const ContactMesh& first, const ContactMesh& second,
               const CollisionQuery<double>& query, bool is_self,
               const IgnoredPairs* ignored = nullptr)
       : request(query.request),
@@ -32,7 +32,7 @@ class ContactNode {
   fcl::CollisionRequestd request;
   fcl::CollisionResultd* result;
 
-  /// Two triangles that touch, neither of them thin.
+  /// Adds the contacts of two triangles that touch, neither of which is thin.
   void add(int triangle1, int triangle2) const { test(triangle1, triangle2, true); }
   void test(int triangle1, int triangle2) const { test(triangle1, triangle2, false); }
   bool isDone() const { return request.isSatisfied(*result); }
@@ -52,31 +52,31 @@ class ContactNode {
   const IgnoredPairs* const ignored_;
 };
 
-/// One thread's worker of a query for contacts (SearchTasks). It keeps contacts of its own, in each
-/// task as many at most as the query has room for.
+/// A worker of a contact query on one thread (SearchTasks). It has its own contacts; each task adds
+/// at most as many as the query has room for.
 template <typename Frame>
 class ContactWorker {
  public:
   using Mark = std::size_t;
-  using Memory = fcl::CollisionResultd;  ///< that is kept from query to query
+  using Memory = fcl::CollisionResultd;  ///< kept from query to query
 
-  /// `node`: of the query. `limit` is that of all workers.
-  ContactWorker(const PairInput& input, const Frame& frame, const ContactNode& node,
+  /// `sink`: the query's. `limit`: shared by all workers.
+  ContactWorker(const PairInput& input, const Frame& frame, const ContactSink& sink,
                 std::size_t room, ContactLimit& limit, Memory& memory)
       : contacts_(memory),
-        node_(node),
+        sink_(sink),
         room_(room),
         limit_(limit),
-        search_(input.trees(frame), node_, input, frame) {
+        search_(input.trees(frame), sink_, input, frame) {
     contacts_.clear();
-    node_.result = &contacts_;
+    sink_.result = &contacts_;
   }
 
   Mark mark() const { return contacts_.numContacts(); }
   void run(const NodePairs& pairs, std::size_t task) {
     if (!limit_.needs(task)) return;
     const std::size_t before = mark();
-    node_.request.num_max_contacts =
+    sink_.request.num_max_contacts =
         room_ > ~std::size_t(0) - before ? ~std::size_t(0) : before + room_;
     search_.run(pairs);
     limit_.finish(task, mark() - before, mark());
@@ -86,41 +86,41 @@ class ContactWorker {
 
  private:
   fcl::CollisionResultd& contacts_;
-  ContactNode node_;
+  ContactSink sink_;
   const std::size_t room_;
   ContactLimit& limit_;
-  CandidateSearch<Frame, const ContactNode> search_;
+  CandidateSearch<Frame, const ContactSink> search_;
 };
 
-/// Costs are kept in an order of their own: one thread finds them.
-int threadsFor(const PairInput& input, const ContactNode& node) {
-  if (node.request.enable_cost) return 1;
+/// Number of threads. Costs are kept in an order of their own, so one thread finds them.
+int threadsFor(const PairInput& input, const ContactSink& sink) {
+  if (sink.request.enable_cost) return 1;
   return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
 }
 
 /// Adds the contacts of all tasks to the query's result, in their order.
 template <typename Frame>
-void runTasks(const PairInput& input, const Frame& frame, const ContactNode& node,
+void runTasks(const PairInput& input, const Frame& frame, const ContactSink& sink,
               const WalkTasks& walks, const TaskPool& pool) {
   using Worker = ContactWorker<Frame>;
-  const std::size_t room = node.request.num_max_contacts - node.result->numContacts();
+  const std::size_t room = sink.request.num_max_contacts - sink.result->numContacts();
   ContactLimit limit(room, static_cast<std::size_t>(walks.size()), pool.size());
   const WorkersMemory<typename Worker::Memory> memory(pool);
   SearchTasks<Worker> tasks;
   tasks.run(pool, walks, [&](std::size_t slot) {
-    return std::make_unique<Worker>(input, frame, node, room, limit, memory[slot]);
+    return std::make_unique<Worker>(input, frame, sink, room, limit, memory[slot]);
   });
   for (const auto& found : tasks.found())
-    for (std::size_t i = found.from; i < found.to && !node.isDone(); ++i)
-      node.result->addContact(found.worker->contact(i));
+    for (std::size_t i = found.from; i < found.to && !sink.isDone(); ++i)
+      sink.result->addContact(found.worker->contact(i));
 }
 
 template <typename Frame>
-void search(const PairInput& input, const Frame& frame, const ContactNode& node) {
-  CandidateSearch<Frame, const ContactNode> search(input.trees(frame), node, input, frame);
-  const TaskPool pool(threadsFor(input, node));
+void search(const PairInput& input, const Frame& frame, const ContactSink& sink) {
+  CandidateSearch<Frame, const ContactSink> search(input.trees(frame), sink, input, frame);
+  const TaskPool pool(threadsFor(input, sink));
   std::vector<NodePair> pairs;
-  if (search.splitRoots(pool, pairs)) return runTasks(input, frame, node, WalkTasks(pairs), pool);
+  if (search.splitRoots(pool, pairs)) return runTasks(input, frame, sink, WalkTasks(pairs), pool);
   search.runFromRoots();
 }
 
@@ -128,13 +128,13 @@ void search(const PairInput& input, const Frame& frame, const ContactNode& node)
 
 void collideMeshes(const ContactMesh& first, const ContactMesh& second,
                    const CollisionQuery<double>& query) {
-  const ContactNode node(first, second, query, false);
+  const ContactSink sink(first, second, query, false);
   TreePair trees(first.placed, second.placed);
-  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one is found soon
+  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one contact is found soon
   const PairInput input(trees);
   searchInFrame(
-      trees, [&](const auto& frame) { search(input, frame, node); },
-      [&] { testAllCandidates(input, node); });
+      trees, [&](const auto& frame) { search(input, frame, sink); },
+      [&] { testAllCandidates(input, sink); });
 }
 
 template <typename S>
@@ -150,11 +150,11 @@ std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>&
                  [&](const fcl::CollisionGeometryd& object, const fcl::CollisionGeometryd&,
                      const CollisionQuery<double>& query) {
                    const ContactMesh of_object{object, placed};
-                   const ContactNode node(of_object, of_object, query, true, &ignored);
+                   const ContactSink sink(of_object, of_object, query, true, &ignored);
                    const FlatPatches flat(placed.tree(), placed.mesh.topology->contours);
                    PairInput input(placed, filter);
                    if (filter == NeighbourFilter::SharedVertex) input.flat = &flat;
-                   search(input, SameFrame(), node);
+                   search(input, SameFrame(), sink);
                  });
   return result.numContacts();
 }

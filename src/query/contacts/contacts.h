@@ -15,8 +15,8 @@
 
 namespace adaptive_bvh {
 
-/// The triangles of an object of a query, and where it is. P: number type of its positions, that of
-/// a model is S, that of a mesh is double.
+/// The triangles of an object of a query, and its pose. P: number type of its positions: S for a
+/// model, double for a mesh.
 template <typename S, typename P = S>
 struct PlacedTriangles {
   const fcl::CollisionGeometry<S>* geometry;
@@ -30,18 +30,18 @@ struct PlacedTriangles {
   }
 };
 
-/// Adds the contacts of two triangles, by our own test: those touch whose distance is 0, and every
-/// such pair has a contact, with all its fields when they are requested. (FCL decides by the signs
-/// of rounded numbers. When a triangle is a segment or a point, it reads a plane that it did not
-/// set.) `touching`: they are known to touch, neither is thin. At most `most` contacts. `to_first`
-/// takes the second object to the first's frame.
+/// Adds the contacts of two triangles, by the library's own test: triangles touch if their distance
+/// is 0, and every such pair has a contact, with all its fields if they are requested. (FCL decides
+/// by the signs of rounded numbers. For a triangle that is a segment or a point, it reads a plane
+/// that it did not set.) `touching`: the triangles are known to touch, and neither is thin. `most`:
+/// largest number of contacts. `to_first`: maps the second object's frame to the first's.
 template <typename S, typename P>
 void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, P>& second,
                    const RelativePlacement& to_first, int id1, int id2, bool touching,
                    unsigned most, const fcl::CollisionRequest<S>& request,
                    fcl::CollisionResult<S>& result) {
   const bool occupied = first.geometry->isOccupied() && second.geometry->isOccupied();
-  // Also for objects that are uncertain, that is, neither occupied nor free.
+  // Also for uncertain objects, which are neither occupied nor free.
   const bool has_cost =
       request.enable_cost && !first.geometry->isFree() && !second.geometry->isFree();
   if (!occupied && !has_cost) return;
@@ -75,21 +75,24 @@ void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, 
   result.addCostSource(fcl::CostSource<S>(common, density), request.num_max_cost_sources);
 }
 
-/// Says which tasks need not begin: those after one that has all contacts that are wanted, or after
-/// the first few that together have them. While there may be too few for that, threads share
-/// nothing that they write.
+/// Decides which tasks can be skipped: those after a task that has all contacts wanted, or after
+/// the first few tasks that have them together. While the contacts may still be too few, threads
+/// share nothing that they write.
 class ContactLimit {
  public:
   ContactLimit(std::size_t most, std::size_t tasks, int workers)
-      : most_(most), few_(most / static_cast<std::size_t>(workers)), counts_(tasks), last_(tasks) {
+      : most_(most),
+        per_worker_(most / static_cast<std::size_t>(workers)),
+        counts_(tasks),
+        last_(tasks) {
     for (auto& count : counts_) count.store(kOpen, std::memory_order_relaxed);
   }
 
   bool needs(std::size_t task) const { return task <= last_.load(std::memory_order_relaxed); }
-  /// `contacts`: of the task, and of the worker so far.
+  /// `contacts`: number found by the task; `of_worker`: number found by its worker so far.
   void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
     counts_[task].store(contacts, std::memory_order_relaxed);
-    if (of_worker < few_) return;
+    if (of_worker < per_worker_) return;  // there may be too few in all
     const std::lock_guard<std::mutex> lock(counting_);
     if (contacts >= most_) endAt(task);
     for (std::size_t count; next_ < counts_.size() && sum_ < most_; ++next_) {
@@ -106,14 +109,14 @@ class ContactLimit {
     if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
   }
 
-  const std::size_t most_, few_;                  ///< wanted; so few of each worker are fewer
+  const std::size_t most_, per_worker_;           ///< contacts wanted, in all and per worker
   std::vector<std::atomic<std::size_t>> counts_;  ///< by task
   std::mutex counting_;
-  std::size_t next_ = 0, sum_ = 0;  ///< the first task that is not counted; contacts before it
+  std::size_t next_ = 0, sum_ = 0;  ///< the first task not yet counted; contacts before it
   std::atomic<std::size_t> last_;
 };
 
-/// A mesh of a query for contacts, and the object that contacts name.
+/// A mesh of a contact query, and the object that its contacts name.
 struct ContactMesh {
   const fcl::CollisionGeometryd& geometry;
   const PlacedMesh& placed;

@@ -15,20 +15,20 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Decides on which side of a surface points are, for a sequence of points near each other. A ball
-/// around a point with its distance to the surface as radius contains no point of the surface, so
+/// Decides on which side of a surface points lie, for a sequence of points near each other. A ball
+/// around a point, with the distance to the surface as radius, contains no point of the surface. So
 /// two points whose balls overlap are on the same side.
 class KnownSides {
  public:
-  /// `error`: of a sum of two radii and a distance of their centres.
+  /// `error`: of the sum of two radii and the distance of their centres.
   explicit KnownSides(double error) : error_(error) {}
 
-  /// The nearest point of the surface is at least `radius` away from x. Returns whether the side of
-  /// x follows.
+  /// Returns whether the side of x follows from earlier points. `radius`: a lower bound of the
+  /// distance from x to the surface.
   bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
     for (const Ball& ball : balls_) {
-      const double reach = ball.radius + radius - error_;
-      if (!(reach > kLeast && (x - ball.center).squaredNorm() < reach * reach)) continue;
+      const double radii = ball.radius + radius - error_;
+      if (!(radii > kLeast && (x - ball.center).squaredNorm() < radii * radii)) continue;
       is_inside = ball.is_inside;
       return true;
     }
@@ -41,10 +41,10 @@ class KnownSides {
 
  private:
   static constexpr std::size_t kBalls = 8;
-  static constexpr double kLeast = rounding::shortLength<double>();  // its square has all digits
+  static constexpr double kLeast = rounding::shortLength<double>();  // its square keeps all digits
   struct Ball {
     fcl::Vector3d center = fcl::Vector3d::Zero();
-    double radius = -std::numeric_limits<double>::infinity();  ///< there is none
+    double radius = -std::numeric_limits<double>::infinity();  ///< no ball yet
     bool is_inside = false;
   };
 
@@ -53,7 +53,7 @@ class KnownSides {
   const double error_;
 };
 
-/// Whether a vertex is a contact with a closed mesh.
+/// Tests whether a vertex is a contact with a closed mesh.
 class MeshContactTest {
  public:
   MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,
@@ -84,7 +84,7 @@ class MeshContactTest {
   }
 
  private:
-  /// `distance`: of the nearest triangle; where none is found, less than that.
+  /// `distance`: to the nearest triangle; if none was found, a lower bound of that distance.
   bool isInside(const fcl::Vector3d& x, double distance, bool is_found) {
     if (is_found && distance == 0) return false;
     bool is_inside;
@@ -103,7 +103,7 @@ class MeshContactTest {
     const fcl::Vector3d into = is_inside ? x - nearest.point : nearest.point - x;
     contact.normal = normal(place, into, x);
   }
-  /// `into`: from the surface into the other body, of the length of the distance.
+  /// `into`: from the surface into the other body; its length is the distance.
   fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
                        const fcl::Vector3d& x) const {
     constexpr double kShort = 1e-8;
@@ -120,9 +120,9 @@ class MeshContactTest {
     return direction.isZero(0) ? fcl::Vector3d(fcl::Vector3d::UnitZ()) : direction;
   }
 
-  /// More than what is rounded in a distance, in parts of the size.
+  /// Upper bound of the rounding error of a distance, as a share of the size.
   static constexpr double kRounding = 0x1p-40;
-  /// The largest coordinate of a mesh, or more.
+  /// Upper bound of a mesh's coordinates.
   static double sizeOf(const MeshState& mesh) {
     return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
   }

@@ -15,17 +15,17 @@ namespace adaptive_bvh {
 /// A vertex that may be a contact.
 struct VertexCandidate {
   unsigned vertex;
-  bool is_inside;  ///< whether that is known: it is inside, and far from the surface
+  bool is_inside;  ///< whether it is known to be inside and far from the surface
 };
 
-/// What a vertex has as a contact, in the other body's frame.
+/// The contact of a vertex, in the other body's frame.
 struct VertexContact {
   double distance;  ///< signed
   fcl::Vector3d nearest, normal, barycentric;
-  int triangle;  ///< -1: of a shape
+  int triangle;  ///< -1 for a shape
 };
 
-/// Makes contacts of candidates, and writes them into a result by increasing vertex.
+/// Tests candidates and writes the contacts into a result by increasing vertex.
 class ContactWriter {
  public:
   ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& other_tf)
@@ -33,19 +33,19 @@ class ContactWriter {
     memory_->candidates.clear();
   }
 
-  /// To be filled.
+  /// The candidates, to be filled.
   std::vector<VertexCandidate>& candidates() { return memory_->candidates; }
-  /// Adds every vertex that a triangle has.
+  /// Adds every vertex that a triangle uses.
   void addAll() {
     const WideTree& tree = mesh_.tree();
-    for (unsigned place = 0; place < unsigned(mesh_.mesh.numTriangles()); ++place)
+    for (unsigned leaf_index = 0; leaf_index < unsigned(mesh_.mesh.numTriangles()); ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)
-        if (mesh_.mesh.topology->owners[place].ownsVertex(k))
-          candidates().push_back({static_cast<unsigned>(tree.corners(place)[int(k)]), false});
+        if (mesh_.mesh.topology->owners[leaf_index].ownsVertex(k))
+          candidates().push_back({static_cast<unsigned>(tree.corners(leaf_index)[int(k)]), false});
   }
 
-  /// makeTest() returns test(candidate, contact), which says whether it is one; each thread has its
-  /// own.
+  /// Writes the contacts and returns their number. makeTest() returns a function test(candidate,
+  /// contact), which returns whether the candidate is a contact; each thread has its own.
   template <typename MakeTest>
   std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
     Memory& m = *memory_;
@@ -74,7 +74,7 @@ class ContactWriter {
     std::vector<VertexCandidate> candidates;
     std::vector<VertexContact> contacts;
     std::vector<std::uint8_t> is_contact;
-    std::vector<std::uint64_t> order;  ///< vertex, and number of the candidate
+    std::vector<std::uint64_t> order;  ///< vertex (high bits) and number of the candidate
   };
 
   static void resize(VertexContacts<double>& result, std::size_t count) {
@@ -113,16 +113,17 @@ class ContactWriter {
   const Leased<Memory> memory_;
 };
 
-/// The vertices of one mesh that may be near another's surface, or inside of it. Goes down the tree
-/// of the first with a list of those nodes of the other whose boxes overlap, both a level at a
-/// time. A box with an empty list is clear of the other's surface. So all vertices in that box are
-/// on one side, and one test of one of them decides for all. Each vertex is visited once, with the
-/// triangle that owns it.
+/// Finds the vertices of one mesh that may be near another's surface or inside it. Descends the
+/// tree of the first with a list of the other tree's nodes whose boxes overlap, one level of both
+/// trees at a time. A box with an empty list is clear of the other's surface. So all vertices in
+/// that box are on one side, and a test of one of them decides for all. Each vertex is visited
+/// once, with the triangle that owns it.
 template <typename IsInside>
 class VertexSearch {
  public:
-  /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: takes boxes of `other` to those and
-  /// lets them grow by the margin. `is_inside(v)`: whether a vertex of `mesh` is inside.
+  /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: maps boxes of `other` to these
+  /// coordinates and enlarges them by the margin. `is_inside(v)`: whether vertex v of `mesh` is
+  /// inside.
   VertexSearch(const MeshState& mesh, const WideTree& tree, const WideTree& other,
                const BoxFrame& frame, IsInside is_inside, std::vector<VertexCandidate>& candidates)
       : mesh_(mesh),
@@ -140,13 +141,13 @@ class VertexSearch {
   }
 
  private:
-  /// A node of the other tree, and which of its boxes overlap those of the node that is visited.
+  /// A node of the other tree, and which of its boxes overlap boxes of the visited node.
   struct Other {
     int node;
     unsigned overlaps;
   };
 
-  /// The list of the node is that from `first` on.
+  /// `first`: where the list of the node begins in `open_`.
   void visit(const WideNode& node, std::size_t first) {
     unsigned any = 0;
     const std::size_t last = open_.size();
@@ -168,7 +169,7 @@ class VertexSearch {
       open_.resize(last);
     }
   }
-  /// Adds those nodes below one that overlap box i; a leaf itself.
+  /// Adds the children of `other` that overlap box i; a leaf adds itself.
   void openBelow(const Other other, unsigned i) {
     const WideNode& node = other_.nodes()[other.node];
     const unsigned lanes = other.overlaps >> i & 0x1111;
@@ -182,27 +183,27 @@ class VertexSearch {
     addOwned(first, first + leaf.count, false);
   }
   void addClear(int node) {
-    const std::size_t first = firstPlace(node), last = lastPlace(node) + 1;
+    const std::size_t first = firstLeafIndex(node), last = lastLeafIndex(node) + 1;
     const bool is_inside =
         is_inside_(static_cast<unsigned>(tree_.corners(static_cast<unsigned>(first))[0]));
     if (is_inside) addOwned(first, last, true);
   }
   void addOwned(std::size_t first, std::size_t last, bool is_inside) {
-    for (std::size_t place = first; place < last; ++place)
+    for (std::size_t leaf_index = first; leaf_index < last; ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)
-        if (mesh_.topology->owners[place].ownsVertex(k))
+        if (mesh_.topology->owners[leaf_index].ownsVertex(k))
           candidates_.push_back(
-              {static_cast<unsigned>(tree_.corners(static_cast<unsigned>(place))[int(k)]),
+              {static_cast<unsigned>(tree_.corners(static_cast<unsigned>(leaf_index))[int(k)]),
                is_inside});
   }
 
-  /// The places below a node lie together.
-  std::size_t firstPlace(int node) const {
+  /// The triangles below a node are consecutive in the order of the leaves.
+  std::size_t firstLeafIndex(int node) const {
     const WideNode* at = &tree_.nodes()[node];
     while (!at->isLeaf()) at = &tree_.nodes()[at->below[0]];
     return static_cast<std::size_t>(at->first);
   }
-  std::size_t lastPlace(int node) const {
+  std::size_t lastLeafIndex(int node) const {
     const WideNode* at = &tree_.nodes()[node];
     while (!at->isLeaf()) at = &tree_.nodes()[at->below[at->count - 1]];
     return static_cast<std::size_t>(at->first) + at->count - 1;

@@ -8,16 +8,17 @@
 
 namespace adaptive_bvh {
 
-/// The largest value that a concave function has in a triangle, from above: by cutting planes
-/// (Kelley, "The Cutting-Plane Method for Solving Convex Programs", 1960). Each is a linear
-/// function that is nowhere less than the function, given by its values at the three corners. Any
-/// average of them is such a function, too: the least of all their largest values is the bound.
+/// Upper bound of the largest value of a concave function in a triangle, by cutting planes (Kelley,
+/// "The Cutting-Plane Method for Solving Convex Programs", 1960). A plane is a linear function that
+/// is nowhere less than the concave function, given by its values at the three corners. An average
+/// of planes is such a function, too. The bound is the smallest of the largest values of all these
+/// functions.
 class CuttingPlanes {
  public:
   using Plane = fcl::Vector3d;
 
   double bound() const { return bound_.value; }
-  /// Where the least of the planes is highest, in barycentric coordinates.
+  /// Where the smallest of the planes is largest, in barycentric coordinates.
   const fcl::Vector3d& highest() const { return at_; }
 
   void add(const Plane& plane) {
@@ -35,8 +36,9 @@ class CuttingPlanes {
   }
 
  private:
-  using Numbers = std::array<std::size_t, 3>;  ///< of planes; some may be equal
-  /// The largest value of an average of planes, or the least at a place where they meet.
+  using Numbers = std::array<std::size_t, 3>;  ///< indices of planes; some may be equal
+  /// The largest value of an average of planes, or the smallest value of all planes at an
+  /// intersection.
   struct Found {
     double value;
     Numbers planes;
@@ -47,7 +49,7 @@ class CuttingPlanes {
     const double value = average.maxCoeff();
     if (value < bound_.value) bound_ = {value, planes};
   }
-  void tryPlace(const fcl::Vector3d& at, const Numbers& planes) {
+  void tryPoint(const fcl::Vector3d& at, const Numbers& planes) {
     double value = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < count_; ++i) value = std::min(value, planes_[i].dot(at));
     if (!(value > peak_.value)) return;
@@ -59,21 +61,21 @@ class CuttingPlanes {
     tryAverage(planes_[i], {i, i, i});
     int corner;
     planes_[i].maxCoeff(&corner);
-    tryPlace(fcl::Vector3d::Unit(corner), {i, i, i});
+    tryPoint(fcl::Vector3d::Unit(corner), {i, i, i});
   }
-  /// The average that is level along an edge, and where both are as high there.
+  /// Tries the average of two planes that is constant along an edge, and their intersection there.
   void tryTwo(std::size_t i, std::size_t j, int a, int b) {
     const Plane &p = planes_[i], &q = planes_[j];
     const double rise_p = p[b] - p[a], rise_q = q[b] - q[a];
-    const double weight = rise_q / (rise_q - rise_p), place = (q[a] - p[a]) / (rise_p - rise_q);
+    const double weight = rise_q / (rise_q - rise_p), share = (q[a] - p[a]) / (rise_p - rise_q);
     if (weight >= 0 && weight <= 1) tryAverage(weight * p + (1 - weight) * q, {i, j, j});
-    if (!(place >= 0 && place <= 1)) return;
+    if (!(share >= 0 && share <= 1)) return;
     fcl::Vector3d at = fcl::Vector3d::Zero();
-    at[a] = 1 - place;
-    at[b] = place;
-    tryPlace(at, {i, j, j});
+    at[a] = 1 - share;
+    at[b] = share;
+    tryPoint(at, {i, j, j});
   }
-  /// The average that is level, and where the three are as high.
+  /// Tries the average of three planes that is constant, and the intersection of the planes.
   void tryThree(std::size_t i, std::size_t j, std::size_t k) {
     fcl::Matrix3d m;
     m << planes_[i], planes_[j], planes_[k];
@@ -82,9 +84,9 @@ class CuttingPlanes {
     weights /= weights.sum();
     at /= at.sum();
     if (weights.minCoeff() >= 0) tryAverage(m * weights, {i, j, k});
-    if (at.minCoeff() >= 0) tryPlace(at, {i, j, k});
+    if (at.minCoeff() >= 0) tryPoint(at, {i, j, k});
   }
-  /// Forgets the oldest plane that is none of the best average, so that the bound never rises.
+  /// Removes the oldest plane that is not part of the best average, so that the bound never rises.
   void forgetOldest() {
     const Numbers& kept = bound_.planes;
     std::size_t oldest = 0;

@@ -9,41 +9,41 @@
 
 namespace adaptive_bvh {
 
-/// On which side of a closed surface a point lies, as far as that is known.
+/// The side of a closed surface on which a point lies, as far as it is known.
 enum class SurfaceSide : std::uint8_t { Unknown, Outside, Inside };
 
-/// A point in the target's frame, and what was measured there.
+/// A point in the target's frame, and its measured distance.
 template <typename Witness>
 struct DepthPoint {
   fcl::Vector3d x;
-  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< of a curved surface
+  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< on a curved surface
   double distance = -1;                             ///< to the target's surface; -1: not measured
-  Witness witness{};                                ///< what of the target has that distance
+  Witness witness{};                                ///< feature of the target at that distance
   SurfaceSide side = SurfaceSide::Unknown;
 
   bool isMeasured() const { return distance >= 0; }
 };
 
-/// A box that encloses part of a surface: its middle and half of its sides, in the target's frame.
+/// A box that encloses part of a surface: its centre and half its sides, in the target's frame.
 struct TurnedBox {
   fcl::Vector3d middle;
-  fcl::Matrix3d halves;  ///< a column each
+  fcl::Matrix3d halves;  ///< half sides, as columns
 
-  /// Radius of a ball around the middle that contains the corners. The sides are orthogonal only up
-  /// to the error of the rotation.
+  /// Radius of a ball around the centre that contains the corners. Also valid for sides that are
+  /// orthogonal only up to the rounding of a rotation.
   double radius() const { return std::sqrt((halves.transpose() * halves).cwiseAbs().sum()); }
 };
 
-/// How deep one surface, the source, reaches into a closed body, the target.
+/// Bounds of the depth of one surface, the source, in a closed body, the target.
 struct DepthBounds {
   double lower = 0, upper = 0;
-  bool is_found = false;     ///< whether a point is deeper than what was known before
-  fcl::Vector3d x;           ///< that point of the source, `lower` deep
-  fcl::Vector3d nearest;     ///< of the target's surface
-  fcl::Vector3d outward;     ///< direction of that surface there
-  std::size_t searches = 0;  ///< how often the distance of a point was searched for
+  bool is_found = false;     ///< whether a point is deeper than the depth known before
+  fcl::Vector3d x;           ///< that point of the source; its depth is `lower`
+  fcl::Vector3d nearest;     ///< point of the target's surface
+  fcl::Vector3d outward;     ///< outward normal of that surface there
+  std::size_t searches = 0;  ///< number of searches for the distance of a point
 
-  /// No point yet; less does not matter.
+  /// Bounds without a point. Depths below `depth` do not matter.
   static DepthBounds from(double depth) {
     DepthBounds bounds;
     bounds.lower = bounds.upper = depth;
@@ -51,7 +51,7 @@ struct DepthBounds {
   }
 };
 
-/// A point of a source, if it is deeper than `least` in the target.
+/// Bounds by one point of a source, if it is deeper than `least` in the target.
 template <typename Target>
 DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
   DepthPoint<typename Target::Witness> point;
@@ -66,17 +66,19 @@ DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
   return bounds;
 }
 
-/// Where DepthSearch cuts a triangle with measured corners: one of its edges, and a share of that.
+/// Chooses where DepthSearch cuts a triangle with measured corners: an edge, and a share of its
+/// length.
 ///
-/// Where the nearest features of the edge's ends change places: then one of them bounds either half
-/// better. Or where the edge crosses the surface, or a flat part of it ends: then one half is
-/// outside. If there is no such place, or if `halves`, the longest edge is halved.
+/// The cut is made where the nearest features of the edge's ends change, because then one of the
+/// features bounds either half better; or where the edge crosses the surface or leaves a flat part
+/// of it, because then one half is outside. If there is no such point, or if `halves` is set, the
+/// longest edge is halved.
 template <typename Target>
 class DepthCut {
  public:
   using Point = DepthPoint<typename Target::Witness>;
 
-  /// length(p, q): of an edge.
+  /// length(p, q): the length of an edge.
   template <typename Length>
   DepthCut(const Point* const (&corners)[3], const Target& target, double tolerance, bool halves,
            const Length& length)
@@ -85,9 +87,9 @@ class DepthCut {
     if (edge_ < 0) halveLongest(length);
   }
 
-  /// From this corner to the next.
+  /// The edge from this corner to the next one.
   int edge() const { return edge_; }
-  /// From 0 to 1.
+  /// Where to cut the edge, from 0 to 1.
   double share() const { return share_; }
 
  private:
@@ -103,43 +105,43 @@ class DepthCut {
   }
   void considerEdge(int k) {
     const Point &a = corner(k), &b = corner(k + 1);
-    const auto of_a = target_.reach(a.witness), of_b = target_.reach(b.witness);
+    const auto of_a = target_.boundBy(a.witness), of_b = target_.boundBy(b.witness);
     const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
     if (gain > most_) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
     considerBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
     considerBorder(b, a, of_b, [&](double g, double t) { take(k, g, 1 - t); });
   }
-  /// `gain`: by so much the bound of either half may become better.
+  /// `gain`: amount by which the bound of either half may improve.
   void take(int edge, double gain, double share) {
     const double length = (corner(edge + 1).x - corner(edge).x).norm();
-    // Where an end is nearer, the edge was cut before.
+    // If the cut is nearer to an end, the edge was already cut there.
     const bool is_new = std::min(share, 1 - share) * length > tolerance_ / 8;
     if (gain > most_ && is_new) edge_ = edge, most_ = gain, share_ = share;
   }
   /// Calls found(gain, t) where the line from a to b crosses the nearest feature of a, or leaves
   /// it.
-  template <typename Reach, typename Found>
-  void considerBorder(const Point& a, const Point& b, const Reach& reach,
+  template <typename WitnessBound, typename Found>
+  void considerBorder(const Point& a, const Point& b, const WitnessBound& bound,
                       const Found& found) const {
-    const double zero = tolerance_ / 16, at_b = reach(b.x);
+    const double zero = tolerance_ / 16, at_b = bound(b.x);
     if (a.distance > zero) {
       const double t = target_.crossing(a.witness, a.x, b.x);
-      if (t > 0 && t < 1 && reach(a.x + t * (b.x - a.x)) <= zero)
+      if (t > 0 && t < 1 && bound(a.x + t * (b.x - a.x)) <= zero)
         found(std::min(a.distance, at_b), t);
     } else if (at_b > 2 * zero) {
       double low = 0, high = 1;
       for (int i = 0; i < 50; ++i) {
         const double t = (low + high) / 2;
-        (reach(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
+        (bound(a.x + t * (b.x - a.x)) <= zero / 64 ? low : high) = t;
       }
       found(at_b, high);
     }
   }
-  /// Where on a segment two features are as far: by false position (Illinois), now and then by
-  /// halves.
-  template <typename Reach>
-  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b, const Reach& of_a,
-                              const Reach& of_b) {
+  /// Returns where on a segment two features are equally far: by regula falsi (Illinois), with a
+  /// bisection at every fourth step.
+  template <typename WitnessBound>
+  static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b,
+                              const WitnessBound& of_a, const WitnessBound& of_b) {
     const auto excess = [&](double t) {
       const fcl::Vector3d x = a + t * (b - a);
       return of_a(x) - of_b(x);

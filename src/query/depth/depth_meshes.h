@@ -16,16 +16,18 @@
 
 namespace adaptive_bvh {
 
-/// The body of a closed mesh, for DepthSearch: how deep points are in it. In the mesh's frame.
+/// The body of a closed mesh as the target of DepthSearch: finds how deep points are in it. All
+/// points are in the mesh's frame.
 class MeshTarget {
  public:
   using Witness = int;  ///< a triangle
   static constexpr bool kIsConvex = false;
 
-  /// The distance to one triangle: a convex function, and at least the distance to the surface.
-  class Reach {
+  /// The distance to one triangle: a convex function that is nowhere less than the distance to the
+  /// surface.
+  class WitnessBound {
    public:
-    explicit Reach(const TrianglePoints<double>& triangle) : face_(triangle) {}
+    explicit WitnessBound(const TrianglePoints<double>& triangle) : face_(triangle) {}
     double operator()(const fcl::Vector3d& x) const {
       fcl::Vector3d on_face;
       return face_.distance(x, on_face);
@@ -38,13 +40,15 @@ class MeshTarget {
   explicit MeshTarget(const PlacedMesh& mesh)
       : mesh_(mesh), search_(mesh.mesh), winding_(mesh.mesh), walk_(mesh.tree()) {}
 
-  Reach reach(int triangle) const { return Reach(mesh_.pointsOf(unsigned(triangle))); }
-  double overBox(const Reach& reach, const TurnedBox& box) const {
+  WitnessBound boundBy(int triangle) const {
+    return WitnessBound(mesh_.pointsOf(unsigned(triangle)));
+  }
+  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
     double most = 0;
     for (int corner = 0; corner < 8; ++corner) {
       fcl::Vector3d x = box.middle;
       for (int k = 0; k < 3; ++k) x += (corner >> k & 1 ? 1. : -1.) * box.halves.col(k);
-      most = std::max(most, reach(x));
+      most = std::max(most, bound(x));
     }
     return most;
   }
@@ -57,7 +61,7 @@ class MeshTarget {
     point.witness = nearest.triangle;
   }
   bool isInside(const fcl::Vector3d& x) { return winding_.of(x) != 0; }
-  /// Whether a ball is outside of the box around the mesh.
+  /// Whether a ball is outside of the mesh's bounding box.
   bool isClear(const fcl::Vector3d& middle, double radius) const {
     const WideTree& tree = mesh_.tree();
     const fcl::Vector3d y = tree.coordinates()(middle);
@@ -73,7 +77,7 @@ class MeshTarget {
     }
     return gap * kSlack > radius * tree.scale();
   }
-  /// Whether a triangle, or what encloses a patch above it, may touch the surface.
+  /// Whether a triangle, or the hull of the patch above it, may touch the surface.
   bool touches(const TrianglePoints<double>& triangle, const Bulge& bulge) {
     const WideTree& tree = mesh_.tree();
     const double around = bulge.height * tree.scale() / kSlack;
@@ -91,13 +95,13 @@ class MeshTarget {
       for (int k = 0; k < 3; ++k) overlap &= (low[k] <= boxes.high[k]) & (high[k] >= boxes.low[k]);
       return float4::bits(overlap);
     };
-    return walk_.visit(overlaps, [&](unsigned place) {
-      const TrianglePoints<double> other = mesh_.pointsAt(place);
+    return walk_.visit(overlaps, [&](unsigned leaf_index) {
+      const TrianglePoints<double> other = mesh_.pointsAt(leaf_index);
       if (areSurelyFarther(triangle, other, bulge.height)) return false;
       return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
     });
   }
-  /// The plane n x = d of a triangle, n its outward direction, of length 1 or 0.
+  /// The plane n x = d of a triangle. n: its outward normal, of length 1; zero if it has no area.
   struct Plane {
     fcl::Vector3d n;
     double d;
@@ -107,7 +111,8 @@ class MeshTarget {
     const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(number);
     return {n, n.dot(mesh_.pointsOf(number)[0])};
   }
-  /// Where a line from a to b crosses the plane of a triangle: 0 to 1 between both.
+  /// Where the line from a to b crosses the plane of a triangle, from 0 (at a) to 1 (at b); -1 if
+  /// both are on one side.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
     const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
     const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -122,10 +127,10 @@ class MeshTarget {
   }
 
  private:
-  static constexpr double kSlack = 1 - 1e-9;  // for all that is rounded here
+  static constexpr double kSlack = 1 - 1e-9;  // for all rounding in this class
   static constexpr float kFar = 1e15f;
 
-  /// Whether a plane is found that is between a triangle of the surface and a patch.
+  /// Whether a plane is found that separates a triangle of the surface from a patch.
   static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
                        const Bulge& bulge) {
     const auto separates = [&](const fcl::Vector3d& along) {
@@ -151,7 +156,7 @@ class MeshTarget {
   TreeWalk walk_;
 };
 
-/// The surface of a mesh, for DepthSearch, in the target's frame.
+/// The surface of a mesh as the source of DepthSearch, in the target's frame.
 class MeshSource {
  public:
   MeshSource(const PlacedMesh& mesh, const RelativePlacement& to_target)
@@ -222,7 +227,7 @@ class MeshSource {
                          pointOf(corners[2], search), 0, hint);
     }
   }
-  /// A vertex is one point for all its triangles.
+  /// Returns the number of a vertex's point. All triangles of the vertex share it.
   template <typename Search>
   int pointOf(int vertex, Search& search) {
     const auto v = static_cast<unsigned>(vertex);
@@ -235,13 +240,13 @@ class MeshSource {
   const PlacedMesh& mesh_;
   const RelativePlacement to_target_;
   const Leased<Memory> memory_;
-  fcl::Matrix3d turn_;  ///< takes the tree's coordinates to the target
+  fcl::Matrix3d turn_;  ///< maps the tree's coordinates to the target's frame
   fcl::Vector3d origin_;
 };
 
-/// Calls visit(triangle, x, target) for each component of a mesh that is inside of a closed one,
-/// until `visit` returns false; x is the first corner of that triangle, in the frame of `around`.
-/// The surfaces must not touch, so one vertex decides for its component. If they are nearer than
+/// Calls visit(triangle, x, target) for each component of a mesh that is inside a closed one, until
+/// `visit` returns false; x is the first corner of that triangle, in the frame of `around`. The
+/// surfaces must not touch, so that one vertex decides for its component. If they are nearer than
 /// the rounding error of a transformed vertex, either answer is possible.
 template <typename Visit>
 void visitContained(const PlacedMesh& mesh, const PlacedMesh& around, const Visit& visit) {
@@ -255,7 +260,7 @@ void visitContained(const PlacedMesh& mesh, const PlacedMesh& around, const Visi
   }
 }
 
-/// Whether a component of a mesh is inside of a closed one. The surfaces must not touch.
+/// Whether a component of a mesh is inside a closed one. The surfaces must not touch.
 inline bool isContained(const PlacedMesh& mesh, const PlacedMesh& around) {
   bool is_contained = false;
   visitContained(mesh, around, [&](int, const fcl::Vector3d&, MeshTarget&) {

@@ -13,25 +13,26 @@
 
 namespace adaptive_bvh {
 
-/// The largest distance to a target's surface that any point of a source has inside the target:
-/// branch and bound over boxes and triangles of the source, the largest upper bound first. Like
+/// Finds the largest distance to a target's surface of all points of a source inside the target:
+/// branch and bound over boxes and triangles of the source, largest upper bound first. Similar to
 /// one-sided Hausdorff distances (Guthe, Borodin and Klein 2005; Tang, Lee and Kim 2009), but only
-/// of what is inside. docs/bounds.md, 19.
+/// of the points inside. docs/bounds.md, 19.
 ///
 /// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
 /// chart), length(a, b, chart), bulge(a, b, c, chart).
-/// Target: kIsConvex, Witness, reach(witness), which gives a function of a point that is nowhere
-/// less than its depth and convex, overBox(reach, box), measure(point, hint), isInside(x),
-/// isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b), findNearest(point,
-/// bounds); planeOf(witness), of an outward direction n and its offset d, unless it is convex.
+/// Target: kIsConvex, Witness, boundBy(witness), overBox(bound, box), measure(point, hint),
+/// isInside(x), isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b),
+/// findNearest(point, bounds). boundBy(witness) returns a convex function of a point that is
+/// nowhere less than the point's depth. Unless the target is convex, planeOf(witness) returns an
+/// outward normal n and its offset d.
 template <typename Source, typename Target>
 class DepthSearch {
  public:
   using Witness = typename Target::Witness;
   using Point = DepthPoint<Witness>;
 
-  /// Until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or that does
-  /// not matter; it may be that of a point of the source.
+  /// Searches until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or
+  /// below which depths do not matter; it may be that of a point of the source.
   DepthSearch(Source& source, Target& target, double tolerance, const DepthBounds& known)
       : source_(source), target_(target), tolerance_(tolerance) {
     memory_->points.clear();
@@ -76,12 +77,12 @@ class DepthSearch {
     measure(added, hint);
     return added;
   }
-  /// Adds a box below another one. `hint`: a measured point that is near.
+  /// Adds a child of a box. `hint`: a measured point that is near.
   void addBox(int node, int lane, int hint) {
     const TurnedBox box = source_.boxOf(node, lane);
     if (target_.isClear(box.middle, box.radius())) return;
-    const auto reach = target_.reach(witnessOf(hint));
-    const double upper = std::min(upper_, overBox(reach, box, reach(box.middle)));
+    const auto bound = target_.boundBy(witnessOf(hint));
+    const double upper = std::min(upper_, overBox(bound, box, bound(box.middle)));
     push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_, false});
   }
   /// Adds a triangle, or a curved patch, of the source.
@@ -94,15 +95,15 @@ class DepthSearch {
  private:
   static constexpr int kNone = -1;
 
-  /// A part of the source: a box, or a triangle with its corners.
+  /// A part of the source: a box, or a triangle given by its corners.
   struct Part {
-    double upper;  ///< of the depth of every point of it
+    double upper;  ///< upper bound of the depth of all its points
     int corners[3];
     int hint;
-    std::uint16_t generation;  ///< how often it was cut
+    std::uint16_t generation;  ///< counts the steps of openTriangle() and the cuts
     std::uint8_t chart;
-    bool is_inside;  ///< whether that is certain for all of it
-    bool is_clear;   ///< whether it does not cross the surface
+    bool is_inside;  ///< whether all of it is certainly inside
+    bool is_clear;   ///< whether it certainly does not cross the surface
 
     bool isBox() const { return corners[2] == kNone; }
     friend bool operator<(const Part& a, const Part& b) { return a.upper < b.upper; }
@@ -115,10 +116,10 @@ class DepthSearch {
   Point& point(int i) { return memory_->points[static_cast<std::size_t>(i)]; }
   const Point& point(int i) const { return memory_->points[static_cast<std::size_t>(i)]; }
   const Witness& witnessOf(int i) const { return point(i).witness; }
-  /// What need not be searched.
+  /// Parts need no search if their bound is at most this.
   double limit() const { return bounds_.lower + tolerance_; }
 
-  /// How far a part is moved: less than the limit by what is rounded, and more.
+  /// Length of the motion in isOutsideMoved: less than limit() by more than the rounding error.
   double motionLength() const { return bounds_.lower + 15. / 16 * tolerance_; }
 
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
@@ -153,22 +154,22 @@ class DepthSearch {
     const int middle = addMeasured(box.middle, part.hint);
     const double radius = box.radius();
     const double distance = point(middle).distance;
-    upper_ = std::min(part.upper, overBox(target_.reach(witnessOf(middle)), box, distance));
+    upper_ = std::min(part.upper, overBox(target_.boundBy(witnessOf(middle)), box, distance));
     is_inside_ = part.is_inside;
     if (upper_ > limit() && !is_inside_) useSide(middle, radius);
     if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
     drop(upper_);
   }
-  /// A bound for a box by a feature that is so far from its middle. The corners are looked at where
-  /// they may be near enough.
-  template <typename Reach>
-  double overBox(const Reach& reach, const TurnedBox& box, double at_middle) const {
+  /// Bound for a box by a feature at the distance `at_middle` from its centre. Uses the corners if
+  /// these may be near enough.
+  template <typename WitnessBound>
+  double overBox(const WitnessBound& bound, const TurnedBox& box, double at_middle) const {
     const double upper = at_middle + box.radius();
     if (upper <= limit() || at_middle > limit()) return upper;
-    return std::min(upper, target_.overBox(reach, box));
+    return std::min(upper, target_.overBox(bound, box));
   }
-  /// Lowers upper_, and sets is_inside_, for what is at most `radius` from a measured point: where
-  /// that is of use, by its side.
+  /// Lowers upper_ and sets is_inside_ for everything within `radius` of a measured point, by the
+  /// point's side, if that is of use.
   void useSide(int i, double radius) {
     const double distance = point(i).distance, if_outside = radius - distance;
     if (if_outside > limit() && point(i).side == SurfaceSide::Unknown) return;
@@ -178,7 +179,8 @@ class DepthSearch {
       is_inside_ = true;
   }
 
-  /// A triangle comes three times: its middle is measured, then its corners, then it is cut.
+  /// A triangle is opened three times: to measure its centroid, to measure its corners, and to cut
+  /// it.
   void openTriangle(Part part) {
     if (part.generation > 1) {
       if (isOutside(part)) return drop(tolerance_ / 2);
@@ -208,16 +210,16 @@ class DepthSearch {
     part.is_inside = is_inside_;
     push(part);
   }
-  /// The depth in a convex target is a concave function: of a flat triangle, cutting planes bound
-  /// it. False where they do not suffice.
+  /// Whether cutting planes suffice to bound a flat triangle. The depth in a convex target is a
+  /// concave function.
   bool isLevelled(Part& part) {
     constexpr int kMostPlanes = 100;
     CuttingPlanes planes;
     int last = part.hint;
     for (int i = 0; i < kMostPlanes; ++i) {
-      const auto reach = target_.reach(witnessOf(last));
-      planes.add({reach(point(part.corners[0]).x), reach(point(part.corners[1]).x),
-                  reach(point(part.corners[2]).x)});
+      const auto bound = target_.boundBy(witnessOf(last));
+      planes.add({bound(point(part.corners[0]).x), bound(point(part.corners[1]).x),
+                  bound(point(part.corners[2]).x)});
       part.upper = std::min(part.upper, planes.bound());
       if (part.upper <= limit()) {
         drop(part.upper);
@@ -234,38 +236,38 @@ class DepthSearch {
     return source_.bulge(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
                          part.chart);
   }
-  /// A convex function is largest at a corner of what encloses the patch.
+  /// Bound for a patch by a convex function, which is largest at a corner of the patch's hull.
   double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
-    const auto reach = target_.reach(witness);
+    const auto bound = target_.boundBy(witness);
     double most = -std::numeric_limits<double>::infinity();
     for (const int i : part.corners) {
       const fcl::Vector3d& x = point(i).x;
-      most = std::max(most, reach(x));
+      most = std::max(most, bound(x));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(most, reach(x + bulge.ways[static_cast<std::size_t>(k)]));
+        most = std::max(most, bound(x + bulge.ways[static_cast<std::size_t>(k)]));
     }
     return most;
   }
-  /// By how much the bulge raises bounds by corners, at most.
+  /// Largest amount by which the bulge raises the bounds by corners.
   double bulgeAbove(const Part& part) const {
     const Bulge bulge = bulgeOf(part);
     double most = 0;
     for (const int i : part.corners) {
-      const auto reach = target_.reach(witnessOf(i));
+      const auto bound = target_.boundBy(witnessOf(i));
       for (int k = 0; k < bulge.count; ++k)
         most = std::max(
-            most, reach(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - reach(point(i).x));
+            most, bound(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - bound(point(i).x));
     }
     return most;
   }
-  /// The largest distance of a corner to another one.
+  /// The largest distance from a corner to another one.
   double radiusAt(const Part& part, int corner) const {
     double square = 0;
     for (const int other : part.corners)
       square = std::max(square, (point(other).x - point(corner).x).squaredNorm());
     return std::sqrt(square);
   }
-  /// Adds a triangle with measured corners, with a bound by all that is known there.
+  /// Adds a triangle with measured corners, with a bound by everything that is known at them.
   void pushMeasured(Part& part) {
     const Bulge bulge = bulgeOf(part);
     upper_ = part.upper;
@@ -284,8 +286,8 @@ class DepthSearch {
     push(part);
   }
 
-  /// Whether a triangle is outside, but for what is less than half the tolerance deep: it is made
-  /// smaller by so much, and then does not touch the surface.
+  /// Whether a triangle is outside, except for points less than half the tolerance deep: shrunk by
+  /// that much, it does not touch the surface.
   bool isOutside(Part& part) {
     if (part.is_inside || part.is_clear) return false;
     fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();
@@ -302,11 +304,11 @@ class DepthSearch {
     return !target_.isInside(middle);
   }
 
-  /// Whether a triangle is outside once it is moved along the outward direction at a corner: so no
-  /// point of it is deeper than that motion is long. Tried where the triangle gets beyond the plane
-  /// of that direction's feature.
+  /// Whether a triangle is outside once it is moved along the outward normal at a corner. Then no
+  /// point of it is deeper than the length of the motion. Tried if the motion takes the triangle
+  /// beyond the plane of that normal's feature.
   bool isOutsideMoved(const Part& part) {
-    if (part.is_inside) return false;  // its features bound it as well
+    if (part.is_inside) return false;  // its features bound it equally well
     const Bulge bulge = bulgeOf(part);
     for (const int i : part.corners) {
       const auto plane = target_.planeOf(witnessOf(i));
@@ -334,16 +336,17 @@ class DepthSearch {
     const auto length = [&](const Point& p, const Point& q) {
       return bends ? source_.bulge(p, q, q, part.chart).height : source_.length(p, q, part.chart);
     };
-    // Where a patch bends, the edge that bends most is halved: where features change is known of
-    // flat triangles. Every third cut halves the longest edge, so that triangles become small.
-    const DepthCut<Target> place(corners, target_, tolerance_, bends || part.generation % 3 == 0,
-                                 length);
-    const int edge = place.edge();
+    // Where a patch bends, the edge that bends most is halved, because changes of features are
+    // known only for flat triangles. Every third cut halves the longest edge, so that triangles
+    // become small.
+    const DepthCut<Target> chosen(corners, target_, tolerance_, bends || part.generation % 3 == 0,
+                                  length);
+    const int edge = chosen.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
               c = part.corners[(edge + 2) % 3];
     fcl::Vector3d parameter = fcl::Vector3d::Zero();
     const fcl::Vector3d x =
-        source_.between(point(a), point(b), place.share(), part.chart, parameter);
+        source_.between(point(a), point(b), chosen.share(), part.chart, parameter);
     const int middle = add(x, parameter);
     measureCorner(middle, part);
     Part half = part;
@@ -364,8 +367,8 @@ class DepthSearch {
   const Leased<Memory> memory_;
   DepthBounds bounds_;
   int deepest_ = kNone;
-  double dropped_ = 0;  ///< the largest bound of what was left out
-  /// Bound of the part that is being cut, for all parts below it.
+  double dropped_ = 0;  ///< largest bound of the parts left out
+  /// Bound of the part that is being cut; also valid for all parts below it.
   double upper_ = std::numeric_limits<double>::infinity();
   bool is_inside_ = false;
 };

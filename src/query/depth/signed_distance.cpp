@@ -9,8 +9,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A point of the first component of a mesh that is inside of another one, whose surface it does
-/// not touch.
+/// Bounds by one point of the first component of `mesh` that is inside `other`, if the point is
+/// deeper than `least`. The surfaces must not touch.
 DepthBounds componentInside(const PlacedMesh& mesh, const PlacedMesh& other, double least) {
   DepthBounds found = DepthBounds::from(least);
   visitContained(mesh, other, [&](int, const fcl::Vector3d& x, MeshTarget& target) {
@@ -31,7 +31,7 @@ double sizeOf(const PlacedMesh& mesh) {
   return mesh.bounds().aabb_center.stableNorm() + mesh.bounds().aabb_radius;
 }
 
-/// The nearest triangles, and the outward direction of the second there.
+/// Returns the gap of the nearest triangles. Sets the outward normal of the second surface there.
 TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result;
@@ -46,7 +46,7 @@ TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
   return gap;
 }
 
-/// A copy `unit` times as large.
+/// Returns a copy that is `unit` times as large.
 DeformableMesh<double> enlarged(const DeformableMesh<double>& mesh, double unit) {
   std::vector<fcl::Vector3d> positions = mesh.vertices();
   for (fcl::Vector3d& x : positions) x *= unit;
@@ -55,8 +55,8 @@ DeformableMesh<double> enlarged(const DeformableMesh<double>& mesh, double unit)
   return large;
 }
 
-/// That of bodies so small that squares of their lengths underflow: by larger ones, in the frame of
-/// the first.
+/// Signed distance of bodies so small that squares of their lengths underflow: computed from
+/// enlarged bodies, in the frame of the first.
 SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first,
                                              const fcl::Transform3d& tf,
                                              const DeformableMesh<double>& second,
@@ -80,7 +80,7 @@ SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first
   return found;
 }
 
-/// Of meshes whose squares of lengths do not underflow.
+/// Signed distance of meshes whose squared lengths do not underflow.
 SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size, double tolerance) {
   const PlacedMesh &one = meshes.first, &two = meshes.second;
   const DepthPrecision precision(one.tf, two.tf, size, tolerance);

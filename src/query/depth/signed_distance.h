@@ -13,7 +13,7 @@ namespace adaptive_bvh {
 /// The tolerance of a signed distance, adjusted for rounding: docs/bounds.md, 19.
 class DepthPrecision {
  public:
-  /// `size`: of all coordinates of both bodies, seen from either.
+  /// `size`: of all coordinates of both bodies, in the frame of either.
   DepthPrecision(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double size,
                  double tolerance)
       : size_(size),
@@ -35,15 +35,15 @@ class DepthPrecision {
   double size_, error_, tolerance_;
 };
 
-/// Makes the result for two placed bodies.
+/// Builds the result for two placed bodies.
 class SignedDistanceResult {
  public:
   SignedDistanceResult(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
                        const DepthPrecision& precision)
       : tf1_(tf1), tf2_(tf2), precision_(precision) {}
 
-  /// Result for bodies that are apart. The points are in the frame of one of them, and `outward` is
-  /// the direction of the second's surface there.
+  /// Result for bodies that are apart. The points are in the frame of the first body if
+  /// `is_in_first`, else of the second; `outward` is the normal of the second surface there.
   SignedDistance<double> apart(const TriangleGap& gap, bool is_in_first,
                                const fcl::Vector3d& outward) const {
     SignedDistance<double> result = touching(gap, is_in_first, outward, 0);
@@ -51,7 +51,7 @@ class SignedDistanceResult {
     result.lower = std::max(result.lower, 0.);
     return result;
   }
-  /// Result for bodies that touch without a point inside; the depth is at most `depth`.
+  /// Result for bodies that touch, without a point inside. Their depth is at most `depth`.
   SignedDistance<double> touching(const TriangleGap& gap, bool is_in_first,
                                   const fcl::Vector3d& outward, double depth) const {
     const auto& tf = is_in_first ? tf1_ : tf2_;
@@ -63,8 +63,8 @@ class SignedDistanceResult {
     result.searches = 0;
     return result;
   }
-  /// Result for bodies one of which has a point inside of the other. Both bounds are in the frame
-  /// of the target, the other body; one of them may be empty.
+  /// Result for bodies of which one has a point inside the other. Each bound is in the frame of its
+  /// target, the other body; one of the two may be empty.
   SignedDistance<double> inside(const DepthBounds& first_in_second,
                                 const DepthBounds& second_in_first) const {
     SignedDistance<double> result;
@@ -84,7 +84,8 @@ class SignedDistanceResult {
   }
 
  private:
-  /// `sign`: whether the line between the points leads from the first body to the second.
+  /// `sign`: 1 if the line between the points leads from the first body to the second, else -1.
+  /// `otherwise`: the normal if the points are too close.
   void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
                  const fcl::Vector3d& otherwise, SignedDistance<double>& result) const {
     constexpr double kShort = 1e-8;

@@ -9,16 +9,16 @@
 
 namespace adaptive_bvh {
 
-/// Two triangles that are close to each other, by and large: level by level of the four-wide trees,
-/// the few pairs of nodes are kept whose middles are nearest. Their distance is an upper bound of
-/// the meshes'.
+/// Finds two triangles that are approximately the closest: at each level of the four-wide trees,
+/// only the few pairs of nodes with the nearest centres are kept. Their distance is an upper bound
+/// of the meshes'.
 inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   const TreePair trees(meshes.first, meshes.second);
-  constexpr std::size_t kFew = 8;
+  constexpr std::size_t kKept = 8;
   constexpr float kFar = 1e30f;
   struct Pair {
     int first, second;
-    float apart;  ///< squared, twice as far
+    float apart;  ///< squared distance of the doubled centres
     bool operator<(const Pair& other) const { return apart < other.apart; }
   };
   const RelativeFrame& frame = trees.frame();
@@ -30,18 +30,18 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
       for (int j = 0; j < int(b.count); ++j) {
         float apart = 0;
         for (int k = 0; k < 3; ++k) {
-          const float way =
+          const float difference =
               a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
-          apart += way * way;
+          apart += difference * difference;
         }
-        if (!(apart < kFar)) apart = kFar;  // also where it is out of range
+        if (!(apart < kFar)) apart = kFar;  // also for NaN
         below.push_back({firstOf(a, i), secondOf(b, j), apart});
       }
   };
-  const auto keepFew = [&] {
-    const std::size_t few = std::min(kFew, below.size());
-    std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(few), below.end());
-    below.resize(few);
+  const auto keepNearest = [&] {
+    const std::size_t kept = std::min(kKept, below.size());
+    std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(kept), below.end());
+    below.resize(kept);
     pairs.swap(below);
     below.clear();
   };
@@ -59,14 +59,14 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
           pair, [&](const WideNode& a, int i) { return a.isLeaf() ? pair.first : a.below[i]; },
           [&](const WideNode& b, int j) { return b.isLeaf() ? pair.second : b.below[j]; });
     }
-    keepFew();
+    keepNearest();
   }
   for (const Pair& pair : pairs)
     addBoxes(
         pair,
         [&](const WideNode& a, int i) { return trees.first().triangle(unsigned(a.first + i)); },
         [&](const WideNode& b, int j) { return trees.second().triangle(unsigned(b.first + j)); });
-  keepFew();
+  keepNearest();
   TrianglePair nearest{0, 0};
   double least = std::numeric_limits<double>::infinity();
   for (const Pair& pair : pairs) {

@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The distance of two meshes, call after call.
+/// The distance of two meshes, with memory from call to call.
 class CoherentNearest {
  public:
   /// Lowers the query's distance to that of the meshes.
@@ -35,6 +35,7 @@ class CoherentNearest {
   }
 
  private:
+  /// Whether the last call had the same positions, transforms and request.
   bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
                   const fcl::DistanceRequestd& asked) const {
     return positions_[0] == first.mesh.positions && positions_[1] == second.mesh.positions &&
@@ -43,9 +44,9 @@ class CoherentNearest {
            request_.abs_err == asked.abs_err && request_.rel_err == asked.rel_err;
   }
 
-  std::intptr_t witness1_ = 0, witness2_ = 0;  ///< the triangles that were nearest last
-  bool supports_paid_ = false;                 ///< in the last search
-  /// The arguments of the last call, and its answer.
+  std::intptr_t witness1_ = 0, witness2_ = 0;  ///< nearest triangles of the last search
+  bool supports_paid_ = false;                 ///< whether supports paid in the last search
+  /// Arguments and answer of the last call.
   std::uint64_t positions_[2] = {0, 0};
   fcl::Transform3d tf1_, tf2_;
   fcl::DistanceRequestd request_;

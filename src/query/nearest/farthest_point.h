@@ -5,9 +5,9 @@
 
 namespace adaptive_bvh {
 
-/// A vertex of a mesh that is farthest along a direction, or nearly so: the best of those that a
-/// walk over a bounded number of nodes meets, those first whose boxes reach the farthest. So it
-/// takes as long for a large mesh as for a small one, whose bounds along the direction need all
+/// Returns a vertex of a mesh that is farthest along a direction, or nearly so: the best vertex in
+/// a bounded number of nodes, visited in the order of their boxes' extents along the direction. So
+/// the time does not depend on the size of the mesh, while exact bounds along a direction need all
 /// vertices.
 inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* vertices,
                                    const fcl::Vector3d& along) {
@@ -16,13 +16,13 @@ inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* ve
   fcl::Vector3d best = vertices[tree.corners(0)[0]];
   float most = std::numeric_limits<float>::lowest();
   int visited = 0;
-  // The key of a box is minus how far it reaches.
+  // The key of a box is minus its extent along the direction.
   const auto keysOf = [&](const WideNode& node) -> Float4 {
     ++visited;
-    Float4 reach = float4::all(0);
+    Float4 extent = float4::all(0);
     for (int k = 0; k < 3; ++k)
-      reach += float4::all(in_tree[k]) * (in_tree[k] > 0 ? node.boxes.high[k] : node.boxes.low[k]);
-    return -reach;
+      extent += float4::all(in_tree[k]) * (in_tree[k] > 0 ? node.boxes.high[k] : node.boxes.low[k]);
+    return -extent;
   };
   TreeWalk(tree).nearestFirst(
       keysOf, [&] { return -most; },

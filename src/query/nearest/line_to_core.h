@@ -10,21 +10,22 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances of a mesh's nodes to a point or a box beside it, by what is
-/// between them along a line and across it: along the line by supports in double precision, from
-/// the plane that no vertex lies beyond, the front; across it by the nodes' boxes. It takes a pass
-/// over the vertices, and then tells apart what boxes in single precision along the tree's axes do
-/// not: the parts of a face across the line, and what is far away. docs/bounds.md, 16.
+/// Lower bounds of the distances from a mesh's nodes to a point or box beside the mesh, the core.
+/// They combine the gaps along a line and across it. Gaps along the line come from supports in
+/// double precision, measured from the front, the plane beyond which no vertex lies. Gaps across it
+/// come from the nodes' boxes. The bounds cost a pass over the vertices. They then separate nodes
+/// that boxes in single precision along the tree's axes do not: the parts of a face across the
+/// line, and bodies far away. docs/bounds.md, 16.
 class LineToCore {
  public:
-  /// A box: its middle, and half its edges as columns, in the mesh's frame.
+  /// A box: its centre, and half its edges as columns, in the mesh's frame.
   struct Core {
     fcl::Vector3d middle;
     fcl::Matrix3d sides = fcl::Matrix3d::Zero();
   };
 
-  /// Of the part of the tree that `near` names. `along`: the direction of the line, from the mesh
-  /// to the core, of length 1, in the mesh's frame.
+  /// Prepares bounds for the part of the tree that `near` reports. `along`: direction of the line
+  /// from the mesh to the core, of length 1, in the mesh's frame.
   void look(const MeshState& mesh, const NearLanes& near, const Core& core,
             const fcl::Vector3d& along) {
     const WideTree& tree = mesh.tree;
@@ -50,10 +51,10 @@ class LineToCore {
     }
   }
 
-  /// Of the boxes of a node: lower bounds of their squared distances less that of the front, in a
-  /// unit of their own.
+  /// Returns keys of a node's boxes: lower bounds of their squared distances minus the squared
+  /// distance of the front, in a unit of their own.
   ADAPTIVE_BVH_INLINE Float4 keys(const WideNode& node) const {
-    const double* const reach = supports_[static_cast<int>(&node - nodes_)].of;
+    const double* const extent = supports_[static_cast<int>(&node - nodes_)].of;
     const Boxes4 turned = change_(node.boxes);
     Float4 across = float4::all(0);
     for (int k = 1; k < 3; ++k) {
@@ -65,12 +66,12 @@ class LineToCore {
     const Pack<double> squares[] = {float4::widenedXy(across), float4::widenedZw(across)};
     Pack<double> key[2];
     for (int i = 0; i < 2; ++i)
-      key[i] =
-          keyOf(packs::all(scale_) * (packs::all(front_) - packs::load(reach + 2 * i)), squares[i]);
+      key[i] = keyOf(packs::all(scale_) * (packs::all(front_) - packs::load(extent + 2 * i)),
+                     squares[i]);
     return float4::narrowed(key[0], key[1]);
   }
-  /// Keys of what is at most as far from a core without sides as a point of the mesh are not
-  /// larger.
+  /// Limit by a point of the mesh, for a core without sides: boxes at most as far away as the point
+  /// have keys up to this limit.
   float limitOf(const fcl::Vector3d& point) const {
     const fcl::Vector3d seen = axes_ * (to_body_ * (point - origin_));
     const double square = seen[1] * seen[1] + seen[2] * seen[2];
@@ -79,7 +80,7 @@ class LineToCore {
     const double rounded = kSeen * (1 + scale_ * origin_.lpNorm<1>()) + kTies * base_;
     return roundedUp(std::max(key * unit_, 0.) + rounded);
   }
-  /// Keys of what is nearer than that are smaller.
+  /// Limit by a distance: boxes nearer than that have smaller keys.
   float limitOf(double distance) const {
     const double limit = std::min(distance * scale_, 1e150);
     return roundedUp((limit - base_) * (limit + base_) * unit_);
@@ -94,16 +95,16 @@ class LineToCore {
   static float roundedUp(double key) {
     return static_cast<float>(std::clamp(key * (1 + 0x1p-20), -1e38, 1e38));
   }
-  /// A coordinate, rounded outward; far beyond the body it counts as little as infinity.
+  /// Rounds a coordinate outward. Far beyond the body, a clamped value is as good as infinity.
   static float ended(double x, double outward) {
     constexpr double kMost = 1e18;
     return static_cast<float>(std::clamp(x + outward * 0x1p-22 * std::abs(x), -kMost, kMost));
   }
 
-  static constexpr double kMargin = 160. / (1 << 24);  // of a turned box
+  static constexpr double kMargin = 160. / (1 << 24);  // margin of a turned box
   static constexpr double kRounding = 0x1p-50;
-  static constexpr double kSeen = 0x1p-46;  // of two points, along the line
-  static constexpr double kTies = 0x1p-78;  // more than PreciseSquare takes for as near
+  static constexpr double kSeen = 0x1p-46;  // error of two points, along the line
+  static constexpr double kTies = 0x1p-78;  // more than PreciseSquare treats as a tie
 
   const WideNode* nodes_ = nullptr;
   fcl::Matrix3d to_body_, axes_;

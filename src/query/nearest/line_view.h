@@ -9,17 +9,17 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances of the nodes of two trees by what is between them along a line and
-/// across it. Each body is measured from a front of its own, a plane across the line that no point
-/// of it lies before; how far apart the fronts are is known in double precision. So single
-/// precision is as good for bodies far apart as for others: docs/bounds.md, 13.
+/// Lower bounds of the distances between nodes of two trees, by the gaps along a line and across
+/// it. Each body is measured from its front, a plane across the line with the whole body
+/// behind it. The distance of the fronts is known in double precision. So single precision is as
+/// good for bodies far apart as for near ones: docs/bounds.md, 13.
 class LineView {
  public:
-  /// `along`: the direction from the first to the second, of length 1, in the first mesh's frame;
-  /// `from`, `to`: a point of each mesh in its own frame; `reach1`, `reach2`: how far no point of
-  /// the meshes lies beyond them, toward the other. Only where RelativeFrame::isInRange.
+  /// `along`: direction from the first mesh to the second, of length 1, in the first mesh's frame.
+  /// `from`, `to`: a point of each mesh in its own frame. `extent1`, `extent2`: upper bounds of how
+  /// far the meshes extend from these points toward each other. Requires RelativeFrame::isInRange.
   void set(const TreePair& trees, const fcl::Vector3d& along, const fcl::Vector3d& from,
-           const fcl::Vector3d& to, double reach1, double reach2) {
+           const fcl::Vector3d& to, double extent1, double extent2) {
     const BodyCoordinates &first = trees.first().coordinates(),
                           &second = trees.second().coordinates();
     nodes1_ = trees.first().nodes();
@@ -33,8 +33,8 @@ class LineView {
     const fcl::Vector3d between =
         axes * (first.to_body * (trees.toFirst()(to) - from));  // `from` to `to`
     fcl::Vector3d t1 = -(axes * first(from)), t2 = between - turn2 * second(to);
-    front1_ = reach1 * scale_;
-    front2_ = reach2 * scale_;
+    front1_ = extent1 * scale_;
+    front2_ = extent2 * scale_;
     gap_ = between[0] - front1_ - front2_;
     t2[0] -= between[0];
     const double ratio = first.scale / second.scale, in_double = trees.frame().preciseError();
@@ -46,17 +46,18 @@ class LineView {
   }
   /// A lower bound of the distance of the two meshes.
   double gap() const { return gap_ / scale_; }
-  /// The distance that bounds are compared with. Its square stays in range.
+  /// Sets the distance with which bounds are compared. Its square stays in range.
   void setLimit(double distance) { limit_ = std::min(distance * scale_, 1e150); }
-  /// Keys of nodes that are nearer than the limit are smaller.
+  /// Nodes nearer than the limit have smaller keys.
   float limitOfKeys() const {
     const double key = (limit_ - base_) * (limit_ + base_) * unit_;
     return static_cast<float>(std::clamp(key * (1 + 0x1p-20), -1e38, 1e38));
   }
 
-  /// Which boxes of two nodes may hold triangles that are nearer than the limit: bit 4 j + i for
-  /// box i of the first and j of the second. `keys`: lower bounds of their squared distances less
-  /// that of the fronts, in a unit of its own. `supports`: of the same line, or null.
+  /// Returns which boxes of two nodes may hold triangles nearer than the limit: bit 4 j + i for box
+  /// i of the first and j of the second. `keys`: lower bounds of their squared distances minus the
+  /// squared distance of the fronts, in a unit of their own. `supports`: along the same line, or
+  /// null.
   ADAPTIVE_BVH_INLINE unsigned near(int first, int second, const LineSeparation* supports,
                                     Gaps4x4& keys) {
     using float4::widenedXy;
@@ -70,8 +71,8 @@ class LineView {
     double behind2[4];
     const D zero = packs::all(0.), front1 = packs::all(front1_), scale = packs::all(scale_);
     if (supports) {
-      const double* const h1 = supports->reaches1(first).of;
-      const double* const h2 = supports->reaches2(second).of;
+      const double* const h1 = supports->extents1(first).of;
+      const double* const h2 = supports->extents2(second).of;
       for (int i = 0; i < 2; ++i)
         behind1[i] = packs::upper(front1 - scale * packs::load(h1 + 2 * i), zero);
       for (int j = 0; j < 4; ++j) behind2[j] = std::max(front2_ - scale_ * h2[j], 0.);
@@ -105,7 +106,7 @@ class LineView {
  private:
   static constexpr double kUnit = 1. / (1 << 24);
 
-  /// For what a turned box may be off.
+  /// Bound of the error of a turned box.
   static double margin(double ratio, const fcl::Vector3d& t) {
     return kUnit * (160 * ratio + 32 * t.template lpNorm<1>());
   }
@@ -128,7 +129,7 @@ class LineView {
   FrameChange change1_, change2_;
   double scale_ = 1, front1_ = 0, front2_ = 0, gap_ = 0, base_ = 0, unit_ = 1;
   double limit_ = 0;
-  int number1_ = -1, number2_ = -1;  ///< whose boxes these are
+  int number1_ = -1, number2_ = -1;  ///< nodes of turned1_ and turned2_
   Boxes4 turned1_, turned2_;
 };
 

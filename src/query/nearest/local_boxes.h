@@ -8,12 +8,12 @@
 
 namespace adaptive_bvh {
 
-/// The way between the nearest points of two convex sets, from the first to the second, in the
-/// first's frame; zero where they touch, or are not `least` apart. `farthest1`, `farthest2`: a
-/// point that is farthest along a direction, each in the frame of its set.
+/// Returns the vector between the nearest points of two convex sets, from the first to the second,
+/// in the first's frame; zero if they touch or are less than `least` apart. farthest1(d),
+/// farthest2(d): the point of each set that is farthest along d, in the frame of the set.
 template <typename Farthest1, typename Farthest2>
-fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
-                         const Farthest2& farthest2, double least = 0) {
+fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
+                            const Farthest2& farthest2, double least = 0) {
   class Difference final : public ConvexSet {
    public:
     Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
@@ -29,7 +29,7 @@ fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& far
     const Farthest1& farthest1_;
     const Farthest2& farthest2_;
   };
-  constexpr double kError = 0x1p-49;  // more than what is rounded
+  constexpr double kError = 0x1p-49;  // more than the rounding error
   constexpr int kMostSteps = 32;
   const fcl::Vector3d origin = fcl::Vector3d::Zero();
   const ConvexGap gap =
@@ -38,8 +38,8 @@ fcl::Vector3d wayBetween(const RelativePlacement& to_first, const Farthest1& far
   return gap.distance > 0 && gap.distance >= least ? gap.points.second : origin;
 }
 
-/// The local boxes of two meshes (FCL's aabb_local), in double precision: lower bounds of the
-/// distance that take no time. The boxes of many parts are flat where the parts are.
+/// The local boxes of two meshes (FCL's aabb_local), in double precision. They give lower bounds of
+/// the distance at no cost. Many mechanical parts have flat faces in the faces of their boxes.
 class LocalBoxes {
  public:
   LocalBoxes(const PlacedMesh& first, const PlacedMesh& second, const RelativePlacement& to_first)
@@ -47,17 +47,17 @@ class LocalBoxes {
 
   fcl::Vector3d middle1() const { return middleOf(first_); }
   fcl::Vector3d middle2() const { return middleOf(second_); }
-  /// How far beyond a point `from` the boxes reach along a direction; both in the mesh's frame.
-  double reach1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+  /// How far a mesh's box extends from a point `from` along a direction; both in that mesh's frame.
+  double extent1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(first_, along) - from);
   }
-  double reach2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
+  double extent2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(second_, along) - from);
   }
-  /// The direction from the first box to the second between their nearest points, in the first
-  /// mesh's frame; zero where they touch.
+  /// The direction between the boxes' nearest points, from the first to the second, in the first
+  /// mesh's frame; zero if they touch.
   fcl::Vector3d line() const {
-    return wayBetween(
+    return vectorBetween(
                to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
                [&](const fcl::Vector3d& along) { return corner(second_, along); })
         .stableNormalized();

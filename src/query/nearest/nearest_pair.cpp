@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The second's coordinates are placed in the first's frame.
+/// Rounding of distances, with the second's coordinates transformed to the first's frame.
 DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
                             const PlacedMesh& second) {
   const auto size = [](const PlacedMesh& mesh) -> double {
@@ -34,7 +34,8 @@ NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
   setLimit();
 }
 
-/// FCL goes on below a pair unless its bound c meets c >= min - abs_err and c (1 + rel_err) >= min.
+/// FCL descends below a pair unless its bound c satisfies c >= min - abs_err and c (1 + rel_err) >=
+/// min.
 void NearestPair::setLimit() {
   const auto least = static_cast<double>(result_.min_distance);
   limit_ = std::max(least - static_cast<double>(request_.abs_err),
@@ -42,7 +43,7 @@ void NearestPair::setLimit() {
   least_enough_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();
 }
 
-/// Measures along the line between the nearest points of two triangles.
+/// Sets the line to that between the nearest points of two triangles.
 void NearestPair::lookAlong(const TriangleGap& gap, const VertexIndices& a,
                             const VertexIndices& b) {
   triangles_.lookAlong(gap.points.first, gap.points.second);
@@ -61,8 +62,8 @@ void NearestPair::refineLine() {
 
 void NearestPair::raiseLeast() {
   const auto& line = triangles_.line();
-  raiseLeast(line.offset - boxes_.reach1(line.from, line.along1) -
-             boxes_.reach2(line.to, -line.along2));
+  raiseLeast(line.offset - boxes_.extent1(line.from, line.along1) -
+             boxes_.extent2(line.to, -line.along2));
 }
 
 bool NearestPair::lookAlongHulls() {
@@ -72,17 +73,17 @@ bool NearestPair::lookAlongHulls() {
     };
   };
   constexpr double kMost = 1 - 1. / 64;
-  const fcl::Vector3d way =
-      wayBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
-  const double gap = way.stableNorm();
+  const fcl::Vector3d between =
+      vectorBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
+  const double gap = between.stableNorm();
   if (!(gap > 0)) return false;
-  triangles_.turnLine(way / gap);
+  triangles_.turnLine(between / gap);
   raiseLeast();
   return true;
 }
 
 void NearestPair::improve(const TriangleGap& gap, int triangle1, int triangle2) {
-  result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller names them
+  result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller sets o1, o2
   if (request_.enable_nearest_points) {
     const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d { return (first_.tf * x); };
     result_.nearest_points[0] = inWorld(gap.points.first);
@@ -118,14 +119,14 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
   for (; open && !isDone(); open &= open - 1) {
     const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
     const double bound = double(bounds[j][i]) * unit - off;
-    if (!(bound >= limit_))  // also where it is out of range
+    if (!(bound >= limit_))  // also if it is out of range
       testPair(first_.tree().corners(static_cast<unsigned>(leaf1.first + i)),
                second_.tree().corners(static_cast<unsigned>(leaf2.first + j)), bound, slack);
   }
 }
 
-/// `bound`: a lower bound of their distance in single precision; `slack`: by so much one along the
-/// same lines may be larger in double precision.
+/// `bound`: lower bound of the triangles' distance in single precision. `slack`: how much larger a
+/// bound along the same lines can be in double precision.
 void NearestPair::testPair(const Int4& first, const Int4& second, double bound, double slack) {
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
   ++triangle_tests_;
@@ -140,24 +141,25 @@ void NearestPair::testPair(const Int4& first, const Int4& second, double bound, 
   lookAlong(gap, a, b);
 }
 
-/// Stops at the first vertex that is too near. A few of both meshes come first: they often say so.
+/// Stops at the first vertex that is too near. Tests a sample of both meshes first, which often has
+/// one.
 bool NearestPair::areSeparated() {
   if (!isClear()) return false;
-  constexpr std::size_t kFew = 32;  // one of so many
+  constexpr std::size_t kSampleStride = 32;  // of the vertices that are tested first
   const auto& line = triangles_.line();
   const double rest = line.offset - limitWithinRounding();
-  const auto reach = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
-                        const fcl::Vector3d& along, double most, std::size_t stride) -> double {
-    double reach = 0;
-    for (std::size_t i = 0; i < vertices.size() && reach <= most; i += stride)
-      reach = std::max(reach, along.dot(vertices[i] - from));
-    return reach;
+  const auto extent = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
+                         const fcl::Vector3d& along, double most, std::size_t stride) -> double {
+    double extent = 0;
+    for (std::size_t i = 0; i < vertices.size() && extent <= most; i += stride)
+      extent = std::max(extent, along.dot(vertices[i] - from));
+    return extent;
   };
-  for (const std::size_t stride : {kFew, std::size_t(1)}) {
-    const double reach1 = reach(first_.mesh.vertices, line.from, line.along1, rest, stride);
-    if (!(reach1 <= rest)) return false;
-    const double rest2 = rest - reach1;
-    if (!(reach(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
+  for (const std::size_t stride : {kSampleStride, std::size_t(1)}) {
+    const double extent1 = extent(first_.mesh.vertices, line.from, line.along1, rest, stride);
+    if (!(extent1 <= rest)) return false;
+    const double rest2 = rest - extent1;
+    if (!(extent(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
       return false;
   }
   raiseLeast(limitWithinRounding());

@@ -10,9 +10,9 @@
 
 namespace adaptive_bvh {
 
-/// The nearest pair of triangles that a distance query has found so far, and its tests of others:
-/// cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's query
-/// does, but by our own distance of two triangles (gapOf).
+/// The nearest pair of triangles that a distance query has found so far, and the tests of further
+/// pairs: cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's
+/// query does, but with the library's own distance of two triangles (gapOf).
 class NearestPair {
  public:
   NearestPair(const PlacedMesh& first, const PlacedMesh& second,
@@ -20,45 +20,49 @@ class NearestPair {
   NearestPair(const NearestPair&) = delete;
   NearestPair& operator=(const NearestPair&) = delete;
 
-  /// Ends the search with the first pair whose distance is at most `enough`. Call it before the
-  /// search if only that matters.
+  /// Ends the search at the first pair whose distance is at most `enough`. Call it before the
+  /// search, if only that comparison matters.
   void stopAt(double enough) { enough_ = enough; }
-  /// The distance of two triangles as a first upper bound. Nothing when one of them does not exist.
+  /// Uses the distance of two triangles as a first upper bound. Does nothing if one of them does
+  /// not exist.
   void addWitness(int triangle1, int triangle2);
 
-  /// The distance is 0, so nothing can be nearer; or small enough; or no pair is nearer.
+  /// Whether the search is over: the distance is at most `enough` (0 by default), or no pair can be
+  /// nearer.
   bool isDone() const { return result_.min_distance <= enough_ || least_ >= least_enough_; }
-  /// The distance of the meshes is not less than that, but for rounding.
+  /// Raises the known lower bound of the meshes' distance, which may be off by rounding.
   void raiseLeast(double bound) { least_ = std::max(least_, bound); }
   const LocalBoxes& boxes() const { return boxes_; }
   /// Whether `refineLine` has nothing to do.
   bool isRefined() const { return is_refined_; }
-  /// Improves the line between the nearest points, which rounding turns where they are near each
-  /// other or very far apart: where a normal of the two triangles separates these as well, that is
-  /// taken, which is exact for all of a flat face. Then measures the bodies as a whole.
+  /// Improves the line between the nearest points. Rounding turns it if the points are near each
+  /// other or very far apart. If a normal of the two triangles separates them equally well, the
+  /// line takes its direction, which is exact for all of a flat face. Then bounds the bodies as a
+  /// whole along the line.
   void refineLine();
-  /// Whether all vertices are at least the limit apart along the line: then the search is over.
+  /// Whether all vertices are at least the limit apart along the line. Then the search is over.
   bool areSeparated();
-  /// Looks along the line between the convex hulls of the meshes, if these are nearly as far apart
-  /// as the nearest pair.
+  /// Turns the line to that between the convex hulls of the meshes, if these are nearly as far
+  /// apart as the nearest pair. Returns whether it did.
   bool lookAlongHulls();
-  /// Distances from here on do not matter.
+  /// Pairs at this distance or farther do not matter.
   double limit() const { return limit_; }
-  /// What is nearer than the limit by no more than distances of triangles are rounded is as near:
-  /// so parallel faces prune. Not where that would hide a touch.
+  /// The limit minus the rounding error of distances of triangles: pairs nearer by less than that
+  /// count as equally near, so that parallel faces are pruned. The limit itself if that would
+  /// hide a touch.
   double limitWithinRounding() const { return isClear() ? rounding_.below(limit_) : limit_; }
-  /// For bounds that may be off by as much as distances are.
+  /// The limit for bounds whose rounding error is that of distances.
   double limitOfBounds() const {
     return isClear() ? rounding_.below(limit_) : limit_ + rounding_.ofSeparations();
   }
-  /// Whether what is as near as the limit, up to rounding, surely does not touch.
+  /// Whether pairs at the limit, up to rounding, certainly do not touch.
   bool isClear() const { return rounding_.isClear(limit_); }
-  /// The line between the nearest points.
+  /// Separations along the line between the nearest points.
   const TriangleSeparation<double>& triangles() const { return triangles_; }
 
-  /// Tests pairs: bit 4 j + i of `open` for triangle i of a leaf of the first tree and j of one of
-  /// the second, which are in `block` in single precision, `unit` in the first mesh's numbers, off
-  /// by `error` beyond what TriangleBlock allows.
+  /// Tests the pairs of two leaves in `open`: bit 4 j + i for triangle i of the first tree's leaf
+  /// and j of the second's. `block`: the triangles in single precision; `unit`: its unit in the
+  /// first mesh's numbers; `error`: its error beyond what TriangleBlock allows for.
   void test(unsigned open, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
@@ -83,8 +87,8 @@ class NearestPair {
   const DistanceRounding rounding_;
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance
-  double least_enough_ = std::numeric_limits<double>::infinity();  ///< that ends the search
-  /// What the line belongs to.
+  double least_enough_ = std::numeric_limits<double>::infinity();  ///< a bound that ends the search
+  /// The triangles that define the line, and their distance.
   VertexIndices near1_{}, near2_{};
   double near_distance_ = 0;
   bool is_refined_ = true;

@@ -6,11 +6,11 @@ namespace adaptive_bvh {
 namespace {
 
 /// The boxes of a node of the second tree if single precision cannot express them: boxes that are
-/// far away, or not a number, are moved so near that squares of gaps stay in range.
+/// far away or NaN are moved so near that squared gaps stay in range.
 Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   constexpr float kFar = 1e15f;
   const Boxes4 turned = frame(node.boxes);
-  Boxes4 boxes = node.boxes;  // where there is nothing, these stay
+  Boxes4 boxes = node.boxes;  // kept for lanes without a box
   for (int k = 0; k < 3; ++k)
     for (int i = 0; i < int(node.count); ++i) {
       // If one argument is NaN, std::min and std::max return the first one.
@@ -20,22 +20,21 @@ Boxes4 boxesInRange(const RelativeFrame& frame, const WideNode& node) {
   return boxes;
 }
 
-/// So many tests of boxes take longer than to improve the line, and than to look at the bodies as a
-/// whole.
-constexpr long kFew = 96;
-constexpr long kMany = 256;
-/// What it takes to look along the convex hulls, in box tests.
-constexpr long kHulls = 20000;
+/// Costs of improving the line, and of testing the bodies as a whole, in box tests.
+constexpr long kLineCost = 96;
+constexpr long kWholeBodyCost = 256;
+/// Cost of a look along the line between the convex hulls, in box tests.
+constexpr long kHullCost = 20000;
 constexpr long kNever = std::numeric_limits<long>::max();
 
-/// After how many tests of boxes to look along the line between two bodies: at once where single
-/// precision hardly distinguishes the boxes, so far apart they are; never where they are near, as
-/// trees with the same coordinates are better there.
+/// Number of box tests after which to look along the line between two bodies. Zero if the bodies
+/// are so far apart that single precision hardly distinguishes boxes; never if they are near,
+/// because trees with the same coordinates are better there.
 long testsBeforeView(const TreePair& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
   const double apart = trees.frame().t().template lpNorm<1>();
   if (apart > kFar) return 0;
-  return apart > kNear ? kMany : kNever;
+  return apart > kNear ? kWholeBodyCost : kNever;
 }
 
 }  // namespace
@@ -53,14 +52,15 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
       blocks_(second, trees_) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
   next_supports_ = LineSeparation::largestCost(trees_.first(), trees_.second());
-  constexpr long kOften = 16;  // of a large mesh perhaps only a small part counts
+  constexpr long kOften = 16;  // only a small part of a large mesh may be near
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
   next_view_ = testsBeforeView(trees_);
-  next_hulls_ = kHulls;
-  next_check_ = std::max<long>(kMany, first.mesh.vertices.size() + second.mesh.vertices.size());
-  next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it needless
+  next_hulls_ = kHullCost;
+  next_check_ =
+      std::max<long>(kWholeBodyCost, first.mesh.vertices.size() + second.mesh.vertices.size());
+  next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it unnecessary
 }
 
 const Boxes4& NearestSearch::secondBoxes(int node) {
@@ -72,20 +72,21 @@ const Boxes4& NearestSearch::secondBoxes(int node) {
   return turned_;
 }
 
-/// Which boxes of two nodes are near along the line. Apart from the others, which take less time.
+/// Which boxes of two nodes are near along the line. A function of its own, because the other cases
+/// take less time.
 unsigned NearestSearch::nearInView(int first, int second, const LineSeparation* supports,
                                    Gaps4x4& gaps) {
   return view_.near(first, second, supports, gaps);
 }
 
-/// Which boxes of two nodes are near, by themselves.
+/// Which boxes of two nodes are near, by the boxes alone.
 unsigned NearestSearch::nearBoxes(int first, int second, Gaps4x4& gaps) {
   if (has_view_) return nearInView(first, second, nullptr, gaps);
   gaps = squaredGaps(nodes1_[first].boxes, secondBoxes(second));
   return gaps.below(limit2_);
 }
 
-/// By supports as well.
+/// Which boxes of two nodes are near, by boxes and supports.
 unsigned NearestSearch::nearLanes(int first, int second, Gaps4x4& gaps) {
   box_tests_ += nodes1_[first].count * nodes2_[second].count;
   if (has_view_) return nearInView(first, second, has_supports_ ? &line_ : nullptr, gaps);
@@ -117,11 +118,11 @@ void NearestSearch::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
-    if (box_tests_ >= kFew && !nearest_.isRefined()) {
+    if (box_tests_ >= kLineCost && !nearest_.isRefined()) {
       nearest_.refineLine();
       limit_ = -1;
       setLimit();
-      continue;  // perhaps that was all
+      continue;  // the search may be over
     }
     if (box_tests_ >= next_stage_ && takeStage()) continue;
     const Pair pair = takeNext();
@@ -129,8 +130,8 @@ void NearestSearch::run() {
   }
 }
 
-/// What pays after so many tests of boxes. Returns whether pairs may have been left out, perhaps
-/// all.
+/// Takes the steps that pay after this many box tests. Returns whether pairs may have been removed,
+/// perhaps all of them.
 bool NearestSearch::takeStage() {
   const bool is_changed = takeStages();
   next_stage_ = std::min({next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
@@ -149,9 +150,9 @@ bool NearestSearch::takeStages() {
   return true;
 }
 
-/// The nearest of the two nodes that were visited last; where these led to none, along a line the
-/// nearest of all: among nodes that are hardly nearer than others a search would else go through
-/// many before it comes to the nearest.
+/// Returns the nearest of the pairs that the last visit added. If it added none and a line is used,
+/// returns the nearest of all pairs: among many nodes at nearly the same distance, depth-first
+/// order would get to the nearest one late.
 NearestSearch::Pair NearestSearch::takeNext() {
   if (has_view_ && has_supports_ && !has_next_) {
     const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
@@ -166,7 +167,7 @@ NearestSearch::Pair NearestSearch::takeNext() {
   return pair;
 }
 
-/// The nodes stay the same, and gaps lower bounds.
+/// Aligns the trees. The nodes stay the same, and gaps stay lower bounds.
 void NearestSearch::align() {
   next_alignment_ = kNever;
   trees_.align();
@@ -176,7 +177,7 @@ void NearestSearch::align() {
   turned_node_ = -1;
   const double before = limit_;
   limit_ = -1;
-  for (Pair& pair : open_) pair.gap = 0;  // in other units
+  for (Pair& pair : open_) pair.gap = 0;  // their unit has changed
   if (before >= 0) setLimit();
 }
 
@@ -186,10 +187,10 @@ bool NearestSearch::check() {
   return nearest_.areSeparated();
 }
 
-/// From here on looks at boxes along a line.
-void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double reach1,
-                              double reach2) {
-  view_.set(trees_, line.along1, line.from, line.to, reach1, reach2);
+/// Bounds boxes along a line from here on.
+void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double extent1,
+                              double extent2) {
+  view_.set(trees_, line.along1, line.from, line.to, extent1, extent2);
   has_view_ = true;
   next_alignment_ = next_view_ = kNever;
   nearest_.raiseLeast(view_.gap());
@@ -204,7 +205,7 @@ void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, doub
   has_next_ = false;
 }
 
-/// Looks along the line between the local boxes of the meshes, which may separate them.
+/// Looks along the line between the local boxes of the meshes, if these are apart.
 void NearestSearch::tryBoxes() {
   next_view_ = kNever;
   if (has_supports_ || !trees_.frame().isInRange()) return;
@@ -215,10 +216,10 @@ void NearestSearch::tryBoxes() {
   line.along2 = trees_.toFirst().R.transpose() * line.along1;
   line.from = boxes.middle1();
   line.to = boxes.middle2();
-  lookAlong(line, boxes.reach1(line.from, line.along1), boxes.reach2(line.to, -line.along2));
+  lookAlong(line, boxes.extent1(line.from, line.along1), boxes.extent2(line.to, -line.along2));
 }
 
-/// Leaves out what is not nearer than the limit. Returns the cost of supports of the rest.
+/// Removes pairs that are not nearer than the limit. Returns the cost of supports for the rest.
 long NearestSearch::setSupportParts() {
   Gaps4x4 gaps;
   const auto near1 = [&](int node) -> unsigned {
@@ -239,8 +240,8 @@ long NearestSearch::setSupportParts() {
   return cost;
 }
 
-/// Computes supports if the search has taken as long; again along another line where the last one
-/// separated many pairs of nodes.
+/// Computes supports if the search has already taken as long; repeats it along another line if the
+/// last one separated many pairs of nodes.
 void NearestSearch::trySupports() {
   if (has_supports_ && !has_view_ && !supportsPaid()) {
     next_supports_ = kNever;
@@ -259,15 +260,15 @@ void NearestSearch::trySupports() {
   next_supports_ = 2 * (box_tests_ + cost);
   if (has_view_ || isApart()) {
     const auto& line = nearest_.triangles().line();
-    lookAlong(line, line_.reach1(), line_.reach2());
+    lookAlong(line, line_.extent1(), line_.extent2());
   } else {
     limit_ = -1;
     setLimit();
   }
 }
 
-/// Looks along the line between the convex hulls, by supports, if that separates the bodies by
-/// nearly the distance. No other line is better then.
+/// Looks along the line between the convex hulls, with supports, if that line separates the bodies
+/// by nearly the distance. No other line is better then.
 bool NearestSearch::tryHulls() {
   next_hulls_ = kNever;
   constexpr double kNear = 1;  // nearer, lines between triangles are as good
@@ -278,17 +279,17 @@ bool NearestSearch::tryHulls() {
   has_supports_ = true;
   next_supports_ = kNever;
   const auto& line = nearest_.triangles().line();
-  lookAlong(line, line_.reach1(), line_.reach2());
+  lookAlong(line, line_.extent1(), line_.extent2());
   return true;
 }
 
-/// Whether the distance is more than so many radii of the smaller body.
+/// Whether the distance is more than `radii` times the radius of the smaller body.
 bool NearestSearch::isFartherThan(double radii) const {
   const auto radius = [](const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; };
   return limit_ > radii * std::min(radius(trees_.firstMesh()), radius(trees_.secondMesh()));
 }
 
-/// Whether what is between nodes across the line counts as well.
+/// Whether the bodies are so far apart that gaps across the line matter, too.
 bool NearestSearch::isApart() const {
   constexpr double kApart = 32;  // nearer, boxes along the trees' axes take less time
   return trees_.frame().isInRange() && isFartherThan(kApart);
@@ -305,7 +306,7 @@ void NearestSearch::visit(const Pair& pair) {
     push(pair, gaps, open);
 }
 
-/// What is below the two nodes; a leaf stays whole. The nearest is next.
+/// Adds the pairs below two nodes. A leaf is not divided. The nearest pair comes next.
 void NearestSearch::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) {
   const WideNode &a = nodes1_[pair.first], &b = nodes2_[pair.second];
   const std::size_t begin = open_.size();

@@ -12,17 +12,17 @@
 
 namespace adaptive_bvh {
 
-/// The triangles of a leaf of each of two trees for TriangleBlock: in the first tree's coordinates,
-/// from the first corner of the second leaf. Positions of the first tree count with their
-/// residuals; those of the second are placed in double precision. docs/bounds.md, 5.
+/// The triangles of two leaves, one of each tree, for TriangleBlock: in the first tree's
+/// coordinates, relative to the first corner of the second leaf. The first tree's positions are
+/// used with their residuals; the second's are transformed in double precision. docs/bounds.md, 5.
 class LeafBlocks {
  public:
   LeafBlocks(const PlacedMesh& second, const TreePair& trees) : placed2_(second), trees_(trees) {}
   LeafBlocks(const LeafBlocks&) = delete;
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
-  /// Sets a direction from the first to the second mesh, of length 1 or zero: bounds also use the
-  /// extents along it. Call it before the search, and again after the trees were aligned.
+  /// Sets a direction from the first to the second mesh, of length 1 or zero; bounds then use the
+  /// extents along it, too. Call it before the search, and again after the trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
     second_of_ = slab_of_ = -1;
@@ -30,10 +30,10 @@ class LeafBlocks {
     from_second_ = first.to_body * trees_.toFirst().R;
     origin_of_second_ = first(trees_.toFirst().T);
   }
-  /// Which pairs of triangles of two leaves may be as near as a limit, in the first tree's units:
-  /// those whose first triangle is as near to a slab around the second leaf. On surfaces that lie
-  /// along each other few are, and a slab takes as long as to test two pairs. Bit 4 j + i for
-  /// triangle i of the first leaf and j of the second.
+  /// Returns which pairs of triangles of two leaves may be within `limit`, in the first tree's
+  /// units: those whose first triangle is within `limit` of a slab around the second leaf. On
+  /// surfaces that lie along each other these are few, and a slab takes as long as testing two
+  /// pairs. Bit 4 j + i is triangle i of the first leaf and j of the second.
   unsigned near(int first, int second, unsigned pairs, double limit) {
     const RelativeFrame& frame = trees_.frame();
     if (!frame.isPrecise()) return pairs;
@@ -52,22 +52,21 @@ class LeafBlocks {
     gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
-  /// Returns the block of two leaves, by their numbers. Valid until the next call. Consecutive
-  /// calls often have the same second leaf.
+  /// Returns the block of two leaves, given by their node numbers. Valid until the next call.
+  /// Consecutive calls often have the same second leaf.
   TriangleBlock operator()(int first, int second) {
     if (second_of_ != second) readSecond(second);
     readFirst(trees_.first().nodes()[first]);
     return {side1_, side2_};
   }
-  /// By so much, in the first tree's units, a bound may be too large beyond what TriangleBlock
-  /// takes off.
+  /// Error of a bound, in the first tree's units, beyond what TriangleBlock subtracts.
   double error() const {
     return 4 * (double(trees_.frame().preciseError()) + 4 * double(WideTree::kResidualError));
   }
 
  private:
-  /// Sets the origin, rounded, and what the rounding took off it. Not by cast<float>() and back:
-  /// GCC 12 takes the two casts of a pair of numbers for none with -O3.
+  /// Sets the rounded origin, and the remainder lost by the rounding. Not by cast<float>() and
+  /// back, because GCC 12 with -O3 removes both casts of a pair of numbers.
   void setOrigin(const fcl::Vector3d& origin) {
     const Pack<double> xy{origin[0], origin[1]}, z{origin[2], 0};
     const Float4 rounded = float4::narrowed(xy, z);
@@ -112,7 +111,7 @@ class LeafBlocks {
   const PlacedMesh& placed2_;
   const TreePair& trees_;
   Vector4x3 direction_;
-  fcl::Matrix3d from_second_;  ///< takes the second mesh to the first tree's coordinates
+  fcl::Matrix3d from_second_;  ///< maps the second mesh's frame to the first tree's coordinates
   fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;
@@ -122,9 +121,9 @@ class LeafBlocks {
   LeafSlab slab_;
 };
 
-/// What gaps of boxes say, of two four-wide trees seen in the coordinates of the first. Boxes reach
-/// farther than their triangles by more than all that is rounded in both and in their differences,
-/// but for the squares': docs/bounds.md, 13.
+/// Limits for the gaps of boxes of two four-wide trees, in the coordinates of the first. Boxes are
+/// larger than their triangles by more than the rounding errors of both boxes and of their
+/// differences; only the errors of squares are added here: docs/bounds.md, 13.
 class BoxGaps {
  public:
   /// `scale`: WideTree::scale.
@@ -142,23 +141,25 @@ class BoxGaps {
   double scale_;
 };
 
-/// The exact distance of two meshes: branch and bound on their four-wide trees, the nearest pair of
+/// The exact distance of two meshes: branch and bound on their four-wide trees, nearest pair of
 /// nodes first.
 class NearestSearch {
  public:
-  /// `supports_first`: begins with supports, in place of a search that shows whether they pay.
+  /// `supports_first`: begins with supports, instead of first measuring whether they pay.
   NearestSearch(const PlacedMesh& first, const PlacedMesh& second, NearestPair& nearest,
                 bool supports_first = false);
 
-  /// All pairs of triangles, until the nearest pair is enough.
+  /// Tests pairs of triangles until the nearest pair is found, or is near enough.
   void run();
-  /// Whether supports separated many pairs of nodes: then they will in a similar search.
-  bool supportsPaid() const { return has_supports_ && apart_pairs_ * kManyOf >= near_pairs_; }
+  /// Whether supports separated many pairs of nodes. They will then do so in a similar search.
+  bool supportsPaid() const {
+    return has_supports_ && apart_pairs_ * kPairsPerSeparation >= near_pairs_;
+  }
   /// How many pairs of boxes were tested.
   long boxTests() const { return box_tests_; }
 
  private:
-  /// Two nodes that are still to be searched, with the squared gap of their boxes.
+  /// A pair of nodes still to be searched, and the squared gap of their boxes.
   struct Pair {
     int first, second;
     float gap;
@@ -173,7 +174,7 @@ class NearestSearch {
   bool takeStages();
   Pair takeNext();
   void align();
-  void lookAlong(const TriangleSeparation<double>::Line& line, double reach1, double reach2);
+  void lookAlong(const TriangleSeparation<double>::Line& line, double extent1, double extent2);
   bool check();
   void tryBoxes();
   bool isFartherThan(double radii) const;
@@ -199,21 +200,23 @@ class NearestSearch {
   std::vector<Pair>& open_;
   LineSeparation& line_;
   LeafBlocks blocks_;
-  double limit_ = -1;  ///< as `nearest_` has it
+  double limit_ = -1;  ///< that of `nearest_`
   float limit2_ = 0;   ///< as a squared gap
-  /// Between the nearest points, in the first tree's coordinates.
+  /// Direction between the nearest points, in the first tree's coordinates.
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();
   LineView view_;
-  bool has_view_ = false;  ///< of the boxes along a line
+  bool has_view_ = false;  ///< whether boxes are bounded along a line
   bool has_supports_ = false;
-  bool has_next_ = false;  ///< whether the last of `open_` is below the nodes visited last
-  std::size_t heap_ = 0;   ///< so many of `open_`, along a line, are a heap
+  /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
+  bool has_next_ = false;
+  std::size_t heap_ = 0;  ///< with a line: this many of `open_` are a heap
   long next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
-  long next_stage_ = 0;                    ///< the least of these
-  static constexpr long kManyOf = 8;       ///< one of so many
+  long next_stage_ = 0;  ///< the smallest of these
+  /// Supports pay if they separate at least one of this many pairs.
+  static constexpr long kPairsPerSeparation = 8;
   long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
-  int turned_node_ = -1;                   ///< whose boxes these are
+  int turned_node_ = -1;                   ///< node of turned_
   Boxes4 turned_;
   long box_tests_ = 0;
 };

@@ -6,16 +6,16 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr double kNoReach = -std::numeric_limits<double>::infinity();
+constexpr double kNoExtent = -std::numeric_limits<double>::infinity();
 
-/// The slots of the leaves in a range of nodes, and perhaps some more.
+/// The slots of the leaves in a range of nodes, and perhaps a few more.
 struct SlotRange {
   std::size_t begin, end;
 };
 SlotRange slotsOf(const WideTree& tree, int begin, int end) {
   const VertexSlots& slots = tree.slots();
   while (!tree.nodes()[begin].isLeaf()) ++begin;  // nodes below a node follow it
-  const WideNode& last = tree.nodes()[end - 1];   // which is a leaf
+  const WideNode& last = tree.nodes()[end - 1];   // a leaf
   const auto first = std::size_t(tree.nodes()[begin].first),
              behind = std::size_t(last.first) + last.count;
   const unsigned block = slots.block(behind - 1);
@@ -57,17 +57,17 @@ bool Supports::covers(int node) const {
 
 inline void Supports::computeNode(const WideTree& tree, int n) {
   const WideNode& node = tree.nodes()[n];
-  Four& reach = reaches_[static_cast<std::size_t>(n)];
+  Four& extent = extents_[static_cast<std::size_t>(n)];
   for (int i = 0; i < 4; ++i) {
     if (i >= int(node.count)) {
-      reach.of[i] = kNoReach;
+      extent.of[i] = kNoExtent;
     } else if (node.isLeaf()) {
       const VertexIndices at =
           tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
-      reach.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
+      extent.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
     } else {
-      const double* const below = reaches_[static_cast<std::size_t>(node.below[i])].of;
-      reach.of[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
+      const double* const below = extents_[static_cast<std::size_t>(node.below[i])].of;
+      extent.of[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
     }
   }
 }
@@ -79,11 +79,11 @@ void Supports::compute(const WideTree& tree, const fcl::Vector3d* vertices,
   for (const Run& run : runs_)
     for (std::size_t i = run.first_slot; i < run.end_slot; ++i)
       of_slot_[i] = direction.dot(vertices[vertex_of[i]] - from);
-  reaches_.resize(static_cast<std::size_t>(tree.size()));
+  extents_.resize(static_cast<std::size_t>(tree.size()));
   for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
     for (int n = run->end; n-- > run->begin;) computeNode(tree, n);
     for (int i = 0; i < 4; ++i)
-      if (!(run->lanes >> i & 1)) reaches_[static_cast<std::size_t>(run->begin)].of[i] = kNoReach;
+      if (!(run->lanes >> i & 1)) extents_[static_cast<std::size_t>(run->begin)].of[i] = kNoExtent;
   }
 }
 

@@ -12,35 +12,35 @@
 
 namespace adaptive_bvh {
 
-/// Pairs of triangles, one of each mesh: cheap lower bounds of their distance, and the distance.
-/// All in the frame of the first mesh, in double precision.
-/// P: number type of the positions.
+/// The distance of two triangles, one of each mesh, and cheap lower bounds of it, in the frame of
+/// the first mesh and in double precision. P: number type of the positions.
 template <typename P>
 class TriangleSeparation {
  public:
   using Point = fcl::Vector3d;
 
-  /// Between two points, the first of the first mesh; each with the line's direction, of length 1,
-  /// in the mesh's own frame. Both directions are zero before there is a line.
+  /// A line between a point of the first mesh and one of the second. Each point, and the line's
+  /// direction of length 1, is in its mesh's own frame. Both directions are zero before a line is
+  /// set.
   struct Line {
     Point from = Point::Zero(), along1 = Point::Zero();
     Point to = Point::Zero(), along2 = Point::Zero();
-    double offset = 0;  ///< of the points, along the line
+    double offset = 0;  ///< distance of the points along the line
   };
 
   TriangleSeparation(const fcl::Vector3<P>* vertices1, const fcl::Vector3<P>* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
-  /// From now on separations are measured along the line from `from`, on the first mesh, to `to`,
-  /// on the second; both in the first's frame. Points so near each other that squares underflow
-  /// have no line between them.
+  /// Sets the line along which separations are measured: from `from`, on the first mesh, to `to`,
+  /// on the second; both in the first's frame. Does nothing if the points are so near each other
+  /// that squares underflow.
   void lookAlong(const Point& from, const Point& to) {
     const double length = (to - from).norm();
     if (length > rounding::tiny<double>()) setLine(from, to, (to - from) / length);
   }
-  /// Turns the line to the normal of one of two triangles if that is nearly the same, and separates
-  /// them by `enough`.
+  /// Turns the line to the normal of one of two triangles, if that is nearly the same direction and
+  /// separates the triangles by at least `enough`.
   void preferNormals(const VertexIndices& a, const VertexIndices& b, double enough) {
     constexpr double kNearly = 0.999;
     const Point normals[2] = {normalOf(first(a[0]), first(a[1]), first(a[2])),
@@ -54,7 +54,7 @@ class TriangleSeparation {
     }
     line_ = before;
   }
-  /// Sets the line's direction, of length 1; the two points stay.
+  /// Sets the line's direction, of length 1. The two points stay.
   void turnLine(const Point& along) {
     line_.along1 = along;
     line_.along2 = to_first_.R.transpose() * along;
@@ -67,9 +67,9 @@ class TriangleSeparation {
   const fcl::Vector3<P>* vertices1() const { return vertices1_; }
   const fcl::Vector3<P>* vertices2() const { return vertices2_; }
 
-  /// How far apart two triangles are along that line: a lower bound of their distance. Everything
-  /// is measured from the two points, so that near them, where it matters, hardly any digit is
-  /// lost.
+  /// How far apart two triangles are along the line: a lower bound of their distance. Everything is
+  /// measured from the line's two points, so that hardly any digit is lost near them, where it
+  /// matters.
   double separation(const VertexIndices& a, const VertexIndices& b) const {
     const auto on1 = [&](unsigned v) -> double { return line_.along1.dot(first(v) - line_.from); };
     const auto on2 = [&](unsigned v) -> double { return line_.along2.dot(second(v) - line_.to); };
@@ -78,8 +78,8 @@ class TriangleSeparation {
     return low + line_.offset - high;
   }
 
-  /// The largest separation of two triangles along the line between their middles and along
-  /// either's normal. Stops at the first that reaches `limit`, > 0.
+  /// The largest separation of two triangles along the line between their centroids and along
+  /// either normal. Stops at the first separation that is at least `limit`, > 0.
   double separationNearby(const VertexIndices& a, const VertexIndices& b, double limit) const {
     const Point near = first(a[0]);
     Point p[3], q[3];
@@ -103,7 +103,7 @@ class TriangleSeparation {
     return best;
   }
 
-  /// The distance of two triangles, and nearest points.
+  /// The distance of two triangles, and their nearest points.
   TriangleGap gap(const VertexIndices& a, const VertexIndices& b) const {
     return gapOf({first(a[0]), first(a[1]), first(a[2])},
                  {to_first_(second(b[0])), to_first_(second(b[1])), to_first_(second(b[2]))});

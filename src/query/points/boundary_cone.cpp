@@ -17,12 +17,12 @@ namespace {
 
 using Vector = fcl::Vector3d;
 
-/// A cross product without any error, rounded to a direction and a length.
+/// An exact cross product, rounded to a direction and a length.
 struct ExactCross {
-  Vector direction;  ///< 0 of a product that is 0
+  Vector direction;  ///< zero if the product is zero
   double length;
 
-  /// (a - x) x (b - x), enlarged by 2^by.
+  /// (a - x) x (b - x), with its length multiplied by 2^by.
   ExactCross(const Vector& a, const Vector& b, const Vector& x, int by) {
     ExactSum::Scaled components[3];
     int exponent = std::numeric_limits<int>::min();
@@ -45,7 +45,7 @@ struct ExactCross {
   }
 };
 
-/// The ends of an edge, seen from a point, so enlarged by a power of two that products are in
+/// The ends of an edge relative to a point, multiplied by a power of two so that products are in
 /// range.
 struct SeenEdge {
   int exponent;
@@ -64,7 +64,7 @@ struct SeenEdge {
   }
 };
 
-/// Of an edge seen under nearly two right angles: by its distance, which has all digits.
+/// For an edge seen under nearly 180 degrees: uses its distance, which keeps all digits.
 double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const SeenEdge& seen,
                      const Vector& apex) {
   const ExactCross across(a, b, x, 2 * seen.exponent);
@@ -81,8 +81,8 @@ double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const Se
   return std::atan2(apex.dot(across.direction), real);
 }
 
-/// Right-handed, its third axis opposite to a ray. For a ray along an axis of the coordinates,
-/// these in another order; else in theirs.
+/// A right-handed frame whose third axis is opposite to a ray. For a ray along a coordinate axis,
+/// its axes are coordinate axes and `order` says which ones; else `order` is 0, 1, 2.
 struct ConeFrame {
   fcl::Matrix3d axes;
   int order[3] = {0, 1, 2};

@@ -7,30 +7,31 @@
 namespace adaptive_bvh {
 
 /// Curves as arrays of vertices; each vertex but the last begins an edge to the next one. A vertex
-/// of weight 0 stands between two curves: its edges count nothing. All others have the weight 1.
+/// of weight 0 separates two curves: its edges do not count. All others have the weight 1.
 struct BoundaryArrays {
   const double *x, *y, *z, *weight;
 };
 
-/// A point that sees a boundary, and an orthonormal frame whose third axis is the direction of the
-/// cone's apex.
+/// A point from which a boundary is seen, and an orthonormal frame whose third axis is the
+/// direction of the cone's apex.
 struct BoundaryView {
   double at[3], axes[3][3];
   /// Whether the frame's axes are those of the coordinates, apart from the third one's sign.
   bool is_aligned;
-  /// Bound of 1 / (1 + cos a)^2, a the angle between the apex and a vertex.
+  /// Upper bound of 1 / (1 + cos a)^2, where a is the angle between the apex and a vertex.
   double limit;
 };
 
-/// The angle of a complex number that is not 0, and whole turns. Numbers are multiplied in place of
-/// the angles' sum.
+/// A sum of angles: the argument of the complex number x + iy, which is not 0, and whole turns.
+/// Multiplying the numbers adds their angles.
 struct BoundaryTurn {
   double x = 1, y = 0;
   long long turns = 0;
 
   ADAPTIVE_BVH_INLINE void multiply(const BoundaryTurn& by) {
     const double re = x * by.x - y * by.y, im = x * by.y + y * by.x;
-    // Both angles are above -pi, and pi at most. Only the sum of two of one sign leaves that range.
+    // Both angles are above -pi and at most pi. Only a sum of two angles of one sign leaves that
+    // range.
     if (y < 0 && by.y < 0 && (im > 0 || (im == 0 && (x < 0 || by.x < 0)))) --turns;
     if (y >= 0 && by.y >= 0 && (im < 0 || (im == 0 && x < 0 && by.x < 0))) ++turns;
     turns += by.turns;
@@ -44,20 +45,20 @@ struct BoundaryTurn {
   }
 };
 
-/// Sums half the solid angles of triangles between the edges of a boundary and the apex of a cone,
-/// for packs P of numbers, which are two or four. Seen from the point, a vertex is projected from
-/// the apex's opposite onto a plane, at z = tan(a / 2) e^(ib), a its angle with the apex. Half the
-/// solid angle of the edge from z to w is the argument of 1 + z* w. Here z is x + iy over a depth,
-/// and no division is made. docs/bounds.md, 16.
+/// Sums half the solid angles of the triangles between a boundary's edges and the apex of a cone,
+/// in packs P of two or four numbers. Seen from the point, a vertex is projected from the direction
+/// opposite to the apex onto a plane, at z = tan(a / 2) e^(ib), where a is its angle with the apex.
+/// Half the solid angle of the edge from z to w is the argument of 1 + z* w. Here z is x + iy over
+/// a depth, so that nothing is divided. docs/bounds.md, 16.
 template <typename P>
 struct BoundaryKernel {
   static constexpr std::size_t kLanes = sizeof(P) / sizeof(double), kBlock = 256;
-  /// Edges at once, whatever P is: so results are the same.
+  /// Edges per step, for every P, so that results are the same.
   static constexpr std::size_t kStep = 4, kPacks = kStep / kLanes;
 
   /// Adds `count` edges, a multiple of kStep and at most kBlock, from number `begin` on. Returns
-  /// false where a vertex is beyond the view's limit. Edges that are long, or near the point, are
-  /// not added, but listed.
+  /// false if a vertex is beyond the view's limit. Edges that are long, or near the point, are
+  /// listed instead of added.
   static bool add(const BoundaryArrays& boundary, std::size_t begin, std::size_t count,
                   const BoundaryView& view, BoundaryTurn& turn, unsigned* listed,
                   std::size_t& num_listed) {
@@ -114,7 +115,7 @@ struct BoundaryKernel {
 #endif
       return packs::squareRoot(v);
   }
-  /// A bit for each number of which a comparison holds.
+  /// Returns a bit for each lane in which a comparison holds.
   template <typename Mask>
   ADAPTIVE_BVH_INLINE static unsigned bits(const Mask& mask) {
 #if defined(__AVX2__)
@@ -143,7 +144,7 @@ struct BoundaryKernel {
       const P depth = weight * (squareRoot(square) + along(2)) + (one - weight),
               x = weight * along(0), y = weight * along(1);
       const P across = x * x + y * y, along2 = depth * depth;
-      // So near that products of many underflow: the edges of that vertex are to be listed.
+      // So near that products of several lengths underflow: the vertex's edges are listed.
       const auto is_near = square < kNear;
       is_within &= (weight * square < limit * along2) | is_near;
       store(x, z.x + i);
@@ -155,8 +156,8 @@ struct BoundaryKernel {
     return bits(is_within) == kAll;
   }
 
-  /// Returns a bit for each edge that was added: where the real part is more than half the product
-  /// of the lengths of (depth, x, y) of both ends.
+  /// Returns a bit for each edge that was added: an edge is, if the real part is more than half the
+  /// product of the lengths of (depth, x, y) of both ends.
   ADAPTIVE_BVH_INLINE static unsigned multiply(const Projected& z, std::size_t i, Sum& sum) {
     const P zx = load(z.x + i), zy = load(z.y + i), wx = load(z.x + i + 1), wy = load(z.y + i + 1),
             zero{}, one = filled(1);
@@ -166,8 +167,9 @@ struct BoundaryKernel {
     x = is_far ? x : one;
     y = is_far ? y : zero;
     const P re = sum.x * x - sum.y * y, im = sum.x * y + sum.y * x;
-    // A true comparison is -1. The angle of x + iy is less than a quarter of a turn: so the sum of
-    // the angles leaves the range from -pi to pi where the sign changes on the left.
+    // A true comparison is -1. The angle of x + iy is less than a quarter turn. So the sum of the
+    // angles leaves the range from -pi to pi where the imaginary part changes its sign while the
+    // real part is negative.
     sum.turns += (re < zero) & ((sum.y < zero) - (im < zero));
     sum.x = re;
     sum.y = im;
@@ -181,11 +183,11 @@ struct BoundaryKernel {
   }
 };
 
-/// BoundaryKernel::add.
+/// The type of BoundaryKernel::add.
 using AddBoundary = bool (*)(const BoundaryArrays&, std::size_t, std::size_t, const BoundaryView&,
                              BoundaryTurn&, unsigned*, std::size_t&);
 
-/// That of the widest packs this processor has.
+/// The kernel of the widest packs that this processor has.
 AddBoundary addBoundary();
 
 }  // namespace adaptive_bvh

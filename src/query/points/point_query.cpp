@@ -20,8 +20,8 @@ void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
       throw std::invalid_argument("adaptive_bvh: point " + std::to_string(i) + " is not finite");
 }
 
-/// Calls each(i, x) for all points, on the threads of the mesh's queries; each thread has its own
-/// makeEach().
+/// Calls each(i, x) for all points, on the threads of the mesh's queries. Each thread calls
+/// makeEach() for a function of its own.
 template <typename S, typename MakeEach>
 void forEachPoint(const MeshState& mesh, const fcl::Vector3<S>* points, std::size_t count,
                   const MakeEach& makeEach) {
@@ -57,7 +57,8 @@ ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Ne
           normals.at(place).template cast<S>()};
 }
 
-/// Calls sign(x), for each vertex x where it is in the other's frame, for the sign of its distance.
+/// Sets the distance of each vertex of `mesh` to `other`, at most `limit`, times sign(x); x is the
+/// vertex in the other's frame. Each thread calls makeSign() for a function of its own.
 template <typename S, typename MakeSign>
 void findDistances(const MeshState& mesh, const RelativePlacement& to_other, const MeshState& other,
                    S limit, const MakeSign& makeSign, std::vector<S>& result) {

@@ -18,7 +18,7 @@
 
 namespace adaptive_bvh {
 
-/// Calls run(begin, end) for all of [0, count) in parts, on so many threads. `run`: see
+/// Calls run(begin, end) for all parts of [0, count), on up to `threads` threads. `run`: see
 /// TaskPool::forEach.
 template <typename Run>
 void forEachBatch(int threads, std::size_t count, Run&& run) {
@@ -31,27 +31,28 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
   });
 }
 
-/// The nearest triangle to a point, by the four-wide tree of a mesh: depth first, the nearest box
-/// first, without boxes that are farther than the nearest triangle so far. Boxes are tested in
-/// single precision, and so are the triangles of a leaf. That excludes triangles that are certainly
-/// farther; the others are tested in double: docs/bounds.md, 16. From far away, where many are as
-/// near up to single precision, it looks along the line from the point to the body instead.
+/// Finds the triangle nearest to a point, by a mesh's four-wide tree: depth first, nearest box
+/// first, without boxes farther than the nearest triangle so far. Boxes and the triangles of a leaf
+/// are tested in single precision, which excludes triangles that are certainly farther; the others
+/// are tested in double: docs/bounds.md, 16. For a point far away, single precision does not
+/// distinguish many triangles; then the search uses bounds along the line from the point to the
+/// body.
 class PointSearch {
  public:
   struct Nearest {
     fcl::Vector3d point = fcl::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
-    int triangle = -1;           ///< its index; -1 where none is as near as the distance at first
+    int triangle = -1;           ///< its index; -1 if none is within the initial distance
     VertexIndices corners = {};  ///< of the triangle
-    feature_distance::FacePlace<double> place = {};          ///< of the point
-    double limit = std::numeric_limits<double>::infinity();  ///< what is farther does not count
+    feature_distance::FacePlace<double> place = {};          ///< of the point in the triangle
+    double limit = std::numeric_limits<double>::infinity();  ///< farther triangles do not count
   };
 
   explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}
 
-  /// Finds a triangle nearer to `x` than `nearest` is, or as near and of a smaller index: which one
-  /// that is does not depend on what `nearest` was.
-  /// May stop at one that is at most `enough` away.
+  /// Finds a triangle nearer to `x` than `nearest`, or equally near with a smaller index. So the
+  /// result does not depend on the initial `nearest`. May stop at a triangle that is at most
+  /// `enough` away.
   void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
     if (nearest.distance <= enough) return;
     setPoint(x, nearest.distance);
@@ -95,9 +96,9 @@ class PointSearch {
     const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
     if (!is_tie ? farther <= 0 : isBefore(x, found, nearest)) nearest = found;
   }
-  /// Of two triangles that are as near up to rounding, whether the first is nearer or, if both are
-  /// exactly as near, has the smaller index: an order that does not depend on what was tried
-  /// before.
+  /// Orders two triangles that are equally near up to rounding: whether the first is nearer or, if
+  /// both are exactly as near, has the smaller index. The order does not depend on which triangles
+  /// were tried before.
   bool isBefore(const fcl::Vector3d& x, const Nearest& one, const Nearest& other) const {
     const bool is_smaller = one.triangle < other.triangle;
     if (areSame(one, other)) return is_smaller;
@@ -124,8 +125,9 @@ class PointSearch {
     return (from == to_other && to == from_other) || (from == from_other && to == to_other);
   }
 
-  /// Coordinates beyond the body are off by 2^-24 of themselves, and by what double precision
-  /// rounds, and so is a gap; the boxes' own margin has room for as much where they are below 2.
+  /// Sets the point and its errors. A point's coordinates beyond the body have an error of 2^-24 of
+  /// themselves plus the rounding of double precision, and so has a gap. For coordinates below 2,
+  /// the boxes' own margin covers it.
   void setPoint(const fcl::Vector3d& x, double distance) {
     const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
     const double size = y.template lpNorm<Eigen::Infinity>();
@@ -167,11 +169,11 @@ class PointSearch {
       lanes &= lanes - 1;
     }
   }
-  /// Where a lower bound of a distance does not reach beyond the limit.
+  /// Lanes whose lower bound is within the limit.
   ADAPTIVE_BVH_INLINE unsigned nearLanes(const Float4& bound) const {
     return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
   }
-  /// The rest of a search, after many tests.
+  /// Continues a search after many tests, by bounds along a line.
   template <typename IsOver>
   void searchAlong(const fcl::Vector3d& x, Nearest& nearest, const IsOver& isOver) {
     const Leased<LineToCore> line;
@@ -193,9 +195,9 @@ class PointSearch {
           return isOver();
         });
   }
-  void testTriangle(unsigned place, const fcl::Vector3d& x, Nearest& nearest) {
+  void testTriangle(unsigned leaf_index, const fcl::Vector3d& x, Nearest& nearest) {
     ++tests_;
-    const Int4& v = tree_.corners(place);
+    const Int4& v = tree_.corners(leaf_index);
     const double before = nearest.distance;
     tryFace(x, {unsigned(v[0]), unsigned(v[1]), unsigned(v[2])}, v[3], nearest);
     if (nearest.distance < before) setLimit(nearest.distance);
@@ -203,10 +205,10 @@ class PointSearch {
 
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
-  static constexpr double kSeenFromFar = 32;      // sizes of the body
+  static constexpr double kSeenFromFar = 32;      // times the size of the body
   static constexpr std::size_t kManyTests = 256;  // of triangles
-  static constexpr std::size_t kPerTest = 32;     // positions that are read in the time of a test
-  /// Distances of two triangles are off by less, together, in units of the tree.
+  static constexpr std::size_t kPerTest = 32;     // positions read in the time of a test
+  /// Upper bound of the summed errors of the distances of two triangles, in the tree's units.
   static constexpr double kRounding = 0x1p-45;
 
   const MeshState& mesh_;
@@ -218,14 +220,15 @@ class PointSearch {
   double rounding_ = 0;  ///< of the difference of two distances
 };
 
-/// Nearest points of points that follow each other.
+/// Finds the nearest triangles of points that follow each other; each result is a first bound for
+/// the next point.
 class NearestInTurn {
  public:
   using Nearest = PointSearch::Nearest;
 
   explicit NearestInTurn(const MeshState& mesh) : search_(mesh) {}
 
-  /// No triangle where none is nearer than `limit`.
+  /// Returns no triangle (index -1) if none is within `limit`.
   Nearest operator()(const fcl::Vector3d& x,
                      double limit = std::numeric_limits<double>::infinity()) {
     Nearest nearest;

@@ -24,18 +24,18 @@ template <typename S>
 RayHit<S> hitOf(int triangle, const RayTriangle::Hit& hit) {
   return {static_cast<S>(hit.t), triangle, static_cast<S>(hit.u), static_cast<S>(hit.v)};
 }
-/// Whether a hit counts; not at a t that S cannot hold.
+/// Whether a hit is in the range, and S can represent its t.
 template <typename S>
 bool isIn(const RayRange<S>& range, S t) {
   return range.begin <= t && t <= range.end && std::isfinite(t);
 }
-/// The order of hits. (Two that differ in double precision may be equal in single.)
+/// The order of hits. (Two hits that differ in double precision may be equal in single precision.)
 template <typename S>
 bool isBefore(const RayHit<S>& a, const RayHit<S>& b) {
   return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
 }
 
-/// Takes a hit where it is the first one so far. Returns the t up to which others may be before.
+/// Keeps a hit if it is the first one so far. Returns the t up to which other hits may be earlier.
 template <typename S>
 double keepFirst(const RayRange<S>& range, int triangle, const RayTriangle::Hit& hit,
                  RayHit<S>& first) {
@@ -43,7 +43,7 @@ double keepFirst(const RayRange<S>& range, int triangle, const RayTriangle::Hit&
   if (isIn(range, found.t) && isBefore(found, first)) first = found;
   return static_cast<double>(std::min(first.t, range.end));
 }
-/// Takes note of a hit. Returns a negative number then: others do not matter.
+/// Records that there is a hit. Then returns a negative number, because other hits do not matter.
 template <typename S>
 double keepAny(const RayRange<S>& range, const RayTriangle::Hit& hit, std::uint8_t& any) {
   if (!isIn(range, static_cast<S>(hit.t))) return static_cast<double>(range.end);

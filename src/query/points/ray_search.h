@@ -17,7 +17,7 @@
 
 namespace adaptive_bvh {
 
-/// Throws std::invalid_argument unless a range is one.
+/// Throws std::invalid_argument if a range is NaN, begins below 0 or ends before it begins.
 template <typename S>
 void requireRange(const RayRange<S>& range) {
   if (std::isnan(range.begin) || std::isnan(range.end))
@@ -28,12 +28,13 @@ void requireRange(const RayRange<S>& range) {
     throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
 }
 
-/// A ray in the coordinates of a four-wide tree, in single precision, from where it comes near the
-/// body on: there all coordinates are below 8. Boxes, and lengths along the ray, are compared with
-/// margins for all that is rounded: docs/bounds.md, 16.
+/// A ray in the coordinates of a four-wide tree, in single precision. It starts where it comes near
+/// the body, so that all coordinates are below 8. Boxes, and lengths along the ray, are compared
+/// with margins for rounding: docs/bounds.md, 16.
 class RayInTree {
  public:
-  /// A direction that is very long or short is scaled first, so that it is normalized exactly.
+  /// Sets the direction. A very long or short one is scaled first, so that it is normalized
+  /// exactly.
   void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
     const double longest = direction.template lpNorm<Eigen::Infinity>();
     constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
@@ -44,31 +45,31 @@ class RayInTree {
     per_t_ = scaled.norm() * tree.scale();
     along_ = tree.toBody() * (scaled * (1 / per_t_));
   }
-  /// After the direction. False when the ray passes by the body. `error`: how far off the origin
-  /// may be.
+  /// Sets the origin, after the direction. Returns false if the ray misses the body. `error`: of
+  /// the origin.
   bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin, double error = 0) {
     const fcl::Vector3d from = tree.toBody() * (origin - tree.origin());
     rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble + error * tree.scale();
     has_boxes_ = rounding_ <= 1;
     if (!has_boxes_) return meetEveryBox();
-    constexpr double kReach = 2.5;  // all coordinates of the body are below 2
+    constexpr double kExtent = 2.5;  // all coordinates of the body are below 2
     const double middle = -from.dot(along_);
     constexpr double kRadius = 3.6;  // > sqrt(3) 2
     const double radius = kRadius + rounding_;
     if (!((from + middle * along_).squaredNorm() <= radius * radius)) return false;
-    if (middle < -(kReach + radius)) return false;
+    if (middle < -(kExtent + radius)) return false;
     start_ = std::max(0., middle - radius);
     setSlabs(from + start_ * along_, static_cast<float>(kError + 4 * rounding_));
     return true;
   }
 
-  /// Lengths along the ray begin where it enters a ball around the body. A length that is surely
-  /// beyond what lies at `t`; and one surely before.
+  /// Lengths along the ray, from where it enters a ball around the body: after(t) is certainly
+  /// beyond the point at t, before(t) certainly before it.
   float after(double t) const { return has_boxes_ ? limit(lengthTo(t) + slack(), kFar) : kFar; }
   float before(double t) const { return has_boxes_ ? limit(lengthTo(t) - slack(), kFar) : -kFar; }
 
-  /// Where the ray enters four boxes, each larger by the error; at least `begin`. Returns which
-  /// ones it meets from `begin` to `end`.
+  /// Sets where the ray enters four boxes enlarged by the error, at least `begin`. Returns which
+  /// boxes it meets from `begin` to `end`.
   ADAPTIVE_BVH_INLINE Int4 meets(const Boxes4& boxes, float begin, float end, Float4& enter) const {
     using float4::lower;
     using float4::upper;
@@ -78,7 +79,7 @@ class RayInTree {
     };
     const auto atNear = [&](int k) -> Float4 { return side(near_[k]) * inverse_[k] - enter_[k]; };
     const auto atFar = [&](int k) -> Float4 { return side(far_[k]) * inverse_[k] - leave_[k]; };
-    // `begin` is the second number, and so what comes of a NaN, and 0 of two zeros.
+    // `begin` is the second operand: it replaces a NaN, and of two zeros it is the result.
     enter = upper<Float4>(upper<Float4>(upper<Float4>(atNear(0), atNear(1)), atNear(2)),
                           float4::all(begin));
     return enter <= lower<Float4>(lower<Float4>(lower<Float4>(atFar(0), atFar(1)), atFar(2)),
@@ -109,8 +110,8 @@ class RayInTree {
       leave_[k] = float4::all(leave[k]);
     }
   }
-  /// From so far away that the body is smaller than what is rounded off. Empty boxes, whose sides
-  /// are at 1e30, are not hit.
+  /// Sets slabs that meet every box, for an origin so far away that the body is smaller than the
+  /// rounding error. Empty boxes, whose sides are at 1e30, are not met.
   bool meetEveryBox() {
     for (int k = 0; k < 3; ++k) {
       const auto axis = static_cast<std::size_t>(k);
@@ -134,15 +135,15 @@ class RayInTree {
 
   fcl::Vector3d along_ = fcl::Vector3d::Zero();  ///< the direction, of length 1
   Float4 inverse_[3], enter_[3], leave_[3];
-  std::size_t near_[3], far_[3];  ///< where the sides of boxes stand, in bytes
+  std::size_t near_[3], far_[3];  ///< offsets of a box's near and far sides, in bytes
   bool has_boxes_ = true;
-  int exponent_ = 0;  ///< lengths by t are per_t_ * 2^exponent_
+  int exponent_ = 0;  ///< a length is t per_t_ 2^exponent_
   double start_ = 0, per_t_ = 1, rounding_ = 0;
 };
 
-/// A ray on its way through the four-wide tree of a mesh, node by node, so that several rays can
-/// be processed in turn, which hides the latency of memory. Boxes are tested in
-/// single precision, triangles exactly.
+/// The walk of a ray through a mesh's four-wide tree, node by node, so that several rays can be
+/// processed in turn, which hides the latency of memory. Boxes are tested in single precision,
+/// triangles exactly.
 class RayWalk {
  public:
   explicit RayWalk(const MeshState& mesh)
@@ -150,8 +151,8 @@ class RayWalk {
         nodes_(mesh.tree.nodes()),
         open_(static_cast<std::size_t>(3 * mesh.tree.depth() + 4)) {}
 
-  /// Only hits from t = `begin` to `end` are of interest; others may be found, too. False when the
-  /// ray passes by the body. Rays of one direction, one after the other, are prepared once.
+  /// Starts a ray. Hits from t = `begin` to `end` are found; others may be found, too. Returns
+  /// false if the ray misses the body. Consecutive rays with one direction share its preparation.
   bool start(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
              double error = 0) {
     if (direction != direction_) {
@@ -169,8 +170,9 @@ class RayWalk {
     return end_ >= begin_;
   }
 
-  /// Visits a node. Calls found(triangle, hit) for each hit, in any order; it returns the t up to
-  /// which further ones are of interest. A negative one ends the walk. False at its end.
+  /// Visits a node. Calls found(triangle, hit) for each hit, in any order. It returns the t up to
+  /// which further hits are of interest; a negative t ends the walk. Returns false at the end of
+  /// the walk.
   template <typename Found>
   ADAPTIVE_BVH_INLINE bool step(Found&& found) {
     const WideNode& node = nodes_[number_];
@@ -191,7 +193,7 @@ class RayWalk {
     return true;
   }
 
-  /// From the start to the end.
+  /// Walks from start to end.
   template <typename Found>
   void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
               Found&& found) {
@@ -199,8 +201,8 @@ class RayWalk {
     while (step(found)) {
     }
   }
-  /// Calls each(triangle) for all triangles that a ray may meet, by their boxes; the ray's origin
-  /// may be off by `error`.
+  /// Calls each(triangle) for all triangles that a ray may meet, judged by their boxes. `error`: of
+  /// the ray's origin.
   template <typename Each>
   void forEachNear(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double error,
                    Each&& each) {
@@ -218,7 +220,7 @@ class RayWalk {
 
   void setEnd(double t) { end_ = t < 0 ? -1.f : ray_.after(t); }
 
-  /// A function of triangles alone is called for those that are not tested.
+  /// A function of a triangle alone is called without a test of the triangle.
   template <typename Found>
   [[gnu::noinline]] void testLeaf(const WideNode& leaf, unsigned lanes, const Float4& enter,
                                   Found&& found) {
@@ -232,10 +234,10 @@ class RayWalk {
   }
   template <typename Found>
   void testTriangles(const WideNode& leaf, unsigned lanes, const Float4& enter, Found& found) {
-    if (!test_) test_.emplace(origin_, direction_);  // few rays that meet nothing need one
+    if (!test_) test_.emplace(origin_, direction_);  // unnecessary for most rays without a hit
     for (; lanes != 0; lanes &= lanes - 1) {
-      const auto place = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
-      const Int4& v = mesh_.tree.corners(place);
+      const auto leaf_index = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
+      const Int4& v = mesh_.tree.corners(leaf_index);
       const fcl::Vector3d* const x = mesh_.vertices.data();
       RayTriangle::Hit hit;
       if (!test_->meets(x[v[0]], x[v[1]], x[v[2]], hit)) continue;
@@ -244,9 +246,9 @@ class RayWalk {
     }
   }
 
-  /// To the nearest node below one; the others come onto the stack, in any order. Which of two is
-  /// nearer is hard to guess, so there is no branch: floats that are not negative have the order of
-  /// their bits.
+  /// Goes on to the nearest child and pushes the others onto the stack, in any order. Which of two
+  /// is nearer is hard to predict, so there is no branch: floats that are not negative are ordered
+  /// like their bits.
   ADAPTIVE_BVH_INLINE void descend(const WideNode& node, unsigned lanes, const Float4& enter) {
     alignas(16) std::int32_t key[4];
     __builtin_memcpy(key, &enter, sizeof(key));
@@ -275,13 +277,13 @@ class RayWalk {
   std::optional<RayTriangle> test_;
 };
 
-/// The triangles that many rays meet, several rays in turn.
+/// Finds the triangles that many rays meet, with several rays in turn.
 class RayBatch {
  public:
   explicit RayBatch(const MeshState& mesh) : turns_{mesh, mesh, mesh, mesh} {}
 
-  /// Rays from number `first` to `last`: start(walk, i) returns what RayWalk::start does, and
-  /// found(i, triangle, hit) is called as in RayWalk::step.
+  /// Searches the rays from number `first` to before `last`: start(walk, i) returns what
+  /// RayWalk::start does, and found(i, triangle, hit) is called as by RayWalk::step.
   template <typename Start, typename Found>
   void search(std::size_t first, std::size_t last, const Start& start, const Found& found) {
     const auto startNext = [&](Turn& turn) -> bool {

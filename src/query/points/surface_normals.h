@@ -13,16 +13,16 @@ namespace adaptive_bvh {
 struct SurfacePlace {
   SurfaceFeature feature;
   unsigned triangle;
-  std::size_t corner;  ///< of the triangle: the vertex, or where the edge begins; else 0
+  std::size_t corner;  ///< of the triangle: the vertex, or the start of the edge; 0 for a face
   fcl::Vector3d barycentric;
 };
 
-/// Outward directions of a mesh in its present state. Triangles are taken to face outward.
+/// Outward normals of a mesh in its present state. Triangles are assumed to face outward.
 class SurfaceNormals {
  public:
   explicit SurfaceNormals(const MeshState& mesh) : mesh_(mesh) {}
 
-  /// Where the point of a triangle is that is nearest to x.
+  /// Returns the place of the triangle's point that is nearest to x.
   SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
     fcl::Vector3d on_face;
     feature_distance::FacePlace<double> at;
@@ -44,7 +44,7 @@ class SurfaceNormals {
     return place;
   }
 
-  /// Normal of a triangle, of length 1; zero if it has no area.
+  /// The normal of a triangle, of length 1; zero if the triangle has no area.
   fcl::Vector3d ofFace(unsigned triangle) const {
     const auto p = cornersOf(triangle);
     fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
@@ -55,8 +55,8 @@ class SurfaceNormals {
     return edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]).stableNormalized();
   }
 
-  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1; where there is none,
-  /// zero.
+  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1; zero if there is
+  /// none.
   fcl::Vector3d at(const SurfacePlace& place) const {
     if (place.feature == SurfaceFeature::Face) return ofFace(place.triangle);
     const VertexIndices v = verticesOf(place.triangle);
@@ -64,7 +64,7 @@ class SurfaceNormals {
     return place.feature == SurfaceFeature::Vertex ? ofVertex(vertex) : ofEdge(vertex, end);
   }
 
-  /// Number of the feature: of the vertex, the edge (feature_pairs.h) or the triangle.
+  /// The number of the feature: of the vertex, the edge (feature_pairs.h) or the triangle.
   unsigned numberOf(const SurfacePlace& place) const {
     if (place.feature == SurfaceFeature::Face) return place.triangle;
     const VertexIndices v = verticesOf(place.triangle);
@@ -85,7 +85,7 @@ class SurfaceNormals {
     const VertexIndices v = verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
-  /// Where vectors are short, brings them to a size at which their products do not underflow.
+  /// Enlarges short vectors, so that their products do not underflow.
   template <std::size_t kCount>
   static void enlarge(fcl::Vector3d (&vectors)[kCount]) {
     double extent = 0;

@@ -9,15 +9,15 @@
 
 namespace adaptive_bvh {
 
-/// How often a surface winds around a point. By what a ray from there meets: 1 more for each
-/// triangle that is seen from behind, 1 less for each seen from its front. A ray that meets a side
-/// or a corner says nothing; then another one is tried. Of a closed surface that is all, an integer
-/// without any error. Of another one, or of separate triangles, the solid angle of a cone over the
-/// boundary is added: BoundaryCone.
+/// How often a surface winds around a point. It is counted along a ray from the point: 1 more for
+/// each triangle seen from behind, 1 less for each seen from its front. A ray that meets an edge or
+/// a vertex decides nothing; then another ray is tried. For a closed surface the count is the
+/// winding number, an integer without error. For another surface, or for separate triangles, the
+/// solid angle of a cone over the boundary is added: BoundaryCone.
 ///
-/// That ends: a point that is not on the surface has a side or a corner of the surface only in
-/// directions of no area, as a side whose line has the point does not count unless the point is on
-/// the side itself. 0 where the point is on a triangle.
+/// The trials end: from a point off the surface, the directions to edges and vertices have no area.
+/// (An edge whose line contains the point does not count unless the point is on the edge.) The
+/// number is 0 for a point on a triangle.
 class WindingNumber {
  public:
   explicit WindingNumber(const MeshState& mesh)
@@ -34,25 +34,27 @@ class WindingNumber {
   }
 
  private:
-  /// From there less than 1e-17 of all directions lead to the mesh.
+  /// Whether less than 1e-17 of all directions from x lead to the mesh.
   bool isFar(const fcl::Vector3d& x) const {
     constexpr double kFar = 1e9;
     return !((x - middle_).lpNorm<Eigen::Infinity>() * scale_ < kFar);
   }
-  /// Away from the middle of the mesh, where a ray meets least; one direction in each octant.
+  /// The direction away from the mesh's centre, where a ray meets the fewest triangles; one
+  /// direction in each octant.
   fcl::Vector3d outward(const fcl::Vector3d& x) const {
     const fcl::Vector3d y = x - middle_;
     if (cone_) return alongAxis(y);
     return {std::copysign(0.6214831, y[0]), std::copysign(0.5463127, y[1]),
             std::copysign(0.5614279, y[2])};
   }
-  /// Where there is a cone: its frame needs no rotation.
+  /// The nearest direction along an axis. For it, the cone's frame needs no rotation.
   static fcl::Vector3d alongAxis(const fcl::Vector3d& y) {
     int k;
     y.cwiseAbs().maxCoeff(&k);
     return std::copysign(1., y[k]) * fcl::Vector3d::Unit(k);
   }
-  /// Directions spread evenly over the sphere, that no edge of a mesh is likely to have.
+  /// Directions spread evenly over the sphere; a mesh is unlikely to have an edge along one of
+  /// them.
   static fcl::Vector3d direction(int i) {
     // Additive recurrences by powers of the inverse of the plastic number.
     const double turns = 0.43195 + 0.7548776662466927 * i, z = 1 - 2 * (turns - std::floor(turns)),
@@ -60,7 +62,8 @@ class WindingNumber {
     return {radius * std::cos(around), radius * std::sin(around), z};
   }
 
-  /// False where the ray says nothing. `tries`: how many other rays did so.
+  /// Counts along a ray. Returns false if the ray decides nothing. `tries`: number of rays tried
+  /// before.
   bool countAlong(const fcl::Vector3d& x, const fcl::Vector3d& along, int tries, double& number) {
     bool is_certain = true, is_on_surface = false;
     number = 0;

@@ -5,10 +5,10 @@
 
 namespace adaptive_bvh {
 
-/// A closed surface that encloses a volume of the other sign than all together is the inner
-/// boundary of a region. It is connected with the surface around it.
+/// Connects the inner boundaries of regions with the surfaces around them. A closed surface is an
+/// inner boundary if the volume that it encloses has not the sign of the total volume.
 void SurfacePatches::connectCavities() {
-  // Less than that, for its area, is the rounding of a region without volume.
+  // Volumes below this, relative to the area, are the rounding of a region without volume.
   constexpr double kFlat = 1e-9;
   measureRoots();
   double sum = 0;
@@ -17,13 +17,13 @@ void SurfacePatches::connectCavities() {
   for (const Enclosed& cavity : enclosed_) {
     if (!(sense * cavity.volume < -kFlat * cavity.area * std::sqrt(cavity.area))) continue;
     if (connectCavity(cavity.root, parts_[cavity.largest])) continue;
-    // The line through that part passed by the cavity.
+    // The line through that part missed the cavity.
     for (const SurfacePart& part : parts_)
       if (rootOf(part.region) == cavity.root && connectCavity(cavity.root, part)) break;
   }
 }
 
-/// The volume that the parts of each root enclose.
+/// Computes the volume that the parts of each root enclose.
 void SurfacePatches::measureRoots() {
   enclosed_.clear();
   numbers_.assign(parents_.size(), kNoRegion);
@@ -42,10 +42,10 @@ void SurfacePatches::measureRoots() {
 }
 
 /// Connects a cavity with the surface around it, which is found along a line through one of the
-/// cavity's parts. False where the line meets no point of the cavity.
+/// cavity's parts. Returns false if the line misses the cavity.
 bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   if (part.area == 0) return false;
-  // Steeply through the part, and along no edge of a lattice.
+  // The line is steep to the part, and along no edge of a lattice.
   Line line;
   line.origin = part.centroid();
   const fcl::Vector3d aside = part.normal.unitOrthogonal();
@@ -53,7 +53,7 @@ bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   line.u = line.along.unitOrthogonal();
   line.v = line.along.cross(line.u);
   hits_.clear();
-  for (const Operand body : {Operand::First, Operand::Second}) {
+  for (const WhichBody body : {WhichBody::First, WhichBody::Second}) {
     candidates_.clear();
     RayCandidates& rays = *(*bodies_)[indexOf(body)].rays;
     rays.find(line.origin, line.along, candidates_);
@@ -67,8 +67,8 @@ bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   return around != kNoRegion;
 }
 
-/// Where a line crosses the parts of a triangle.
-void SurfacePatches::addHits(const Line& line, Operand body, unsigned triangle) {
+/// Adds the crossings of a line with the parts of a triangle.
+void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const TrianglePoints<double> p = surface.triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -92,8 +92,9 @@ void SurfacePatches::addHits(const Line& line, Operand body, unsigned triangle) 
     addHit(line, {labelElement(body, label), number, p[k], p[(k + 1) % 3]}, between);
 }
 
-/// Seen along the line, a part winds around the line as its pieces do: each counts where it crosses
-/// the half-line of positive u. A piece that two triangles have counts for both alike.
+/// Adds the crossing of a line with a piece of a part's boundary. Seen along the line, a part winds
+/// around the line as its pieces do: each piece counts if it crosses the half-line of positive u. A
+/// piece common to two triangles counts equally for both.
 void SurfacePatches::addHit(const Line& line, const Piece& piece, double at) {
   const fcl::Vector3d from = piece.from - line.origin, to = piece.to - line.origin;
   const double u0 = from.dot(line.u), v0 = from.dot(line.v), u1 = to.dot(line.u),

@@ -5,7 +5,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A convex polygon. The last coordinate of each corner is the height above another plane.
+/// A convex polygon. The last coordinate of a corner is its height above another plane.
 struct Polygon {
   static constexpr std::size_t kMost = 8;  // a triangle, cut by four lines
 
@@ -25,7 +25,7 @@ struct Polygon {
     }
     return kept;
   }
-  /// The cross product of length area.
+  /// The area times the normal.
   fcl::Vector3d areaVector() const {
     fcl::Vector3d sum = fcl::Vector3d::Zero();
     for (std::size_t i = 1; i + 1 < count; ++i)
@@ -47,8 +47,8 @@ struct Polygon {
   }
 };
 
-/// The first triangle of a pair, with heights above the second: of any unit, and 1 or -1 where all
-/// of them are 0, for the tie is broken.
+/// The first triangle of a pair, with heights above the second: in any unit; 1 or -1 if all heights
+/// are 0, because the tie is broken.
 Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pair) {
   double largest = 0;
   for (const FaceSide& side : pair.sides) largest = std::max(largest, std::fabs(side.value));
@@ -60,13 +60,13 @@ Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pai
   return polygon;
 }
 
-/// Towards the inside of a triangle from its side k.
+/// The direction across side k to the inside of a triangle.
 fcl::Vector3d inwardOf(const TrianglePoints<double>& triangle, const fcl::Vector3d& normal,
                        std::size_t k) {
   return normal.cross(triangle[(k + 1) % 3] - triangle[k]);
 }
 
-/// Whether a side of the second triangle has the first outside, but for what is rounded.
+/// Whether the first triangle is outside of a side of the second, up to rounding.
 bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double>& second,
                 const fcl::Vector3d& normal, double rounding) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -79,7 +79,7 @@ bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double
   return false;
 }
 
-/// The part of a polygon that is in a triangle.
+/// The part of a polygon inside a triangle.
 Polygon clipped(Polygon polygon, const TrianglePoints<double>& triangle,
                 const fcl::Vector3d& normal) {
   for (std::size_t k = 0; k < 3 && polygon.count > 2; ++k) {
@@ -113,9 +113,9 @@ void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& c
       const double area = part.count < 3 ? 0 : part.areaVector().norm();
       if (area == 0) continue;
       const fcl::Vector3d middle = part.middle();
-      unsigned region = patches.regionAt(Operand::First, pair.first, middle);
+      unsigned region = patches.regionAt(WhichBody::First, pair.first, middle);
       if (region == SurfacePatches::kNoRegion)
-        region = patches.regionAt(Operand::Second, pair.second, middle);
+        region = patches.regionAt(WhichBody::Second, pair.second, middle);
       if (region == SurfacePatches::kNoRegion) continue;
       found.push_back({region, area, normal, are_alike, (side > 0) == are_alike});
     }

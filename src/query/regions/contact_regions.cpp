@@ -16,7 +16,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Takes the pairs of triangles that may cross.
+/// Collects the pairs of triangles that may cross.
 struct PairCollector {
   std::vector<TrianglePair>& pairs;
 
@@ -28,7 +28,7 @@ struct PairCollector {
   static bool needsFew() { return false; }
 };
 
-/// What is added up of a region. Points are in the coordinates of ClosedSurface.
+/// Sums over the parts of a region. Points are in the coordinates of ClosedSurface.
 struct RegionSums {
   double volume = 0;
   fcl::Vector3d origin = fcl::Vector3d::Zero();  ///< a point of it, for volume and moments
@@ -37,11 +37,11 @@ struct RegionSums {
   std::array<fcl::Vector3d, 2> moments{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<fcl::Vector3d, 2> points{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<std::size_t, 2> num_parts{};
-  /// Half of the normals of the first, times their areas, less those of the second.
+  /// Half the sum of the first body's normals times their areas, minus that of the second's.
   fcl::Vector3d normal = fcl::Vector3d::Zero();
-  fcl::Vector3d touching =
-      fcl::Vector3d::Zero();  ///< the share of faces that touch, not in `normal`
-  bool is_turned = false;     ///< the triangles of one of the bodies face inward
+  /// The share of faces that touch, which is not in `normal`.
+  fcl::Vector3d touching = fcl::Vector3d::Zero();
+  bool is_turned = false;  ///< the triangles of one of the bodies face inward
   double depth = -1;
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 
@@ -55,10 +55,11 @@ struct RegionSums {
     areas[side] += part.area;
     sizes[side] += part.size;
     moments[side] += from * part.area + part.moment;
-    normal += (part.body == Operand::First ? 0.5 : -0.5) * part.area * part.normal;
+    normal += (part.body == WhichBody::First ? 0.5 : -0.5) * part.area * part.normal;
   }
-  /// Takes coinciding faces out of the normal. One of two that are alike is in it, that in front is
-  /// of the second; both that touch are in it, or none.
+  /// Removes coinciding faces from the normal. Of two faces that are alike, the normal contains
+  /// one: the second body's, if the first's is in front. Of two faces that touch, it contains both,
+  /// or none.
   void leaveOut(const CoincidingFaces& faces) {
     const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
     const double side = faces.is_first_in_front ? 1 : -1;
@@ -69,7 +70,7 @@ struct RegionSums {
       touching += second_sense * faces.area * faces.normal;
     }
   }
-  /// Whether something is negative, as of a body that faces inward.
+  /// Whether the volume or an area is negative, as for a body that faces inward.
   bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
   /// Changes signs as if each body faced outward. `senses`: by body, -1 if it faces inward, else 1.
   void faceOutward(const std::array<double, 2>& senses) {
@@ -84,7 +85,8 @@ struct RegionSums {
       moments[k] *= senses[1 - k];
     }
   }
-  /// After all parts: a region as thin as what is rounded consists of faces that touch.
+  /// Finishes the sums, after all parts. A region as thin as the rounding error consists of faces
+  /// that touch.
   void finish(double rounding) {
     constexpr double kFlat = 1e-9;
     const double area = sizes[0] + sizes[1];
@@ -92,13 +94,14 @@ struct RegionSums {
     volume = std::fabs(volume);
     normal += touching;
   }
-  /// The deepest point where a side has no part; where a part has no area, a point of it.
+  /// The centroid of a side's parts. The deepest point if there are none; a point of a part if they
+  /// have no area.
   fcl::Vector3d centroid(std::size_t side) const {
     if (num_parts[side] == 0) return deepest;
     if (!(std::fabs(areas[side]) > 1e-9 * sizes[side])) return points[side];
     return origin + moments[side] / areas[side];
   }
-  /// Zero where normals cancel each other. `rounding`: of positions.
+  /// The mean normal; zero if normals cancel each other. `rounding`: of positions.
   fcl::Vector3d meanNormal(double rounding) const {
     const double area = sizes[0] + sizes[1];
     if (!(normal.norm() > 1e-9 * area + rounding * std::sqrt(area))) return fcl::Vector3d::Zero();
@@ -106,10 +109,11 @@ struct RegionSums {
   }
 };
 
-/// Finds the deepest of points that lie on one surface inside the other body.
+/// Finds the deepest of points that lie on one surface, inside the other body.
 class RegionDepth {
  public:
-  /// `to_other`: takes points to the other mesh's frame. They are enlarged by `scale`.
+  /// `to_other`: maps points to the other mesh's frame. `scale`: factor by which the points are
+  /// enlarged.
   RegionDepth(const MeshState& other, const RelativePlacement& to_other, double scale)
       : to_other_(to_other), scale_(scale), search_(other), winding_(other) {}
 
@@ -141,28 +145,32 @@ class RegionDepth {
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
 };
 
-/// The triangles of a mesh near a ray.
+/// Finds the triangles of a mesh near a ray.
 class MeshRays final : public RayCandidates {
  public:
-  /// `place`: takes points of the mesh to where they are, then enlarged by `scale`. `rounding`: how
-  /// far off they are, before they are enlarged.
-  MeshRays(const MeshState& mesh, const RelativePlacement& place, double scale, double rounding)
-      : place_(place), back_(place.R.inverse()), scale_(scale), rounding_(rounding), rays_(mesh) {}
+  /// `to_first`: maps points of the mesh to the first body's frame. There they are enlarged by
+  /// `scale`. `rounding`: error of these points before they are enlarged.
+  MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
+      : to_first_(to_first),
+        back_(to_first.R.inverse()),
+        scale_(scale),
+        rounding_(rounding),
+        rays_(mesh) {}
 
   void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
             std::vector<unsigned>& triangles) override {
-    rays_.forEachNear(back_ * (origin * (1 / scale_) - place_.T), back_ * direction, rounding_,
+    rays_.forEachNear(back_ * (origin * (1 / scale_) - to_first_.T), back_ * direction, rounding_,
                       [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
   }
 
  private:
-  const RelativePlacement place_;
+  const RelativePlacement to_first_;
   const fcl::Matrix3d back_;
   const double scale_, rounding_;
   RayWalk rays_;
 };
 
-/// What a query keeps for the next one on its thread.
+/// Memory of a query, kept for the next one on its thread.
 struct RegionMemory {
   ClosedSurfaces bodies;
   std::vector<TrianglePair> pairs;
@@ -172,7 +180,7 @@ struct RegionMemory {
   std::vector<CoincidingFaces> coinciding;
   std::vector<RegionSums> sums;
   int exponent = 0;     ///< points in `bodies` are enlarged by 2^exponent
-  double rounding = 0;  ///< how far off they are by the rounding of positions
+  double rounding = 0;  ///< error of these points by the rounding of positions
 
   double scale() const { return std::ldexp(1., exponent); }
 };
@@ -200,24 +208,24 @@ double extentOf(const PlacedMesh& body) {
   return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
 }
 
-/// An exact factor by which products of small coordinates do not underflow, as an exponent of 2.
+/// Returns the exponent of a power of two by which products of small coordinates do not underflow.
 int enlargementOf(double extent) {
   constexpr double kSmall = 0x1p-100;
   constexpr int kMost = 1000;
   return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
 }
 
-void placeSurface(const MeshState& mesh, const RelativePlacement& place, double scale,
+void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, double scale,
                   ClosedSurface& surface) {
   surface.topology = mesh.topology.get();
   surface.points.resize(mesh.vertices.size());
-  const fcl::Vector3d by = scale * place.T;
+  const fcl::Vector3d by = scale * to_first.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    surface.points[v] = place.R * (scale * mesh.vertices[v]) + by;
+    surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + by;
 }
 
-/// Finds crossings, what is inside, and the parts of both surfaces.
-/// `epsilon`: of the numbers that positions were rounded to.
+/// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the
+/// number type of the positions.
 void findPatches(const PlacedMesh& first, const PlacedMesh& second,
                  const RelativePlacement& to_first, double epsilon, RegionMemory& m) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
@@ -237,14 +245,14 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   m.bodies[1].rays = &second_rays;
   collectCandidates(first, second, m.pairs);
   m.crossings.build(m.bodies, m.pairs, m.rounding);
-  for (const Operand body : {Operand::First, Operand::Second})
+  for (const WhichBody body : {WhichBody::First, WhichBody::Second})
     m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
   m.patches.build(m.bodies, m.crossings, m.windings);
   findCoincidingFaces(m.bodies, m.crossings, m.patches, m.coinciding);
 }
 
-/// Whether a point of a triangle's plane is in the triangle. The centroid of a part need not be,
-/// where the other body crosses itself.
+/// Whether a point of a triangle's plane is in the triangle. A part's centroid may be outside if
+/// the other body intersects itself.
 bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
               const fcl::Vector3d& x) {
   for (std::size_t k = 0; k < 3; ++k)
@@ -252,12 +260,12 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
   return true;
 }
 
-/// Tries the points of one body that are inside the other.
-void findDepths(Operand body, const MeshState& other, const RelativePlacement& to_other,
+/// Measures the depth of those points of one body that are inside the other.
+void findDepths(WhichBody body, const MeshState& other, const RelativePlacement& to_other,
                 RegionMemory& m) {
   RegionDepth search(other, to_other, m.scale());
   const ClosedSurface& surface = m.bodies[indexOf(body)];
-  // First a few: the deeper the deepest of them, the fewer of the others need a search.
+  // A sample comes first: the deeper its deepest point, the fewer other points need a search.
   constexpr unsigned kStride = 13;
   const auto count = static_cast<unsigned>(surface.points.size());
   for (unsigned first = 0; first < kStride; ++first)
@@ -274,7 +282,7 @@ void findDepths(Operand body, const MeshState& other, const RelativePlacement& t
   }
 }
 
-/// -1 of a surface that encloses a negative volume, else 1.
+/// Returns -1 for a surface that encloses a negative volume, else 1.
 double senseOf(const ClosedSurface& surface) {
   const fcl::Vector3d& origin = surface.points[0];
   double volume = 0;
@@ -300,8 +308,8 @@ void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory&
   faceOutward(m);
   for (RegionSums& sums : m.sums) sums.finish(m.rounding);
   if (m.sums.empty()) return;
-  findDepths(Operand::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
-  findDepths(Operand::Second, first.mesh, RelativePlacement(), m);
+  findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
+  findDepths(WhichBody::Second, first.mesh, RelativePlacement(), m);
   for (RegionSums& sums : m.sums) {
     if (sums.depth >= 0) continue;
     sums.depth = 0;
@@ -309,7 +317,7 @@ void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory&
   }
 }
 
-/// Takes what was found to the world, and into a result.
+/// Transforms the regions found to the world, and writes them into a result.
 class RegionWriter {
  public:
   RegionWriter(const RegionMemory& memory, const fcl::Transform3d& tf,
@@ -322,8 +330,8 @@ class RegionWriter {
 
   void write() {
     writeRegions();
-    writePatches(Operand::First, result_.first);
-    writePatches(Operand::Second, result_.second);
+    writePatches(WhichBody::First, result_.first);
+    writePatches(WhichBody::Second, result_.second);
     writeCurves();
   }
 
@@ -331,7 +339,7 @@ class RegionWriter {
   fcl::Vector3d placed(const fcl::Vector3d& x) const {
     return (turn_ * (x * (1 / scale_)) + shift_);
   }
-  /// A length, an area or a volume.
+  /// Scales a length, an area or a volume back.
   double reduced(double size, int dimension) const {
     return std::ldexp(size, -dimension * m_.exponent);
   }
@@ -351,7 +359,7 @@ class RegionWriter {
     }
   }
 
-  void writePatches(Operand body, ContactPatches<double>& patches) const {
+  void writePatches(WhichBody body, ContactPatches<double>& patches) const {
     const std::size_t side = indexOf(body), count = m_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);

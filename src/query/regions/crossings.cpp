@@ -7,7 +7,7 @@ namespace adaptive_bvh {
 namespace {
 
 auto edgeOf(const CrossingNode& node) { return std::make_tuple(node.body, node.low, node.high); }
-/// Key of the order. An edge crosses one face twice only if both crossings are one node.
+/// The sort key. An edge crosses one face twice only if both crossings are one node.
 auto orderOf(const CrossingNode& node) {
   return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
 }
@@ -16,8 +16,8 @@ bool areEqual(const std::array<FaceSide, 3>& sides) {
   return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
 }
 
-/// Whether the orientation of a face and a point, up to its rounding, is off by at most 2^-33 of
-/// itself. `size` underflows where the orientation may.
+/// Whether the relative error of a rounded orientation of a face and a point is at most 2^-33.
+/// `size` underflows wherever the orientation may.
 bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
   constexpr double kLeast = 0x1p-900;
   double size = 1;
@@ -25,9 +25,9 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
   return value == 0 || (size > kLeast && std::fabs(value) > 0x1p-14 * size);
 }
 
-/// How far from the first of two points on different sides of a face's plane it is crossed. Rounded
-/// orientations of needles and of nearly parallel parts have hardly a digit; exact ones take their
-/// place.
+/// Returns where the line between two points on different sides of a face's plane crosses the
+/// plane, from 0 (at p) to 1 (at q). Rounded orientations of needles and of nearly parallel parts
+/// have hardly a correct digit, so exact ones replace them.
 double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
                          const fcl::Vector3d& q, double from, double to) {
   if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
@@ -41,8 +41,8 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are no farther from the plane of a face than `limit`, up to their rounding; false
-/// for a face without area.
+/// Whether points are within `limit` of a face's plane, up to rounding; false for a face without
+/// area.
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
@@ -77,37 +77,38 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
-  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], Operand::First);
+  for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], WhichBody::First);
   keepIfCoplanar(pair, p, q, sides1);
   if (areEqual(sides1)) {
     // A face without area has no sides, and yet its edges may cross the other.
     if (sides1[0].sign != 0) return;
   }
-  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], Operand::Second);
+  for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], WhichBody::Second);
   if (areEqual(sides2) && sides2[0].sign != 0) return;
   const std::size_t first_end = ends_.size();
-  testEdges(bodies[0], Operand::First, pair, p, q, sides1);
-  testEdges(bodies[1], Operand::Second, pair, q, p, sides2);
+  testEdges(bodies[0], WhichBody::First, pair, p, q, sides1);
+  testEdges(bodies[1], WhichBody::Second, pair, q, p, sides2);
   keepIfWhole(first_end, pair);
 }
 
-/// Keeps two triangles in one plane: the corners of each are near the plane of the other.
+/// Keeps two triangles if they are in one plane: the corners of each are near the plane of the
+/// other.
 void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                                       const TrianglePoints<double>& q,
                                       const std::array<FaceSide, 3>& sides) {
-  // An orientation is a height times the doubled area of the face. Nearly all pairs end here:
+  // An orientation is a height times twice the area of the face. Nearly all pairs return here.
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
   if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
     coplanar_.push_back({pair.first, pair.second, sides});
 }
 
-/// The edges of one triangle with the face of the other.
-void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
+/// Tests the edges of one triangle against the face of the other.
+void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
                                  const TrianglePair& pair, const TrianglePoints<double>& edges,
                                  const TrianglePoints<double>& face,
                                  const std::array<FaceSide, 3>& sides) {
-  const bool is_first = body == Operand::First;
+  const bool is_first = body == WhichBody::First;
   const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
@@ -123,17 +124,19 @@ void SurfaceCrossings::testEdges(const ClosedSurface& surface, Operand body,
                             sides[high].sign,
                             t,
                             between(edges[low], edges[high], t)};
-    // The part of the first is to the left: its edges lead to the start, those of the second away.
+    // The part of the first body is to the left: edges of the first lead to the segment's start,
+    // edges of the second away from it.
     const bool leaves = sides[k].sign > 0;
     ends_.push_back({node, 2 * static_cast<unsigned>(segments_.size()) + (leaves != is_first)});
   }
 }
 
-/// Two triangles that cross have two nodes, one where the segment starts and one where it ends.
+/// Keeps two triangles that cross: they have two nodes, one at the start and one at the end of the
+/// segment.
 void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
   if (ends_.size() == first_end) return;
-  const bool is_whole =
-      ends_.size() == first_end + 2 && (ends_[first_end].place ^ ends_[first_end + 1].place) == 1;
+  const bool is_whole = ends_.size() == first_end + 2 &&
+                        (ends_[first_end].end_number ^ ends_[first_end + 1].end_number) == 1;
   if (is_whole)
     segments_.push_back({pair.first, pair.second, 0, 0});
   else
@@ -147,8 +150,8 @@ void SurfaceCrossings::collectNodes() {
   nodes_.clear();
   for (const SegmentEnd& end : ends_) {
     if (nodes_.empty() || orderOf(nodes_.back()) != orderOf(end.node)) nodes_.push_back(end.node);
-    CrossingSegment& segment = segments_[end.place / 2];
-    (end.place % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
+    CrossingSegment& segment = segments_[end.end_number / 2];
+    (end.end_number % 2 ? segment.end : segment.start) = static_cast<unsigned>(nodes_.size() - 1);
   }
 }
 
@@ -160,7 +163,7 @@ void SurfaceCrossings::collectEdges() {
   }
 }
 
-SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, unsigned to) const {
+SurfaceCrossings::Range SurfaceCrossings::along(WhichBody body, unsigned from, unsigned to) const {
   const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
   const auto at = std::lower_bound(
       edges_.begin(), edges_.end(), edge,
@@ -169,14 +172,14 @@ SurfaceCrossings::Range SurfaceCrossings::along(Operand body, unsigned from, uns
   return *at;
 }
 
-void SurfaceWinding::build(const ClosedSurfaces& bodies, Operand body,
+void SurfaceWinding::build(const ClosedSurfaces& bodies, WhichBody body,
                            const SurfaceCrossings& crossings) {
   labelVertices(bodies[indexOf(body)], body, crossings);
   connectLabels(body, crossings);
   setNumbers(bodies, body);
 }
 
-void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
+void SurfaceWinding::labelVertices(const ClosedSurface& surface, WhichBody body,
                                    const SurfaceCrossings& crossings) {
   const std::size_t count = surface.points.size();
   labels_.assign(count, kNoLabel);
@@ -191,8 +194,8 @@ void SurfaceWinding::labelVertices(const ClosedSurface& surface, Operand body,
       flood(v, surface, body, crossings);
 }
 
-/// Gives a new label to all vertices that edges without crossings connect with one.
-void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand body,
+/// Gives a new label to `from` and all vertices connected with it by edges without crossings.
+void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, WhichBody body,
                            const SurfaceCrossings& crossings) {
   const auto label = static_cast<unsigned>(first_vertices_.size());
   first_vertices_.push_back(from);
@@ -212,7 +215,7 @@ void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, Operand 
   }
 }
 
-/// The root of a label, which becomes its parent.
+/// Returns the root of a label, and makes it the label's parent.
 unsigned SurfaceWinding::rootOf(unsigned label) {
   unsigned root = label;
   int offset = 0;
@@ -228,7 +231,7 @@ unsigned SurfaceWinding::rootOf(unsigned label) {
   return root;
 }
 
-void SurfaceWinding::connectLabels(Operand body, const SurfaceCrossings& crossings) {
+void SurfaceWinding::connectLabels(WhichBody body, const SurfaceCrossings& crossings) {
   parents_.resize(first_vertices_.size());
   offsets_.assign(first_vertices_.size(), 0);
   for (unsigned i = 0; i < parents_.size(); ++i) parents_[i] = i;
@@ -254,8 +257,9 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
   return box;
 }
 
-/// Sets the number of each root: 0 if a vertex is outside of the other body's box, else by a ray.
-void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
+/// Sets the number of each root: 0 if one of its vertices is outside of the other body's box, else
+/// counted along a ray.
+void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);
   numbers_.assign(first_vertices_.size(), 0);
@@ -278,9 +282,9 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, Operand body) {
   }
 }
 
-/// How often another body winds around a point: by the crossings of a ray along x, which is an edge
-/// of the point's body.
-int SurfaceWinding::countAround(const fcl::Vector3d& point, Operand body,
+/// Returns how often another body winds around a point: counts the crossings of a ray along x,
+/// which is treated as an edge of the point's body.
+int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;

@@ -11,8 +11,8 @@
 
 namespace adaptive_bvh {
 
-/// Which of two bodies a point, an edge or a face belongs to.
-enum class Operand : unsigned { First = 0, Second = 1 };
+/// One of two bodies, as the owner of a point, an edge or a face.
+enum class WhichBody : unsigned { First = 0, Second = 1 };
 
 namespace orientations {
 
@@ -21,7 +21,7 @@ inline int crossSign(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::
                      const fcl::Vector3d& d, int k) {
   const int i = (k + 1) % 3, j = (k + 2) % 3;
   const double bi = b[i] - a[i], bj = b[j] - a[j], di = d[i] - c[i], dj = d[j] - c[j];
-  if ((bi == 0 || dj == 0) && (bj == 0 || di == 0)) return 0;  // as along the axes
+  if ((bi == 0 || dj == 0) && (bj == 0 || di == 0)) return 0;  // common along the axes
   const double left = bi * dj, right = bj * di;
   const double value = left - right, size = std::fabs(left) + std::fabs(right);
   if (size > 0x1p-900 && size < 0x1p1000 && std::fabs(value) > 0x1p-50 * size)
@@ -40,11 +40,11 @@ inline int crossSign(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::
 
 }  // namespace orientations
 
-/// The sign of an orientation, where it is 0 that which it gets when the first body moves by an
-/// infinitely small step along x, or, where that changes nothing, along y, or z. This one rule
-/// breaks all ties. A real motion would do the same: so what is decided is free of contradictions.
-/// (Simulation of simplicity: Edelsbrunner and Muecke 1990, here by a common shift.) The derivative
-/// by the step is (b - a) x (d - c), or its opposite.
+/// Returns the sign of an orientation. A zero orientation gets the sign that it has after an
+/// infinitely small motion of the first body along x or, if that changes nothing, along y, or z.
+/// This one rule breaks all ties. As a real motion would have the same effect, the decisions never
+/// contradict each other. (Simulation of simplicity: Edelsbrunner and Muecke 1990, here by a common
+/// shift.) The derivative by the motion is (b - a) x (d - c), or its opposite.
 inline int brokenTie(double orientation, const fcl::Vector3d& a, const fcl::Vector3d& b,
                      const fcl::Vector3d& c, const fcl::Vector3d& d, bool is_opposite) {
   if (orientation != 0) return orientation > 0 ? 1 : -1;
@@ -53,38 +53,39 @@ inline int brokenTie(double orientation, const fcl::Vector3d& a, const fcl::Vect
   return 0;
 }
 
-/// Where a point of the one body lies seen from a face of the other.
+/// Where a point of one body lies relative to a face of the other.
 struct FaceSide {
   double value;  ///< its orientation, which may be 0
-  int sign;      ///< 1 behind the face, -1 in front of it; 0 only of a face without area
+  int sign;      ///< 1 behind the face, -1 in front of it; 0 only for a face without area
 };
-/// `body`: the point's.
+/// `body`: that of the point.
 inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector3d& point,
-                           Operand body) {
+                           WhichBody body) {
   const double value = orientation(face[0], face[1], face[2], point);
-  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == Operand::First)};
+  return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == WhichBody::First)};
 }
 
-/// On which side of the line through an edge that of another body's edge passes. `body`: of the
-/// first edge. 0 only where the edges are parallel.
+/// Returns the side on which the edge from p to q passes the line through another body's edge from
+/// a to b. `body`: that of the first edge. 0 only if the edges are parallel.
 inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& a,
-                       const fcl::Vector3d& b, Operand body) {
-  // By a shift of p and q the determinant changes by that times (q - p) x (a - b).
-  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == Operand::Second);
+                       const fcl::Vector3d& b, WhichBody body) {
+  // A shift of p and q changes the determinant by the shift times (q - p) x (a - b).
+  return brokenTie(orientation(p, q, a, b), p, q, b, a, body == WhichBody::Second);
 }
 
-/// Whether an edge that crosses the plane of a face passes within it. `body`: the edge's.
+/// Whether an edge that crosses the plane of a face passes within the face. `body`: the edge's.
 inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
-                         const TrianglePoints<double>& face, Operand body) {
+                         const TrianglePoints<double>& face, WhichBody body) {
   const int side = passingSide(p, q, face[0], face[1], body);
   return side == passingSide(p, q, face[1], face[2], body) &&
          side == passingSide(p, q, face[2], face[0], body);
 }
 
-/// Finds the triangles of a mesh that a ray may meet, by its tree.
+/// Finds the triangles of a mesh that a ray may meet, by the mesh's tree.
 class RayCandidates {
  public:
-  /// Adds them to `triangles`. Origin and direction are in the coordinates of ClosedSurface.
+  /// Adds the triangles to `triangles`. Origin and direction are in the coordinates of
+  /// ClosedSurface.
   virtual void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                     std::vector<unsigned>& triangles) = 0;
 
@@ -92,7 +93,7 @@ class RayCandidates {
   ~RayCandidates() = default;
 };
 
-/// A closed mesh, its vertices in the frame of the first of a pair, enlarged by a power of two
+/// A closed mesh, with its vertices in the frame of the first body, multiplied by a power of two
 /// where products of coordinates would underflow.
 struct ClosedSurface {
   const MeshTopology* topology = nullptr;
@@ -111,25 +112,25 @@ struct ClosedSurface {
   }
 };
 
-/// Both bodies of a query, by Operand.
+/// Both bodies of a query, by WhichBody.
 using ClosedSurfaces = std::array<ClosedSurface, 2>;
-constexpr std::size_t indexOf(Operand body) { return static_cast<std::size_t>(body); }
-constexpr Operand otherOf(Operand body) {
-  return body == Operand::First ? Operand::Second : Operand::First;
+constexpr std::size_t indexOf(WhichBody body) { return static_cast<std::size_t>(body); }
+constexpr WhichBody otherOf(WhichBody body) {
+  return body == WhichBody::First ? WhichBody::Second : WhichBody::First;
 }
 
 /// Where an edge of one body crosses a triangle of the other.
 struct CrossingNode {
-  Operand body;        ///< the edge's
+  WhichBody body;      ///< the edge's
   unsigned low, high;  ///< the edge's vertices, the smaller index first
   unsigned face;       ///< the other's triangle
-  int sign;            ///< 1 where the way from `low` to `high` enters the other body, -1 leaves it
-  double t;            ///< the point is low + t (high - low)
+  int sign;  ///< 1 if the edge from `low` to `high` enters the other body here, -1 if it leaves it
+  double t;  ///< the point is low + t (high - low)
   fcl::Vector3d position;
 };
 
-/// Where two triangles cross, from one node to another: seen from outside of the first, its part
-/// inside the second is to the left.
+/// Where two triangles cross, from one node to another. Seen from outside of the first body, its
+/// part inside the second is to the left.
 struct CrossingSegment {
   unsigned first, second;  ///< triangles
   unsigned start, end;     ///< nodes
@@ -138,27 +139,27 @@ struct CrossingSegment {
 /// Two triangles in one plane, up to rounding.
 struct CoplanarPair {
   unsigned first, second;
-  /// Where the corners of the first lie seen from the second: sideOfFace.
+  /// On which sides of the second the corners of the first lie: sideOfFace.
   std::array<FaceSide, 3> sides;
 };
 
 /// All crossings of two surfaces. As many segments start at a node as end there.
 class SurfaceCrossings {
  public:
-  /// Some nodes that follow each other.
+  /// A range of consecutive nodes.
   struct Range {
     unsigned begin, end;
 
     bool isEmpty() const { return begin == end; }
   };
 
-  /// `pairs`: of triangles that may cross; sorted here. `rounding`: how far a point may be off a
-  /// plane that it counts as lying in, for coplanar().
+  /// `pairs`: triangles that may cross; sorted here. `rounding`: largest distance from a plane at
+  /// which a point counts as lying in it, for coplanar().
   void build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs, double rounding);
 
-  /// By edge, then along it from `low` to `high`.
+  /// Sorted by edge, then along it from `low` to `high`.
   const std::vector<CrossingNode>& nodes() const { return nodes_; }
-  /// By triangle of the first, then of the second.
+  /// Sorted by triangle of the first body, then of the second.
   const std::vector<CrossingSegment>& segments() const { return segments_; }
   /// The nodes of each edge that has some.
   const std::vector<Range>& edges() const { return edges_; }
@@ -166,19 +167,19 @@ class SurfaceCrossings {
   const std::vector<CoplanarPair>& coplanar() const { return coplanar_; }
   double rounding() const { return rounding_; }
   /// The nodes of an edge.
-  Range along(Operand body, unsigned from, unsigned to) const;
+  Range along(WhichBody body, unsigned from, unsigned to) const;
 
  private:
   /// A node, as the end of a segment.
   struct SegmentEnd {
     CrossingNode node;
-    unsigned place;  ///< twice the segment's number, and 1 more at its end
+    unsigned end_number;  ///< twice the segment's number, plus 1 for its end
   };
 
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);
   void keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                       const TrianglePoints<double>& q, const std::array<FaceSide, 3>& sides);
-  void testEdges(const ClosedSurface& surface, Operand body, const TrianglePair& pair,
+  void testEdges(const ClosedSurface& surface, WhichBody body, const TrianglePair& pair,
                  const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
                  const std::array<FaceSide, 3>& sides);
   void keepIfWhole(std::size_t first_end, const TrianglePair& pair);
@@ -193,15 +194,15 @@ class SurfaceCrossings {
   std::vector<CoplanarPair> coplanar_;
 };
 
-/// How often one body winds around each vertex of the other. Vertices that edges without crossings
-/// connect have the same label, and number; along an edge that crosses, the number changes by its
-/// nodes.
+/// How often one body winds around each vertex of the other. Vertices connected by edges without
+/// crossings have the same label and number. Along an edge with crossings, the number changes by
+/// the signs of its nodes.
 class SurfaceWinding {
  public:
-  static constexpr unsigned kNoLabel = ~0u;  ///< of vertices that no triangle has
+  static constexpr unsigned kNoLabel = ~0u;  ///< for vertices without triangles
 
   /// Computes the winding numbers of the vertices of bodies[body].
-  void build(const ClosedSurfaces& bodies, Operand body, const SurfaceCrossings& crossings);
+  void build(const ClosedSurfaces& bodies, WhichBody body, const SurfaceCrossings& crossings);
 
   unsigned numLabels() const { return static_cast<unsigned>(numbers_.size()); }
   unsigned label(unsigned vertex) const { return labels_[vertex]; }
@@ -212,24 +213,25 @@ class SurfaceWinding {
     fcl::Vector3d low, high;
   };
 
-  void labelVertices(const ClosedSurface& surface, Operand body, const SurfaceCrossings& crossings);
-  void flood(unsigned from, const ClosedSurface& surface, Operand body,
+  void labelVertices(const ClosedSurface& surface, WhichBody body,
+                     const SurfaceCrossings& crossings);
+  void flood(unsigned from, const ClosedSurface& surface, WhichBody body,
              const SurfaceCrossings& crossings);
-  void connectLabels(Operand body, const SurfaceCrossings& crossings);
-  void setNumbers(const ClosedSurfaces& bodies, Operand body);
-  int countAround(const fcl::Vector3d& point, Operand body, const ClosedSurface& other,
+  void connectLabels(WhichBody body, const SurfaceCrossings& crossings);
+  void setNumbers(const ClosedSurfaces& bodies, WhichBody body);
+  int countAround(const fcl::Vector3d& point, WhichBody body, const ClosedSurface& other,
                   const Box& box);
   static Box boxAround(const ClosedSurface& surface);
   unsigned rootOf(unsigned label);
 
   std::vector<unsigned> labels_;          ///< by vertex
-  std::vector<std::uint8_t> has_cuts_;    ///< by vertex: whether an edge there crosses
+  std::vector<std::uint8_t> has_cuts_;    ///< by vertex: whether an edge of it has crossings
   std::vector<unsigned> stack_;           ///< vertices still to visit
   std::vector<unsigned> first_vertices_;  ///< by label
-  std::vector<unsigned> parents_;         ///< by label: a forest of labels that are connected
+  std::vector<unsigned> parents_;         ///< by label: a forest of connected labels
   std::vector<int> offsets_;              ///< by label: its number less that of its parent
   std::vector<int> numbers_;              ///< by label
-  std::vector<std::uint8_t> is_known_;    ///< by label, of roots
+  std::vector<std::uint8_t> is_known_;    ///< by label, for roots
   std::vector<unsigned> candidates_;      ///< triangles that a ray may meet
 };
 

@@ -22,12 +22,12 @@ void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings&
   parts_.clear();
   for (const CrossingSegment& s : crossings.segments())
     connect(nodeElement(s.start), nodeElement(s.end));
-  cutTriangles(Operand::First);
-  cutTriangles(Operand::Second);
+  cutTriangles(WhichBody::First);
+  cutTriangles(WhichBody::Second);
   traceCurves();
   last_part_.assign(parents_.size(), 0);
-  collectParts(Operand::First);
-  collectParts(Operand::Second);
+  collectParts(WhichBody::First);
+  collectParts(WhichBody::Second);
   findOrientations();
   connectHoles();
   connectCavities();
@@ -39,29 +39,29 @@ unsigned SurfacePatches::rootOf(unsigned element) const {
   return element;
 }
 
-/// The smaller element becomes the root.
+/// Connects two elements. The smaller root becomes the root of both.
 void SurfacePatches::connect(unsigned a, unsigned b) {
   a = rootOf(a);
   b = rootOf(b);
   parents_[std::max(a, b)] = std::min(a, b);
 }
 
-unsigned SurfacePatches::regionOf(Operand body, unsigned vertex) const {
+unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(vertex);
   if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
   return numbers_[rootOf(labelElement(body, label))];
 }
 
-/// Pieces of all triangles of a body that cross the other.
-void SurfacePatches::cutTriangles(Operand body) {
+/// Collects the pieces of all triangles of a body that cross the other body.
+void SurfacePatches::cutTriangles(WhichBody body) {
   const auto& segments = crossings_->segments();
   const auto triangleOf = [&](unsigned i) {
-    return body == Operand::First ? segments[i].first : segments[i].second;
+    return body == WhichBody::First ? segments[i].first : segments[i].second;
   };
   order_.resize(segments.size());
   std::iota(order_.begin(), order_.end(), 0u);
-  if (body == Operand::Second)
+  if (body == WhichBody::Second)
     std::sort(order_.begin(), order_.end(), [&](unsigned a, unsigned b) {
       return std::make_pair(triangleOf(a), a) < std::make_pair(triangleOf(b), b);
     });
@@ -75,8 +75,9 @@ void SurfacePatches::cutTriangles(Operand body) {
   }
 }
 
-/// The parts of a triangle's edges that are inside the other body. What they connect is connected.
-void SurfacePatches::addEdges(Operand body, unsigned triangle) {
+/// Adds the parts of a triangle's edges inside the other body, and connects the elements at their
+/// ends.
+void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const VertexIndices v = surface.corners(triangle);
@@ -104,18 +105,18 @@ void SurfacePatches::addEdges(Operand body, unsigned triangle) {
   }
 }
 
-void SurfacePatches::addSegment(Operand body, const CrossingSegment& segment) {
+void SurfacePatches::addSegment(WhichBody body, const CrossingSegment& segment) {
   const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
                       &end = crossings_->nodes()[segment.end].position;
   const unsigned element = nodeElement(segment.start);
-  if (body == Operand::First)
+  if (body == WhichBody::First)
     pieces_.push_back({element, 1, start, end});
   else
     pieces_.push_back({element, 1, end, start});
 }
 
-/// Curves by their smallest segment. As many segments start at a node as end there: so each curve
-/// comes back to where it began.
+/// Traces the curves, ordered by their smallest segment. As many segments start at a node as end
+/// there, so each curve returns to its start.
 void SurfacePatches::traceCurves() {
   const auto& segments = crossings_->segments();
   order_.resize(segments.size());
@@ -144,8 +145,8 @@ void SurfacePatches::traceCurves() {
   }
 }
 
-/// A curve that lies in one triangle and goes around a hole of its part touches no other boundary
-/// of that part.
+/// Connects the curves around holes. A curve that lies in one triangle and goes around a hole of
+/// its part touches no other boundary of that part.
 void SurfacePatches::connectHoles() {
   const auto& segments = crossings_->segments();
   for (const CrossingCurve& curve : curves_) {
@@ -155,13 +156,13 @@ void SurfacePatches::connectHoles() {
       is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
       is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
     }
-    if (is_in_first) connectHole(curve, Operand::First, s.first);
-    if (is_in_second) connectHole(curve, Operand::Second, s.second);
+    if (is_in_first) connectHole(curve, WhichBody::First, s.first);
+    if (is_in_second) connectHole(curve, WhichBody::Second, s.second);
   }
 }
 
-/// Positive where the part is to the left of the curve, in the body's triangle.
-double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
+/// The area of a curve in a body's triangle; positive if the part is to the left of the curve.
+double SurfacePatches::signedArea(const CrossingCurve& curve, WhichBody body,
                                   const fcl::Vector3d& normal) const {
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   const auto positionOf = [&](std::size_t i) -> const fcl::Vector3d& {
@@ -170,11 +171,11 @@ double SurfacePatches::signedArea(const CrossingCurve& curve, Operand body,
   const fcl::Vector3d& origin = positionOf(curve.begin);
   for (std::size_t i = curve.begin + 1; i + 1 < curve.end; ++i)
     sum += (positionOf(i) - origin).cross(positionOf(i + 1) - origin);
-  return body == Operand::First ? sum.dot(normal) : -sum.dot(normal);
+  return body == WhichBody::First ? sum.dot(normal) : -sum.dot(normal);
 }
 
-/// Null where the triangle crosses nothing.
-auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const CutTriangle* {
+/// Returns the pieces of a triangle; null if the triangle crosses nothing.
+auto SurfacePatches::cutTriangle(WhichBody body, unsigned triangle) const -> const CutTriangle* {
   const auto key = std::make_pair(body, triangle);
   const auto keyOf = [](const CutTriangle& cut) { return std::make_pair(cut.body, cut.triangle); };
   const auto cut =
@@ -183,7 +184,8 @@ auto SurfacePatches::cutTriangle(Operand body, unsigned triangle) const -> const
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// The areas of a body's parts count as often as the other body winds around them.
+/// Finds for each body whether the other one faces inward. The areas of a body's parts, which are
+/// multiplied by the other body's winding number, are negative then.
 void SurfacePatches::findOrientations() {
   std::array<double, 2> areas{};
   for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
@@ -191,7 +193,7 @@ void SurfacePatches::findOrientations() {
 }
 
 /// Connects a curve around a hole with the boundary of the part that has the hole.
-void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsigned triangle) {
+void SurfacePatches::connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   if (!(orientations_[indexOf(body)] * signedArea(curve, body, normal) < 0)) return;
@@ -207,8 +209,9 @@ void SurfacePatches::connectHole(const CrossingCurve& curve, Operand body, unsig
   if (around != kNoRegion) connect(curve.region, around);
 }
 
-/// Where a line through a point of a triangle's plane crosses the boundaries of the triangle's
-/// parts: seen along the axis that is nearest to the normal, it is parallel to another axis.
+/// Finds where a line through a point of a triangle's plane crosses the boundaries of the
+/// triangle's parts. Seen along the axis nearest to the normal, the line is parallel to another
+/// axis.
 void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
                               const fcl::Vector3d& x) {
   int axis;
@@ -225,9 +228,9 @@ void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& norma
   }
 }
 
-/// Looks for the longest stretch of the line in a hole or a cavity that the root `own` bounds, and
-/// returns the root around it, in whose part or region it is; `own` where there is none.
-/// kNoRegion if the line passes by the hole.
+/// Finds the longest stretch of the line inside a hole or cavity bounded by the root `own`. Returns
+/// the root of the part or region around that stretch; `own` if there is none; kNoRegion if the
+/// line misses the hole.
 unsigned SurfacePatches::rootAround(unsigned own) {
   std::sort(hits_.begin(), hits_.end(),
             [](const LineHit& a, const LineHit& b) { return a.at < b.at; });
@@ -248,11 +251,11 @@ unsigned SurfacePatches::rootAround(unsigned own) {
   return around == kNoRegion ? own : around;
 }
 
-/// Of the roots that wind around the points of the line before a hit, the one that the line crosses
-/// first from there on. `sense`: its sign where it is not 0.
+/// Among the roots that wind around the points of the line before hit `first`, returns the one that
+/// the line crosses first from there on. `sense`: required sign of the winding number; 0 for any.
 unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   for (std::size_t i = first; i < hits_.size(); ++i) {
-    int number = 0;  // the line ends outside of all
+    int number = 0;  // the line ends outside of everything
     for (std::size_t k = first; k < hits_.size(); ++k)
       if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
     if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
@@ -260,7 +263,7 @@ unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   return kNoRegion;
 }
 
-unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x) {
+unsigned SurfacePatches::regionAt(WhichBody body, unsigned triangle, const fcl::Vector3d& x) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const CutTriangle* const cut = cutTriangle(body, triangle);
   if (!cut) return regionOf(body, surface.corners(triangle)[0]);
@@ -272,7 +275,7 @@ unsigned SurfacePatches::regionAt(Operand body, unsigned triangle, const fcl::Ve
   return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 
-void SurfacePatches::collectParts(Operand body) {
+void SurfacePatches::collectParts(WhichBody body) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   auto cut = std::find_if(cuts_.begin(), cuts_.end(),
                           [&](const CutTriangle& c) { return c.body == body; });
@@ -284,8 +287,8 @@ void SurfacePatches::collectParts(Operand body) {
   }
 }
 
-/// A triangle that crosses nothing, if it is inside.
-void SurfacePatches::addWhole(Operand body, unsigned triangle) {
+/// Adds a triangle without crossings, if it is inside.
+void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(surface.corners(triangle)[0]);
@@ -327,10 +330,10 @@ SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
   return parts_.back();
 }
 
-/// A triangle has one part in each region: two were apart while holes and cavities were not
-/// connected.
+/// Merges the parts of a triangle in each region. They were separate while holes and cavities were
+/// not connected.
 void SurfacePatches::mergeParts() {
-  std::size_t kept = 0, first = 0;  // `first`: of the parts of the triangle
+  std::size_t kept = 0, first = 0;  // `first`: the triangle's first part
   last_part_.assign(num_regions_, 0);
   for (const SurfacePart& part : parts_) {
     if (kept > 0 &&
@@ -361,16 +364,16 @@ void SurfacePatches::numberRegions() {
   };
   for (const SurfacePart& part : parts_) {
     RegionKey& key = keyOf(part.region);
-    unsigned& smallest = part.body == Operand::First ? key.first : key.second;
+    unsigned& smallest = part.body == WhichBody::First ? key.first : key.second;
     smallest = std::min(smallest, part.triangle);
   }
   for (std::size_t c = curves_.size(); c-- > 0;)
     keyOf(curves_[c].region).curve = static_cast<unsigned>(c);
-  const auto placeOf = [](const RegionKey& k) {
+  const auto sortKeyOf = [](const RegionKey& k) {
     return std::make_tuple(k.first, k.second, k.curve, k.root);
   };
   std::sort(keys_.begin(), keys_.end(),
-            [&](const RegionKey& a, const RegionKey& b) { return placeOf(a) < placeOf(b); });
+            [&](const RegionKey& a, const RegionKey& b) { return sortKeyOf(a) < sortKeyOf(b); });
   num_regions_ = keys_.size();
   for (std::size_t i = 0; i < keys_.size(); ++i) numbers_[keys_[i].root] = static_cast<unsigned>(i);
   for (SurfacePart& part : parts_) part.region = numbers_[rootOf(part.region)];

@@ -7,18 +7,18 @@
 
 namespace adaptive_bvh {
 
-/// The part of a triangle inside the other body that belongs to one region. Its area counts as
-/// often as the other body winds around it.
+/// The part of a triangle inside the other body that belongs to one region. Its area is multiplied
+/// by the other body's winding number.
 struct SurfacePart {
-  Operand body;
+  WhichBody body;
   unsigned triangle;
-  unsigned region;  ///< an element of the forest, at last the region's number
+  unsigned region;  ///< an element of the forest, at the end the region's number
   bool is_cut;      ///< whether the triangle crosses the other surface
   double area;
-  double size;           ///< the sum of what was added and subtracted to find the area
+  double size;           ///< sum of the absolute values of the terms of `area`
   fcl::Vector3d normal;  ///< of the triangle, of length 1; zero where it has no area
   fcl::Vector3d origin;  ///< a point of the part
-  fcl::Vector3d moment;  ///< the integral of the position, seen from `origin`, over the area
+  fcl::Vector3d moment;  ///< integral of the position relative to `origin` over the area
 
   /// Adds another part of the triangle.
   void add(const SurfacePart& part) {
@@ -26,75 +26,75 @@ struct SurfacePart {
     area += part.area;
     size += part.size;
   }
-  /// Some point of it where the area may be mere rounding.
+  /// The centroid, or `origin` if the area may be mere rounding.
   fcl::Vector3d centroid() const {
     if (!(std::fabs(area) > 1e-6 * size)) return origin;
     return origin + moment / area;
   }
 };
 
-/// A closed polyline of segments that follow each other.
+/// A closed polyline of consecutive segments.
 struct CrossingCurve {
-  std::size_t begin, end;  ///< of SurfacePatches::curveSegments()
-  unsigned region;         ///< an element of the forest, at last the region's number
+  std::size_t begin, end;  ///< range of SurfacePatches::curveSegments()
+  unsigned region;         ///< an element of the forest, at the end the region's number
 };
 
-/// The parts of both surfaces that lie inside the other body, the curves around them, and which of
-/// these are connected. Elements that can be connected are labels of vertices and nodes: a forest
-/// of them has a root for each region.
+/// The parts of both surfaces that lie inside the other body, the curves around them, and the
+/// regions that they form. Labels of vertices, and nodes, are the elements of a forest that
+/// connects them; each region has one root.
 ///
-/// A part's area follows from its boundary (Green's theorem): the segments on its triangle, and
-/// those pieces of the triangle's edges that are inside, each on the same side of the way. No part
-/// is ever triangulated.
+/// A part's area follows from its boundary (Green's theorem): the segments on its triangle, and the
+/// pieces of the triangle's edges inside the other body, each with the part on the same side. No
+/// part is ever triangulated.
 class SurfacePatches {
  public:
   void build(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
              const std::array<SurfaceWinding, 2>& windings);
 
-  /// No parts: the bodies are apart.
+  /// Leaves no parts, because the bodies are apart.
   void clear() {
     parts_.clear();
     curves_.clear();
     num_regions_ = 0;
   }
 
-  /// Parts of the first, then of the second, each by increasing triangle.
+  /// Parts of the first body, then of the second, each by increasing triangle.
   const std::vector<SurfacePart>& parts() const { return parts_; }
   const std::vector<CrossingCurve>& curves() const { return curves_; }
   /// Numbers of segments, curve by curve.
   const std::vector<unsigned>& curveSegments() const { return curve_segments_; }
   std::size_t numRegions() const { return num_regions_; }
   /// The region of a vertex inside the other body; kNoRegion for other vertices.
-  unsigned regionOf(Operand body, unsigned vertex) const;
+  unsigned regionOf(WhichBody body, unsigned vertex) const;
   /// The region of a point of a triangle inside the other body; kNoRegion for other points.
-  unsigned regionAt(Operand body, unsigned triangle, const fcl::Vector3d& x);
+  unsigned regionAt(WhichBody body, unsigned triangle, const fcl::Vector3d& x);
   static constexpr unsigned kNoRegion = ~0u;
 
  private:
-  /// Some of a part's boundary, in the direction that has the part to its left.
+  /// A piece of a part's boundary, directed so that the part is to its left.
   struct Piece {
     unsigned element;
-    int count;  ///< how often it counts
+    int count;  ///< how often the piece counts
     fcl::Vector3d from, to;
   };
   /// The pieces of a triangle that crosses the other surface.
   struct CutTriangle {
-    Operand body;
+    WhichBody body;
     unsigned triangle;
     std::size_t begin, end;
   };
-  /// By element, while cavities are looked for.
+  /// Volume and area within the parts of one root, to find cavities.
   struct Enclosed {
     unsigned root;
     double volume, area;
     fcl::Vector3d origin;
     std::size_t largest;  ///< the part with the largest area
   };
-  /// Where a line crosses a boundary: that of parts in a plane, or that of regions.
+  /// A crossing of a line with the boundaries of parts in a plane, or with those of regions.
   struct LineHit {
     double at;
     unsigned root;
-    int count;  ///< by which the number around the points of the line changes
+    int count;  ///< change of the winding number along the line
   };
   /// A line, and two directions across it.
   struct Line {
@@ -102,33 +102,33 @@ class SurfacePatches {
   };
 
   unsigned nodeElement(unsigned node) const { return num_labels_ + node; }
-  unsigned labelElement(Operand body, unsigned label) const {
-    return body == Operand::First ? label : first_labels_ + label;
+  unsigned labelElement(WhichBody body, unsigned label) const {
+    return body == WhichBody::First ? label : first_labels_ + label;
   }
   unsigned rootOf(unsigned element) const;
   void connect(unsigned a, unsigned b);
 
-  void cutTriangles(Operand body);
-  void addEdges(Operand body, unsigned triangle);
-  void addSegment(Operand body, const CrossingSegment& segment);
+  void cutTriangles(WhichBody body);
+  void addEdges(WhichBody body, unsigned triangle);
+  void addSegment(WhichBody body, const CrossingSegment& segment);
   void traceCurves();
   void connectHoles();
-  void connectHole(const CrossingCurve& curve, Operand body, unsigned triangle);
+  void connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle);
   void findOrientations();
   void findHits(const CutTriangle& cut, const fcl::Vector3d& normal, const fcl::Vector3d& x);
   unsigned rootAround(unsigned own);
   unsigned rootFrom(std::size_t first, int sense) const;
-  double signedArea(const CrossingCurve& curve, Operand body, const fcl::Vector3d& normal) const;
-  const CutTriangle* cutTriangle(Operand body, unsigned triangle) const;
-  void collectParts(Operand body);
-  void addWhole(Operand body, unsigned triangle);
+  double signedArea(const CrossingCurve& curve, WhichBody body, const fcl::Vector3d& normal) const;
+  const CutTriangle* cutTriangle(WhichBody body, unsigned triangle) const;
+  void collectParts(WhichBody body);
+  void addWhole(WhichBody body, unsigned triangle);
   void addCut(const CutTriangle& cut);
   SurfacePart& partOf(std::size_t first_part, const Piece& piece, const CutTriangle& cut,
                       const fcl::Vector3d& normal);
   void connectCavities();
   void measureRoots();
   bool connectCavity(unsigned root, const SurfacePart& part);
-  void addHits(const Line& line, Operand body, unsigned triangle);
+  void addHits(const Line& line, WhichBody body, unsigned triangle);
   void addHit(const Line& line, const Piece& piece, double at);
   void mergeParts();
   void numberRegions();
@@ -138,16 +138,16 @@ class SurfacePatches {
   const std::array<SurfaceWinding, 2>* windings_ = nullptr;
   unsigned first_labels_ = 0, num_labels_ = 0;
   std::size_t num_regions_ = 0;
-  mutable std::vector<unsigned> parents_;  ///< by element: the forest; shortened when it is read
+  mutable std::vector<unsigned> parents_;  ///< by element: the forest; reading shortens its paths
   std::vector<Piece> pieces_;
-  std::vector<CutTriangle> cuts_;  ///< of the first by triangle, then of the second
-  std::vector<unsigned> order_;    ///< segments in another order
-  std::vector<unsigned> next_;     ///< by node: the first of its segments that is not traced
+  std::vector<CutTriangle> cuts_;  ///< of the first body by triangle, then of the second
+  std::vector<unsigned> order_;    ///< segments, sorted by triangle or by start
+  std::vector<unsigned> next_;     ///< by node: index in order_ of its first untraced segment
   std::vector<char> is_traced_;    ///< by segment
   std::vector<CrossingCurve> curves_;
   std::vector<unsigned> curve_segments_;
   std::vector<SurfacePart> parts_;
-  std::array<double, 2> orientations_{};  ///< by body: whether the other faces inward: -1, else 1
+  std::array<double, 2> orientations_{};  ///< by body: -1 if the other body faces inward, else 1
   std::vector<Enclosed> enclosed_;
   std::vector<LineHit> hits_;
   std::vector<unsigned> candidates_;    ///< triangles that a line may meet

@@ -34,7 +34,7 @@ void ContactTracker::finish() {
   events_.swap(next_events_);
 }
 
-/// Both lists are sorted by triangle.
+/// Counts the triangles common to each old and new region. Both lists are sorted by triangle.
 void ContactTracker::countShares() {
   shares_.clear();
   auto old = uses_.cbegin();
@@ -63,7 +63,7 @@ void ContactTracker::countShares() {
   });
 }
 
-/// Matches old and new regions, beginning with the pair that shares most triangles.
+/// Matches old and new regions, starting with the pair that shares the most triangles.
 void ContactTracker::matchRegions() {
   for (const Share& share : shares_) {
     if (is_continued_[share.before] || next_ids_[share.now] != 0) continue;

@@ -14,37 +14,37 @@
 namespace adaptive_bvh {
 namespace {
 
-/// At which place in the order of the leaves each triangle of a mesh is.
-class PlacesOfTriangles {
+/// The index of each triangle of a mesh in the order of the tree's leaves.
+class LeafIndices {
  public:
-  void adopt(const MeshState& mesh) {
+  void assign(const MeshState& mesh) {
     if (topology_ == mesh.topology) return;
-    topology_.reset();  // until the places are those of the new one
-    places_.resize(mesh.topology->triangles.size());
-    for (unsigned place = 0; place < places_.size(); ++place)
-      places_[static_cast<std::size_t>(mesh.tree.triangle(place))] = place;
+    topology_.reset();  // until the indices are those of the new topology
+    indices_.resize(mesh.topology->triangles.size());
+    for (unsigned i = 0; i < indices_.size(); ++i)
+      indices_[static_cast<std::size_t>(mesh.tree.triangle(i))] = i;
     topology_ = mesh.topology;
   }
-  unsigned operator[](unsigned triangle) const { return places_[triangle]; }
+  unsigned operator[](unsigned triangle) const { return indices_[triangle]; }
 
  private:
   std::shared_ptr<const MeshTopology> topology_;
-  std::vector<unsigned> places_;
+  std::vector<unsigned> indices_;
 };
 
-/// The triangles around a pair of leaves, some before and behind each in the order of the tree:
-/// when two bodies stay in touch, where they touch moves on, but rarely far.
+/// The triangles around a pair of leaves: some before and after each in the order of the tree.
+/// While two bodies stay in touch, the place where they touch moves, but rarely far.
 class Surroundings {
  public:
-  Surroundings(const PairOfMeshes& meshes, const LeafPair& around)
+  Surroundings(const PairOfMeshes& meshes, const LeafIndexPair& around)
       : first_(meshes.first, around.first), second_(meshes.second, around.second) {
     for (auto& t : second_.triangles)
       for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
     for (Side* side : {&first_, &second_}) side->bound();
   }
 
-  /// Whether there are two that are at most so far apart, and which.
-  bool find(double distance, LeafPair& found) {
+  /// Whether any two of the triangles are within `distance`; `found` is set to the first two.
+  bool find(double distance, LeafIndexPair& found) {
     second_.keep(distance, first_.box);
     first_.keep(distance, second_.box);
     for (const auto& a : first_.triangles)
@@ -101,37 +101,37 @@ struct KnownProximity {
   using Meshes = PairOfMeshes;
 
   RigidMotion rigid;
-  /// How far the meshes have moved, in all, when the bound was found; and at the last call.
+  /// Total motion of the meshes when the bound was found, and at the last call.
   double moved_then = 0, moved = 0;
-  double step = 0, last_step = 0;  ///< of the last two calls
+  double step = 0, last_step = 0;  ///< motion before each of the last two calls
   int calls = 0;
-  double bound = -1;  ///< of their distance then; negative where there is none
+  double bound = -1;  ///< lower bound of the distance when it was found; negative if there is none
   std::size_t searches = 0;
   TrianglePair witness{0, 0};
-  /// Leaves that were near when a search last said that there are such.
-  std::optional<LeafPair> near;
-  PlacesOfTriangles places[2];
-  /// Of each mesh at the last call.
+  /// Leaves of the pair that the last successful search found.
+  std::optional<LeafIndexPair> near;
+  LeafIndices leaf_indices[2];
+  /// Values of each mesh at the last call.
   std::uint64_t lineages[2] = {0, 0};
   double travels[2] = {0, 0};
 
-  /// `pair`: are near.
+  /// Records a pair of triangles that are near. Returns true.
   bool setNear(const Meshes& meshes, const TrianglePair& pair) {
     witness = pair;
-    places[0].adopt(meshes.first.mesh);
-    places[1].adopt(meshes.second.mesh);
-    near = LeafPair{places[0][pair.first], places[1][pair.second]};
+    leaf_indices[0].assign(meshes.first.mesh);
+    leaf_indices[1].assign(meshes.second.mesh);
+    near = LeafIndexPair{leaf_indices[0][pair.first], leaf_indices[1][pair.second]};
     return true;
   }
-  /// Whether around those leaves there still are some that are near.
+  /// Whether there is a near pair around the recorded leaves.
   bool isStillNear(const Meshes& meshes, double distance) {
     if (near && Surroundings(meshes, *near).find(distance, *near)) return true;
     near.reset();
     return false;
   }
 
-  /// Whether both meshes have gone on in the sequences of updates of the last call: neither has
-  /// become another one, or an older snapshot of itself.
+  /// Whether both meshes have continued the sequence of updates of the last call: neither was
+  /// replaced by another mesh, or by an older snapshot of itself.
   bool haveGoneOn(const Meshes& meshes) {
     bool have_gone_on = true;
     for (int i = 0; i < 2; ++i) {
@@ -143,7 +143,7 @@ struct KnownProximity {
     if (!have_gone_on) near.reset();
     return have_gone_on;
   }
-  /// Takes note of how far the meshes have moved since the last call.
+  /// Records how far the meshes have moved since the last call.
   void move(const Meshes& meshes) {
     const bool have_gone_on = haveGoneOn(meshes);
     const bool moves_on = rigid.moveTo(meshes.first, meshes.second);
@@ -155,8 +155,8 @@ struct KnownProximity {
     step = goes_on && calls > 0 ? moved - before : 0;
     ++calls;
   }
-  /// Whether what is known says that nothing is as near as that. The sums of motion are rounded up;
-  /// their sum and difference by less than the last term.
+  /// Whether the bound proves that no pair is within `distance`. The sums of motion are rounded up;
+  /// the last term exceeds the rounding of their sum and difference.
   bool isSurelyFarther(double distance) const {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
@@ -172,6 +172,8 @@ struct KnownProximity {
     return may_last || !isFewEdges(meshes, distance);
   }
 
+  /// Searches for a near pair, after tests of the known pair and of two triangles that are
+  /// probably close.
   bool searchNear(const Meshes& meshes, double distance) {
     const double known = meshes.gap(witness).distance;
     if (known <= distance) return setNear(meshes, witness);
@@ -184,8 +186,8 @@ struct KnownProximity {
     if (apart < known) witness = close;
     return false;
   }
-  /// And for a bound: as much farther as many steps like the last ones could use up, or a part of
-  /// what two triangles are that are known.
+  /// Like searchNear, but also finds a bound: `distance` plus the motion of several steps like the
+  /// last ones, or plus a part of the gap of two known triangles.
   bool searchBound(const Meshes& meshes, double distance) {
     const double least = distance + (isFewEdges(meshes, distance) ? kSteps * usualStep() : 0);
     return canCompare(meshes, least) ? searchByDistance(meshes, distance, least)
@@ -193,14 +195,14 @@ struct KnownProximity {
   }
 
  private:
-  static constexpr double kSteps = 8;  ///< as many a bound is to last at least
+  static constexpr double kSteps = 8;  ///< number of steps for which a bound should last
 
   double usualStep() const { return std::max(step, last_step); }
   void setBound(double farther_than) {
     bound = farther_than;
     moved_then = moved;
   }
-  /// Ends when there is a pair within `least`, so that a bound would not last.
+  /// Returns early if a pair is within `least`, because a bound would not last.
   bool searchByDistance(const Meshes& meshes, double distance, double least) {
     const double room = meshes.gap(witness).distance - distance;
     if (room <= 0) return setNear(meshes, witness);
@@ -214,6 +216,8 @@ struct KnownProximity {
     ++searches;
     return setNear(meshes, witness);
   }
+  /// Searches for a near pair. If there is none, sets a bound: a larger distance if no pair is
+  /// within that, else `distance`.
   bool searchByBoxes(const Meshes& meshes, double distance) {
     const double known = meshes.gap(witness).distance;
     if (known <= distance) return setNear(meshes, witness);

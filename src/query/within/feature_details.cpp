@@ -24,7 +24,7 @@ struct Detail {
   Detail swapped() const { return {distance, second, first, coordinates, -normal}; }
 };
 
-/// A direction of length 1 along a vector of any length; zero where the vector is.
+/// The direction of a vector of any length, of length 1; zero for a zero vector.
 fcl::Vector3d directionOf(const fcl::Vector3d& v) {
   const double size = v.lpNorm<Eigen::Infinity>();
   if (!(size > 0)) return fcl::Vector3d::Zero();
@@ -44,7 +44,7 @@ double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
   return size;
 }
 
-/// A mesh as the first mesh sees it.
+/// A mesh in the first mesh's frame.
 class SeenMesh {
  public:
   SeenMesh(const MeshState& mesh, const RelativePlacement& to_first)
@@ -73,7 +73,7 @@ class SeenMesh {
   const RelativePlacement to_first_;
 };
 
-/// Details of a vertex (first) and a face.
+/// Details of a vertex (first) and a face (second).
 Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned triangle) {
   const Corners corners = mesh.face(triangle);
   Detail found;
@@ -90,8 +90,8 @@ Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned t
   return found;
 }
 
-/// The direction from an edge to another that it touches, where their surfaces face `outward1` and
-/// `outward2`.
+/// Returns the direction from an edge to another one that it touches. `outward1`, `outward2`:
+/// normals of their surfaces.
 fcl::Vector3d directionOfTouching(const Segment& a, const Segment& b, const fcl::Vector3d& outward1,
                                   const fcl::Vector3d& outward2) {
   const fcl::Vector3d u = a[1] - a[0], v = b[1] - b[0], facing = outward1 - outward2;
@@ -117,7 +117,7 @@ Detail edgeEdgeDetail(const SeenMesh& first, unsigned edge1, const SeenMesh& sec
   return found;
 }
 
-/// The numbers of features that a mesh has.
+/// The numbers of features of a mesh.
 struct FeatureCounts {
   std::size_t vertices, triangles, edges;
 };
@@ -142,7 +142,7 @@ void requireNumbers(const FeaturePairs& pairs, const FeatureCounts& first,
   requireNumbers(pairs.edge_edge, "edge_edge", first.edges, second.edges);
 }
 
-/// Writes what detailOf(pair) returns of each pair, placed in the world.
+/// Writes detailOf(pair) for each pair, transformed to the world.
 template <typename DetailOf>
 void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
                   const DetailOf& detailOf, FeatureDetails<double>& result) {

@@ -11,15 +11,16 @@
 
 namespace adaptive_bvh {
 
-/// By four: to copy pairs costs more than memory that is not touched.
+/// Enlarges the capacity by a factor of four, because copying pairs costs more than memory that is
+/// not touched.
 [[gnu::noinline]] inline void growPairs(std::vector<FeaturePair>& pairs) {
   constexpr std::size_t kFirst = 256;
   pairs.reserve(4 * pairs.capacity() + kFirst);
 }
 
-/// For searches that find millions of pairs: growing stands apart, so that a pair costs little more
-/// than to write it. Written in place, because assembling a pair first and then copying it as a
-/// whole stalls the processor.
+/// Appends a pair, for searches that find millions of them. Growth is a separate function, so that
+/// a pair costs little more than writing it. It is written in place, because assembling a pair
+/// first and copying it as a whole stalls the processor.
 ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second,
                                     std::vector<FeaturePair>& pairs) {
   if (pairs.size() == pairs.capacity()) growPairs(pairs);
@@ -28,7 +29,7 @@ ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second,
   pair.second = second;
 }
 
-/// Some of a vector.
+/// A range of a vector.
 template <typename T>
 struct VectorPart {
   VectorPart(const std::vector<T>& of, std::size_t from, std::size_t to)
@@ -37,9 +38,9 @@ struct VectorPart {
   const T *begin, *end;
 };
 
-/// Sets `to` to what tasks found, in their order: partOf(task) is a VectorPart of each. `Found`:
-/// SearchTasks::Found. What `to` held is overwritten: a vector that is cleared first fills itself
-/// with zeros, on one thread.
+/// Sets `to` to the results of tasks, in their order; partOf(task) returns the VectorPart of a
+/// task. `Found`: SearchTasks::Found. The vector is overwritten, not cleared first: a cleared
+/// vector fills itself with zeros, on one thread.
 template <typename T, typename Found, typename PartOf>
 void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
                const PartOf& partOf) {
@@ -48,7 +49,7 @@ void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vecto
     const VectorPart<T> part = partOf(task);
     begins.push_back(begins.back() + static_cast<std::size_t>(part.end - part.begin));
   }
-  // With room for more: what is near becomes more from step to step, while bodies approach.
+  // With room for more: while bodies approach, more pairs are near at each step.
   if (begins.back() > to.capacity()) {
     to.clear();
     to.reserve(2 * begins.back());
@@ -61,12 +62,12 @@ void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vecto
   });
 }
 
-/// How many pairs there are of each kind.
+/// Numbers of pairs of each kind.
 using FeatureMark = std::array<std::size_t, 3>;
 inline FeatureMark markOf(const FeaturePairs& pairs) {
   return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
 }
-/// As joinParts, pairs of all kinds: pairsOf(task) are those of a task's worker.
+/// Like joinParts, for pairs of all kinds: pairsOf(task) returns the pairs of a task's worker.
 template <typename Found, typename PairsOf>
 void joinFeatures(const std::vector<Found>& tasks, const TaskPool& pool, FeaturePairs& to,
                   const PairsOf& pairsOf) {

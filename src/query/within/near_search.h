@@ -15,31 +15,31 @@
 
 namespace adaptive_bvh {
 
-/// Whether there is a near pair at all, and which.
+/// A sink that finds whether any pair is near, and which.
 struct AnyPair {
   static constexpr int kBatch = 128;
   static constexpr bool kStopsAtFirst = true;
 
   bool found = false;
-  LeafPair pair{0, 0};
+  LeafIndexPair pair{0, 0};
 
   static bool needsGap() { return false; }
   bool isDone() const { return found; }
   void clear() { found = false; }
-  void add(const LeafPair& near, const TriangleGap*) {
+  void add(const LeafIndexPair& near, const TriangleGap*) {
     found = true;
     pair = near;
   }
 };
 
-/// Writes near pairs into a result.
+/// A sink that writes near pairs into a result.
 class PairSink {
  public:
   using Result = TrianglePairs<double>;
   static constexpr int kBatch = 256;
   static constexpr bool kStopsAtFirst = false;
 
-  /// `is_self`: the smaller index comes first.
+  /// `is_self`: the pairs of one mesh; the smaller index comes first.
   PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,
            Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
@@ -48,7 +48,7 @@ class PairSink {
   bool needsGap() const { return request_.enable_distances || request_.enable_nearest_points; }
   static bool isDone() { return false; }
 
-  ADAPTIVE_BVH_INLINE void add(const LeafPair& pair, const TriangleGap* gap) {
+  ADAPTIVE_BVH_INLINE void add(const LeafIndexPair& pair, const TriangleGap* gap) {
     const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
@@ -59,11 +59,11 @@ class PairSink {
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
 
-  /// For another thread.
+  /// Returns a sink for another thread.
   PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = std::size_t;
   Mark mark() const { return result_.size(); }
-  /// In place of what the result held: what other sinks were given in tasks, in their order.
+  /// Replaces the result by what other sinks received in tasks, in the order of the tasks.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
     const auto takeAll = [&](auto array, bool is_wanted) {
@@ -93,10 +93,10 @@ class PairSink {
   Result& result_;
 };
 
-/// Every pair, where single precision cannot express how the meshes lie.
+/// Tests every pair; for placements that single precision cannot express.
 template <typename Sink>
 void testAllPairs(const PairInput& input, Sink& sink) {
-  const SameFrame frame;  // of no use here
+  const SameFrame frame;  // not used here
   const WithinTests<SameFrame, Sink> tests(sink, input, frame);
   sink.clear();
   if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
@@ -109,8 +109,8 @@ void testAllPairs(const PairInput& input, Sink& sink) {
     }
 }
 
-/// Whether there is a pair at most so far apart, by boxes grown by that distance; `found` is the
-/// first.
+/// Whether a pair is within `distance`, by boxes grown by that distance. `found` is set to the
+/// first such pair.
 inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair& found) {
   TreePair trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
@@ -129,7 +129,7 @@ inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair&
   return any.found;
 }
 
-/// The mean length of edges, of a sample.
+/// The mean length of a sample of edges.
 inline double meanEdge(const MeshState& mesh) {
   constexpr int kSample = 32;
   const int step = mesh.numTriangles() / kSample + 1;
@@ -142,23 +142,23 @@ inline double meanEdge(const MeshState& mesh) {
   return sum / count;
 }
 
-/// Whether the distance is so small, for the triangles, that to search with grown boxes is the
-/// faster way: these let everything pass that is as near along each axis.
+/// Whether the distance is so small, compared with the triangles, that a search with grown boxes is
+/// faster. Grown boxes exclude only pairs that are farther apart along one axis.
 inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
-  constexpr double kFew = 3;
-  return distance <= kFew * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
+  constexpr double kEdges = 3;
+  return distance <= kEdges * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
-/// Whether `compare` is the faster way to compare the distance with one.
+/// Whether `compare` is the faster way to find out if the distance is at most `distance`.
 inline bool canCompare(const PairOfMeshes& meshes, double distance) {
   constexpr double kNothing = 1e-9;
   const auto size = meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius;
   return distance > kNothing * size;
 }
 
-/// Whether the distance is at most `enough`. When it is not, `farther` is a lower bound of it: what
-/// was passed, or the distance where it is less. `witness`: a pair that may be near; then the
-/// nearest that was found.
+/// Whether the distance is at most `enough`. If not, `farther` becomes a lower bound of the
+/// distance: its initial value, or the distance if that is less. `witness`: a pair that may be
+/// near; becomes the nearest pair found.
 inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
                     double& farther) {
   const fcl::DistanceRequestd request;

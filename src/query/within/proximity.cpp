@@ -19,8 +19,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Writes the near features of near pairs of triangles into a result. Only features that the
-/// triangles own are written, so each pair occurs once.
+/// A sink that writes the near features of near pairs of triangles into a result. It writes only
+/// features that the triangles own, so each pair of features occurs once.
 class FeatureSink {
  public:
   using Result = FeaturePairs;
@@ -42,7 +42,7 @@ class FeatureSink {
   static bool isDone() { return false; }
   void clear() { result_.clear(); }
 
-  void add(const LeafPair& pair, const TriangleGap*) {
+  void add(const LeafIndexPair& pair, const TriangleGap*) {
     const Side a{in_.tree1.corners(pair.first), owners1_[pair.first],
                  in_.pointsOfFirst(pair.first)};
     const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],
@@ -60,11 +60,11 @@ class FeatureSink {
     addEdges(a, b);
   }
 
-  /// For another thread.
+  /// Returns a sink for another thread.
   FeatureSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(result_); }
-  /// In place of what the result held: what other sinks were given in tasks, in their order.
+  /// Replaces the result by what other sinks received in tasks, in the order of the tasks.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
     joinFeatures(
@@ -84,8 +84,8 @@ class FeatureSink {
     if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
   }
   static double sizeOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
-  /// `touches()`: whether the features have a common point, without error. It decides where
-  /// rounding could hide that.
+  /// `touches()`: exact test whether the features have a common point. It decides where rounding
+  /// could hide that.
   template <typename Touches>
   bool isNear(double distance, const Touches& touches) const {
     if (distance > rounding_) return distance <= in_.distance;
@@ -128,7 +128,7 @@ class FeatureSink {
   const FeatureProximityRequest<double>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
-  /// More than distances of touching features are computed to be, in parts of the bodies' sizes.
+  /// Upper bound of the computed distance of features that touch, as a share of the bodies' sizes.
   static constexpr double kRounding = 0x1p-44;
   const double rounding_;
   Result& result_;
@@ -141,7 +141,7 @@ void collect(const PairInput& input, const Frame& frame, Sink& sink) {
       sink, input, frame);
 }
 
-/// Collects pairs of two meshes.
+/// Collects the near pairs of two meshes.
 template <typename MakeSink>
 void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink) {
   TreePair trees(meshes.first, meshes.second);
@@ -153,14 +153,14 @@ void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& m
       [&] { testAllPairs(input, sink); });
 }
 
-/// Collects pairs of one mesh with itself. `skips_flat`: whether pairs with a common vertex do not
-/// count, so that flat patches have none.
+/// Collects the near pairs of one mesh with itself. `skips_flat`: whether pairs with a common
+/// vertex do not count, so that flat patches have none.
 template <typename MakeSink>
 void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
                      bool skips_flat, const MakeSink& makeSink) {
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput input(placed, filter, distance);
-  // At least the heights of longer triangles have to exceed the distance.
+  // The heights of at least the longer triangles have to exceed the distance.
   if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);

@@ -7,46 +7,45 @@
 
 namespace adaptive_bvh {
 
-/// How far the second of two meshes, seen from the first, has been moved by the two transforms,
-/// summed over calls. Bounds the motion of each of its points. The sum is rounded up, so that no
-/// step is lost in it, however small. It begins anew when it has become so large that its rounding
-/// would cost too much, or when it is not a number.
+/// The motion of the second of two meshes relative to the first by their transforms, summed over
+/// calls. Bounds the motion of each of its points. The sum is rounded up, so that no step is lost,
+/// however small. It restarts at 0 if it is so large that its rounding would cost too much, or NaN.
 class RigidMotion {
  public:
-  /// Adds the motion since the last call. False when the sum begins anew: bounds from before are
+  /// Adds the motion since the last call. Returns false if the sum restarts: earlier bounds are
   /// then useless.
   bool moveTo(const PlacedMesh& first, const PlacedMesh& second) {
     const bool moved = first.tf.matrix() != tf1_.matrix() || second.tf.matrix() != tf2_.matrix();
     if (moved) sum_ = rounding::sum(sum_, step(first.tf, second.tf, second.bounds()));
     tf1_ = first.tf;
     tf2_ = second.tf;
-    constexpr double kLongWay = 1 << 20;  // then a step costs 2^-31 of the bodies' sizes
+    constexpr double kLargestSum = 1 << 20;  // beyond it, a step costs 2^-31 of the bodies' sizes
     const double size = first.bounds().aabb_radius + second.bounds().aabb_radius;
-    if (sum_ <= kLongWay * size) return true;
+    if (sum_ <= kLargestSum * size) return true;
     sum_ = 0;
     return false;
   }
   double sum() const { return sum_; }
 
  private:
-  /// Let p be where a vertex is now and X, X' the relative transforms before and now. |X' p - X p|
-  /// <= |(R' - R) c + T' - T| + |R' - R| |p - c|, c the centre of its local AABB. The Frobenius
-  /// norm bounds the spectral one. The query's own relative transform is off by a few epsilon of
-  /// what it is made of, before and now.
+  /// Upper bound of the motion of a vertex. Let p be its position now, and X, X' the relative
+  /// transforms before and now. |X' p - X p| <= |(R' - R) c + T' - T| + |R' - R| |p - c|, c the
+  /// centre of the local AABB. The Frobenius norm bounds the spectral one. The query's own relative
+  /// transform has an error of a few epsilon of the numbers that it is made of, before and now.
   double step(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
               const LocalBounds<double>& second) const {
     const Eigen::Isometry3d last = relative(tf1_, tf2_), now = relative(tf1, tf2);
     const fcl::Vector3d center = second.aabb_center;
     const double radius = second.aabb_radius;
     const Eigen::Matrix3d turn = now.linear() - last.linear();
-    const double way =
+    const double motion =
         (turn * center + now.translation() - last.translation()).norm() + turn.norm() * radius;
     const auto sumOf = [](const fcl::Transform3d& tf) -> double {
       return tf.translation().lpNorm<1>();
     };
     const double size =
         std::max(sumOf(tf1_) + sumOf(tf2_), sumOf(tf1) + sumOf(tf2)) + center.lpNorm<1>() + radius;
-    return way * (1 + 1e-9) + 32 * rounding::epsilon<double>() * size;
+    return motion * (1 + 1e-9) + 32 * rounding::epsilon<double>() * size;
   }
 
   static Eigen::Isometry3d relative(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2) {

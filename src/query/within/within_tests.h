@@ -13,16 +13,16 @@
 
 namespace adaptive_bvh {
 
-/// Tests pairs of triangles whose grown boxes overlap. Four at a time in single precision, it
-/// settles which are certainly near or apart: by their corners, those of a leaf together with one
-/// of another, and then, by the hundred, by edges and faces. The exact distance, in double
-/// precision, decides about the few that are left.
+/// Tests pairs of triangles whose grown boxes overlap. In single precision, four pairs at a time,
+/// it finds which ones are certainly near or certainly apart: first by corners, for one triangle
+/// and the triangles of a leaf; then, in batches, by edges and faces. The exact distance in double
+/// precision decides about the few pairs left.
 ///
-///   sink.add(pair, gap)   takes a pair that is near, in the order in which pairs were found; `gap`
-///                         may be null unless needsGap()
-///   sink.isDone()         whether that is enough
-///   Sink::kStopsAtFirst   whether one pair is enough; so most tested pairs are farther apart
-///   Sink::kBatch          how many pairs are tested together, at least 32
+///   sink.add(pair, gap)   takes a near pair, in the order in which pairs are found; `gap` may be
+///                         null unless needsGap()
+///   sink.isDone()         whether there are enough pairs
+///   Sink::kStopsAtFirst   whether one pair is enough; then most tested pairs are apart
+///   Sink::kBatch          number of pairs that are tested together, at least 32
 template <typename Frame, typename Sink>
 class WithinTests {
  public:
@@ -46,22 +46,23 @@ class WithinTests {
   }
   bool isDone() const { return sink_.isDone(); }
   void begin() {}
-  /// What was found and not yet tested.
+  /// Tests the pairs that were found but not yet tested.
   void finish() { testAll(); }
 
   /// The exact test of one pair.
-  TriangleGap gap(const LeafPair& pair) const {
+  TriangleGap gap(const LeafIndexPair& pair) const {
     return gapOf(in_.pointsOfFirst(pair.first), in_.pointsOfSecond(pair.second));
   }
   bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
 
  private:
-  static constexpr int kFirstBatch = 32;  // small, where one pair is enough
+  static constexpr int kFirstBatch = 32;  // small, if one pair is enough
   static constexpr float kLargest = 1e30f;
   static constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
 
-  /// In the coordinates of the first tree. Pairs that follow each other often share a leaf.
+  /// Gathers the corners of a leaf, in the coordinates of the first tree. Consecutive pairs often
+  /// share a leaf.
   ADAPTIVE_BVH_INLINE void readFirst(const WideNode& leaf) {
     if (&leaf == first_leaf_) return;
     first_leaf_ = &leaf;
@@ -76,7 +77,7 @@ class WithinTests {
     for (Vector4x3& corner : second_) corner = frame_(corner);
   }
 
-  /// Tests the triangles of one leaf and triangle `j` of another. Keeps the pairs that their
+  /// Tests the triangles of one leaf with triangle `j` of another. Keeps the pairs that their
   /// corners do not prove to be apart.
   ADAPTIVE_BVH_INLINE void testRow(const WideNode& a, const WideNode& b, int j, unsigned row) {
     using float4::all;
@@ -92,12 +93,12 @@ class WithinTests {
     }
   }
 
-  /// Whether pairs are first tested along the axes of FCL's test, eight at a time: where most are
-  /// apart, and positions with residuals can be compared as they are.
+  /// Whether pairs are first tested along the axes of FCL's test, eight at a time: if most pairs
+  /// are apart, and positions with residuals need no transformation.
   static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kStopsAtFirst;
 
-  /// Those of the pairs whose first triangle may be near a slab around the second leaf. It takes as
-  /// long as to test two pairs.
+  /// Returns the pairs whose first triangle may be near a slab around the second leaf. The slab
+  /// takes as long as testing two pairs.
   ADAPTIVE_BVH_INLINE unsigned withoutApart(const WideNode& a, const WideNode& b, unsigned pairs) {
     if (!(pairs & (pairs - 1))) return pairs;
     if (&b != second_leaf_) {
@@ -149,7 +150,7 @@ class WithinTests {
     for (int i = count; i % 4; ++i) open[i] = open[count - 1];
     for (int i = 0; i < count; i += 4) {
       const std::array<int, 4> at = {open[i], open[i + 1], open[i + 2], open[i + 3]};
-      const LeafPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
+      const LeafIndexPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
       setVerdicts(distances(group).byFeatures(limit_), at);
     }
   }
@@ -160,7 +161,7 @@ class WithinTests {
                                                    (nearness.apart >> k & 1) * kApart);
   }
 
-  ADAPTIVE_BVH_INLINE void settle(const LeafPair& pair, std::uint8_t verdict) {
+  ADAPTIVE_BVH_INLINE void settle(const LeafIndexPair& pair, std::uint8_t verdict) {
     if (verdict == kApart) return;
     if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
     const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
@@ -170,8 +171,8 @@ class WithinTests {
     if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
   }
 
-  /// In the coordinates of the first tree.
-  ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafPair (&group)[4]) const {
+  /// Four pairs in the coordinates of the first tree.
+  ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafIndexPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
     return {TriangleDistances4::Seen(p), q, frame_.error()};
@@ -182,17 +183,17 @@ class WithinTests {
   Sink& sink_;
   const float limit_;  ///< in the first tree's units
   const PairErrors errors_;
-  const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< whose corners these are
+  const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< leaves of the corners below
   TriangleDistances4::Seen first_;
   Vector4x3 second_[3];
   LeafSlab slab_;
-  LeafPair pairs_[Sink::kBatch + 1];
+  LeafIndexPair pairs_[Sink::kBatch + 1];
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
-  int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< as many are tested together
+  int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< pairs tested together
 };
 
-/// Its output is a sink, which takes the near pairs.
+/// A search whose sink takes the near pairs.
 template <typename Frame, typename Sink>
 using WithinSearch = TriangleSearch<WithinTests<Frame, Sink>>;
 

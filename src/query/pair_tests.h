@@ -3,17 +3,18 @@
 #include "hierarchy/leaf_slots.h"
 #include "triangles/triangle_pairs.h"
 
-// Compiled once for every processor and once for those with AVX2. For the second no function may be
-// shared with other sources, which the linker would then give to all: no standard library here, and
-// everything below is a template of the pack, or always inlined.
+// Compiled once for every processor and once for processors with AVX2. Code compiled for AVX2 must
+// not share a function with other sources, because the linker would then use it on all processors.
+// So no standard library is used here, and everything below is a template of the pack, or always
+// inlined.
 namespace adaptive_bvh {
 
-/// Two triangles, by their places in the order of the leaves.
-struct LeafPair {
+/// Two triangles, by their indices in the order of the leaves.
+struct LeafIndexPair {
   unsigned first, second;
 };
 
-/// Where the corners of a tree's triangles are, in its coordinates.
+/// The corners of a tree's triangles, in its coordinates.
 struct CornerSource {
   const LeafSlots* leaves;
   const Float4 *positions, *residuals;  ///< by slot
@@ -24,10 +25,10 @@ struct PairSource {
   CornerSource first, second;
 };
 
-/// What is certain of two triangles.
+/// What is certain about two triangles.
 enum class PairVerdict : std::uint8_t { Unknown, Apart, Touching };
 
-/// The corners of as many triangles as a pack has numbers.
+/// Loads the corners of as many triangles as a pack has numbers.
 template <typename P>
 struct Gather;
 
@@ -40,38 +41,38 @@ struct Gather<Float4> {
   }
 };
 
-/// Tests of pairs of triangles, as many at once as a pack has numbers: cheap ones first, that leave
-/// few pairs. The results do not depend on the pack.
+/// Tests of pairs of triangles, as many at once as a pack has numbers. The cheap tests come first
+/// and leave few pairs. The results do not depend on the pack.
 template <typename P>
-class PairStages {
+class PackedPairTests {
  public:
-  /// Keeps the pairs that are not certainly separated along the normal of either triangle, in
-  /// order. Returns their number. There must be room for one more pair at the end. `error` is that
-  /// of positions.
-  static int keepByPlanes(const PairSource& from, LeafPair* pairs, int size,
+  /// Keeps, in order, the pairs that are not certainly separated along the normal of either
+  /// triangle. Returns their number. `pairs` needs room for one more pair at the end. `error`: of
+  /// positions.
+  static int keepByPlanes(const PairSource& from, LeafIndexPair* pairs, int size,
                           const PairError& error) {
     return keep(
-        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+        pairs, size, [&](const LeafIndexPair* group) __attribute__((always_inline)) {
           Vectors<P> p[3], q[3];
           gather(from, from.first.positions, from.second.positions, group, p, q);
           return PackedTrianglePairs<P>(p, q).apartByPlanes(error);
         });
   }
-  /// Also separates pairs in the planes of both triangles. `error` is that of positions and
-  /// residuals together.
-  static int keepByNormals(const PairSource& from, LeafPair* pairs, int size,
+  /// Like keepByPlanes, but also tests directions in the planes of both triangles. `error`: of
+  /// positions with residuals.
+  static int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                            const PairError& error) {
     return keep(
-        pairs, size, [&](const LeafPair* group) __attribute__((always_inline)) {
+        pairs, size, [&](const LeafIndexPair* group) __attribute__((always_inline)) {
           const PackedTrianglePairs<P> triangles = precise(from, group);
           return triangles.apartByPlanes(error) | triangles.apartByEdgeNormals(error);
         });
   }
-  /// By all axes that can separate two triangles.
-  static void judge(const PairSource& from, const LeafPair* pairs, int size, const PairError& error,
-                    PairVerdict* verdicts) {
+  /// Sets the verdict of each pair, by all axes that can separate two triangles.
+  static void judge(const PairSource& from, const LeafIndexPair* pairs, int size,
+                    const PairError& error, PairVerdict* verdicts) {
     for (int i = 0; i < size; i += kLanes) {
-      LeafPair group[kLanes];
+      LeafIndexPair group[kLanes];
       copyGroup(pairs, i, size, group);
       const PairVerdicts found = precise(from, group).verdicts(error);
       for (int k = 0; k < kLanes && i + k < size; ++k)
@@ -84,17 +85,17 @@ class PairStages {
  private:
   static constexpr int kLanes = Gather<P>::kLanes;
 
-  /// The last group repeats the last pair.
-  ADAPTIVE_BVH_INLINE static void copyGroup(const LeafPair* pairs, int first, int size,
-                                            LeafPair (&group)[kLanes]) {
+  /// Copies a group of pairs. The last group repeats the last pair.
+  ADAPTIVE_BVH_INLINE static void copyGroup(const LeafIndexPair* pairs, int first, int size,
+                                            LeafIndexPair (&group)[kLanes]) {
     for (int k = 0; k < kLanes; ++k) group[k] = pairs[first + k < size ? first + k : size - 1];
   }
 
   template <typename AreApart>
-  ADAPTIVE_BVH_INLINE static int keep(LeafPair* pairs, int size, const AreApart& areApart) {
+  ADAPTIVE_BVH_INLINE static int keep(LeafIndexPair* pairs, int size, const AreApart& areApart) {
     int kept = 0;
     for (int i = 0; i < size; i += kLanes) {
-      LeafPair group[kLanes];
+      LeafIndexPair group[kLanes];
       copyGroup(pairs, i, size, group);
       const unsigned apart = areApart(group);
       for (int k = 0; k < kLanes; ++k) {
@@ -106,7 +107,7 @@ class PairStages {
   }
 
   ADAPTIVE_BVH_INLINE static PackedTrianglePairs<P> precise(const PairSource& from,
-                                                            const LeafPair* group) {
+                                                            const LeafIndexPair* group) {
     Vectors<P> p[3], q[3], p_residuals[3], q_residuals[3];
     gather(from, from.first.positions, from.second.positions, group, p, q);
     gather(from, from.first.residuals, from.second.residuals, group, p_residuals, q_residuals);
@@ -114,7 +115,7 @@ class PairStages {
   }
 
   ADAPTIVE_BVH_INLINE static void gather(const PairSource& from, const Float4* positions1,
-                                         const Float4* positions2, const LeafPair* group,
+                                         const Float4* positions2, const LeafIndexPair* group,
                                          Vectors<P> (&p)[3], Vectors<P> (&q)[3]) {
     for (int c = 0; c < 3; ++c) {
       unsigned at1[kLanes], at2[kLanes];
@@ -128,21 +129,23 @@ class PairStages {
   }
 };
 
-/// The stages for one pack.
-struct PairTests {
-  int (*keepByPlanes)(const PairSource&, LeafPair*, int, const PairError&);
-  int (*keepByNormals)(const PairSource&, LeafPair*, int, const PairError&);
-  void (*judge)(const PairSource&, const LeafPair*, int, const PairError&, PairVerdict*);
+/// The functions of PackedPairTests for one type of pack.
+struct PairTestTable {
+  int (*keepByPlanes)(const PairSource&, LeafIndexPair*, int, const PairError&);
+  int (*keepByNormals)(const PairSource&, LeafIndexPair*, int, const PairError&);
+  void (*judge)(const PairSource&, const LeafIndexPair*, int, const PairError&, PairVerdict*);
 };
 template <typename P>
-constexpr PairTests kPairTests = {&PairStages<P>::keepByPlanes, &PairStages<P>::keepByNormals,
-                                  &PairStages<P>::judge};
+constexpr PairTestTable kPairTestTable = {&PackedPairTests<P>::keepByPlanes,
+                                          &PackedPairTests<P>::keepByNormals,
+                                          &PackedPairTests<P>::judge};
 
-/// For every processor, four at a time.
-const PairTests& pairTests4();
-/// Eight at a time; null where the library was built without, or the processor has no AVX2.
-const PairTests* pairTests8();
-/// The widest of them.
-const PairTests& pairTests();
+/// Tests for every processor, four pairs at a time.
+const PairTestTable& pairTests4();
+/// Tests of eight pairs at a time; null if the library was built without AVX2 or the processor has
+/// none.
+const PairTestTable* pairTests8();
+/// The widest tests that the processor supports.
+const PairTestTable& pairTests();
 
 }  // namespace adaptive_bvh
