@@ -5,14 +5,12 @@
 
 #include <pybind11/stl.h>
 
+#include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/shape_mesh.h"
 #include "arrays.h"
 #include "bind.h"
 #include "results.h"
 #include "shapes.h"
-#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
-#include "adaptive_bvh/mesh_io.h"
-#endif
 
 namespace adaptive_bvh::python {
 namespace {
@@ -46,23 +44,17 @@ constexpr const char* kShapeMesh =
 turn: edges around a full turn of what is round; rounded up to a power of two, from 8 to 1024. A Plane
 and a Halfspace give a square with sides of 2. ValueError when turn is not in 1 to 1024.)";
 
-/// Python's Mesh.
-struct MeshArrays : Bound {
-  TriangleMesh<double> mesh;
-};
+using Arrays = TriangleMesh<double>;  // Python's Mesh
 
-MeshArrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
-  MeshArrays welded{{}, meshFrom(vertices, faces)};
+Arrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
+  Arrays mesh = meshFrom(vertices, faces);
   const py::gil_scoped_release nogil;
-  weldVertices(welded.mesh, tolerance);
-  return welded;
+  weldVertices(mesh, tolerance);
+  return mesh;
 }
 
-MeshArrays shapeMeshOf(const Shape& shape, int turn) {
-  return {{}, shapeMesh(shape.geometry(), turn)};
-}
+Arrays shapeMeshOf(const Shape& shape, int turn) { return shapeMesh(shape.geometry(), turn); }
 
-#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 UpAxis upAxisFrom(const std::optional<std::string>& name) {
   if (!name) return UpAxis::AsInFile;
   if (*name == "x") return UpAxis::X;
@@ -71,9 +63,9 @@ UpAxis upAxisFrom(const std::optional<std::string>& name) {
   throw py::value_error("up must be 'x', 'y', 'z' or None, not '" + *name + "'");
 }
 
-MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
-                  const std::optional<std::string>& up, bool metres, double scale,
-                  bool buffers_outside_folder) {
+Arrays loadOf(const py::object& path, bool weld, double weld_tolerance,
+              const std::optional<std::string>& up, bool metres, double scale,
+              bool buffers_outside_folder) {
   const std::string name = pathFrom(path);
   MeshLoadOptions options;
   options.weld = weld;
@@ -82,25 +74,13 @@ MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.metres = metres;
   options.scale = scale;
   options.buffers_outside_folder = buffers_outside_folder;
+#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
   const py::gil_scoped_release nogil;
-  return {{}, loadMesh<double>(name, options)};
-}
-
-void bindLoadError(py::module_& module) {
-  py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
-}
+  return loadMesh<double>(name, options);
 #else
-MeshArrays loadOf(const py::object& path, bool, double, const std::optional<std::string>&, bool,
-                  double, bool) {
-  throw std::runtime_error("cannot read " + pathFrom(path) +
-                           ": adaptive_bvh was built without assimp");
-}
-
-void bindLoadError(py::module_& module) {
-  module.attr("MeshLoadError") = py::reinterpret_steal<py::object>(
-      PyErr_NewException("adaptive_bvh.MeshLoadError", PyExc_ValueError, nullptr));
-}
+  throw std::runtime_error("cannot read " + name + ": adaptive_bvh was built without assimp");
 #endif
+}
 
 }  // namespace
 
@@ -119,17 +99,13 @@ TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& face
 }
 
 void bindMeshes(py::module_& module) {
-  bindLoadError(module);
+  py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
   module.attr("MeshLoadError").attr("__doc__") =
       "A file could not be used. Names the path and the reason.";
-  ResultClass<MeshArrays>(module, "Mesh",
-                          "Positions, and triangles that index them. Pass it to DeformableMesh.")
-      .attribute(
-          "vertices", [](const MeshArrays& m) -> auto& { return m.mesh.vertices; },
-          "(N, 3) float64.")
-      .attribute(
-          "faces", [](const MeshArrays& m) -> auto& { return m.mesh.triangles; },
-          "(M, 3) int64, counter-clockwise seen from outside.");
+  ResultClass<Arrays>(module, "Mesh",
+                      "Positions, and triangles that index them. Pass it to DeformableMesh.")
+      .attribute("vertices", &Arrays::vertices, "(N, 3) float64.")
+      .attribute("faces", &Arrays::triangles, "(M, 3) int64, counter-clockwise seen from outside.");
   module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
              "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
              "buffers_outside_folder"_a = false, kLoadMesh);
