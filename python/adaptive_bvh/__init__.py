@@ -29,7 +29,6 @@ from ._core import (
     Motion,
     Plane,
     RayHits,
-    Recording,
     Scene,
     SceneCollisions,
     SceneDistance,
@@ -79,6 +78,8 @@ from ._core import (
 )
 
 _core._require_main_interpreter()
+from ._recording import Recording  # noqa: E402
+
 __doc__ = _core.__doc__
 __all__ = [
     "BodyOptions",

@@ -62,7 +62,9 @@ PYBIND11_MODULE(_core, module) {
   bindContinuous(module);
   bindScene(module);
   bindMeshes(module);
+#ifdef ADAPTIVE_BVH_PYTHON_RECORDING
   bindRecording(module);
+#endif
   definePickling(module);
   module.def("_require_main_interpreter", [] {
     if (!isMainInterpreter()) throw pybind11::import_error(kOtherInterpreter);
