@@ -5,12 +5,10 @@
 
 #include <pybind11/stl.h>
 
+#include "adaptive_bvh/mesh_io.h"
 #include "arrays.h"
 #include "bind.h"
 #include "results.h"
-#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
-#include "adaptive_bvh/mesh_io.h"
-#endif
 
 namespace adaptive_bvh::python {
 namespace {
@@ -50,7 +48,6 @@ MeshArrays weldOf(const py::object& vertices, const py::object& faces, double to
   return welded;
 }
 
-#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
 UpAxis upAxisFrom(const std::optional<std::string>& name) {
   if (!name) return UpAxis::AsInFile;
   if (*name == "x") return UpAxis::X;
@@ -70,25 +67,13 @@ MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.metres = metres;
   options.scale = scale;
   options.buffers_outside_folder = buffers_outside_folder;
+#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
   const py::gil_scoped_release nogil;
   return {{}, loadMesh<double>(name, options)};
-}
-
-void bindLoadError(py::module_& module) {
-  py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
-}
 #else
-MeshArrays loadOf(const py::object& path, bool, double, const std::optional<std::string>&, bool,
-                  double, bool) {
-  throw std::runtime_error("cannot read " + pathFrom(path) +
-                           ": adaptive_bvh was built without assimp");
-}
-
-void bindLoadError(py::module_& module) {
-  module.attr("MeshLoadError") = py::reinterpret_steal<py::object>(
-      PyErr_NewException("adaptive_bvh.MeshLoadError", PyExc_ValueError, nullptr));
-}
+  throw std::runtime_error("cannot read " + name + ": adaptive_bvh was built without assimp");
 #endif
+}
 
 }  // namespace
 
@@ -107,7 +92,7 @@ TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& face
 }
 
 void bindMeshes(py::module_& module) {
-  bindLoadError(module);
+  py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
   module.attr("MeshLoadError").attr("__doc__") =
       "A file could not be used. Names the path and the reason.";
   ResultClass<MeshArrays>(module, "Mesh",

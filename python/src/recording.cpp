@@ -93,9 +93,8 @@ class LockedRecording : public Bound {
   /// A property that one of the library's functions counts.
   template <typename Number>
   static auto count(Number (Recording::*of)() const) {
-    return [of](LockedRecording& self) {
-      return self.alone([&] { return (self.recording_.*of)(); });
-    };
+    return
+        [of](LockedRecording& self) { return self.alone([&] { return (self.recording_.*of)(); }); };
   }
 
   /// For Python's garbage collector: the function that names bodies may refer to this object.

@@ -99,8 +99,7 @@ struct IsArray<std::array<T, kCount>> : std::true_type {};
 template <typename T>
 class ResultClass {
  public:
-  ResultClass(py::module_& module, const char* name, const char* doc)
-      : class_(module, name, doc) {
+  ResultClass(py::module_& module, const char* name, const char* doc) : class_(module, name, doc) {
     class_.attr("_attributes") = shown_;
     class_.attr("__repr__") = py::module_::import("adaptive_bvh._text").attr("text_of");
   }
