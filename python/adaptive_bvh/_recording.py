@@ -110,24 +110,23 @@ def _add_contacts(results, found):
 def _add_arrows(results, label, given):
     name = f"arrows[{label!r}]"
     needed = "(origins, vectors) or (origins, vectors, scale)"
-    origins, vectors, *scale = _parts(given, name, (2, 3), needed)
+    origins, vectors, scale = (*_parts(given, name, (2, 3), needed), 0.0)[:3]
     origins = _array(origins, f"{name}[0]", "N", 3)
     vectors = _array(vectors, f"{name}[1]", "N", 3)
-    results.add_arrows(_label(label, "arrows"), origins, vectors, *scale)
+    results.add_arrows(_label(label, "arrows"), origins, vectors, scale)
 
 
 def _add_patches(results, body, given):
     name = f"patches[{body!r}]"
     number = _body(body, "patches")
     if isinstance(given, ContactPatches):
-        results.add_regions(number, given, name)
+        results.add_regions(number, given, None, name)
         return
     needed = "ContactPatches, (ContactPatches, ids) or (triangles, patches)"
     patches, numbers = _parts(given, name, (2,), needed)
-    if isinstance(patches, ContactPatches):
-        results.add_regions(number, patches, name, numbers)
-    else:
-        results.add_patches(number, patches, name, numbers)
+    of_regions = isinstance(patches, ContactPatches)
+    add = results.add_regions if of_regions else results.add_patches
+    add(number, patches, numbers, name)
 
 
 class _Missing:
@@ -233,7 +232,8 @@ class Recording(getattr(_core, "_Recording", _Missing)):
         finite, and bodies or triangles that are not there: nothing is recorded then. Points of results
         that were not computed (NaN) are left out.
         """
-        results = _core._FrameResults(note)
+        results = _core._FrameResults()
+        results.note = note
         for found in _each(distance):
             _add_distance(results, found)
         for found in _each(contacts):

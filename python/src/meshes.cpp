@@ -36,16 +36,13 @@ kept becomes the first such vertex, and faces of which two corners become one ar
 Mesh. Neighbours that share vertices make a mesh cheaper to query, and self_collide leaves them out.
 ValueError when the tolerance is negative or NaN.)";
 
-/// Python's Mesh.
-struct MeshArrays : Bound {
-  TriangleMesh<double> mesh;
-};
+using Arrays = TriangleMesh<double>;
 
-MeshArrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
-  MeshArrays welded{{}, meshFrom(vertices, faces)};
+Arrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
+  Arrays mesh = meshFrom(vertices, faces);
   const py::gil_scoped_release nogil;
-  weldVertices(welded.mesh, tolerance);
-  return welded;
+  weldVertices(mesh, tolerance);
+  return mesh;
 }
 
 UpAxis upAxisFrom(const std::optional<std::string>& name) {
@@ -56,9 +53,9 @@ UpAxis upAxisFrom(const std::optional<std::string>& name) {
   throw py::value_error("up must be 'x', 'y', 'z' or None, not '" + *name + "'");
 }
 
-MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
-                  const std::optional<std::string>& up, bool metres, double scale,
-                  bool buffers_outside_folder) {
+Arrays loadOf(const py::object& path, bool weld, double weld_tolerance,
+              const std::optional<std::string>& up, bool metres, double scale,
+              bool buffers_outside_folder) {
   const std::string name = pathFrom(path);
   MeshLoadOptions options;
   options.weld = weld;
@@ -69,7 +66,7 @@ MeshArrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.buffers_outside_folder = buffers_outside_folder;
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
   const py::gil_scoped_release nogil;
-  return {{}, loadMesh<double>(name, options)};
+  return loadMesh<double>(name, options);
 #else
   throw std::runtime_error("cannot read " + name + ": adaptive_bvh was built without assimp");
 #endif
@@ -95,14 +92,10 @@ void bindMeshes(py::module_& module) {
   py::register_local_exception<MeshLoadError>(module, "MeshLoadError", PyExc_ValueError);
   module.attr("MeshLoadError").attr("__doc__") =
       "A file could not be used. Names the path and the reason.";
-  ResultClass<MeshArrays>(module, "Mesh",
-                          "Positions, and triangles that index them. Pass it to DeformableMesh.")
-      .attribute(
-          "vertices", [](const MeshArrays& m) -> auto& { return m.mesh.vertices; },
-          "(N, 3) float64.")
-      .attribute(
-          "faces", [](const MeshArrays& m) -> auto& { return m.mesh.triangles; },
-          "(M, 3) int64, counter-clockwise seen from outside.");
+  ResultClass<Arrays>(module, "Mesh",
+                      "Positions, and triangles that index them. Pass it to DeformableMesh.")
+      .attribute("vertices", &Arrays::vertices, "(N, 3) float64.")
+      .attribute("faces", &Arrays::triangles, "(M, 3) int64, counter-clockwise seen from outside.");
   module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
              "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
              "buffers_outside_folder"_a = false, kLoadMesh);

@@ -153,6 +153,8 @@ class LockedRecording : public Bound {
 
 // ---- what a frame shows beside its bodies -------------------------------------------------------
 
+using PointPair = std::array<fcl::Vector3d, 2>;
+
 /// The rows of an array that has the right shape.
 template <typename T>
 std::vector<T> rowsIn(const Contiguous<double>& numbers) {
@@ -172,7 +174,7 @@ std::vector<std::uint64_t> patchNumbersFrom(const py::object& numbers, const std
 
 /// Triangles, and the number of a patch for each.
 void addPatches(FrameResults& results, int body, const py::object& triangles,
-                const std::string& name, const py::object& numbers) {
+                const py::object& numbers, const std::string& name) {
   results.patches.push_back({body,
                              indicesFrom(triangles, std::numeric_limits<int>::max(),
                                          (name + "[0]").c_str(), "triangles at most"),
@@ -181,7 +183,7 @@ void addPatches(FrameResults& results, int body, const py::object& triangles,
 
 /// The triangles of regions, and an identity for each region, or None.
 void addRegions(FrameResults& results, int body, const ContactPatches<double>& regions,
-                const std::string& name, const py::object& ids) {
+                const py::object& ids, const std::string& name) {
   const ContactPatches<double> checked = checkedPatches(regions, name);
   if (ids.is_none()) {
     results.colourTriangles(body, checked);
@@ -197,43 +199,35 @@ void addRegions(FrameResults& results, int body, const ContactPatches<double>& r
 void bindFrameResults(py::module_& module) {
   using R = FrameResults;
   using Numbers = Contiguous<double>;
+  using Label = std::string;
   module.def("_numbers", &numbersFrom);
   py::class_<R>(module, "_FrameResults")
-      .def(py::init([](const std::string& note) {
-        R results;
-        results.note = note;
-        return results;
-      }))
+      .def(py::init<>())
       .def_readwrite("distance", &R::distance)
       .def_readwrite("update_ms", &R::update_ms)
       .def_readwrite("query_ms", &R::query_ms)
+      .def_readwrite("note", &R::note)
       .def("add_nearest_points",
-           [](R& results, const Numbers& pairs) {
-             append(rowsIn<std::array<fcl::Vector3d, 2>>(pairs), results.nearest_points);
-           })
+           [](R& r, const Numbers& pairs) { append(rowsIn<PointPair>(pairs), r.nearest_points); })
       .def("add_contacts",
-           [](R& results, const Numbers& points) {
-             append(rowsIn<fcl::Vector3d>(points), results.contacts);
-             results.contact_count = results.contacts.size();
+           [](R& r, const Numbers& points) {
+             append(rowsIn<fcl::Vector3d>(points), r.contacts);
+             r.contact_count = r.contacts.size();
            })
       .def("add_clearance",
-           [](R& results, int body, const Numbers& values) {
-             results.addClearance(body, rowsIn<double>(values));
+           [](R& r, int body, const Numbers& values) {
+             r.addClearance(body, rowsIn<double>(values));
            })
-      .def(
-          "add_arrows",
-          [](R& results, const std::string& label, const Numbers& origins, const Numbers& vectors,
-             double scale) {
-            results.addArrows(label, rowsIn<fcl::Vector3d>(origins), rowsIn<fcl::Vector3d>(vectors),
-                              scale);
-          },
-          "label"_a, "origins"_a, "vectors"_a, "scale"_a = 0.)
+      .def("add_arrows",
+           [](R& r, const Label& label, const Numbers& from, const Numbers& along, double scale) {
+             r.addArrows(label, rowsIn<fcl::Vector3d>(from), rowsIn<fcl::Vector3d>(along), scale);
+           })
       .def("add_segments",
-           [](R& results, const std::string& label, const Numbers& pairs) {
-             results.addSegments(label, rowsIn<std::array<fcl::Vector3d, 2>>(pairs));
+           [](R& r, const Label& label, const Numbers& pairs) {
+             r.addSegments(label, rowsIn<PointPair>(pairs));
            })
       .def("add_patches", &addPatches)
-      .def("add_regions", &addRegions, "body"_a, "regions"_a, "name"_a, "ids"_a = py::none());
+      .def("add_regions", &addRegions);
 }
 
 }  // namespace

@@ -95,13 +95,13 @@ struct IsArray : std::is_same<T, fcl::Vector3d> {};
 template <typename T, std::size_t kCount>
 struct IsArray<std::array<T, kCount>> : std::true_type {};
 
-/// Python's class of the results T, which queries alone make. Its __repr__ shows all attributes.
+/// Python's class of the results T, which queries alone make. Its __repr__ (_classes.py) shows all
+/// attributes.
 template <typename T>
 class ResultClass {
  public:
   ResultClass(py::module_& module, const char* name, const char* doc) : class_(module, name, doc) {
     class_.attr("_attributes") = shown_;
-    class_.attr("__repr__") = py::module_::import("adaptive_bvh._text").attr("text_of");
   }
 
   /// `get` is a member or a function of T. Python sees a vector as an array that shares its memory,
