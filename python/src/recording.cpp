@@ -153,17 +153,17 @@ class LockedRecording : public Bound {
 
 // ---- what a frame shows beside its bodies -------------------------------------------------------
 
-using PointPair = std::array<fcl::Vector3d, 2>;
-
-/// The rows of an array that has the right shape.
+/// Appends the rows of an array that has the right shape.
 template <typename T>
-std::vector<T> rowsIn(const Contiguous<double>& numbers) {
+void append(const Contiguous<double>& numbers, std::vector<T>& rows) {
   const T* begin = reinterpret_cast<const T*>(numbers.data());
-  return {begin, begin + numbers.shape(0)};
+  rows.insert(rows.end(), begin, begin + numbers.shape(0));
 }
 template <typename T>
-void append(const std::vector<T>& more, std::vector<T>& rows) {
-  rows.insert(rows.end(), more.begin(), more.end());
+std::vector<T> rowsIn(const Contiguous<double>& numbers) {
+  std::vector<T> rows;
+  append(numbers, rows);
+  return rows;
 }
 
 std::vector<std::uint64_t> patchNumbersFrom(const py::object& numbers, const std::string& name) {
@@ -208,23 +208,24 @@ void bindFrameResults(py::module_& module) {
       .def_readwrite("query_ms", &R::query_ms)
       .def_readwrite("note", &R::note)
       .def("add_nearest_points",
-           [](R& r, const Numbers& pairs) { append(rowsIn<PointPair>(pairs), r.nearest_points); })
+           [](R& r, const Numbers& pairs) { append(pairs, r.nearest_points); })
       .def("add_contacts",
            [](R& r, const Numbers& points) {
-             append(rowsIn<fcl::Vector3d>(points), r.contacts);
+             append(points, r.contacts);
              r.contact_count = r.contacts.size();
            })
       .def("add_clearance",
            [](R& r, int body, const Numbers& values) {
-             r.addClearance(body, rowsIn<double>(values));
+             r.clearance.push_back({body, rowsIn<double>(values)});
            })
       .def("add_arrows",
            [](R& r, const Label& label, const Numbers& from, const Numbers& along, double scale) {
-             r.addArrows(label, rowsIn<fcl::Vector3d>(from), rowsIn<fcl::Vector3d>(along), scale);
+             r.arrows.push_back(
+                 {label, rowsIn<fcl::Vector3d>(from), rowsIn<fcl::Vector3d>(along), scale});
            })
       .def("add_segments",
            [](R& r, const Label& label, const Numbers& pairs) {
-             r.addSegments(label, rowsIn<PointPair>(pairs));
+             r.segments.push_back({label, rowsIn<std::array<fcl::Vector3d, 2>>(pairs)});
            })
       .def("add_patches", &addPatches)
       .def("add_regions", &addRegions);
