@@ -36,7 +36,7 @@ kept becomes the first such vertex, and faces of which two corners become one ar
 Mesh. Neighbours that share vertices make a mesh cheaper to query, and self_collide leaves them out.
 ValueError when the tolerance is negative or NaN.)";
 
-using Arrays = TriangleMesh<double>;
+using Arrays = TriangleMesh<double>;  // Python's Mesh
 
 Arrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
   Arrays mesh = meshFrom(vertices, faces);
