@@ -135,16 +135,18 @@ class _Missing:
 
 
 class Recording(getattr(_core, "_Recording", _Missing)):
-    """Records a run and writes it as one HTML page that plays it, in any browser, without a network.
+    """Records a run and writes it as one HTML page that plays it, in any browser, without a
+    network.
 
-    Add the bodies or follow a scene, call frame() after every step, then write(). A body's positions
-    are kept in 16 bits of the box around it, about 6 bytes a vertex and frame. The recording keeps
-    meshes and the scene alive. It reads them as a query does, and changes nothing in them.
+    Add the bodies or follow a scene, call frame() after every step, then write(). A body's
+    positions are kept in 16 bits of the box around it, about 6 bytes a vertex and frame. The
+    recording keeps meshes and the scene alive. It reads them as a query does, and changes nothing
+    in them.
 
-    The page shows the times that frame() is given; nothing is measured here. frame() itself replaces
-    what the processor's caches hold, so the next update may take longer. For times without that, let
-    the run pass once without a recording, keep the times of its steps, and hand them over in a second
-    run.
+    The page shows the times that frame() is given; nothing is measured here. frame() itself
+    replaces what the processor's caches hold, so the next update may take longer. For times without
+    that, let the run pass once without a recording, keep the times of its steps, and hand them over
+    in a second run.
 
     Thread-safe: threads take turns.
     """
@@ -198,22 +200,23 @@ class Recording(getattr(_core, "_Recording", _Missing)):
         super().follow(scene, "body {}".format if name is None else name)
 
     def body_of(self, body):
-        """The number in this recording of a body of the followed scene, for `clearance` and `patches`
-        of frame(). ValueError when no scene with such a body is followed.
+        """The number in this recording of a body of the followed scene, for `clearance` and
+        `patches` of frame(). ValueError when no scene with such a body is followed.
         """
         return super().body_of(body)
 
     def frame(self, distance=None, contacts=None, *, update_ms=None, query_ms=None,
-              nearest_points=None, clearance=None, arrows=None, segments=None, patches=None, note=""):
-        """Records the bodies as they are now, with what was computed. All arguments may be left out.
-        Points and vectors are in the world, lengths in the bodies' unit.
+              nearest_points=None, clearance=None, arrows=None, segments=None, patches=None,
+              note=""):
+        """Records the bodies as they are now, with what was computed. All arguments may be left
+        out. Points and vectors are in the world, lengths in the bodies' unit.
 
         distance: a DistanceResult, a SceneDistance or a number, shown as the frame's distance; the
             nearest points are joined by a segment. A list of these shows the smallest distance and
             all segments.
         contacts: Contacts, SceneCollisions or an array of (K, 3) points; or a list of these.
-        update_ms, query_ms: what updates and queries of this frame took, milliseconds. The page shows
-            these numbers, such as 1e3 * mesh.last_update.seconds.
+        update_ms, query_ms: what updates and queries of this frame took, milliseconds. The page
+            shows these numbers, such as 1e3 * mesh.last_update.seconds.
         nearest_points: (K, 2, 3), more pairs of points that segments join.
         clearance: a dict from a body's number to (N,) numbers, one a vertex, to be painted on it.
         arrows: a dict from a label, such as 'contact force, N', to (origins, vectors) or (origins,
@@ -221,16 +224,16 @@ class Recording(getattr(_core, "_Recording", _Missing)):
             none, draws the label's longest vector of the run as long as an eighth of the scene.
         segments: a dict from a label to (K, 2, 3), both ends of each, such as
             FeatureDetails.nearest_points.
-        patches: a dict from a body's number to the triangles of it that are coloured: ContactPatches,
-            which is `first` or `second` of ContactRegions, each region in a colour of its own;
-            (ContactPatches, ids) with ContactTracker.ids, by which a region keeps its colour; or
-            (triangles, numbers), (K,) indices and the number of a patch for each. Equal numbers get
-            equal colours.
+        patches: a dict from a body's number to the triangles of it that are coloured:
+            ContactPatches, which is `first` or `second` of ContactRegions, each region in a colour
+            of its own; (ContactPatches, ids) with ContactTracker.ids, by which a region keeps its
+            colour; or (triangles, numbers), (K,) indices and the number of a patch for each. Equal
+            numbers get equal colours.
         note: shown with the frame.
 
         TypeError, ValueError or IndexError on other objects, wrong shapes, numbers that are not
-        finite, and bodies or triangles that are not there: nothing is recorded then. Points of results
-        that were not computed (NaN) are left out.
+        finite, and bodies or triangles that are not there: nothing is recorded then. Points of
+        results that were not computed (NaN) are left out.
         """
         results = _core._FrameResults()
         results.note = note
