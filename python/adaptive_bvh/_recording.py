@@ -51,12 +51,11 @@ def _finite(number, name, needed="a number"):
     return number
 
 
-def _array(given, name, *shape):
-    """Finite numbers in an array of this shape, in which "N" is any length."""
+def _array(given, name, *row):
+    """Finite numbers, N rows of this shape."""
     array = _core._numbers(given, name)
-    fits = [wanted in ("N", length) for wanted, length in zip(shape, array.shape)]
-    if array.ndim != len(shape) or not all(fits):
-        needed = str(shape).replace("'", "")
+    if array.ndim == 0 or array.shape[1:] != row:
+        needed = str(("N", *row)).replace("'", "")
         raise ValueError(f"{name} has the shape {array.shape}; {needed} is needed")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} has a number that is not finite")
@@ -103,7 +102,7 @@ def _add_contacts(results, found):
     elif isinstance(found, SceneCollisions):
         points = found.contacts.points
     else:
-        points = _array(found, "contacts", "N", 3)
+        points = _array(found, "contacts", 3)
     results.add_contacts(points)
 
 
@@ -111,8 +110,8 @@ def _add_arrows(results, label, given):
     name = f"arrows[{label!r}]"
     needed = "(origins, vectors) or (origins, vectors, scale)"
     origins, vectors, scale = (*_parts(given, name, (2, 3), needed), 0.0)[:3]
-    origins = _array(origins, f"{name}[0]", "N", 3)
-    vectors = _array(vectors, f"{name}[1]", "N", 3)
+    origins = _array(origins, f"{name}[0]", 3)
+    vectors = _array(vectors, f"{name}[1]", 3)
     results.add_arrows(_label(label, "arrows"), origins, vectors, scale)
 
 
@@ -246,14 +245,14 @@ class Recording(getattr(_core, "_Recording", _Missing)):
         if query_ms is not None:
             results.query_ms = _finite(query_ms, "query_ms")
         if nearest_points is not None:
-            results.add_nearest_points(_array(nearest_points, "nearest_points", "N", 2, 3))
+            results.add_nearest_points(_array(nearest_points, "nearest_points", 2, 3))
         for body, values in _entries(clearance):
             name = f"clearance[{body!r}]"
-            results.add_clearance(_body(body, "clearance"), _array(values, name, "N"))
+            results.add_clearance(_body(body, "clearance"), _array(values, name))
         for label, given in _entries(arrows):
             _add_arrows(results, label, given)
         for label, pairs in _entries(segments):
-            array = _array(pairs, f"segments[{label!r}]", "N", 2, 3)
+            array = _array(pairs, f"segments[{label!r}]", 2, 3)
             results.add_segments(_label(label, "segments"), array)
         for body, given in _entries(patches):
             _add_patches(results, body, given)
