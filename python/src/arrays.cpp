@@ -65,14 +65,6 @@ py::array rowsOfThree(const py::object& object, const char* name) {
   return array;
 }
 
-/// An empty list is an array of floats for NumPy.
-void requireIntegers(const py::array& array, const char* name) {
-  const char kind = array.dtype().kind();
-  if (kind != 'i' && kind != 'u' && array.size() != 0)
-    throw py::type_error(std::string(name) + " holds " +
-                         std::string(py::str(py::handle(array.dtype()))) + "; integers are needed");
-}
-
 /// One ray becomes a list of one.
 py::object listed(const py::object& rows, const char* name) {
   py::array array = numbersFrom(rows, name);
@@ -80,14 +72,26 @@ py::object listed(const py::object& rows, const char* name) {
                            : py::object(array);
 }
 
-/// N x `columns` integers.
+[[noreturn]] void refuseNumbers(const py::array& array, const char* name, const char* needed) {
+  throw py::type_error(std::string(name) + " holds " +
+                       std::string(py::str(py::handle(array.dtype()))) + "; " + needed +
+                       " are needed");
+}
+
+/// Of shape (N, columns), or (N,) for one column: integers, each at least 0 and less than `limit`.
 Contiguous<std::int64_t> integersFrom(const py::object& object, py::ssize_t columns,
-                                      const char* name) {
+                                      std::size_t limit, const char* name, const char* things) {
   const py::array array = numbersFrom(object, name);
-  requireIntegers(array, name);
-  if (array.ndim() != 2 || array.shape(1) != columns)
-    refuseShape(array, name, "(N, " + std::to_string(columns) + ")");
-  return converted<std::int64_t>(array);
+  // An empty list is an array of floats for NumPy.
+  if (!std::strchr("iu", array.dtype().kind()) && array.size() != 0)
+    refuseNumbers(array, name, "integers");
+  const bool is_list = columns == 1;
+  if (array.ndim() != (is_list ? 1 : 2) || (!is_list && array.shape(1) != columns))
+    refuseShape(array, name, is_list ? "(N,)" : "(N, " + std::to_string(columns) + ")");
+  const Contiguous<std::int64_t> numbers = converted<std::int64_t>(array);
+  for (py::ssize_t i = 0; i < numbers.size(); ++i)
+    requireIndex(numbers.data()[i], limit, name, std::size_t(i / columns), things);
+  return numbers;
 }
 
 }  // namespace
@@ -99,10 +103,7 @@ py::array numbersFrom(const py::object& object, const char* name) {
                         ? py::array(object)
                         : py::array::ensure(readableByNumpy(object, name));
   if (!array) throw py::type_error(std::string(name) + " is not an array of numbers");
-  if (!std::strchr("fiu", array.dtype().kind()))
-    throw py::type_error(std::string(name) + " holds " +
-                         std::string(py::str(py::handle(array.dtype()))) +
-                         "; real numbers are needed");
+  if (!std::strchr("fiu", array.dtype().kind())) refuseNumbers(array, name, "real numbers");
   return array;
 }
 
@@ -159,39 +160,27 @@ void requireIndex(std::int64_t index, std::size_t limit, const char* name, std::
 
 std::vector<unsigned> indicesFrom(const py::object& object, std::size_t limit, const char* name,
                                   const char* things) {
-  const py::array array = numbersFrom(object, name);
-  requireIntegers(array, name);
-  if (array.ndim() != 1) refuseShape(array, name, "(N,)");
-  const Contiguous<std::int64_t> numbers = converted<std::int64_t>(array);
-  std::vector<unsigned> indices(static_cast<std::size_t>(numbers.size()));
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    requireIndex(numbers.data()[i], limit, name, i, things);
-    indices[i] = static_cast<unsigned>(numbers.data()[i]);
-  }
-  return indices;
+  const Contiguous<std::int64_t> numbers = integersFrom(object, 1, limit, name, things);
+  return {numbers.data(), numbers.data() + numbers.size()};
 }
 
 std::vector<fcl::Triangle> trianglesFrom(const py::object& object, std::size_t vertices) {
-  const Contiguous<std::int64_t> numbers = integersFrom(object, 3, "faces");
+  const Contiguous<std::int64_t> numbers = integersFrom(object, 3, vertices, "faces", "vertices");
   std::vector<fcl::Triangle> triangles(static_cast<std::size_t>(numbers.shape(0)));
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const std::int64_t* row = numbers.data() + 3 * i;
-    for (int k = 0; k < 3; ++k) requireIndex(row[k], vertices, "faces", i, "vertices");
-    triangles[i].set(std::size_t(row[0]), std::size_t(row[1]), std::size_t(row[2]));
+  const std::int64_t* row = numbers.data();
+  for (fcl::Triangle& triangle : triangles) {
+    triangle.set(std::size_t(row[0]), std::size_t(row[1]), std::size_t(row[2]));
+    row += 3;
   }
   return triangles;
 }
 
 std::vector<FeaturePair> pairsFrom(const py::object& object, const char* name) {
   constexpr std::size_t kAny = std::size_t(1) << 31;  // meshes are checked where they are known
-  const Contiguous<std::int64_t> numbers = integersFrom(object, 2, name);
-  std::vector<FeaturePair> pairs(static_cast<std::size_t>(numbers.shape(0)));
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const std::int64_t* row = numbers.data() + 2 * i;
-    requireIndex(row[0], kAny, name, i, "first features");
-    requireIndex(row[1], kAny, name, i, "second features");
-    pairs[i] = {static_cast<unsigned>(row[0]), static_cast<unsigned>(row[1])};
-  }
+  const Contiguous<std::int64_t> numbers = integersFrom(object, 2, kAny, name, "features");
+  std::vector<FeaturePair> pairs;
+  for (const std::int64_t* row = numbers.data(); row != numbers.data() + numbers.size(); row += 2)
+    pairs.push_back({static_cast<unsigned>(row[0]), static_cast<unsigned>(row[1])});
   return pairs;
 }
 

@@ -21,6 +21,6 @@ void bindInside(pybind11::module_& module);          ///< signed_distances, is_w
 void bindContactRegions(pybind11::module_& module);  ///< contact_regions, ContactTracker
 void bindContinuous(pybind11::module_& module);      ///< Motion, candidates, earliest_impact, ...
 void bindScene(pybind11::module_& module);           ///< Scene
-void bindRecording(pybind11::module_& module);       ///< Recording
+void bindRecording(pybind11::module_& module);       ///< _Recording, where the component is there
 
 }  // namespace adaptive_bvh::python

@@ -7,6 +7,7 @@
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -32,7 +33,8 @@ constexpr bool kIsBound =
     kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
              FeatureDetails<double>, FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes,
              MeshUpdate, SceneDistance<double>, SceneImpact, ScenePoint<double>,
-             SignedDistance<double>, TrianglePairs<double>, VertexContacts<double>>;
+             SignedDistance<double>, TriangleMesh<double>, TrianglePairs<double>,
+             VertexContacts<double>>;
 
 /// Refuses what was not constructed.
 template <typename T>

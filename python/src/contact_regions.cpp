@@ -7,7 +7,6 @@
 #include "arrays.h"
 #include "bind.h"
 #include "locked_mesh.h"
-#include "pose.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
@@ -48,12 +47,9 @@ namespace {
 
 ContactRegions<double> regionsOf(const LockedMesh& first, const LockedMesh& second,
                                  const py::object& tf1, const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  ContactRegions<double> regions;
-  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
-    contactRegions(a, poses.tf1, b, poses.tf2, regions);
-  });
-  return regions;
+  return findPlaced<ContactRegions<double>>(
+      first, second, Poses(tf1, tf2),
+      [](auto& regions, const auto&... placed) { contactRegions(placed..., regions); });
 }
 
 /// Python's ContactTracker.

@@ -5,13 +5,66 @@
 #include "adaptive_bvh/scene.h"
 #include "arrays.h"
 #include "bind.h"
-#include "continuous_docs.h"
 #include "features.h"
 #include "locked_mesh.h"
 #include "pose.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
+// `separation` is a length, the distance below which features have come together.
+namespace docs {
+constexpr const char* kMotion =
+    R"(How a mesh moves between two frames: every vertex on a straight line in the world, from its
+position at the start (t = 0) to that at the end (t = 1). Keeps copies of both, and the mesh alive.)";
+
+constexpr const char* kMotionInit =
+    R"(mesh: its triangles say what moves.
+start, end: (num_vertices, 3), in the mesh's frame. Without `start`, the positions before the last
+    update, which must be update_two_frames (else ValueError); without `end`, the present positions.
+start_tf, end_tf: poses that place the mesh in the world at both times.)";
+
+constexpr const char* kCandidates =
+    R"(All pairs of features that may come as near as `separation`, a length: others cannot.
+
+first, second: Motions. Returns FeaturePairs. ValueError when the separation is negative, infinite or
+NaN; likewise of all that take one.)";
+
+constexpr const char* kWithinOne = "As above, of one Motion with itself.";
+
+constexpr const char* kTimeOfImpact =
+    R"(When two features come together: 0 to 1, never too late, or infinity when they do not.
+
+kind: 'vertex-face', 'face-vertex' or 'edge-edge', the first mesh's feature first.
+pair: their two numbers, as in FeaturePairs.
+separation: a length; so near they have come together.)";
+
+constexpr const char* kTimesOfImpact =
+    R"(When the features of each of `pairs`, FeaturePairs, come together. Returns ImpactTimes.
+
+separation: a length; so near they have come together.)";
+
+constexpr const char* kEarliestImpact =
+    R"(The first two features that come together, and when: an Impact. Needs no candidates.
+
+first, second: Motions.
+separation: a length; so near they have come together.)";
+
+constexpr const char* kLargestSafeStep =
+    R"(The time up to which nothing comes together, 0 to 1: at every earlier time all features are
+farther apart than `separation`, a length.
+
+first, second: Motions.)";
+
+constexpr const char* kSafeDisplacements =
+    R"(How far each vertex may move from its start, in any direction and whatever the others do within
+theirs, so that no features come as near as `separation`, a length.
+
+first, second: Motions. Returns two arrays of lengths, (num_vertices,) float64 of each.)";
+
+constexpr const char* kSafeDisplacementsOne =
+    "As above, of one Motion with itself. Returns one array.";
+}  // namespace docs
+
 namespace {
 
 /// Python's Motion: a mesh, and copies of its positions at two times.
@@ -21,17 +74,36 @@ class MeshMotion : public Bound {
   /// Rows and poseFrom, and py::value_error when a number of positions is not that of the
   /// vertices or there are none before.
   MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
-             const py::object& start_tf, const py::object& end_tf);
+             const py::object& start_tf, const py::object& end_tf)
+      : mesh_(mesh.shared_from_this()), poses_(start_tf, end_tf, "start_tf", "end_tf") {
+    mesh_->query([&](const Mesh& m) {  // both of one frame
+      if (start.is_none()) start_ = m.previousVertices();
+      if (end.is_none()) end_ = m.vertices();
+    });
+    if (start.is_none() && start_.empty())
+      throw py::value_error(
+          "start is missing: the last update was not update_two_frames, so the mesh has no "
+          "positions before");
+    copy(start, "start", start_);
+    copy(end, "end", end_);
+  }
 
   const LockedMesh& mesh() const { return *mesh_; }
 
   /// For the library, while the mesh is locked. Refers to this object.
-  Motion<double> motion() const { return {mesh_->mesh(), start_, end_, start_tf_, end_tf_}; }
+  Motion<double> motion() const { return {mesh_->mesh(), start_, end_, poses_.tf1, poses_.tf2}; }
 
  private:
+  void copy(const py::object& positions, const char* name, std::vector<fcl::Vector3d>& copied) {
+    if (positions.is_none()) return;
+    const Rows rows(positions, name);
+    requireRows(rows.array(), mesh_->numVertices(), name);
+    copied.assign(rows.begin(), rows.end());
+  }
+
   std::shared_ptr<const LockedMesh> mesh_;
   std::vector<fcl::Vector3d> start_, end_;
-  fcl::Transform3d start_tf_, end_tf_;
+  Poses poses_;
 };
 
 /// Runs `f(motion)` on the library's motion, without the GIL; likewise `f(first, second)`.
@@ -43,29 +115,6 @@ template <typename F>
 auto queryMotions(const F& f, const MeshMotion& first, const MeshMotion& second) {
   return queryPair(first.mesh(), second.mesh(),
                    [&](const Mesh&, const Mesh&) { return f(first.motion(), second.motion()); });
-}
-
-MeshMotion::MeshMotion(const LockedMesh& mesh, const py::object& start, const py::object& end,
-                       const py::object& start_tf, const py::object& end_tf)
-    : mesh_(mesh.shared_from_this()),
-      start_tf_(poseFrom(start_tf, "start_tf")),
-      end_tf_(poseFrom(end_tf, "end_tf")) {
-  mesh_->query([&](const Mesh& m) {  // both of one frame
-    if (start.is_none()) start_ = m.previousVertices();
-    if (end.is_none()) end_ = m.vertices();
-  });
-  if (start.is_none() && start_.empty())
-    throw py::value_error(
-        "start is missing: the last update was not update_two_frames, so the mesh has no "
-        "positions before");
-  const auto copy = [&](const py::object& positions, const char* name, auto& copied) {
-    if (positions.is_none()) return;
-    const Rows rows(positions, name);
-    requireRows(rows.array(), mesh_->numVertices(), name);
-    copied.assign(rows.begin(), rows.end());
-  };
-  copy(start, "start", start_);
-  copy(end, "end", end_);
 }
 
 /// Names are also those of the properties of FeaturePairs, with a hyphen.

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "bind.h"
-#include "pose.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
@@ -109,20 +108,16 @@ namespace {
 FeaturePairDetails<double> detailsOf(const LockedMesh& first, const LockedMesh& second,
                                      const FeaturePairs& pairs, const py::object& tf1,
                                      const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
   const FeaturePairs all = checkedPairs(pairs, first, second);
-  FeaturePairDetails<double> result;
-  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
-    featurePairDetails(a, poses.tf1, b, poses.tf2, all, result);
-  });
-  return result;
+  return findPlaced<FeaturePairDetails<double>>(
+      first, second, Poses(tf1, tf2),
+      [&](auto& result, const auto&... placed) { featurePairDetails(placed..., all, result); });
 }
 
 FeaturePairDetails<double> detailsSelf(const LockedMesh& mesh, const FeaturePairs& pairs) {
   const FeaturePairs all = checkedPairs(pairs, mesh, mesh);
-  FeaturePairDetails<double> result;
-  mesh.query([&](const Mesh& m) { featurePairDetails(m, all, result); });
-  return result;
+  return find<FeaturePairDetails<double>>(
+      mesh, [&](auto& result, const Mesh& m) { featurePairDetails(m, all, result); });
 }
 
 }  // namespace

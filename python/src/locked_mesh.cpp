@@ -14,7 +14,7 @@
 #include "adaptive_bvh/write_file.h"
 #include "arrays.h"
 #include "bind.h"
-#include "docs.h"
+#include "locked_mesh_docs.h"
 #include "meshes.h"
 #include "results.h"
 

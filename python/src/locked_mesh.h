@@ -14,6 +14,7 @@
 #include "adaptive_bvh/deformable_mesh.h"
 #include "bound.h"
 #include "callback.h"
+#include "pose.h"
 
 namespace adaptive_bvh::python {
 
@@ -119,6 +120,30 @@ auto queryPair(const LockedMesh& first, const LockedMesh& second, const F& f) {
   const py::gil_scoped_release nogil;
   const LockedMesh::PairLock lock(first, second);
   return f(first.mesh(), second.mesh());
+}
+
+/// Likewise `f(first, tf1, second, tf2)`, as the library's queries of two bodies begin. The second
+/// may be a Shape.
+template <typename Other, typename F>
+auto queryPlaced(const LockedMesh& first, const Other& second, const Poses& poses, const F& f) {
+  return queryPair(first, second,
+                   [&](const Mesh& a, const auto& b) { return f(a, poses.tf1, b, poses.tf2); });
+}
+
+/// Returns what `f(result, first, tf1, second, tf2)` fills in.
+template <typename Result, typename Other, typename F>
+Result findPlaced(const LockedMesh& first, const Other& second, const Poses& poses, const F& f) {
+  Result result;
+  queryPlaced(first, second, poses, [&](const auto&... placed) { f(result, placed...); });
+  return result;
+}
+
+/// Returns what `f(result, mesh)` fills in; likewise of a scene.
+template <typename Result, typename Locked, typename F>
+Result find(const Locked& locked, const F& f) {
+  Result result;
+  locked.query([&](const auto& one) { f(result, one); });
+  return result;
 }
 
 }  // namespace adaptive_bvh::python

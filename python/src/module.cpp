@@ -1,9 +1,6 @@
-#include <algorithm>
-
 #include <pybind11/pybind11.h>
 
 #include "bind.h"
-#include "docs.h"
 
 namespace adaptive_bvh::python {
 
@@ -16,24 +13,6 @@ namespace {
 bool isMainInterpreter() { return PyInterpreterState_Get() == PyInterpreterState_Main(); }
 constexpr const char* kOtherInterpreter = "adaptive_bvh does not work in a subinterpreter";
 
-/// The protocols 0 and 1 make a pickled object of any class without its __new__, which pybind11
-/// answers by ending the process. So they get what protocol 2 gets: what a class says about itself,
-/// or a TypeError.
-void definePickling(py::module_& module) {
-  const py::object of_object =
-      py::reinterpret_borrow<py::object>(reinterpret_cast<PyObject*>(&PyBaseObject_Type))
-          .attr("__reduce_ex__");
-  for (const auto& item : py::dict(module.attr("__dict__"))) {
-    if (!PyType_Check(item.second.ptr())) continue;
-    if (!py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(item.second.ptr()))) continue;
-    item.second.attr("__reduce_ex__") = py::cpp_function(
-        [of_object](const py::object& self, int protocol) {
-          return of_object(self, std::max(protocol, 2));
-        },
-        py::name("__reduce_ex__"), py::is_method(item.second), py::arg("protocol"));
-  }
-}
-
 }  // namespace
 }  // namespace adaptive_bvh::python
 
@@ -42,7 +21,6 @@ void definePickling(py::module_& module) {
 // The module adaptive_bvh._core. adaptive_bvh/__init__.py names what is public.
 PYBIND11_MODULE(_core, module) {
   using namespace adaptive_bvh::python;
-  module.doc() = docs::kModule;
   module.attr("__version__") = ADAPTIVE_BVH_PYTHON_VERSION;
   // Types say where they can be imported from, in docstrings and errors.
   const py::object name = module.attr("__name__");
@@ -62,8 +40,9 @@ PYBIND11_MODULE(_core, module) {
   bindContinuous(module);
   bindScene(module);
   bindMeshes(module);
+#ifdef ADAPTIVE_BVH_PYTHON_RECORDING
   bindRecording(module);
-  definePickling(module);
+#endif
   module.def("_require_main_interpreter", [] {
     if (!isMainInterpreter()) throw pybind11::import_error(kOtherInterpreter);
   });

@@ -40,35 +40,25 @@ namespace {
 template <typename Other>
 VertexContacts<double> contactsOf(const LockedMesh& mesh, const Other& other, double margin,
                                   const py::object& tf, const py::object& other_tf) {
-  const Poses poses(tf, other_tf, "tf", "other_tf");
-  VertexContacts<double> result;
-  queryPair(mesh, other, [&](const Mesh& a, const auto& b) {
-    vertexContacts(a, poses.tf1, b, poses.tf2, margin, result);
-  });
-  return result;
+  return findPlaced<VertexContacts<double>>(
+      mesh, other, Poses(tf, other_tf, "tf", "other_tf"),
+      [&](auto& result, const auto&... placed) { vertexContacts(placed..., margin, result); });
 }
 
-std::pair<VertexContacts<double>, VertexContacts<double>> contactsOfBoth(const LockedMesh& first,
-                                                                         const LockedMesh& second,
-                                                                         double margin,
-                                                                         const py::object& tf1,
-                                                                         const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  std::pair<VertexContacts<double>, VertexContacts<double>> result;
-  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
-    vertexContacts(a, poses.tf1, b, poses.tf2, margin, result.first, result.second);
-  });
-  return result;
+auto contactsOfBoth(const LockedMesh& first, const LockedMesh& second, double margin,
+                    const py::object& tf1, const py::object& tf2) {
+  return findPlaced<std::pair<VertexContacts<double>, VertexContacts<double>>>(
+      first, second, Poses(tf1, tf2), [&](auto& result, const auto&... placed) {
+        vertexContacts(placed..., margin, result.first, result.second);
+      });
 }
 
 template <typename Other>
 SignedDistance<double> signedDistanceOf(const LockedMesh& first, const Other& second,
                                         double tolerance, const py::object& tf1,
                                         const py::object& tf2) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  return queryPair(first, second, [&](const Mesh& a, const auto& b) {
-    return signedDistance(a, poses.tf1, b, poses.tf2, tolerance);
-  });
+  return queryPlaced(first, second, Poses(tf1, tf2),
+                     [&](const auto&... placed) { return signedDistance(placed..., tolerance); });
 }
 
 const char* nameOf(const SignedDistance<double>& d) {

@@ -86,8 +86,9 @@ py::object namesOf(const std::vector<ClosestFeature<double>>& found) {
 ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points, double limit) {
   using F = ClosestFeature<double>;
   const Rows rows(points, "points");
-  std::vector<F> found;
-  mesh.query([&](const Mesh& m) { closestFeatures(m, rows.begin(), rows.size(), limit, found); });
+  const auto found = find<std::vector<F>>(mesh, [&](auto& features, const Mesh& m) {
+    closestFeatures(m, rows.begin(), rows.size(), limit, features);
+  });
   ManyFeatures result;
   result.points = column(found, &F::point);
   result.distances = column(found, &F::distance);
@@ -100,23 +101,19 @@ ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points,
   return result;
 }
 
-py::array_t<double> signedDistancesOf(const LockedMesh& mesh, const py::object& points) {
-  const Rows rows(points, "points");
-  std::vector<double> result;
-  mesh.query([&](const Mesh& m) { signedDistances(m, rows.begin(), rows.size(), result); });
-  return adopt(std::move(result));
-}
-
-py::array_t<double> windingNumbersOf(const LockedMesh& mesh, const py::object& points) {
-  const Rows rows(points, "points");
-  std::vector<double> result;
-  mesh.query([&](const Mesh& m) { windingNumbers(m, rows.begin(), rows.size(), result); });
-  return adopt(std::move(result));
+/// A number for each point, of `query(mesh, points, count, numbers)`.
+template <typename Query>
+auto ofEachPoint(const Query& query) {
+  return [query](const LockedMesh& mesh, const py::object& points) {
+    const Rows rows(points, "points");
+    return adopt(find<std::vector<double>>(
+        mesh, [&](auto& numbers, const Mesh& m) { query(m, rows.begin(), rows.size(), numbers); }));
+  };
 }
 
 py::array openEdgesOf(const LockedMesh& mesh) {
-  std::vector<OpenEdge> open;
-  mesh.query([&](const Mesh& m) { isWatertight(m, &open); });
+  const auto open = find<std::vector<OpenEdge>>(
+      mesh, [](auto& edges, const Mesh& m) { isWatertight(m, &edges); });
   std::vector<std::array<int, 4>> rows;
   for (const OpenEdge& edge : open)
     rows.push_back({int(edge.from), int(edge.to), int(edge.triangle), edge.surplus});
@@ -174,8 +171,10 @@ void bindPoints(py::module_& module) {
 }
 
 void bindInside(py::module_& module) {
-  module.def("signed_distances", &signedDistancesOf, "mesh"_a, "points"_a, docs::kSignedDistances);
-  module.def("winding_numbers", &windingNumbersOf, "mesh"_a, "points"_a, docs::kWindingNumbers);
+  module.def("signed_distances", ofEachPoint([](auto&&... a) { signedDistances(a...); }), "mesh"_a,
+             "points"_a, docs::kSignedDistances);
+  module.def("winding_numbers", ofEachPoint([](auto&&... a) { windingNumbers(a...); }), "mesh"_a,
+             "points"_a, docs::kWindingNumbers);
   module.def(
       "is_watertight",
       [](const LockedMesh& mesh) {

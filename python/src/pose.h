@@ -16,8 +16,8 @@ fcl::Transform3d poseFrom(const pybind11::object& object, const char* name);
 
 /// Two poses, read before the GIL is released.
 struct Poses {
-  Poses(const pybind11::object& first, const pybind11::object& second, const char* name1,
-        const char* name2)
+  Poses(const pybind11::object& first, const pybind11::object& second, const char* name1 = "tf1",
+        const char* name2 = "tf2")
       : tf1(poseFrom(first, name1)), tf2(poseFrom(second, name2)) {}
   fcl::Transform3d tf1, tf2;
 };

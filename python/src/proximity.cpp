@@ -64,10 +64,8 @@ namespace {
 template <typename Other>
 bool isNearerOf(const LockedMesh& first, const Other& second, double distance,
                 const py::object& tf1, const py::object& tf2, bool solid) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
-  return queryPair(first, second, [&](const Mesh& a, const auto& b) {
-    return isNearer(a, poses.tf1, b, poses.tf2, distance, solid);
-  });
+  return queryPlaced(first, second, Poses(tf1, tf2),
+                     [&](const auto&... placed) { return isNearer(placed..., distance, solid); });
 }
 
 /// The library's request, and the lists that it refers to.
@@ -92,14 +90,11 @@ struct FeaturesRequest {
 TrianglePairs<double> pairsWithinOf(const LockedMesh& first, const LockedMesh& second,
                                     double distance, const py::object& tf1, const py::object& tf2,
                                     bool distances, bool points, const py::object& ignored) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
   const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored");
   const ProximityRequest<double> request{distance, distances, points, {&list, {}}};
-  TrianglePairs<double> result;
-  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
-    pairsWithin(a, poses.tf1, b, poses.tf2, request, result);
-  });
-  return result;
+  return findPlaced<TrianglePairs<double>>(
+      first, second, Poses(tf1, tf2),
+      [&](auto& result, const auto&... placed) { pairsWithin(placed..., request, result); });
 }
 
 TrianglePairs<double> pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances,
@@ -110,62 +105,47 @@ TrianglePairs<double> pairsWithinSelf(const LockedMesh& mesh, double distance, b
   const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored", true);
   const Labels of_faces(labels, label_rule, mesh);
   const ProximityRequest<double> request{distance, distances, points, of_faces.triangles(list)};
-  TrianglePairs<double> result;
-  mesh.query([&](const Mesh& m) { pairsWithin(m, request, result, neighbours); });
-  return result;
+  return find<TrianglePairs<double>>(
+      mesh, [&](auto& result, const Mesh& m) { pairsWithin(m, request, result, neighbours); });
 }
 
 FeaturePairs featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
                             const py::object& tf1, const py::object& tf2,
                             const FeaturePairs* ignored) {
-  const Poses poses(tf1, tf2, "tf1", "tf2");
   const FeaturesRequest asked(distance, ignored, false);
-  FeaturePairs pairs;
-  queryPair(first, second, [&](const Mesh& a, const Mesh& b) {
-    featurePairsWithin(a, poses.tf1, b, poses.tf2, asked.request, pairs);
-  });
-  return pairs;
+  return findPlaced<FeaturePairs>(first, second, Poses(tf1, tf2),
+                                  [&](auto& pairs, const auto&... placed) {
+                                    featurePairsWithin(placed..., asked.request, pairs);
+                                  });
 }
 
 FeaturePairs featurePairsSelf(const LockedMesh& mesh, double distance, const FeaturePairs* ignored,
                               const py::object& labels, const std::string& label_rule) {
   FeaturesRequest asked(distance, ignored, true);
   const Labels of_faces(labels, label_rule, mesh);
-  FeaturePairs pairs;
-  mesh.query([&](const Mesh& m) {
+  return find<FeaturePairs>(mesh, [&](auto& pairs, const Mesh& m) {
     const IgnoredFeatures ignored_features = of_faces.features(m.triangles());
     asked.request.vertex_face.test = ignored_features.vertex_face.test;
     asked.request.edge_edge.test = ignored_features.edge_edge.test;
     featurePairsWithin(m, asked.request, pairs);
   });
-  return pairs;
-}
-
-py::array_t<double> clearanceOf(const LockedMesh& mesh, const LockedMesh& other, double limit,
-                                const py::object& tf, const py::object& other_tf, bool is_signed) {
-  const Poses poses(tf, other_tf, "tf", "other_tf");
-  std::vector<double> result;
-  queryPair(mesh, other, [&](const Mesh& a, const Mesh& b) {
-    const auto query = is_signed ? signedClearance<double> : clearance<double>;
-    query(a, poses.tf1, b, poses.tf2, limit, result);
-  });
-  return adopt(std::move(result));
 }
 
 void bindClearance(py::module_& module) {
-  const double infinity = std::numeric_limits<double>::infinity();
-  const auto define = [&](const char* name, bool is_signed, const char* doc) {
+  const auto define = [&](const char* name, auto* query, const char* doc) {
     module.def(
         name,
-        [is_signed](const LockedMesh& mesh, const LockedMesh& other, double limit,
-                    const py::object& tf, const py::object& other_tf) {
-          return clearanceOf(mesh, other, limit, tf, other_tf, is_signed);
+        [query](const LockedMesh& mesh, const LockedMesh& other, double limit, const py::object& tf,
+                const py::object& other_tf) {
+          return adopt(findPlaced<std::vector<double>>(
+              mesh, other, Poses(tf, other_tf, "tf", "other_tf"),
+              [&](auto& result, const auto&... placed) { query(placed..., limit, result); }));
         },
-        "mesh"_a, "other"_a, "limit"_a = infinity, "tf"_a = py::none(), "other_tf"_a = py::none(),
-        doc);
+        "mesh"_a, "other"_a, "limit"_a = std::numeric_limits<double>::infinity(),
+        "tf"_a = py::none(), "other_tf"_a = py::none(), doc);
   };
-  define("clearance", false, docs::kClearance);
-  define("signed_clearance", true, docs::kSignedClearance);
+  define("clearance", &clearance<double>, docs::kClearance);
+  define("signed_clearance", &signedClearance<double>, docs::kSignedClearance);
 }
 
 void bindNearPairs(py::module_& module) {

@@ -11,10 +11,57 @@
 #include "bind.h"
 #include "features.h"
 #include "objects.h"
-#include "query_docs.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
+namespace docs {
+constexpr const char* kDistance =
+    R"(The exact distance of two meshes, or of a mesh and a shape in either order.
+
+tf1, tf2: poses that place them in the world.
+nearest_points: False leaves out the points, which are then NaN.
+Returns a DistanceResult.)";
+
+constexpr const char* kDistanceValue =
+    "A length. 0 where the two touch: also where one is a shape that has its surface inside.";
+
+constexpr const char* kDistancePoints =
+    "The nearest points, (2, 3) float64, in the world: of the first object and of the second. "
+    "Where "
+    "they touch both are a common point.";
+
+constexpr const char* kCollide =
+    R"(Where two meshes, or a mesh and a shape, touch.
+
+tf1, tf2: poses that place them in the world.
+max_contacts: stops when it has so many; None finds all.
+enable_contact: False leaves out points, normals and depths, which are then NaN. Faster.
+solid: meshes are filled, as shapes always are: a body inside of a closed mesh touches it. Where no
+    triangle touches, there is one contact for each component inside of the other mesh, and one for a
+    shape inside: its depth is how far a vertex of the component, or a point of the shape, is from the
+    surface around it. ValueError when a mesh is open; the message names an edge.
+Returns Contacts.)";
+
+constexpr const char* kSelfCollide =
+    R"(Where a mesh touches itself: one contact for each pair of triangles, the smaller index first.
+
+tf: a pose that places the mesh in the world.
+max_contacts, enable_contact: as of collide.
+filter: which neighbours are left out: those with a 'shared vertex', those with a 'shared edge' (two
+    vertices in common), or 'none'. With 'beyond shared', neighbours count where they have points in
+    common beside the shared vertex or edge: where they are folded over each other or cross, which is
+    decided exactly. Vertices are compared by index: see weld_vertices.
+ignored: pairs of triangles to leave out, (K, 2) integers in any order, either triangle first, or None.
+labels: (num_faces,) integers, a label for each triangle, or None. Then only pairs count whose labels
+    differ (label_rule 'between') or are equal ('within'): of components in one mesh.)";
+
+constexpr const char* kContacts =
+    "Contacts in arrays side by side: contact i is row i of each. len() counts them.";
+
+constexpr const char* kContactPairs =
+    "(K, 2) int32: the triangle of the first object and of the second, -1 for a shape. Two meshes "
+    "can have two contacts for one pair.";
+}  // namespace docs
 
 Nearest::Nearest(const fcl::DistanceResultd& result, bool is_swapped)
     : distance(result.min_distance),
@@ -40,9 +87,8 @@ Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object&
                    const py::object& tf2, bool nearest_points) {
   const Objects objects(o1, o2, tf1, tf2);
   fcl::DistanceResultd result;
-  objects.query([&](auto* geometry1, const auto& pose1, auto* geometry2, const auto& pose2) {
-    if (!detail::answerDistance<double>(geometry1, pose1, geometry2, pose2,
-                                        fcl::DistanceRequestd(nearest_points), result))
+  objects.query([&](const auto&... placed) {
+    if (!detail::answerDistance<double>(placed..., fcl::DistanceRequestd(nearest_points), result))
       refusePair();
   });
   return Nearest(result, objects.is_swapped);
@@ -69,9 +115,8 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
   const fcl::CollisionRequestd request = requestOf(max_contacts, enable_contact);
   const Objects objects(o1, o2, tf1, tf2);
   fcl::CollisionResultd result;
-  objects.query([&](auto* geometry1, const auto& pose1, auto* geometry2, const auto& pose2) {
-    if (!detail::answerCollide<double>(geometry1, pose1, geometry2, pose2, request, result, solid))
-      refusePair();
+  objects.query([&](const auto&... placed) {
+    if (!detail::answerCollide<double>(placed..., request, result, solid)) refusePair();
   });
   return contactsOf(result, objects.is_swapped);
 }
@@ -85,9 +130,8 @@ Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
   const NeighbourFilter neighbours = neighbourFilter(filter);
   const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored", true);
   const Labels of_faces(labels, label_rule, mesh);
-  fcl::CollisionResultd result;
-  mesh.query([&](const Mesh& m) {
-    selfCollide(m, pose, request, result, neighbours, of_faces.triangles(pairs));
+  const auto result = find<fcl::CollisionResultd>(mesh, [&](auto& found, const Mesh& m) {
+    selfCollide(m, pose, request, found, neighbours, of_faces.triangles(pairs));
   });
   return contactsOf(result, false);
 }

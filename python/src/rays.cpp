@@ -54,9 +54,9 @@ ManyHits firstHitOf(const LockedMesh& mesh, const py::object& origins, const py:
   const RayArguments rays(origins, directions);
   std::vector<int> numbers(rays.origins.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  std::vector<RayHit<double>> hits;
-  mesh.query([&](const Mesh& m) {
-    firstHits(m, rays.origins.begin(), rays.directions.begin(), numbers.size(), {begin, end}, hits);
+  const auto hits = find<std::vector<RayHit<double>>>(mesh, [&](auto& found, const Mesh& m) {
+    firstHits(m, rays.origins.begin(), rays.directions.begin(), numbers.size(), {begin, end},
+              found);
   });
   return manyHits(std::move(numbers), hits);
 }
@@ -64,12 +64,10 @@ ManyHits firstHitOf(const LockedMesh& mesh, const py::object& origins, const py:
 py::array_t<bool> anyHitOf(const LockedMesh& mesh, const py::object& origins,
                            const py::object& directions, double begin, double end) {
   const RayArguments rays(origins, directions);
-  std::vector<std::uint8_t> result;
-  mesh.query([&](const Mesh& m) {
+  return adopt(find<std::vector<std::uint8_t>>(mesh, [&](auto& hits, const Mesh& m) {
     anyHits(m, rays.origins.begin(), rays.directions.begin(), rays.origins.size(), {begin, end},
-            result);
-  });
-  return adopt(std::move(result));
+            hits);
+  }));
 }
 
 ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins, const py::object& directions,

@@ -1,4 +1,6 @@
-#include <algorithm>
+#include "adaptive_bvh/recording.h"
+
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -12,35 +14,39 @@
 
 #include "arrays.h"
 #include "bind.h"
-#include "frame_results.h"
+#include "contact_regions.h"
 #include "locked_scene.h"
 #include "meshes.h"
 #include "objects.h"
-#include "recording_docs.h"
 
+// What Python's Recording stands on. adaptive_bvh/_recording.py checks the arguments, and has the
+// docstrings.
 namespace adaptive_bvh::python {
 namespace {
 
-/// The arguments of Python's constructor.
-struct RecordingArguments {
-  std::string title, unit;
-  double frames_per_second;
-  py::object up;
-};
-
-#ifdef ADAPTIVE_BVH_PYTHON_RECORDING
-/// Python's Recording: the library's, what it reads, and a lock. The lock comes before those of a
-/// scene and of meshes. All are only held without the GIL.
+/// The base of Python's Recording: the library's, what it reads, and a lock. The lock comes before
+/// those of a scene and of meshes. All are only held without the GIL.
 class LockedRecording : public Bound {
  public:
-  explicit LockedRecording(const RecordingArguments& a) : recording_(optionsFrom(a)) {}
+  explicit LockedRecording(const RecordingOptions& options) : recording_(options) {}
 
-  int add(const py::object& body, const py::object& tf, const std::string& name) {
+  int addMesh(const LockedMesh& mesh, const py::object& tf, const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    if (const LockedMesh* mesh = asMesh(body)) return addMesh(mesh->shared_from_this(), pose, name);
-    if (const Shape* shape = asShape(body))
-      return alone([&] { return recording_.add(shape->geometry(), pose, name); });
-    const TriangleMesh<double> mesh = arraysOf(body);
+    return alone([&] {
+      const auto lock = mesh.share();
+      const int number = recording_.add(mesh.mesh(), pose, name);
+      meshes_.push_back(mesh.shared_from_this());
+      return number;
+    });
+  }
+  int addShape(const Shape& shape, const py::object& tf, const std::string& name) {
+    const fcl::Transform3d pose = poseFrom(tf, "tf");
+    return alone([&] { return recording_.add(shape.geometry(), pose, name); });
+  }
+  int addArrays(const py::object& vertices, const py::object& faces, const py::object& tf,
+                const std::string& name) {
+    const fcl::Transform3d pose = poseFrom(tf, "tf");
+    const TriangleMesh<double> mesh = meshFrom(vertices, faces);
     return alone([&] { return recording_.add(mesh, pose, name); });
   }
   void remove(int body) {
@@ -51,10 +57,6 @@ class LockedRecording : public Bound {
     alone([&] { recording_.place(body, pose); });
   }
   void follow(const py::object& scene, const py::object& name) {
-    if (!py::isinstance<LockedScene>(scene))
-      throw py::type_error("scene is a " + typeNameOf(scene) + "; a Scene is needed");
-    if (!name.is_none() && !PyCallable_Check(name.ptr()))
-      throw py::type_error("name must be a function, or None");
     const auto* const locked = &scene.cast<const LockedScene&>();
     const auto function = std::make_shared<py::object>(name);
     alone([&] {
@@ -68,8 +70,7 @@ class LockedRecording : public Bound {
   int bodyOf(BodyId id) {
     return reading([&] { return recording_.bodyOf(id); });
   }
-  void frame(const FrameArguments& arguments) {
-    const FrameResults results = frameResultsFrom(arguments);
+  void frame(const FrameResults& results) {
     reading([&] { recording_.frame(results); });
   }
   void write(const py::object& path) {
@@ -89,14 +90,11 @@ class LockedRecording : public Bound {
       return out.str();
     });
   }
-  int bodies() {
-    return alone([&] { return recording_.bodies(); });
-  }
-  int frames() {
-    return alone([&] { return recording_.frames(); });
-  }
-  std::size_t bytes() {
-    return alone([&] { return recording_.bytes(); });
+  /// A property that one of the library's functions counts.
+  template <typename Number>
+  static auto count(Number (Recording::*of)() const) {
+    return
+        [of](LockedRecording& self) { return self.alone([&] { return (self.recording_.*of)(); }); };
   }
 
   /// For Python's garbage collector: the function that names bodies may refer to this object.
@@ -135,41 +133,14 @@ class LockedRecording : public Bound {
     for (const auto& mesh : meshes_) meshes.insert(mesh.get());
     return meshes;
   }
-  int addMesh(const std::shared_ptr<const LockedMesh>& mesh, const fcl::Transform3d& pose,
-              const std::string& name) {
-    return alone([&] {
-      const auto lock = mesh->share();
-      const int number = recording_.add(mesh->mesh(), pose, name);
-      meshes_.push_back(mesh);
-      return number;
-    });
-  }
   /// Called by the library, without the GIL and with all locks.
   static std::string nameOf(BodyId id, const py::object& function) {
     const py::gil_scoped_acquire gil;
     const CallbackScope scope(nullptr);
-    if (function.is_none()) return "body " + std::to_string(id);
     const py::object name = function(id);
     if (!py::isinstance<py::str>(name))
       throw py::type_error("name returned a " + typeNameOf(name) + "; a string is needed");
     return name.cast<std::string>();
-  }
-
-  static RecordingOptions optionsFrom(const RecordingArguments& a) {
-    RecordingOptions options;
-    options.title = a.title;
-    options.unit = a.unit;
-    options.volume_depth = -1;  // a DeformableMesh has none
-    options.frames_per_second = a.frames_per_second;
-    options.up = pointFrom(a.up, "up");
-    return options;
-  }
-  static TriangleMesh<double> arraysOf(const py::object& body) {
-    if (!py::hasattr(body, "vertices") || !py::hasattr(body, "faces"))
-      throw py::type_error("body is a " + typeNameOf(body) +
-                           "; a DeformableMesh, a Shape, or an object with vertices and faces is "
-                           "needed");
-    return meshFrom(body.attr("vertices"), body.attr("faces"));
   }
 
   std::mutex mutex_;
@@ -179,83 +150,116 @@ class LockedRecording : public Bound {
   py::object followed_ = py::none();  ///< keeps the scene alive; only touched with the GIL
   std::shared_ptr<py::object> name_;  ///< likewise; the library calls it
 };
-#else
-/// Cannot be made.
-class LockedRecording : public Bound {
- public:
-  explicit LockedRecording(const RecordingArguments&) {
-    throw std::runtime_error(
-        "adaptive_bvh was built without the component recording (libjs-three)");
-  }
-  int add(const py::object&, const py::object&, const std::string&) { return 0; }
-  void remove(int) {}
-  void place(int, const py::object&) {}
-  void follow(const py::object&, const py::object&) {}
-  int bodyOf(BodyId) { return 0; }
-  void frame(const FrameArguments&) {}
-  void write(const py::object&) {}
-  std::string html() { return {}; }
-  int bodies() { return 0; }
-  int frames() { return 0; }
-  std::size_t bytes() { return 0; }
-  int visitFunction(visitproc, void*) const { return 0; }
-  void clearFunction() {}
-};
-#endif
 
-using RecordingClass = py::class_<LockedRecording>;
+// ---- what a frame shows beside its bodies -------------------------------------------------------
 
-void bindRecordedBodies(RecordingClass& recording) {
-  using R = LockedRecording;
-  recording
-      .def("add", &R::add, "body"_a, "tf"_a = py::none(), py::kw_only(), "name"_a = "",
-           docs::kRecordingAdd)
-      .def("remove", &R::remove, "body"_a, docs::kRecordingRemove)
-      .def("place", &R::place, "body"_a, "tf"_a,
-           "The pose of the body with this number from the next frame on.")
-      .def("follow", &R::follow, "scene"_a, "name"_a = py::none(), docs::kRecordingFollow)
-      .def("body_of", &R::bodyOf, "body"_a, docs::kRecordingBodyOf);
+/// Appends the rows of an array that has the right shape.
+template <typename T>
+void append(const Contiguous<double>& numbers, std::vector<T>& rows) {
+  const T* begin = reinterpret_cast<const T*>(numbers.data());
+  rows.insert(rows.end(), begin, begin + numbers.shape(0));
+}
+template <typename T>
+std::vector<T> rowsIn(const Contiguous<double>& numbers) {
+  std::vector<T> rows;
+  append(numbers, rows);
+  return rows;
 }
 
-void bindFrames(RecordingClass& recording) {
-  using R = LockedRecording;
-  recording
-      .def(
-          "frame",
-          [](R& self, const py::object& distance, const py::object& contacts,
-             std::optional<double> update_ms, std::optional<double> query_ms,
-             const py::object& nearest_points, const py::object& clearance,
-             const py::object& arrows, const py::object& segments, const py::object& patches,
-             const std::string& note) {
-            self.frame({distance, contacts, update_ms, query_ms, nearest_points, clearance, arrows,
-                        segments, patches, note});
-          },
-          "distance"_a = py::none(), "contacts"_a = py::none(), py::kw_only(),
-          "update_ms"_a = py::none(), "query_ms"_a = py::none(), "nearest_points"_a = py::none(),
-          "clearance"_a = py::none(), "arrows"_a = py::none(), "segments"_a = py::none(),
-          "patches"_a = py::none(), "note"_a = "", docs::kRecordingFrame)
-      .def("write", &R::write, "path"_a, docs::kRecordingWrite)
-      .def("html", &R::html, docs::kRecordingHtml)
-      .def_property_readonly("num_bodies", &R::bodies,
-                             "How many bodies were added, including removed ones.")
-      .def_property_readonly("num_frames", &R::frames, "How many frames were recorded.")
-      .def_property_readonly("num_bytes", &R::bytes, "What they take in memory, about, bytes.");
+std::vector<std::uint64_t> patchNumbersFrom(const py::object& numbers, const std::string& name) {
+  const std::vector<unsigned> small = indicesFrom(numbers, std::numeric_limits<unsigned>::max(),
+                                                  name.c_str(), "numbers of patches");
+  return {small.begin(), small.end()};
+}
+
+/// Triangles, and the number of a patch for each.
+void addPatches(FrameResults& results, int body, const py::object& triangles,
+                const py::object& numbers, const std::string& name) {
+  results.patches.push_back({body,
+                             indicesFrom(triangles, std::numeric_limits<int>::max(),
+                                         (name + "[0]").c_str(), "triangles at most"),
+                             patchNumbersFrom(numbers, name + "[1]")});
+}
+
+/// The triangles of regions, and an identity for each region, or None.
+void addRegions(FrameResults& results, int body, const ContactPatches<double>& regions,
+                const py::object& ids, const std::string& name) {
+  const ContactPatches<double> checked = checkedPatches(regions, name);
+  if (ids.is_none()) {
+    results.colourTriangles(body, checked);
+    return;
+  }
+  const std::vector<std::uint64_t> numbers = patchNumbersFrom(ids, name + "[1]");
+  if (numbers.size() + 1 != checked.begins.size())
+    throw py::value_error(name + " has " + std::to_string(numbers.size()) + " ids for " +
+                          std::to_string(checked.begins.size() - 1) + " regions");
+  results.colourTriangles(body, checked, numbers);
+}
+
+void bindFrameResults(py::module_& module) {
+  using R = FrameResults;
+  using Numbers = Contiguous<double>;
+  using Label = std::string;
+  module.def("_numbers", &numbersFrom);
+  py::class_<R>(module, "_FrameResults")
+      .def(py::init<>())
+      .def_readwrite("distance", &R::distance)
+      .def_readwrite("update_ms", &R::update_ms)
+      .def_readwrite("query_ms", &R::query_ms)
+      .def_readwrite("note", &R::note)
+      .def("add_nearest_points",
+           [](R& r, const Numbers& pairs) { append(pairs, r.nearest_points); })
+      .def("add_contacts",
+           [](R& r, const Numbers& points) {
+             append(points, r.contacts);
+             r.contact_count = r.contacts.size();
+           })
+      .def("add_clearance",
+           [](R& r, int body, const Numbers& values) {
+             r.clearance.push_back({body, rowsIn<double>(values)});
+           })
+      .def("add_arrows",
+           [](R& r, const Label& label, const Numbers& from, const Numbers& along, double scale) {
+             r.arrows.push_back(
+                 {label, rowsIn<fcl::Vector3d>(from), rowsIn<fcl::Vector3d>(along), scale});
+           })
+      .def("add_segments",
+           [](R& r, const Label& label, const Numbers& pairs) {
+             r.segments.push_back({label, rowsIn<std::array<fcl::Vector3d, 2>>(pairs)});
+           })
+      .def("add_patches", &addPatches)
+      .def("add_regions", &addRegions);
 }
 
 }  // namespace
 
 void bindRecording(py::module_& module) {
-  RecordingClass recording(module, "Recording", docs::kRecording,
-                           py::custom_type_setup(&collectGarbage<LockedRecording>));
-  recording.def(py::init([](const std::string& title, const std::string& unit,
-                            double frames_per_second, const py::object& up) {
-                  return std::make_unique<LockedRecording>(
-                      RecordingArguments{title, unit, frames_per_second, up});
-                }),
-                py::kw_only(), "title"_a = "A run", "unit"_a = "", "frames_per_second"_a = 25.0,
-                "up"_a = py::make_tuple(0, 0, 1), docs::kRecordingInit);
-  bindRecordedBodies(recording);
-  bindFrames(recording);
+  bindFrameResults(module);
+  using R = LockedRecording;
+  py::class_<R>(module, "_Recording", py::custom_type_setup(&collectGarbage<R>))
+      .def(py::init([](const std::string& title, const std::string& unit, double frames_per_second,
+                       const py::object& up) {
+        RecordingOptions options;
+        options.title = title;
+        options.unit = unit;
+        options.volume_depth = -1;  // a DeformableMesh has none
+        options.frames_per_second = frames_per_second;
+        options.up = pointFrom(up, "up");
+        return std::make_unique<R>(options);
+      }))
+      .def("add", &R::addMesh)
+      .def("add", &R::addShape)
+      .def("add", &R::addArrays)
+      .def("remove", &R::remove)
+      .def("place", &R::place)
+      .def("follow", &R::follow)
+      .def("body_of", &R::bodyOf)
+      .def("frame", &R::frame)
+      .def("write", &R::write)
+      .def("html", &R::html)
+      .def_property_readonly("num_bodies", R::count(&Recording::bodies))
+      .def_property_readonly("num_frames", R::count(&Recording::frames))
+      .def_property_readonly("num_bytes", R::count(&Recording::bytes));
 }
 
 }  // namespace adaptive_bvh::python

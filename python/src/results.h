@@ -14,7 +14,6 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "bound.h"
-#include "text.h"
 
 // Results in NumPy's arrays. All functions need the GIL.
 namespace adaptive_bvh::python {
@@ -96,13 +95,13 @@ struct IsArray : std::is_same<T, fcl::Vector3d> {};
 template <typename T, std::size_t kCount>
 struct IsArray<std::array<T, kCount>> : std::true_type {};
 
-/// Python's class of the results T, which queries alone make. Its __repr__ shows all attributes.
+/// Python's class of the results T, which queries alone make. Its __repr__ (_classes.py) shows all
+/// attributes.
 template <typename T>
 class ResultClass {
  public:
-  ResultClass(py::module_& module, const char* name, const char* doc)
-      : class_(module, name, doc), shown_(std::make_shared<std::vector<const char*>>()) {
-    class_.def("__repr__", TextOf(shown_));
+  ResultClass(py::module_& module, const char* name, const char* doc) : class_(module, name, doc) {
+    class_.attr("_attributes") = shown_;
   }
 
   /// `get` is a member or a function of T. Python sees a vector as an array that shares its memory,
@@ -110,7 +109,7 @@ class ResultClass {
   template <typename Get>
   ResultClass& attribute(const char* name, Get get, const char* doc) {
     using Value = std::invoke_result_t<Get, const T&>;
-    shown_->push_back(name);
+    shown_.append(name);
     if constexpr (IsVector<std::decay_t<Value>>::value) {
       static_assert(std::is_reference_v<Value>, "the result keeps it");
       define(name, doc,
@@ -141,7 +140,7 @@ class ResultClass {
   }
 
   py::class_<T> class_;
-  std::shared_ptr<std::vector<const char*>> shown_;
+  py::list shown_;
 };
 
 }  // namespace adaptive_bvh::python

@@ -48,24 +48,14 @@ calls distance() or nearest(body), which keep their results as the start of the 
 
 namespace {
 
-/// A function of Python's that a scene calls. LockedScene owns it.
-class PythonFilter {
- public:
-  PythonFilter(py::handle function, const LockedScene& scene)
-      : function_(function), scene_(scene) {}
-
-  bool operator()(BodyId first, BodyId second) const {
-    const py::gil_scoped_acquire gil;
-    const CallbackScope scope(&scene_);
-    const int is_true = PyObject_IsTrue(function_(first, second).ptr());
-    if (is_true < 0) throw py::error_already_set();
-    return is_true != 0;
-  }
-
- private:
-  py::handle function_;
-  const LockedScene& scene_;
-};
+/// What a function of Python's that a scene calls says. LockedScene owns it.
+bool admits(const py::handle& function, const LockedScene& scene, BodyId first, BodyId second) {
+  const py::gil_scoped_acquire gil;
+  const CallbackScope scope(&scene);
+  const int is_true = PyObject_IsTrue(function(first, second).ptr());
+  if (is_true < 0) throw py::error_already_set();
+  return is_true != 0;
+}
 
 }  // namespace
 
@@ -150,8 +140,13 @@ void LockedScene::setFilter(const py::object& filter) {
   if (!filter.is_none() && !PyCallable_Check(filter.ptr()))
     throw py::type_error("filter must be a function, or None");
   py::object function = filter;
+  Scene3::Filter calls;
+  if (!function.is_none())
+    calls = [this, handle = py::handle(function)](BodyId first, BodyId second) {
+      return admits(handle, *this, first, second);
+    };
   change([&](Scene3& scene) {
-    scene.setFilter(function.is_none() ? Scene3::Filter() : PythonFilter(function, *this));
+    scene.setFilter(std::move(calls));
     const py::gil_scoped_acquire gil;
     std::swap(filter_, function);  // under the lock: no query calls the one before any more
   });
@@ -184,13 +179,7 @@ void defineWithOptions(SceneClass& scene, const char* name,
       name,
       [method](LockedScene& self, First... first, std::uint32_t group, std::uint32_t mask,
                bool self_collision, bool solid, std::uintptr_t user) {
-        BodyOptions options;
-        options.group = group;
-        options.mask = mask;
-        options.self_collision = self_collision;
-        options.solid = solid;
-        options.user = user;
-        return method(self, options, first...);
+        return method(self, {group, mask, self_collision, solid, user}, first...);
       },
       names..., py::kw_only(), "group"_a = 1, "mask"_a = 0xffffffffu, "self_collision"_a = false,
       "solid"_a = false, "user"_a = 0, doc);

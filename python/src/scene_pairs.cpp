@@ -48,6 +48,11 @@ auto ofBodyPairs(Result& result, Found&& found) {
   of_pairs.found = std::forward<Found>(found);
   return of_pairs;
 }
+template <typename Result, typename F>
+auto ofBodyPairs(const LockedScene& scene, const F& query) {
+  Result result = find<Result>(scene, query);
+  return ofBodyPairs(result, std::move(result.found));
+}
 
 OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
                                    const std::optional<std::size_t>& contacts_per_pair,
@@ -56,8 +61,8 @@ OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
   if (contacts_per_pair) request.contacts_per_pair = *contacts_per_pair;
   request.enable_contact = enable_contact;
   request.first_only = first_only;
-  SceneCollisions<double> result;
-  scene.query([&](const Scene3& s) { s.collisions(request, result); });
+  auto result = find<SceneCollisions<double>>(
+      scene, [&](auto& found, const Scene3& s) { s.collisions(request, found); });
   Contacts contacts;
   for (const fcl::Contactd& contact : result.contacts) contacts.add(contact, false);
   return ofBodyPairs(result, std::move(contacts));
@@ -65,23 +70,19 @@ OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
 
 auto scenePairsWithin(const LockedScene& scene, double distance, bool enable_distances,
                       bool enable_nearest_points) {
-  SceneTrianglePairs<double> result;
-  scene.query([&](const Scene3& s) {
+  return ofBodyPairs<SceneTrianglePairs<double>>(scene, [&](auto& result, const Scene3& s) {
     s.pairsWithin({distance, enable_distances, enable_nearest_points, {}}, result);
   });
-  return ofBodyPairs(result, std::move(result.found));
 }
 
 auto sceneFeaturePairs(const LockedScene& scene, double distance) {
-  SceneFeaturePairs result;
-  scene.query([&](const Scene3& s) { s.featurePairsWithin(distance, result); });
-  return ofBodyPairs(result, std::move(result.found));
+  return ofBodyPairs<SceneFeaturePairs>(
+      scene, [&](auto& result, const Scene3& s) { s.featurePairsWithin(distance, result); });
 }
 
 auto sceneVertexContacts(const LockedScene& scene, double margin) {
-  SceneVertexContacts<double> result;
-  scene.query([&](const Scene3& s) { s.vertexContacts(margin, result); });
-  return ofBodyPairs(result, std::move(result.found));
+  return ofBodyPairs<SceneVertexContacts<double>>(
+      scene, [&](auto& result, const Scene3& s) { s.vertexContacts(margin, result); });
 }
 
 template <typename Found, typename Offset = std::size_t>

@@ -39,11 +39,8 @@ namespace {
 
 std::vector<SceneDistance<double>> nearestBodies(const LockedScene& scene, BodyId body,
                                                  std::size_t k) {
-  return scene.query([&](const Scene3& s) {
-    std::vector<SceneDistance<double>> found;
-    s.nearest(body, k, found);
-    return found;
-  });
+  return find<std::vector<SceneDistance<double>>>(
+      scene, [&](auto& found, const Scene3& s) { s.nearest(body, k, found); });
 }
 
 ScenePoint<double> nearestPointOf(const LockedScene& scene, const py::object& point) {
@@ -61,11 +58,11 @@ struct HitsOfBodies : Bound {
 HitsOfBodies firstHitsOf(const LockedScene& scene, const py::object& origins,
                          const py::object& directions, double begin, double end) {
   const RayArguments rays(origins, directions);
-  std::vector<SceneRayHit<double>> found;
-  scene.query([&](const Scene3& s) {
-    s.firstHits(rays.origins.begin(), rays.directions.begin(), rays.origins.size(), {begin, end},
-                found);
-  });
+  const auto found =
+      find<std::vector<SceneRayHit<double>>>(scene, [&](auto& hits, const Scene3& s) {
+        s.firstHits(rays.origins.begin(), rays.directions.begin(), rays.origins.size(),
+                    {begin, end}, hits);
+      });
   HitsOfBodies hits;
   for (const auto& hit : found) hits.bodies.push_back(hit.exists() ? std::int64_t(hit.body) : -1);
   const auto of_meshes = column(found, &SceneRayHit<double>::hit);

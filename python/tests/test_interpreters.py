@@ -66,8 +66,8 @@ def test_a_pickle_of_an_old_protocol_holds_the_mesh():
 def test_every_class_says_how_it_is_pickled():
     for name in ab.__all__:
         thing = getattr(ab, name)
-        if isinstance(thing, type) and not issubclass(thing, Exception):
-            assert "__reduce_ex__" in vars(thing), name
+        if isinstance(thing, type(ab.DeformableMesh)):  # one of pybind11's classes
+            assert thing.__reduce_ex__ is not object.__reduce_ex__, name
 
 
 @pytest.mark.parametrize("imported_before", [False, True])
