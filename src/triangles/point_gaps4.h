@@ -4,13 +4,13 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances of a point and four triangles, in single precision: gaps along a
-/// line from the point to each triangle, which are never larger than the distance. However the line
-/// was found, and whatever was rounded then, only the gap's own rounding counts, which `margin`
-/// covers: docs/bounds.md, 16.
+/// Lower bounds of the distances from a point to four triangles, in single precision: gaps along a
+/// line from the point to each triangle, which never exceed the distance. Errors in the choice of
+/// the line do not matter; only the rounding of the gap itself does, and `margin` covers it:
+/// docs/bounds.md, 16.
 class PointGaps4 {
  public:
-  /// Corners, seen from the point. `error`: of their components.
+  /// `corners` are relative to the point. `error` bounds the error of their components.
   ADAPTIVE_BVH_INLINE PointGaps4(const Vector4x3 (&corners)[3], const Float4& error)
       : corners_(corners) {
     using float4::upper;
@@ -20,11 +20,11 @@ class PointGaps4 {
     margin_ = float4::all(2) * error + float4::all(16 * kUnit) * size;
   }
 
-  /// Along the line to the middle; 0 or less where there is none.
+  /// The gap along the line to the triangle's centroid; 0 or less if there is no gap.
   ADAPTIVE_BVH_INLINE Float4 byMiddles() const {
     return along(vectors::sum(vectors::sum(corners_[0], corners_[1]), corners_[2]));
   }
-  /// Along the line to the nearest point.
+  /// The gap along the line to the triangle's nearest point.
   ADAPTIVE_BVH_INLINE Float4 byNearest() const {
     Vector4x3 edges[3];
     for (int k = 0; k < 3; ++k) edges[k] = vectors::difference(corners_[(k + 1) % 3], corners_[k]);
@@ -36,7 +36,7 @@ class PointGaps4 {
 
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
-  static constexpr float kLeast = 1e-30f;  // of a divisor
+  static constexpr float kLeast = 1e-30f;  // the least divisor
 
   struct Nearest {
     Float4 squared;
@@ -69,7 +69,7 @@ class PointGaps4 {
     const Float4 square = vectors::dot(way, way);
     nearest.keep(square < nearest.squared, square, way);
   }
-  /// The foot on the plane, where it lies between the sides.
+  /// Considers the projection of the point on the triangle's plane, if it lies inside the triangle.
   ADAPTIVE_BVH_INLINE void considerFace(const Vector4x3 (&edges)[3], Nearest& nearest) const {
     using float4::all;
     const Vector4x3 normal = vectors::cross(edges[0], edges[1]);
