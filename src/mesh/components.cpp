@@ -7,7 +7,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Sets of vertices that are joined (union-find).
+/// Disjoint sets of connected vertices (union-find).
 class JoinedVertices {
  public:
   explicit JoinedVertices(std::size_t count) : parent_(count) {

@@ -15,8 +15,8 @@ namespace {
 template <typename S>
 using Key = std::array<S, 3>;
 
-/// A polynomial of a key's halves at a random place, modulo the prime 2^61 - 1: whatever the keys
-/// are, two of them have the same hash with a probability below 2^-58.
+/// A polynomial hash of a key's 32-bit halves at a random point, modulo the prime 2^61 - 1: two
+/// different keys collide with a probability below 2^-58, whatever the keys are.
 template <typename S>
 class KeyHash {
  public:
@@ -48,7 +48,7 @@ class KeyHash {
   std::uint64_t place_ = 0;
 };
 
-/// A hash table of vertices, by the cells of a grid; by their positions where the tolerance is 0.
+/// A hash table of vertices by grid cell, or by exact position if the tolerance is 0.
 template <typename S>
 class KeptVertices {
  public:
@@ -58,12 +58,11 @@ class KeptVertices {
     slots_.assign(slots, kEmpty);
   }
 
-  /// The first vertex that was added and is not farther than the tolerance; `otherwise` where there
-  /// is none.
+  /// Returns the first added vertex within the tolerance of p, or `otherwise` if there is none.
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
     const Key<S> centre = keyOf(p);
-    const int reach = tolerance_ == 0 ? 0 : 1;  // in cells
+    const int reach = tolerance_ == 0 ? 0 : 1;  // search radius in cells
     std::size_t first = otherwise;
     for (int x = -reach; x <= reach; ++x)
       for (int y = -reach; y <= reach; ++y)
@@ -76,16 +75,17 @@ class KeptVertices {
   }
 
   void add(const fcl::Vector3<S>& p, std::size_t vertex) {
-    if (p.hasNaN()) return;  // it is never found
+    if (p.hasNaN()) return;  // NaN is never equal to a position
     std::size_t slot = slotOf(keyOf(p));
     while (slots_[slot] != kEmpty) slot = slotAfter(slot);
     slots_[slot] = vertex;
   }
 
  private:
-  /// Equal as numbers: -0 becomes 0. Cells as wide as twice the tolerance, so that rounding does
-  /// not put two vertices within the tolerance more than one cell apart. Where numbers are farther
-  /// apart than the tolerance, each is a cell.
+  /// The cell of a position; for tolerance 0 the position itself, with -0 as 0. Cells are twice as
+  /// wide as the tolerance, so that despite rounding two vertices within the tolerance are at most
+  /// one cell apart. Where neighbouring numbers are farther apart than the tolerance, each number
+  /// is a cell.
   Key<S> keyOf(const fcl::Vector3<S>& p) const {
     constexpr S kWide = S(4) / std::numeric_limits<S>::epsilon();
     Key<S> key;
@@ -106,7 +106,8 @@ class KeptVertices {
   static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
   S tolerance_;
   KeyHash<S> hash_;
-  std::vector<std::size_t> slots_;  ///< a power of two, half of them empty; vertices, or kEmpty
+  std::vector<std::size_t>
+      slots_;  ///< vertex indices or kEmpty; a power of two slots, at least half of them empty
 };
 
 }  // namespace
