@@ -8,7 +8,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The places below each node: children behind their parent, and leaves side by side.
+/// The range of leaf positions below each node. Checks that children follow their parent and that
+/// leaves are contiguous.
 struct Places {
   std::vector<int> first, count;
 };
@@ -44,7 +45,7 @@ bool findPlaces(const WideTree& tree, int triangles, Places& places, std::string
   return true;
 }
 
-/// DeformableMesh::validate.
+/// Implements DeformableMesh::validate.
 bool checkMesh(const MeshState& state, std::string* reason) {
   using Vector3l = Eigen::Matrix<long double, 3, 1>;
   const WideTree& tree = state.tree;
