@@ -24,7 +24,7 @@ Penetration CylinderSolid::penetration(const Triangle& triangle) const {
     way.tryDirection({-v[0], -v[1], 0});
     RimAndEdge{radius_, half_}.tryDirections(v, triangle[(k + 1) % 3] - v, way);
   }
-  way.tryDirection(Vector::UnitX());  // where all of the triangle is on the axis
+  way.tryDirection(Vector::UnitX());  // for a triangle on the axis
   return way.penetration();
 }
 

@@ -34,8 +34,8 @@ TriangleGap RoundedSegment::gap(const Triangle& triangle) const {
   return gap;
 }
 
-/// Where the nearest points nearly coincide, the line between them is mostly rounding: then the
-/// shortest way along it and along the axes of triangle and segment is taken.
+/// If the nearest points nearly coincide, the direction between them is dominated by rounding. Then
+/// the shortest translation along it and along the separating axes of triangle and segment is used.
 bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) const {
   constexpr double kReliable = 0x1p-20;
   const TriangleGap gap = coreGap(triangle);
@@ -52,7 +52,7 @@ bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) co
   way.tryBoth(between);
   way.tryFaceNormal();
   for (const Vector& edge : edgesOf(triangle)) way.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
-  if (isThin(triangle)) {  // parallel to the segment, perhaps
+  if (isThin(triangle)) {  // may be parallel to the segment
     way.tryBoth(Vector::UnitX());
     way.tryBoth(Vector::UnitY());
     for (const Vector& edge : edgesOf(triangle))

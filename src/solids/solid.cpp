@@ -38,7 +38,7 @@ fcl::AABBd worldBoxOf(const PlacedSolid& placed) {
   const fcl::Matrix3d R = tf.linear() * core.axes;
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) {
-      if (R(i, k) == 0) continue;  // 0 times an infinite side
+      if (R(i, k) == 0) continue;  // avoids 0 times an infinite side
       low[i] += std::min(R(i, k) * core.low[k], R(i, k) * core.high[k]);
       high[i] += std::max(R(i, k) * core.low[k], R(i, k) * core.high[k]);
     }
