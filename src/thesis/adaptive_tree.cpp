@@ -62,7 +62,7 @@ BV UpdateTarget<BV>::fitted(int node) const {
 
 namespace {
 
-/// The primitives in leaf order; empty when the leaves do not name every primitive once.
+/// The primitives in leaf order; empty if the leaves do not contain every primitive once.
 template <typename BV>
 std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) {
   std::vector<unsigned> order(static_cast<std::size_t>(primitives));
@@ -81,7 +81,7 @@ std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) 
   return order;
 }
 
-/// Children behind their parent, and their ranges of primitives make up the parent's.
+/// Whether node i precedes its children, and the children's ranges of primitives make up its own.
 template <typename BV>
 bool linksHold(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);
