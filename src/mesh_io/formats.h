@@ -14,6 +14,7 @@ namespace adaptive_bvh {
 /// Readers take the bytes of a file, and return positions in double precision as the file has them.
 /// They throw std::runtime_error with a reason if a file announces more data than it has bytes,
 /// ends early, or has words where numbers must be. Texts may begin with a byte order mark.
+/// \{
 
 PolygonMesh readObj(std::string_view text);
 

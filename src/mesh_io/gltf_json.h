@@ -7,8 +7,9 @@
 
 namespace adaptive_bvh {
 
-/// \name Parts of a glTF document References point into the document, so the address of a part
-/// identifies it. \{
+/// \name Parts of a glTF document
+/// References point into the document, so the address of a part identifies it.
+/// \{
 
 using Json = nlohmann::json;
 

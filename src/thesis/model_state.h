@@ -118,7 +118,8 @@ struct AdaptiveBVHModel<BV>::State : ModelState<BV> {};
 template <typename BV>
 bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
 
-/// \name New positions by FCL's calls: `replace...` and `update...` \{
+/// \name New positions by FCL's calls: `replace...` and `update...`
+/// \{
 template <typename BV>
 int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind);
 template <typename BV>

@@ -49,7 +49,8 @@ class TranslationPropagation {
   /// `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
 
-  /// \name A step: begin, read, then accept or discard; after accept propagate \{
+  /// \name A step: begin, read, then accept or discard; after accept propagate
+  /// \{
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
     vertices_.begin(target, input);
   }

@@ -112,7 +112,8 @@ struct Volume<fcl::RSS<S_>> {
   /// Whether the volume includes a box.
   static constexpr bool kHasBox = false;
 
-  /// \name Measures of tightness, in double precision \{
+  /// \name Measures of tightness, in double precision
+  /// \{
   static double volume(const BV& bv);
   static double surfaceArea(const BV& bv);
   /// The ratio of the longer to the shorter side of the volume's bounding rectangle, seen along the
