@@ -54,7 +54,7 @@ struct MeshState {
   /// a new one at its next update.
   std::uint64_t lineage = 0;
   bool is_copy = false;
-  std::uint64_t positions = 0;  ///< version number, unique among all positions of all meshes
+  std::uint64_t version = 0;  ///< version number, unique among all positions of all meshes
   int update_threads = 1, query_threads = 1;
   MeshUpdate report;
 

@@ -87,7 +87,7 @@ VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& 
 
 void refit(MeshState& state, const TaskPool& pool) {
   state.tree.refit(state.vertices.data(), coordinatesOf(state), pool);
-  state.positions = newNumber();
+  state.version = newNumber();
 }
 
 /// Adds the displacement to the accumulated motion bound, rounded up.
@@ -290,7 +290,7 @@ class MovedVertices {
       refit(state_, pool);
     } else {
       state_.moved.refitAll([&](int node) { state_.tree.refitNode(state_.vertices.data(), node); });
-      state_.positions = newNumber();
+      state_.version = newNumber();
     }
     state_.report.largest_displacement =
         std::sqrt(box_.squaredDisplacement()) * (1 + 8 * rounding::epsilon<double>()) +
