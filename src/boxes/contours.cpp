@@ -128,7 +128,7 @@ class PatchFinder {
 
 }  // namespace
 
-void Contours::adopt(const WideTree& tree) {
+void Contours::assign(const WideTree& tree) {
   patches_.assign(static_cast<std::size_t>(tree.size()), {0, 0, 0, 0});
   PatchFinder finder(tree.nodes(), tree.slots(), patches_.data());
   for (int i = tree.size(); i-- > 0;) finder.add(i);

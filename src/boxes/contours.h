@@ -21,7 +21,7 @@ struct Patch {
 /// depend on the topology only.
 class Contours {
  public:
-  void adopt(const WideTree& tree);
+  void assign(const WideTree& tree);
 
   const Patch& patch(int node) const { return patches_[static_cast<std::size_t>(node)]; }
   /// The slots of the vertices along a contour, in order.

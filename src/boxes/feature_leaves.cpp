@@ -11,7 +11,7 @@ void pad(std::vector<T>& all) {
 
 }  // namespace
 
-void FeatureLeaves::adopt(const WideTree& tree, const FeatureOwners& owners) {
+void FeatureLeaves::assign(const WideTree& tree, const FeatureOwners& owners) {
   const VertexSlots& slots = tree.slots();
   leaves_.clear();
   vertices_.clear();

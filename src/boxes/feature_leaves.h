@@ -30,7 +30,7 @@ class FeatureLeaves {
     unsigned edgeGroups() const { return (num_edges + 3u) / 4; }
   };
 
-  void adopt(const WideTree& tree, const FeatureOwners& owners);
+  void assign(const WideTree& tree, const FeatureOwners& owners);
 
   /// Indexed by leaf number, in the order of the tree's nodes.
   const std::vector<Leaf>& leaves() const { return leaves_; }

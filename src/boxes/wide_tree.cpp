@@ -92,7 +92,7 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
   nodes_.shrink_to_fit();
 }
 
-void WideTree::adoptLinks(const WideTree& other) {
+void WideTree::assignLinks(const WideTree& other) {
   if (triangles_ == other.triangles_) return;  // already the same links
   triangles_ = other.triangles_;
   nodes_ = other.nodes_;

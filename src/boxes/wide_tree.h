@@ -157,9 +157,9 @@ struct LeafTriangles {
   /// For each triangle in the order of the leaves: its three vertices and its index.
   std::vector<Int4> corners;
 
-  void adopt(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_triangles,
-             std::size_t num_vertices) {
-    slots.adopt(tree, mesh, num_vertices);
+  void assign(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_triangles,
+              std::size_t num_vertices) {
+    slots.assign(tree, mesh, num_vertices);
     corners.resize(num_triangles);
     for (std::size_t place = 0; place < num_triangles; ++place) {
       const unsigned triangle = tree.primitives[place];
@@ -192,7 +192,7 @@ class WideTree {
   WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles);
 
   /// Copies another tree except for its positions and boxes, which `refit` sets.
-  void adoptLinks(const WideTree& other);
+  void assignLinks(const WideTree& other);
 
   /// Allocates the memory for refits with such a pool, which then throw nothing.
   void reserve(const TaskPool& pool);

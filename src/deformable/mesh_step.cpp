@@ -179,15 +179,15 @@ void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangl
                    const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
   const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
-  topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
+  topology->leaves.assign(order, mesh, triangles.size(), vertices.size());
   std::vector<BoundaryEdge> boundary;
-  topology->owners.adopt(mesh, vertices.size(), order.primitives, boundary);
-  topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
-  topology->boundary.adopt(boundary);
-  topology->components.adopt(mesh, triangles.size(), vertices.size());
+  topology->owners.assign(mesh, vertices.size(), order.primitives, boundary);
+  topology->vertex_triangles.assign(mesh, triangles.size(), vertices.size());
+  topology->boundary.assign(boundary);
+  topology->components.assign(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
-  topology->features.adopt(state.tree, topology->owners);
-  topology->contours.adopt(state.tree);
+  topology->features.assign(state.tree, topology->owners);
+  topology->contours.assign(state.tree);
   topology->shape = shapeOf(order);
   topology->triangles = std::move(triangles);
   state.vertices = std::move(vertices);

@@ -34,8 +34,8 @@ class Numbering {
 }  // namespace
 
 template <typename S>
-void VertexSlots::adopt(const OrderedTree& tree, const MeshView<S>& mesh,
-                        std::size_t num_vertices) {
+void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
+                         std::size_t num_vertices) {
   Scratch<VertexIndices> corners(tree.primitives.size());
   for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = mesh.verticesOf(tree.primitives[i]);
   leaves_.resize(corners.size());
@@ -80,7 +80,7 @@ void VertexSlots::adopt(const OrderedTree& tree, const MeshView<S>& mesh,
   vertices_.shrink_to_fit();
 }
 
-template void VertexSlots::adopt(const OrderedTree&, const MeshView<float>&, std::size_t);
-template void VertexSlots::adopt(const OrderedTree&, const MeshView<double>&, std::size_t);
+template void VertexSlots::assign(const OrderedTree&, const MeshView<float>&, std::size_t);
+template void VertexSlots::assign(const OrderedTree&, const MeshView<double>&, std::size_t);
 
 }  // namespace adaptive_bvh

@@ -29,7 +29,7 @@ class VertexSlots {
   };
 
   template <typename S>
-  void adopt(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
+  void assign(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }

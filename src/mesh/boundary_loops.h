@@ -17,7 +17,7 @@ namespace adaptive_bvh {
 class BoundaryLoops {
  public:
   /// The edges may be in any order.
-  void adopt(const std::vector<BoundaryEdge>& boundary) {
+  void assign(const std::vector<BoundaryEdge>& boundary) {
     std::vector<Edge> edges;
     edges.reserve(boundary.size());
     for (const BoundaryEdge& e : boundary)

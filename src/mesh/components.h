@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 class Components {
  public:
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
+  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
 
   /// The smallest triangle index of each component, in increasing order.
   const std::vector<unsigned>& firstTriangles() const { return first_triangles_; }

@@ -69,9 +69,9 @@ void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertic
 }  // namespace
 
 template <typename S>
-void FeatureOwners::adopt(const MeshView<S>& mesh, std::size_t num_vertices,
-                          const Scratch<unsigned>& primitives,
-                          std::vector<BoundaryEdge>& boundary) {
+void FeatureOwners::assign(const MeshView<S>& mesh, std::size_t num_vertices,
+                           const Scratch<unsigned>& primitives,
+                           std::vector<BoundaryEdge>& boundary) {
   const auto triangles = static_cast<unsigned>(primitives.size());
   Scratch<std::uint8_t> bits(triangles, 0);
   ownVertices(mesh, triangles, num_vertices, bits);
@@ -83,9 +83,9 @@ void FeatureOwners::adopt(const MeshView<S>& mesh, std::size_t num_vertices,
     owners_[place] = {primitives[place], bits[primitives[place]]};
 }
 
-template void FeatureOwners::adopt(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
-                                   std::vector<BoundaryEdge>&);
-template void FeatureOwners::adopt(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
-                                   std::vector<BoundaryEdge>&);
+template void FeatureOwners::assign(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
+                                    std::vector<BoundaryEdge>&);
+template void FeatureOwners::assign(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
+                                    std::vector<BoundaryEdge>&);
 
 }  // namespace adaptive_bvh

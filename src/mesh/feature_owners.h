@@ -34,8 +34,8 @@ class FeatureOwners {
   /// `primitives` are the triangles' indices in the order of a tree's leaves. Overwrites `boundary`
   /// with each edge that is not traversed equally often in both directions.
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_vertices, const Scratch<unsigned>& primitives,
-             std::vector<BoundaryEdge>& boundary);
+  void assign(const MeshView<S>& mesh, std::size_t num_vertices,
+              const Scratch<unsigned>& primitives, std::vector<BoundaryEdge>& boundary);
 
   /// The owner at a position in the order of the leaves.
   const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }

@@ -21,7 +21,7 @@ class VertexTriangles {
   };
 
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
+  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
     begin_.assign(num_vertices + 2, 0);  // offset by one during construction
     forEachCorner(mesh, num_triangles, [&](unsigned v, unsigned) { ++begin_[v + 2]; });
     for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];

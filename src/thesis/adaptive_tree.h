@@ -39,7 +39,7 @@ struct Topology {
   std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
 
   template <typename BV>
-  void adopt(const fcl::BVHModel<BV>& model);
+  void assign(const fcl::BVHModel<BV>& model);
 
   /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
@@ -203,7 +203,7 @@ struct AdaptiveTree {
 
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
-      : adoptions(other.adoptions),
+      : resets(other.resets),
         topology(other.topology),
         inflations(other.inflations),
         statistics(other.statistics),
@@ -212,7 +212,7 @@ struct AdaptiveTree {
 
   /// The number of times that this data was reset: by builds, repairs, and steps that the volumes
   /// could not follow.
-  int adoptions = 0;
+  int resets = 0;
   Topology topology;
   Inflations<S> inflations;                ///< used with Propagation::TranslationCompensated
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
@@ -221,7 +221,7 @@ struct AdaptiveTree {
   std::mutex repairing;  ///< locked by the thread that repairs a changed tree
 
   /// Resets to FCL's current tree and clears statistics; does not set inflations.
-  void adopt(const fcl::BVHModel<BV>& model);
+  void assign(const fcl::BVHModel<BV>& model);
 
   /// Recomputes the bound of all volumes' coordinates, so that it does not lose precision.
   void restartCoordinateSum(const fcl::BVHModel<BV>& model);

@@ -80,7 +80,7 @@ bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
   state.report = report;
   if (!memory) return true;
   stepMesh<S>(*state.mesh, *memory, input, model.vertices, state.moved);
-  state.mesh_adoption = state.tree.adoptions;
+  state.mesh_resets = state.tree.resets;
   return true;
 }
 
@@ -116,7 +116,7 @@ void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHMode
   const UpdateTarget<BV> target{model, state.tree};
   try {
     if (model.bv_fitter == sharedFitter<BV>())
-      adoptBuild(target, state.update);
+      startFromBuild(target, state.update);
     else
       repairIfChanged(target, state.update);
     if (state.mesh) renewMesh(model, state);
@@ -142,7 +142,7 @@ void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state) {
   else
     state.mesh.emplace(model);
   state.mesh->setUpdateThreads(state.update.threads);
-  state.mesh_adoption = state.tree.adoptions;
+  state.mesh_resets = state.tree.resets;
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \

@@ -99,11 +99,11 @@ struct ModelState {
   StepBuffer<S> buffer;
   UpdateReport report;
   std::optional<DeformableMesh<S>> mesh;  ///< created by the first call of `mesh`
-  int mesh_adoption = 0;                  ///< value of AdaptiveTree::adoptions at its build
+  int mesh_resets = 0;                    ///< value of AdaptiveTree::resets at its build
   std::vector<fcl::Vector3<S>>
       moved;  ///< positions of the last step of some vertices, for the mesh
 
-  bool meshIsCurrent() const { return mesh && mesh_adoption == tree.adoptions; }
+  bool meshIsCurrent() const { return mesh && mesh_resets == tree.resets; }
 };
 
 template <typename BV>

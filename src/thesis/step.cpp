@@ -222,7 +222,7 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
 /// Resets the update's state to FCL's current tree; `start` must follow.
 template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
-  target.tree.adopt(target.model);
+  target.tree.assign(target.model);
   state.leaves.clear();
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
@@ -237,7 +237,7 @@ void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& roo
 }
 
 template <typename BV>
-void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   reset(target, state);
   start(target, state, target.volume(0));
 }
@@ -267,7 +267,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
                          const StepInput<BV::S>&, UpdateReport&);                       \
   template void updateLocalBounds(fcl::BVHModel<BV>&);                                  \
-  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
+  template void startFromBuild(const UpdateTarget<BV>&, UpdateState<BV>&);              \
   template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

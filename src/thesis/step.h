@@ -50,7 +50,7 @@ void updateLocalBounds(fcl::BVHModel<BV>& model);
 
 /// Starts from a tree whose volumes are our own fits of the current positions.
 template <typename BV>
-void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);
+void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);
 
 /// Repairs a tree that was changed or built without our update: recomputes every volume and resets
 /// the update's state. Does nothing if the change detector matches. Querying threads may call it

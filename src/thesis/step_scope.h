@@ -126,7 +126,7 @@ class SomeVertices {
   Summary read() {
     if (leaves_.empty()) {
       VertexLeafMap leaves;
-      leaves.adopt(target_.tree.topology, target_.model.num_vertices);
+      leaves.assign(target_.tree.topology, target_.model.num_vertices);
       resetDirty();
       leaves_ = std::move(leaves);
     }

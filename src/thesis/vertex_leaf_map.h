@@ -54,7 +54,7 @@ class VertexLeafMap {
   bool empty() const { return parent_.empty(); }
   void clear() { *this = VertexLeafMap(); }
 
-  void adopt(const Topology& topology, int num_vertices) {
+  void assign(const Topology& topology, int num_vertices) {
     const std::size_t leaves = topology.slots.leaves();
     parent_.assign(leaves - 1, 0);
     first_.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
