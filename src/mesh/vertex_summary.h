@@ -68,13 +68,14 @@ struct VertexSummary {
   S squared = 0;      ///< the largest squared displacement
   /// The sum of |x| + |y| + |z| over all displacements. It does not underflow, so it is 0 only if
   /// nothing moved; not finite if an old or a new position was not.
-  S way = 0;
+  S displacement_sum = 0;
 
   void add(const Point& position, const Point& displacement) {
     const S square = displacement[0] * displacement[0] + displacement[1] * displacement[1] +
                      displacement[2] * displacement[2];
     squared = std::max(squared, square);
-    way += std::abs(displacement[0]) + std::abs(displacement[1]) + std::abs(displacement[2]);
+    displacement_sum +=
+        std::abs(displacement[0]) + std::abs(displacement[1]) + std::abs(displacement[2]);
     for (int k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], position[k]);
       high[k] = std::max(high[k], position[k]);
@@ -84,12 +85,12 @@ struct VertexSummary {
   void add(const Point* positions, const Point* before, std::size_t count) {
     using Packed = PackedPoints<S>;
     Packed lows = Packed::repeated(low), highs = Packed::repeated(high);
-    Pack<S> squares{}, ways{};
+    Pack<S> squares{}, sums{};
     std::size_t v = 0;
     for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
       const Packed x = Packed::load(positions + v), d = x - Packed::load(before + v);
       squares = packs::upper<Pack<S>>(d.squares(), squares);  // ignores NaN
-      ways += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
+      sums += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
               packs::absolute<Pack<S>>(d.of[2]);
       for (int k = 0; k < 3; ++k) {
         lows.of[k] = packs::lower<Pack<S>>(x.of[k], lows.of[k]);
@@ -103,28 +104,28 @@ struct VertexSummary {
       low[i % 3] = std::min(low[i % 3], number(lows));
       high[i % 3] = std::max(high[i % 3], number(highs));
     }
-    way += packs::sum(ways);
+    displacement_sum += packs::sum(sums);
     squared = std::max(squared, packs::largest(squares));
     for (; v < count; ++v) add(positions[v], positions[v] - before[v]);
   }
   void add(const VertexSummary& other) {
     squared = std::max(squared, other.squared);
-    way += other.way;
+    displacement_sum += other.displacement_sum;
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);
   }
 
-  bool moved() const { return way != 0; }
+  bool moved() const { return displacement_sum != 0; }
 
   /// True only if all positions are finite and within the limits. May be false for usable positions
   /// if an old position was not finite.
   bool isSurelyUsable(S limit = rounding::largestCoordinate<S>()) const {
-    return std::isfinite(way) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
+    return std::isfinite(displacement_sum) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
   }
 
   /// The largest displacement, rounded up; not finite if an old position was not.
   S largestDisplacement() const {
-    if (!std::isfinite(way)) return way;
+    if (!std::isfinite(displacement_sum)) return displacement_sum;
     return moved() ? std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>()
                    : 0;
   }

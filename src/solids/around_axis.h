@@ -76,21 +76,21 @@ struct RimAndEdge {
 
   /// Tries the candidates for an edge that begins at v. Vertical edges have no such u; the
   /// directions of their corners suffice.
-  template <typename Way>
-  void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Way& way) const {
+  template <typename Search>
+  void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Search& shortest) const {
     constexpr double kUpright = 0x1p-40;
     const double length = edge.norm(), across = levelOf(edge);
     if (!(across > kUpright * length)) return;
     const fcl::Vector3d u = fcl::Vector3d(-edge[1], edge[0], 0) / across,
                         w = (edge / length).cross(u);
-    way.tryBoth(u);
-    way.tryBoth(w);
+    shortest.tryBoth(u);
+    shortest.tryBoth(w);
     const double along_u = u.dot(v), along_w = w.dot(v);
     const double c = across / length, s = edge[2] / length;
     const fcl::Vector3d from = along_u > 0 ? fcl::Vector3d(-u) : u;
     for (const double side : {-1., 1.}) {
       const double tangent = leastTangent(half * c + side * along_w, std::abs(along_u), c, s);
-      if (tangent > 0) way.tryDirection(from + (side * tangent) * w);
+      if (tangent > 0) shortest.tryDirection(from + (side * tangent) * w);
     }
   }
 

@@ -42,12 +42,12 @@ TriangleGap BoxSolid::gap(const Triangle& triangle) const {
 }
 
 Penetration BoxSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
-  for (int k = 0; k < 3; ++k) way.tryBoth(Vector::Unit(k));
-  way.tryFaceNormal();
+  ShortestTranslation shortest(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
+  for (int k = 0; k < 3; ++k) shortest.tryBoth(Vector::Unit(k));
+  shortest.tryFaceNormal();
   for (const Vector& edge : edgesOf(triangle))
-    for (int k = 0; k < 3; ++k) way.tryBoth(acrossEdges(edge, Vector::Unit(k)));
-  return way.penetration();
+    for (int k = 0; k < 3; ++k) shortest.tryBoth(acrossEdges(edge, Vector::Unit(k)));
+  return shortest.penetration();
 }
 
 ShapeSurface BoxSolid::surface(const Vector& x) const {

@@ -27,14 +27,15 @@ struct Slant {
     return {-v[0] / length * height, -v[1] / length * height, -radius};
   }
   /// Tries the directions perpendicular to an edge.
-  template <typename Way>
-  void tryAcross(const Vector& edge, Way& way) const {
+  template <typename Search>
+  void tryAcross(const Vector& edge, Search& shortest) const {
     const double across = levelOf(edge), cosine = edge[2] * radius / (height * across);
     if (!(std::abs(cosine) <= 1)) return;
     const double sine = std::sqrt((1 - cosine) * (1 + cosine)), x = edge[0] / across,
                  y = edge[1] / across;
     for (const double s : {-sine, sine})
-      way.tryDirection({height * (cosine * x - s * y), height * (cosine * y + s * x), -radius});
+      shortest.tryDirection(
+          {height * (cosine * x - s * y), height * (cosine * y + s * x), -radius});
   }
 };
 
@@ -46,21 +47,21 @@ Vector ConeSolid::support(const Vector& direction) const {
 }
 
 Penetration ConeSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [=](const Vector& m) {
+  ShortestTranslation shortest(triangle, [=](const Vector& m) {
     return std::max(-half_ * m[2], half_ * m[2] + radius_ * levelOf(m));
   });
   const Slant side{radius_, 2 * half_};
-  way.tryBoth(Vector::UnitZ());
-  way.tryFaceNormal();
+  shortest.tryBoth(Vector::UnitZ());
+  shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector &v = triangle[k], edge = triangle[(k + 1) % 3] - v;
-    way.tryDirection(side.towards(v));
-    side.tryAcross(edge, way);
-    way.tryDirection({-v[0], -v[1], 0});  // past a vertical edge, by the base
-    RimAndEdge{radius_, 0}.tryDirections(v + half_ * Vector::UnitZ(), edge, way);
+    shortest.tryDirection(side.towards(v));
+    side.tryAcross(edge, shortest);
+    shortest.tryDirection({-v[0], -v[1], 0});  // past a vertical edge, by the base
+    RimAndEdge{radius_, 0}.tryDirections(v + half_ * Vector::UnitZ(), edge, shortest);
   }
-  way.tryDirection(Vector::UnitX());  // for a triangle on the axis
-  return way.penetration();
+  shortest.tryDirection(Vector::UnitX());  // for a triangle on the axis
+  return shortest.penetration();
 }
 
 ShapeSurface ConeSolid::surface(const Vector& x) const {

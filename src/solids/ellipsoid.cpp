@@ -109,7 +109,7 @@ class OtherSide {
 
 /// Tries all locally shortest translations that take a point v out of an ellipsoid.
 template <typename Try>
-void visitWaysOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
+void visitTranslationsOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
   const Vector x = -v;
   tryDirection(EllipsoidSolid(radii).surface(x).outward);
   tryDirection(OtherSide(x, radii).outward());
@@ -118,8 +118,8 @@ void visitWaysOut(const Vector& v, const Vector& radii, const Try& tryDirection)
 /// Tries the locally shortest translations perpendicular to an edge: in the plane perpendicular to
 /// the edge, the ellipsoid's shadow is an ellipse.
 template <typename Try>
-void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
-                     const Try& tryDirection) {
+void visitTranslationsAcross(const Vector& v, const Vector& edge, const Vector& radii,
+                             const Try& tryDirection) {
   const double length = edge.norm();
   if (!(length > 0)) return;
   const Vector u = (edge / length).unitOrthogonal(), w = (edge / length).cross(u);
@@ -131,8 +131,8 @@ void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
                minor = std::cos(angle) * w - std::sin(angle) * u;
   const double longer = radii.cwiseProduct(major).norm(),
                shorter = radii.cwiseProduct(minor).norm();
-  visitWaysOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
-               [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
+  visitTranslationsOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
+                       [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
 }
 
 }  // namespace
@@ -165,15 +165,16 @@ ShapeSurface EllipsoidSolid::surface(const Vector& x) const {
 }
 
 Penetration EllipsoidSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [&](const Vector& m) { return radii_.cwiseProduct(m).norm(); });
-  const auto tryDirection = [&](const Vector& m) { way.tryDirection(m); };
-  way.tryFaceNormal();
+  ShortestTranslation shortest(triangle,
+                               [&](const Vector& m) { return radii_.cwiseProduct(m).norm(); });
+  const auto tryDirection = [&](const Vector& m) { shortest.tryDirection(m); };
+  shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector& v = triangle[k];
-    visitWaysOut(v, radii_, tryDirection);
-    visitWaysAcross(v, triangle[(k + 1) % 3] - v, radii_, tryDirection);
+    visitTranslationsOut(v, radii_, tryDirection);
+    visitTranslationsAcross(v, triangle[(k + 1) % 3] - v, radii_, tryDirection);
   }
-  return way.penetration();
+  return shortest.penetration();
 }
 
 LineInterval EllipsoidSolid::along(const Line& line) const {

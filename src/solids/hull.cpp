@@ -76,8 +76,8 @@ ShapeSurface HullSolid::surface(const Vector& x) const {
     const Vector& nearest = gap.points.second;
     return {gap.distance, nearest, outwardOf(x, nearest, gap.distance, *this)};
   }
-  const Penetration way = penetrationOf(point, *this);
-  return {-way.depth, x - way.depth * way.normal, -way.normal};
+  const Penetration shortest = penetrationOf(point, *this);
+  return {-shortest.depth, x - shortest.depth * shortest.normal, -shortest.normal};
 }
 
 LineInterval HullSolid::along(const Line& line) const {

@@ -48,17 +48,18 @@ bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) co
     contact = {on_triangle, between / gap.distance, radius_ - gap.distance};
     return true;
   }
-  ShortestWay way(triangle, [&](const Vector& m) { return half_ * std::abs(m[2]); });
-  way.tryBoth(between);
-  way.tryFaceNormal();
-  for (const Vector& edge : edgesOf(triangle)) way.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
+  ShortestTranslation shortest(triangle, [&](const Vector& m) { return half_ * std::abs(m[2]); });
+  shortest.tryBoth(between);
+  shortest.tryFaceNormal();
+  for (const Vector& edge : edgesOf(triangle))
+    shortest.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
   if (isThin(triangle)) {  // may be parallel to the segment
-    way.tryBoth(Vector::UnitX());
-    way.tryBoth(Vector::UnitY());
+    shortest.tryBoth(Vector::UnitX());
+    shortest.tryBoth(Vector::UnitY());
     for (const Vector& edge : edgesOf(triangle))
-      if (half_ == 0 && !edge.isZero(0)) way.tryBoth(edge.unitOrthogonal());
+      if (half_ == 0 && !edge.isZero(0)) shortest.tryBoth(edge.unitOrthogonal());
   }
-  contact = {on_triangle, way.normal(), std::max(0., radius_ + way.signedDepth())};
+  contact = {on_triangle, shortest.normal(), std::max(0., radius_ + shortest.signedDepth())};
   return true;
 }
 

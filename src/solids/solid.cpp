@@ -18,8 +18,8 @@ ShapeCore Solid::core() const {
 bool Solid::touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
-  const Penetration way = penetration(triangle);
-  contact = {common.points.first, way.normal, way.depth};
+  const Penetration shortest = penetration(triangle);
+  contact = {common.points.first, shortest.normal, shortest.depth};
   return true;
 }
 

@@ -124,17 +124,17 @@ class FlatPair {
 
   /// The distance by which the second must move along `n_`, or against it, to be apart: infinite if
   /// no distance suffices. If they are already apart, minus their gap.
-  double wayUp() const {
+  double depthUp() const {
     const bool is_down =
         b_.isSolid() && n_.dot(m_) > 0;  // the second extends downward without bound
     return is_parallel_ && !is_down ? -height_ : kInfinity;
   }
-  double wayDown() const {
+  double depthDown() const {
     const bool is_up = b_.isSolid() && n_.dot(m_) < 0;
     return is_parallel_ && !is_up && !a_.isSolid() ? height_ : kInfinity;
   }
   /// The penetration depth; negative if they are apart.
-  double depth() const { return std::min(wayUp(), wayDown()); }
+  double depth() const { return std::min(depthUp(), depthDown()); }
 
   TriangleGap gap() const {
     const double depth = this->depth();
@@ -142,7 +142,7 @@ class FlatPair {
     return {{on_second_ - height_ * n_, on_second_}, -depth};
   }
   ShapeContact contact() const {
-    return {common(), wayUp() <= wayDown() ? n_ : Vector(-n_), depth()};
+    return {common(), depthUp() <= depthDown() ? n_ : Vector(-n_), depth()};
   }
 
  private:
@@ -187,8 +187,8 @@ bool touchInFrame(const PlacedSolid& first, const PlacedSolid& second, ShapeCont
   const Solid& b = second.solid;
   const ConvexGap gap = convexGap(a, b);
   if (gap.distance > 0) return false;
-  const Penetration way = penetrationOf(a, b);
-  contact = {gap.points.first, way.normal, way.depth};
+  const Penetration shortest = penetrationOf(a, b);
+  contact = {gap.points.first, shortest.normal, shortest.depth};
   return true;
 }
 

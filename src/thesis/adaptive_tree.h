@@ -71,7 +71,7 @@ class Inflations {
   /// body unit). Rounded up, so that steps too small to change the sum are not lost.
   void extend(S largest, S body_unit) {
     if (!(largest > 0)) return;
-    way_ += largest;
+    displacement_sum_ += largest;
     coordinate_sum_ = (coordinate_sum_ + 4 * largest + body_unit * S(1.f / (1ull << 56))) *
                       (1 + 8 * rounding::epsilon<S>());
   }
@@ -83,16 +83,16 @@ class Inflations {
   /// Whether accumulated steps have made the coordinate bound so much larger than the volumes'
   /// coordinates that it should be recomputed. The steps then add up to about sixty times the
   /// body's size.
-  bool needsRestart(S body_unit) const { return way_ > 64 * body_unit; }
+  bool needsRestart(S body_unit) const { return displacement_sum_ > 64 * body_unit; }
   /// Resets the coordinate bound; `include` must follow for every volume.
-  void restart() { way_ = coordinate_sum_ = 0; }
+  void restart() { displacement_sum_ = coordinate_sum_ = 0; }
 
   std::size_t bytes() const { return inflations_.capacity() * sizeof(float); }
 
  private:
   std::vector<float> inflations_;
   S coordinate_sum_ = 0;
-  S way_ = 0;  ///< sum of the largest displacements since `restart`
+  S displacement_sum_ = 0;  ///< sum of the largest displacements since `restart`
 };
 
 /// Marks the volumes that the last update recomputed. One byte per node holds the number of the

@@ -371,8 +371,8 @@ class ExpandingPolytope {
   /// if its extent is the smallest so far: no shorter translation along it separates the two sets.
   Vector measure(const Vector& direction) {
     const Vector top = differences_.support(direction).at;
-    const double reach = direction.dot(top);
-    if (reach < best_.depth) best_ = {direction, reach, reach};
+    const double depth = direction.dot(top);
+    if (depth < best_.depth) best_ = {direction, depth, depth};
     return top;
   }
 

@@ -80,21 +80,21 @@ inline fcl::Vector3d acrossEdges(const fcl::Vector3d& e, const fcl::Vector3d& f)
 /// Finds the shortest translation that moves a convex set out of a triangle, among the directions
 /// that are tried (docs/bounds.md, 17). `Extent` is a function that returns the extent of the set
 /// along the negative of a unit direction.
-template <typename Reach>
-class ShortestWay {
+template <typename Extent>
+class ShortestTranslation {
  public:
-  ShortestWay(const TrianglePoints<double>& triangle, const Reach& reach)
-      : triangle_(triangle), reach_(reach) {}
+  ShortestTranslation(const TrianglePoints<double>& triangle, const Extent& extent)
+      : triangle_(triangle), extent_(extent) {}
 
   /// Tries one direction of any length; ignores a zero vector.
   void tryDirection(const fcl::Vector3d& direction) {
     const double length = direction.norm();
     if (!(length > 0)) return;
     const fcl::Vector3d m = direction / length;
-    const double way =
-        reach_(m) + std::max({m.dot(triangle_[0]), m.dot(triangle_[1]), m.dot(triangle_[2])});
-    if (!(way < depth_)) return;
-    depth_ = way;
+    const double distance =
+        extent_(m) + std::max({m.dot(triangle_[0]), m.dot(triangle_[1]), m.dot(triangle_[2])});
+    if (!(distance < depth_)) return;
+    depth_ = distance;
     normal_ = m;
   }
   void tryBoth(const fcl::Vector3d& direction) {
@@ -113,7 +113,7 @@ class ShortestWay {
 
  private:
   const TrianglePoints<double>& triangle_;
-  Reach reach_;
+  Extent extent_;
   double depth_ = std::numeric_limits<double>::infinity();
   fcl::Vector3d normal_ = fcl::Vector3d::UnitX();
 };

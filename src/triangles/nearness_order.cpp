@@ -67,15 +67,15 @@ PreciseVector cross(const PreciseVector& a, const PreciseVector& b) {
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                         const feature_distance::FacePlace<double>& at, double scale) {
   const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
-  const PreciseVector way = scaled(difference(x, from), scale);
+  const PreciseVector vector = scaled(difference(x, from), scale);
   if (at.is_inside) {
     const PreciseVector normal =
         cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
-    const Precise height = dot(normal, way);
+    const Precise height = dot(normal, vector);
     return height * height / dot(normal, normal);
   }
-  if (at.along == 0) return dot(way, way);
-  const PreciseVector edge = direction(from, to), across = cross(way, edge);
+  if (at.along == 0) return dot(vector, vector);
+  const PreciseVector edge = direction(from, to), across = cross(vector, edge);
   return dot(across, across) / dot(edge, edge);
 }
 

@@ -12,13 +12,13 @@ namespace adaptive_bvh {
 /// the patch is the sum of a point of the triangle and a point of the convex hull of 0 and these
 /// vectors.
 struct Bulge {
-  std::array<fcl::Vector3d, 3> ways;
+  std::array<fcl::Vector3d, 3> offsets;
   int count = 0;      ///< number of vectors
   double height = 0;  ///< length of the longest vector
 
-  void add(const fcl::Vector3d& way) {
-    ways[static_cast<std::size_t>(count++)] = way;
-    height = std::max(height, way.norm());
+  void add(const fcl::Vector3d& offset) {
+    offsets[static_cast<std::size_t>(count++)] = offset;
+    height = std::max(height, offset.norm());
   }
 };
 

@@ -52,8 +52,8 @@ class TriangleDistances4 {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
     for (const Vector4x3& q : q_) {
       const Vector4x3 from[3] = {q, vectors::difference(q, p_[1]), vectors::difference(q, p_[2])};
-      for (const Vector4x3& way : from)
-        squared = float4::lower<Float4>(squared, vectors::dot(way, way));
+      for (const Vector4x3& vector : from)
+        squared = float4::lower<Float4>(squared, vectors::dot(vector, vector));
     }
     const unsigned near = isNear(squared, limit);
     if (!(pairs & ~near)) return {near, 0};
@@ -82,7 +82,7 @@ class TriangleDistances4 {
   /// The shortest vector found so far from p to q.
   struct Nearest {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
-    Vector4x3 way = {float4::all(0), float4::all(0), float4::all(0)};
+    Vector4x3 vector = {float4::all(0), float4::all(0), float4::all(0)};
 
     ADAPTIVE_BVH_INLINE void consider(const Vector4x3& w) {
       const Float4 other = vectors::dot(w, w);
@@ -91,9 +91,9 @@ class TriangleDistances4 {
     template <typename Mask>
     ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& other, const Vector4x3& w) {
       squared = is_nearer ? other : squared;
-      way.x = is_nearer ? w.x : way.x;
-      way.y = is_nearer ? w.y : way.y;
-      way.z = is_nearer ? w.z : way.z;
+      vector.x = is_nearer ? w.x : vector.x;
+      vector.y = is_nearer ? w.y : vector.y;
+      vector.z = is_nearer ? w.z : vector.z;
     }
   };
 
@@ -148,11 +148,11 @@ class TriangleDistances4 {
     for (const Vector4x3& corner : x) {
       const Vector4x3 w = vectors::difference(corner, face[0]);
       const Float4 s = vectors::dot(w, to_u), t = vectors::dot(w, to_v);
-      const Vector4x3 way = vectors::scaled(
+      const Vector4x3 vector = vectors::scaled(
           {w.x - u.x * s - v.x * t, w.y - u.y * s - v.y * t, w.z - u.z * s - v.z * t}, signs);
-      const Float4 squared = vectors::dot(way, way);
+      const Float4 squared = vectors::dot(vector, vector);
       nearest.keep((s >= zero) & (t >= zero) & (s + t <= one) & (squared < nearest.squared),
-                   squared, way);
+                   squared, vector);
     }
   }
 
@@ -165,7 +165,7 @@ class TriangleDistances4 {
   ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
     using float4::lower;
     using float4::upper;
-    const auto along = [&](const Vector4x3& x) { return vectors::dot(line.way, x); };
+    const auto along = [&](const Vector4x3& x) { return vectors::dot(line.vector, x); };
     const Float4 high = upper<Float4>(upper<Float4>(along(p_[0]), along(p_[1])), along(p_[2])),
                  low = lower<Float4>(lower<Float4>(along(q_[0]), along(q_[1])), along(q_[2]));
     const Float4 gap = upper<Float4>(low - high, float4::all(0)),

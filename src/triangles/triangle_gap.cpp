@@ -87,16 +87,16 @@ class SeparatedPoints {
           t = clamped(t);
           s = clamped((uw + t * uv) * inverse_uu[i]);
         }
-        const fcl::Vector3d way = w + t * v[j] - s * u[i];
-        const double square = way.squaredNorm();
+        const fcl::Vector3d between = w + t * v[j] - s * u[i];
+        const double square = between.squaredNorm();
         if (!(square < best)) continue;
         best = square;
         const fcl::Vector3d on_a = s * u[i], on_b = t * v[j];
         // The third corners reject nearly all candidates.
-        if (u[(i + 2) % 3].dot(way) + on_a.dot(way) < -tolerance_ * way.lpNorm<1>() ||
-            v[(j + 2) % 3].dot(way) + on_b.dot(way) > tolerance_ * way.lpNorm<1>())
+        if (u[(i + 2) % 3].dot(between) + on_a.dot(between) < -tolerance_ * between.lpNorm<1>() ||
+            v[(j + 2) % 3].dot(between) + on_b.dot(between) > tolerance_ * between.lpNorm<1>())
           continue;
-        if (take(a_[i] + on_a, b_[j] + on_b, way)) return true;
+        if (take(a_[i] + on_a, b_[j] + on_b, between)) return true;
       }
     return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
   }
@@ -136,11 +136,12 @@ class SeparatedPoints {
 
   /// Accepts two points, one of each triangle, if all corners lie beyond the two planes through
   /// them.
-  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& way) {
-    const double square = way.squaredNorm(), tolerance = tolerance_ * way.lpNorm<1>();
+  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& between) {
+    const double square = between.squaredNorm(), tolerance = tolerance_ * between.lpNorm<1>();
     if (!(square > least_)) return false;
     for (std::size_t k = 0; k < 3; ++k)
-      if ((a_[k] - on_a).dot(way) > tolerance || (b_[k] - on_b).dot(way) < -tolerance) return false;
+      if ((a_[k] - on_a).dot(between) > tolerance || (b_[k] - on_b).dot(between) < -tolerance)
+        return false;
     points_ = {on_a, on_b};
     distance_ = std::sqrt(square);
     return true;

@@ -242,7 +242,7 @@ class DepthSearch {
       const fcl::Vector3d& x = point(i).x;
       most = std::max(most, reach(x));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(most, reach(x + bulge.ways[static_cast<std::size_t>(k)]));
+        most = std::max(most, reach(x + bulge.offsets[static_cast<std::size_t>(k)]));
     }
     return most;
   }
@@ -253,8 +253,8 @@ class DepthSearch {
     for (const int i : part.corners) {
       const auto reach = target_.reach(witnessOf(i));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(
-            most, reach(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - reach(point(i).x));
+        most = std::max(most, reach(point(i).x + bulge.offsets[static_cast<std::size_t>(k)]) -
+                                  reach(point(i).x));
     }
     return most;
   }
@@ -318,7 +318,7 @@ class DepthSearch {
         lowest = std::min(lowest, plane.n.dot(moved[k]));
       }
       for (int k = 0; k < bulge.count; ++k)
-        below = std::min(below, plane.n.dot(bulge.ways[static_cast<std::size_t>(k)]));
+        below = std::min(below, plane.n.dot(bulge.offsets[static_cast<std::size_t>(k)]));
       if (lowest + below > plane.d && !target_.touches(moved, bulge) &&
           !target_.isInside((moved[0] + moved[1] + moved[2]) / 3))
         return true;
