@@ -107,9 +107,9 @@ class EdgeLinks {
   void linkAll(const Side* sides, std::size_t count) {
     const double length = rounded(
         static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
-    const std::size_t reach = count <= 32 ? count : 16;
+    const std::size_t window = count <= 32 ? count : 16;
     for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t j = i + 1; j < std::min(count, i + 1 + reach); ++j)
+      for (std::size_t j = i + 1; j < std::min(count, i + 1 + window); ++j)
         if (sides[i].triangle != sides[j].triangle)  // a degenerate triangle may have a side twice
           links_.push_back({sides[i].triangle, sides[j].triangle, length});
   }

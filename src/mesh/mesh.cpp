@@ -62,11 +62,11 @@ class KeptVertices {
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
     const Key<S> centre = keyOf(p);
-    const int reach = tolerance_ == 0 ? 0 : 1;  // search radius in cells
+    const int radius = tolerance_ == 0 ? 0 : 1;  // search radius in cells
     std::size_t first = otherwise;
-    for (int x = -reach; x <= reach; ++x)
-      for (int y = -reach; y <= reach; ++y)
-        for (int z = -reach; z <= reach; ++z) {
+    for (int x = -radius; x <= radius; ++x)
+      for (int y = -radius; y <= radius; ++y)
+        for (int z = -radius; z <= radius; ++z) {
           std::size_t slot = slotOf({centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)});
           for (; slots_[slot] != kEmpty; slot = slotAfter(slot))
             if (isNear(vertices[slots_[slot]], p)) first = std::min(first, slots_[slot]);

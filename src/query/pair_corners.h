@@ -73,7 +73,7 @@ class TriangleDifferences {
 struct PairErrors {
   PairError coarse, fine;
 };
-/// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::reach.
+/// `frame` as in WideSearch, of the first tree, whose scale that is; `reach`: PairError::distance.
 template <typename Frame>
 PairErrors pairErrors(const Frame& frame, double scale, float reach) {
   const float share = kDifferenceError, least = leastProduct(scale, frame.longest());

@@ -12,7 +12,7 @@ struct PairError {
   float share;     ///< error of a component, relative to the extent of the pair
   float least;     ///< error of a product: covers underflow in FCL's test and in this one
   /// Not an error: pairs count as apart if they are farther apart than this, 0 or more.
-  float reach = 0;
+  float distance = 0;
 };
 
 /// The certain results of FCL's test for pairs of triangles; a bit for each pair.
@@ -63,8 +63,9 @@ class PackedTrianglePairs {
     const Sizes sizes(*this, error);
     const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
     const Vector q_normal = vectors::cross(q_edges[0], q_edges[1]);
-    return packs::bits((gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.reachAlong(p_normal)) |
-                       (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.reachAlong(q_normal)));
+    return packs::bits(
+        (gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.distanceAlong(p_normal)) |
+        (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.distanceAlong(q_normal)));
   }
 
   /// A bit for each pair that is apart along a direction in the plane of p or q, perpendicular to
@@ -78,8 +79,8 @@ class PackedTrianglePairs {
     for (int i = 0; i < 3; ++i) {
       const Vector p_axis = vectors::cross(p_edges[i], p_normal);
       const Vector q_axis = vectors::cross(q_edges[i], q_normal);
-      const P p_gap = gap(p_axis) - (p_margin + sizes.reachAlong(p_axis));
-      const P q_gap = gap(q_axis) - (q_margin + sizes.reachAlong(q_axis));
+      const P p_gap = gap(p_axis) - (p_margin + sizes.distanceAlong(p_axis));
+      const P q_gap = gap(q_axis) - (q_margin + sizes.distanceAlong(q_axis));
       apart = packs::upper(apart, packs::upper(p_gap, q_gap));
     }
     return packs::bits(apart > packs::filled<P>(0));
@@ -95,7 +96,7 @@ class PackedTrianglePairs {
     // The largest of all gaps, minus and plus its margin.
     P low = packs::filled<P>(kLowest), high = low;
     const auto add = [&](const P& gap, const P& margin, const Vector& axis) {
-      low = upper<P>(low, gap - (margin + sizes.reachAlong(axis)));
+      low = upper<P>(low, gap - (margin + sizes.distanceAlong(axis)));
       high = upper<P>(high, gap + margin);
     };
     const auto addAxis = [&](const Vector& axis, const P& margin) { add(gap(axis), margin, axis); };
@@ -134,7 +135,7 @@ class PackedTrianglePairs {
       q += slack;
       extent += slack + slack + slack;
       least = packs::filled<P>(e.least);
-      reach = e.reach;
+      distance = e.distance;
     }
     /// The error of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE P margin(const P& edge) const {
@@ -148,16 +149,16 @@ class PackedTrianglePairs {
                  (position * packs::filled<P>(208) + edge * packs::filled<P>(640 * kUnit)) +
              least;
     }
-    /// The gap that the projections on `axis` have if the triangles are `reach` apart along it,
+    /// The gap that the projections on `axis` have if the triangles are `distance` apart along it,
     /// rounded up, with room for squares that underflow.
-    ADAPTIVE_BVH_INLINE P reachAlong(const Vector& axis) const {
-      if (!(reach > 0)) return packs::filled<P>(0);
+    ADAPTIVE_BVH_INLINE P distanceAlong(const Vector& axis) const {
+      if (!(distance > 0)) return packs::filled<P>(0);
       const P length = packs::squareRoot(vectors::dot(axis, axis));
-      return packs::filled<P>(reach) *
+      return packs::filled<P>(distance) *
              (length * packs::filled<P>(1 + 1.f / (1 << 20)) + packs::filled<P>(1e-18f));
     }
     P p, q, extent, position, least;
-    float reach;
+    float distance;
 
    private:
     static constexpr float kUnit = 1.f / (1 << 24);

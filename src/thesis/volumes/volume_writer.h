@@ -35,10 +35,10 @@ class VolumeWriter {
     const Numbers around = widened(of.radius) * to.unit;
     // The rounding errors of operations are relative to the sides and the diameter.
     constexpr double kOperations = 1. / (1 << 16);
-    const Numbers reach = to.error + kOperations * (sides_[0] + sides_[1] + 2 * around);
-    radius_ = around + reach;
+    const Numbers margin = to.error + kOperations * (sides_[0] + sides_[1] + 2 * around);
+    radius_ = around + margin;
     corner_sum_ = coordinateSum(corner_) + radius_ + sides_[0] + sides_[1];
-    if constexpr (kWithBox) setBox(of, to, around, reach);
+    if constexpr (kWithBox) setBox(of, to, around, margin);
   }
 
   /// Writes lane i to the contiguous numbers of FCL's RSS, or of its OBB and RSS.
@@ -75,14 +75,14 @@ class VolumeWriter {
            packs::absolute<Numbers>(v.z);
   }
   ADAPTIVE_BVH_INLINE void setBox(const BodyVolumes<P>& of, const ModelCoordinates& to,
-                                  const Numbers& around, const Numbers& reach) {
+                                  const Numbers& around, const Numbers& margin) {
     const Numbers a = widened(of.to_middle[0]) * to.unit, b = widened(of.to_middle[1]) * to.unit;
     middle_ = {corner_.x + x_.x * a + y_.x * b, corner_.y + x_.y * a + y_.y * b,
                corner_.z + x_.z * a + y_.z * b};
     half_[0] = widened(of.half[0]) * to.unit;
     half_[1] = widened(of.half[1]) * to.unit;
     half_[2] = around;
-    const Numbers more = reach + to.askew_axes * (half_[0] + half_[1] + half_[2]);
+    const Numbers more = margin + to.askew_axes * (half_[0] + half_[1] + half_[2]);
     for (Numbers& half : half_) half += more;
     const Numbers longest =
         packs::upper<Numbers>(packs::upper<Numbers>(half_[0], half_[1]), half_[2]);
