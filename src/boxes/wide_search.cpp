@@ -114,9 +114,9 @@ class WideSearch::Walk {
   /// often share the node, so the last result is cached.
   ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
     if (!has_frame_) return second_[node].boxes;
-    if (node != placed_node_) placed_ = trees_.frame(second_[node].boxes);
-    placed_node_ = node;
-    return placed_;
+    if (node != transformed_node_) transformed_ = trees_.frame(second_[node].boxes);
+    transformed_node_ = node;
+    return transformed_;
   }
 
   /// Given the bits of `overlaps`: the boxes of the first node that overlap any box of the second,
@@ -145,8 +145,8 @@ class WideSearch::Walk {
   const WideTrees& trees_;
   const bool has_frame_;
   NodePair *const bottom_, *top_;
-  int placed_node_ = -1;
-  Boxes4 placed_;
+  int transformed_node_ = -1;
+  Boxes4 transformed_;
   LeavesFound found_[kBatch];
   int count_ = 0;
 };

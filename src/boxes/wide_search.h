@@ -54,12 +54,12 @@ class BoxFrame {
 
   bool isIdentity() const { return !change_ && !is_grown_; }
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
-    Boxes4 placed = change_ ? (*change_)(boxes) : boxes;
+    Boxes4 transformed = change_ ? (*change_)(boxes) : boxes;
     for (int k = 0; k < 3; ++k) {
-      placed.low[k] -= by_;
-      placed.high[k] += by_;
+      transformed.low[k] -= by_;
+      transformed.high[k] += by_;
     }
-    return placed;
+    return transformed;
   }
 
  private:

@@ -90,7 +90,7 @@ class Levels {
       }
     if (rest.empty()) return mate;
     Scratch<unsigned> order = mortonOrder(boxes(nodes));
-    for (unsigned& place : order) place = rest[place];
+    for (unsigned& group : order) group = rest[group];
     std::stable_sort(order.begin(), order.end(),
                      [&](unsigned a, unsigned b) { return component[a] < component[b]; });
     for (std::size_t i = 1; i < order.size(); ++i) {
@@ -232,7 +232,7 @@ bool linkNodes(const std::vector<bool>& shape, std::size_t leaves,
   };
   const int deepest = 2 * static_cast<int>(std::ceil(std::log2(double(leaves) + 1)));
   Scratch<Open> open;  // nodes whose right child is not yet known
-  unsigned places = 0;
+  unsigned leaf_count = 0;
   int depth = 0;
   for (std::size_t i = 0; i < shape.size(); ++i) {
     const int number = static_cast<int>(i);
@@ -246,13 +246,13 @@ bool linkNodes(const std::vector<bool>& shape, std::size_t leaves,
       open.pop_back();
     }
     if (depth > deepest) return false;
-    nodes[i] = {-1, -1, places, 1};
+    nodes[i] = {-1, -1, leaf_count, 1};
     if (shape[i])
-      ++places;
+      ++leaf_count;
     else
       open.push_back({number, depth});
   }
-  return open.empty() && places == leaves;
+  return open.empty() && leaf_count == leaves;
 }
 
 }  // namespace

@@ -13,14 +13,14 @@ Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
   Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
   Scratch<Link> result;
   result.reserve(links.size());
-  Scratch<std::size_t> place(
+  Scratch<std::size_t> index(
       groups);  // index of the link to a group, valid if not before this bucket
   for (unsigned g = 0; g < groups; ++g) {
     const std::size_t bucket = result.size();
     for (const Link* i = by_first.begin(g); i != by_first.end(g); ++i) {
       const Link& link = *i;
       if (link.second == g) continue;
-      std::size_t& at = place[link.second];
+      std::size_t& at = index[link.second];
       if (at >= bucket && at < result.size() && result[at].second == link.second) {
         result[at].weight += link.weight;
       } else {

@@ -22,7 +22,7 @@ class KeyHash {
  public:
   KeyHash() {
     std::random_device random;
-    place_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
+    point_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
   }
 
   std::size_t operator()(const Key<S>& key) const {
@@ -30,22 +30,22 @@ class KeyHash {
     for (const S x : key) {
       std::uint64_t bits = 0;
       std::memcpy(&bits, &x, sizeof(x));
-      hash = timesPlace(timesPlace(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
+      hash = timesPoint(timesPoint(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
     }
-    return static_cast<std::size_t>(timesPlace(hash));
+    return static_cast<std::size_t>(timesPoint(hash));
   }
 
  private:
-  std::uint64_t timesPlace(std::uint64_t number) const {
+  std::uint64_t timesPoint(std::uint64_t number) const {
     __extension__ typedef unsigned __int128 Wide;
-    const Wide product = Wide(number) * place_;
+    const Wide product = Wide(number) * point_;
     const std::uint64_t sum =
         static_cast<std::uint64_t>(product & kPrime) + static_cast<std::uint64_t>(product >> 61);
     return sum >= kPrime ? sum - kPrime : sum;
   }
 
   static constexpr std::uint64_t kPrime = (std::uint64_t{1} << 61) - 1;
-  std::uint64_t place_ = 0;
+  std::uint64_t point_ = 0;
 };
 
 /// A hash table of vertices by grid cell, or by exact position if the tolerance is 0.

@@ -163,8 +163,8 @@ class ColladaReader {
   }
 
   static const XmlElement& keep(const XmlElement& found,
-                                const std::vector<const XmlElement**>& places) {
-    for (const XmlElement** place : places) *place = &found;
+                                const std::vector<const XmlElement**>& targets) {
+    for (const XmlElement** target : targets) *target = &found;
     return found;
   }
 
@@ -291,20 +291,20 @@ class ColladaReader {
     const std::size_t count = countOf("positions", accessor.attribute("count"), size),
                       stride = countOf("numbers apart", accessor.attribute("stride", "1"), size),
                       offset = countOf("numbers before", accessor.attribute("offset", "0"), size);
-    std::size_t places[3] = {0, 1, 2}, place = 0;
+    std::size_t columns[3] = {0, 1, 2}, column = 0;
     for (const XmlElement& param : accessor.children) {
       const std::string name = param.attribute("name");
-      if (name.size() == 1 && name[0] >= 'X' && name[0] <= 'Z') places[name[0] - 'X'] = place;
-      ++place;
+      if (name.size() == 1 && name[0] >= 'X' && name[0] <= 'Z') columns[name[0] - 'X'] = column;
+      ++column;
     }
-    const std::size_t last = std::max({places[0], places[1], places[2]});
+    const std::size_t last = std::max({columns[0], columns[1], columns[2]});
     if (count > 0 && (last >= stride || offset + count * stride > size))
       throw std::runtime_error("an accessor reaches past its array");
     std::vector<fcl::Vector3d> positions;
     positions.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
       const double* const p = numbers.data() + offset + stride * i;
-      positions.emplace_back(p[places[0]], p[places[1]], p[places[2]]);
+      positions.emplace_back(p[columns[0]], p[columns[1]], p[columns[2]]);
     }
     return positions;
   }

@@ -119,15 +119,15 @@ Corners MovingFeatures::at(double t) const {
 /// How long the features stay farther apart than `target` along a direction; 0 if they are not
 /// farther apart now.
 double MovingFeatures::stepAlong(const Point& direction, const Corners& now, double target) const {
-  double place[4], speed[4];
+  double position[4], speed[4];
   for (std::size_t i = 0; i < 4; ++i) {
-    place[i] = direction.dot(now[i]);
+    position[i] = direction.dot(now[i]);
     speed[i] = direction.dot(motion_[i]);
   }
   double step = kNever;
   for (int i = 0; i < firsts_; ++i)
     for (int j = firsts_; j < 4; ++j) {
-      const double gap = place[i] - place[j] - target, closing = speed[j] - speed[i];
+      const double gap = position[i] - position[j] - target, closing = speed[j] - speed[i];
       if (!(gap > 0)) return 0;
       if (gap < closing * step) step = gap / closing;
     }
@@ -139,18 +139,18 @@ double MovingFeatures::stepAlong(const Point& direction, const Corners& now, dou
 /// lies in the convex hull of its Bernstein coefficients.
 double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Corners& later,
                                   double target) const {
-  double places[3][2][4];  // along each control vector, now and later
+  double positions[3][2][4];  // along each control vector, now and later
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 4; ++i) {
-      places[k][0][i] = turn.control[k].dot(now[i]);
-      places[k][1][i] = turn.control[k].dot(later[i]);
+      positions[k][0][i] = turn.control[k].dot(now[i]);
+      positions[k][1][i] = turn.control[k].dot(later[i]);
     }
   const double least = target * turn.length;
   double share = 1;
   for (int i = 0; i < firsts_; ++i)
     for (int j = firsts_; j < 4; ++j) {
       const auto gap = [&](int k, int end) {
-        return places[k][end][i] - places[k][end][j] - least;
+        return positions[k][end][i] - positions[k][end][j] - least;
       };
       share = std::min(share, firstZero({gap(0, 0), (gap(0, 1) + 2 * gap(1, 0)) / 3,
                                          (2 * gap(1, 1) + gap(2, 0)) / 3, gap(2, 1)}));
