@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
+/// Four boxes in structure-of-arrays layout: low[k] contains the four lower ends along axis k.
 struct Boxes4 {
   Float4 low[3], high[3];
 

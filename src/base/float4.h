@@ -33,7 +33,7 @@ ADAPTIVE_BVH_INLINE Float4 broadcast(const Float4& v) {
   return all(v[kLane]);
 }
 
-/// x + y + z, and the largest of x, y, z.
+/// x + y + z, and the maximum of x, y and z.
 ADAPTIVE_BVH_INLINE float sum(const Float4& v) { return v[0] + v[1] + v[2]; }
 ADAPTIVE_BVH_INLINE float largest(const Float4& v) {
   return std::fmax(std::fmax(v[0], v[1]), v[2]);
@@ -77,7 +77,7 @@ ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Floa
   return {rows.x, rows.y, rows.z};
 }
 
-/// x + y + z of each of the four.
+/// The sums x + y + z of four vectors.
 ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& c,
                                 const Float4& d) {
   const Columns all = columns(a, b, c, d);

@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 /// object. The lease's destructor returns the object, also after an exception. An object keeps its
 /// contents between leases, so clear what must be empty.
 ///
-/// The thread that takes a lease must end it.
+/// A lease must end on the thread that took it.
 template <typename T>
 class Leased {
  public:
@@ -35,7 +35,7 @@ class Leased {
     T value{};
     std::unique_ptr<Object> next;
   };
-  /// A list of the thread's objects that no lease holds.
+  /// The thread's list of objects that are not leased.
   static std::unique_ptr<Object>& free() {
     static thread_local std::unique_ptr<Object> first;
     return first;

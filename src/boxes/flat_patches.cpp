@@ -45,7 +45,7 @@ PlaneContour::Ends PlaneContour::chain(std::size_t first) const {
   return {load(&x_[first]), load(&y_[first]), load(&x_[first + 1]), load(&y_[first + 1])};
 }
 
-/// A bit for each edge of a chain.
+/// A bit for each edge of the chain that begins at `first`; chains at the end have fewer edges.
 unsigned PlaneContour::edgesOf(std::size_t first) const {
   return corners_ < first + kChain ? 15u >> (first + kChain - corners_) : 15u;
 }

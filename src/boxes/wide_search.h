@@ -113,7 +113,7 @@ class WideSearch {
   void runAnywhere(const NodePairs& from, LeafSink& sink);
   void runWithAvx2(const NodePairs& from, LeafSink& sink);
 
-  /// Whether more than `than` pairs of nodes below the roots overlap.
+  /// Whether more than `than` pairs of nodes overlap, not counting the roots.
   bool hasMorePairs(int than);
 
   /// Replaces pairs by the pairs of their children, level by level, until there are `enough` pairs

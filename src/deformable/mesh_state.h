@@ -106,8 +106,8 @@ struct HeldMesh<double> {
   MeshState own;
 };
 
-/// In single precision: a double-precision mesh, which all queries read, and a copy of its
-/// positions in the user's number type.
+/// The private data of a single-precision mesh: a double-precision mesh, which all queries read,
+/// and a copy of its positions in single precision.
 template <>
 struct HeldMesh<float> {
   using Points = std::vector<fcl::Vector3f>;

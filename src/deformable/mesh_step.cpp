@@ -119,7 +119,7 @@ void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
   narrow(mesh.state().vertices, mesh.own_vertices);
   narrow(mesh.state().previous, mesh.own_previous);
 }
-/// Does so after an update of some vertices.
+/// Updates the user's data after an update of some vertices.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
              std::size_t) {
   publish(mesh, geometry);

@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// For updates of some vertices: maps each vertex to the leaves of a four-wide tree that contain
-/// it, and marks nodes to refit. A copy of a mesh starts without one.
+/// The data for updates of some vertices: maps each vertex to the leaves of a four-wide tree that
+/// contain it, and marks nodes to refit. A copy of a mesh starts without one.
 class MovedLeaves {
  public:
   MovedLeaves() = default;

@@ -43,7 +43,8 @@ class SegmentPair {
     return gap.distance > radius_ ? rounded(gap) : touching(gap.points.second);
   }
 
-  /// The normal points from the segment to the shape.
+  /// Whether the pair touches; if so, sets the contact. The normal points from the segment to the
+  /// shape.
   bool touches(ShapeContact& contact) const {
     if (is_point_) return touchesBall(contact);
     const TriangleGap gap = other_.solid.gap(segment_);

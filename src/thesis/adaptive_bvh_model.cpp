@@ -204,7 +204,7 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   state_->policy = policy;
   if (before.propagation == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
-  state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
+  state_->tree.detector.invalidate();  // the new propagation has no data yet
   try {
     repair();
   } catch (const std::bad_alloc&) {

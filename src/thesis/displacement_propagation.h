@@ -80,7 +80,7 @@ class DisplacementPropagation {
   void measurePrimitives(const fcl::BVHModel<BV>& model);
   void restartPrimitive(const MeshView<S>& mesh, unsigned primitive);
 
-  // Per node. FCL numbers children after their parent.
+  // For each node. FCL numbers children after their parent.
   std::vector<S> original_radius_;  // radius when the node was last refitted
 
   // Per primitive.
@@ -88,7 +88,7 @@ class DisplacementPropagation {
   std::vector<std::array<Point, 3>> reference_;  // its corners when its leaf was last refitted
 
   // Per vertex.
-  std::vector<S> vertex_motion_;  // displacement in the last step
+  std::vector<S> vertex_motion_;  // displacement of each vertex in the last step
 
   std::vector<S> stack_;
 };

@@ -21,7 +21,7 @@ struct Difference {
   Vector at, on_first, on_second;
 };
 
-/// A triangle as a convex set, without virtual calls.
+/// A triangle as a convex set with a non-virtual support function.
 class TriangleSet {
  public:
   explicit TriangleSet(const Triangle& triangle) : triangle_(triangle) {}

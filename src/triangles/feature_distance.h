@@ -30,7 +30,7 @@ struct FeatureDistance {
   Point first, second;
   S distance;
 
-  /// From the second to the first.
+  /// The vector from the second point to the first.
   Point difference() const { return first - second; }
 };
 
@@ -39,7 +39,7 @@ namespace feature_distance {
 template <typename S>
 using Point = Eigen::Matrix<S, 3, 1>;
 
-/// 1 / x, or 0 where x is so small that this overflows.
+/// 1 / x, or 0 if x is so small that 1 / x overflows.
 template <typename S>
 S inverse(S x) {
   return x > std::numeric_limits<S>::min() * 4 ? 1 / x : S(0);
@@ -115,7 +115,7 @@ class Face {
     FacePlace<S> place;
     return distance(x, on_face, place);
   }
-  /// Also returns the position of that point on the face.
+  /// Finds the nearest point and its position on the face. Returns its distance.
   S distance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     const S found = std::sqrt(squaredDistance(x, on_face, place));
     return found < rounding::shortLength<S>() ? shortDistance(x, on_face, place, found) : found;

@@ -13,7 +13,7 @@ struct MovingPairs4 {
 /// The separation to prove, and the errors of the input.
 struct MovingPairs4Limits {
   float separation;      ///< the distance that features must exceed
-  float position_error;  ///< of a component of a position
+  float position_error;  ///< error of a component of a position
   float share;           ///< share of the interval to consider, from its begin
 };
 

@@ -115,7 +115,7 @@ bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
       if (view.segmentsMeet(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])) return true;
-  // If neither's boundary meets the other's, one may be inside the other.
+  // If the boundaries do not intersect, one triangle may be inside the other.
   return (!view.isThin(a) && view.contains(a, b[0])) || (!view.isThin(b) && view.contains(b, a[0]));
 }
 

@@ -74,7 +74,7 @@ class Search {
   }
 
  private:
-  /// Returns false when the user stops.
+  /// Searches one criterion. Returns false if the user stops the search.
   bool searchCriterion() {
     parameters_ = parametersOf(options_.criteria[state_.criterion], options_);
     const int generations = parameters_.empty() ? 0 : options_.generations;
