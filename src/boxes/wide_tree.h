@@ -171,8 +171,8 @@ struct LeafTriangles {
   std::size_t bytes() const { return slots.bytes() + corners.capacity() * sizeof(Int4); }
 };
 
-/// A four-wide tree, collapsed from a binary one, that all queries of this library traverse. Its
-/// boxes, in single precision, enclose the current positions (not the previous ones, in a two-frame
+/// A four-wide tree, collapsed from a binary one, that the library's queries traverse. Its boxes,
+/// in single precision, enclose the current positions (not the previous ones, in a two-frame
 /// update).
 ///
 /// Its coordinates are below 2. They are computed in double precision and rounded once; the
@@ -243,8 +243,8 @@ class WideTree {
   std::shared_ptr<const LeafTriangles> triangles_;
   std::vector<WideNode> nodes_;  ///< children follow their parent
   std::vector<Float4> positions_, residuals_;
-  /// For a refit in parts: `depth_` entries for each part, for nodes that refitNodes leaves to a
-  /// later pass.
+  /// For a refit in parts: for each part a count, then up to `depth_` nodes that refitNodes leaves
+  /// to a later pass.
   std::vector<int> later_;
   int depth_ = 0;
   BodyCoordinates coordinates_;

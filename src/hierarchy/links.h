@@ -70,8 +70,8 @@ struct Buckets {
 /// addTriangle, STL files) and meshes cut along texture seams are connected, too.
 ///
 /// Takes time linear in `count`. Linking all pairs would be quadratic for an edge with very many
-/// triangles. Above 32 triangles, which no surface has, each triangle is linked only to the next 16
-/// in cyclic order.
+/// triangles. Above 32 triangles, which no surface has, each triangle is linked only to the next
+/// 16.
 template <typename S>
 Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count);
 

@@ -137,8 +137,8 @@ class MotionRule {
   }
 
   /// Returns 1 if inflation > least (original radius + smallest side / 2) is possible, else 0. Uses
-  /// a slightly lower threshold, because the fitness test uses other operations, but never a
-  /// shorter reference.
+  /// a slightly lower threshold, because the fitness test uses other operations; its reference is
+  /// never shorter than this one.
   ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
     const BV& bv = fcl_nodes_[node].bv;
     const S inflation = S(inflations_[node]) * unit_;

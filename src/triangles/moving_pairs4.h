@@ -34,7 +34,7 @@ ADAPTIVE_BVH_INLINE Float4 share(const Float4& a, const Float4& b) {
   return float4::lower(float4::upper(quotient, float4::all(0)), float4::all(1));
 }
 
-/// The vector between the nearest points of two edges, up to rounding.
+/// The vector between points of two edges that are nearest, or nearly so.
 ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
   using vectors::cross;
   using vectors::difference;
@@ -48,7 +48,7 @@ ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
   return sum(w, difference(scaled(v, t), scaled(u, s)));
 }
 
-/// The vector from a vertex to the nearest point of a face.
+/// The direction, of any length, from a vertex to the nearest point of a face.
 ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&at)[4]) {
   using vectors::cross;
   using vectors::difference;

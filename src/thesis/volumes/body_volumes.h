@@ -52,11 +52,11 @@ ADAPTIVE_BVH_INLINE N sweptArea(const N& a, const N& b, const N& r) {
 }
 
 /// Finds the rectangle in the plane z = middle that, swept with the smallest possible sphere (half
-/// the thickness of the points), encloses some points: after Larsen et al. (1999), PQP. At height h
-/// above a point, the sphere covers w = sqrt(r^2 - h^2) within the plane, so the rectangle may end
-/// w short of a point. Points beyond two sides at once may lie outside the round corner; for them
-/// both sides grow. Usage: add all points, call `close`, add all points as corners, call `finish`.
-/// docs/bounds.md, 11.
+/// the thickness of the points), encloses some points: after Larsen et al. (1999), PQP. For a point
+/// at height h above the plane, the sphere covers w = sqrt(r^2 - h^2) within the plane, so the
+/// rectangle may end w short of a point. Points beyond two sides at once may lie outside the round
+/// corner; for them both sides grow. Usage: add all points, call `close`, add all points as
+/// corners, call `finish`. docs/bounds.md, 11.
 ///
 /// Each lane has its own rectangle; or all lanes share one set of points, and `enclose` and
 /// `encloseCorners` combine their results.
