@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// All points between two corners, sides along the axes.
+/// An axis-aligned box.
 struct Box {
   Float4 low, high;
 
@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// Four boxes in structure of arrays: low[k] holds the four lower ends along axis k.
+/// Four boxes in structure-of-arrays layout: low[k] contains the four lower ends along axis k.
 struct Boxes4 {
   Float4 low[3], high[3];
 
@@ -41,8 +41,8 @@ ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, cons
   return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
 }
 
-/// The largest squared gap, as computed below, of boxes that are `distance` apart: rounded up by
-/// more than squares and sums are.
+/// An upper bound of squaredGaps for boxes that are `distance` apart: rounded up by more than the
+/// rounding error of squares and sums.
 inline float squaredGapOf(double distance) {
   constexpr double kFar = 1e15;  // its square is within single precision
   constexpr double kLeast = 1e-37;
@@ -50,7 +50,7 @@ inline float squaredGapOf(double distance) {
                          : std::numeric_limits<float>::infinity();
 }
 
-/// The squared distances of four boxes to box `kLane` of four others, all in one frame.
+/// The squared distances from each of the four boxes `a` to box `kLane` of `b`, all in one frame.
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
   using float4::broadcast;
@@ -66,17 +66,17 @@ ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
   return sum;
 }
 
-/// Those of boxes i and j, four by four: row[j][i].
+/// The squared gaps of all pairs of four boxes i and four boxes j: row[j][i].
 struct Gaps4x4 {
   Float4 row[4];
 
   float operator()(int i, int j) const { return row[j][i]; }
-  /// The smallest of each i.
+  /// For each i, the smallest gap over all j.
   ADAPTIVE_BVH_INLINE Float4 least() const {
     return float4::lower<Float4>(float4::lower<Float4>(row[0], row[1]),
                                  float4::lower<Float4>(row[2], row[3]));
   }
-  /// Bit 4 j + i where the gap of i and j is smaller.
+  /// Sets bit 4 j + i where the gap of i and j is smaller than `gap`.
   ADAPTIVE_BVH_INLINE unsigned below(float gap) const {
     unsigned bits = 0;
     for (int j = 0; j < 4; ++j) bits |= float4::bits(row[j] < float4::all(gap)) << (4 * j);

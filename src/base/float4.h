@@ -20,20 +20,20 @@ using packs::squareRoot;
 using packs::store;
 using packs::upper;
 
-/// The first three.
+/// Stores x, y and z only.
 ADAPTIVE_BVH_INLINE void store3(const Float4& v, float* to) {
   __builtin_memcpy(to, &v, 3 * sizeof(float));
 }
 
 ADAPTIVE_BVH_INLINE Float4 all(float x) { return Float4{x, x, x, x}; }
 
-/// One of the numbers, four times.
+/// Repeats the number at `kLane` four times.
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 broadcast(const Float4& v) {
   return all(v[kLane]);
 }
 
-/// x + y + z, and the largest of x, y, z.
+/// x + y + z, and the maximum of x, y and z.
 ADAPTIVE_BVH_INLINE float sum(const Float4& v) { return v[0] + v[1] + v[2]; }
 ADAPTIVE_BVH_INLINE float largest(const Float4& v) {
   return std::fmax(std::fmax(v[0], v[1]), v[2]);
@@ -52,7 +52,7 @@ ADAPTIVE_BVH_INLINE Float4 cross(const Float4& a, const Float4& b) {
 }
 ADAPTIVE_BVH_INLINE float dot(const Float4& a, const Float4& b) { return sum(a * b); }
 
-/// The x, the y, the z and the fourth of each of the four. Bits stay as they are.
+/// The transpose of four vectors: x holds their four x, and so on. Bits are copied unchanged.
 struct Rows {
   Float4 x, y, z, w;
 };
@@ -69,7 +69,7 @@ ADAPTIVE_BVH_INLINE Rows transposed(const Float4& a, const Float4& b, const Floa
 #endif
 }
 
-/// The x, the y and the z of each of the four.
+/// The transpose without the fourth components.
 using Columns = Vectors<Float4>;
 ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
                                     const Float4& d) {
@@ -77,14 +77,15 @@ ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Floa
   return {rows.x, rows.y, rows.z};
 }
 
-/// x + y + z of each of the four.
+/// The sums x + y + z of four vectors.
 ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& c,
                                 const Float4& d) {
   const Columns all = columns(a, b, c, d);
   return all.x + all.y + all.z;
 }
 
-/// Two numbers in double precision, rounded, and zeros; four; and two of four back again.
+/// Rounds doubles to single precision: two, followed by zeros, or four. `widenedXy` and `widenedZw`
+/// convert two of four back.
 ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy) {
 #if defined(__SSE2__)
   return _mm_cvtpd_ps(xy);
@@ -100,7 +101,7 @@ ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy, const Pack<double>& 
                 static_cast<float>(zw[1])};
 #endif
 }
-/// x, y, one of the first two of another, and its last.
+/// Returns xy[0], xy[1], z[kLane], z[3], for kLane 0 or 1.
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 joined(const Float4& xy, const Float4& z) {
 #if defined(__SSE2__)

@@ -7,8 +7,8 @@
 
 namespace adaptive_bvh {
 
-/// A change of frame: y' = M y + t, M a rotation times a scale. A box becomes the box around it,
-/// larger by a margin.
+/// A change of frame y' = M y + t, where M is a rotation times a scale. A box is mapped to the
+/// bounding box of its image, enlarged by `margin` on all sides.
 class FrameChange {
  public:
   FrameChange() = default;

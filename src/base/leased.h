@@ -4,12 +4,12 @@
 
 namespace adaptive_bvh {
 
-/// Memory that a query keeps from call to call, for the time of one call: an object of the calling
-/// thread that no other lease holds. A call from within the query, by a callback of the user, gets
-/// another object. The end of the lease, also by an exception, gives the object back. An object
-/// keeps its contents from lease to lease: clear what has to be empty.
+/// Reusable memory of the calling thread, leased for the duration of one query. No two leases share
+/// an object: a query that is called from within another, by a user's callback, gets another
+/// object. The lease's destructor returns the object, also after an exception. An object keeps its
+/// contents between leases, so clear what must be empty.
 ///
-/// The thread that takes a lease must end it.
+/// A lease must end on the thread that took it.
 template <typename T>
 class Leased {
  public:
@@ -29,8 +29,8 @@ class Leased {
     T value{};
     Object* next = nullptr;
   };
-  /// The thread's objects that no lease holds. (With plain pointers: to move a unique_ptr compiles
-  /// the destruction of T into every caller.)
+  /// The thread's list of objects that are not leased. Its pointers are plain: to move a unique_ptr
+  /// compiles the destruction of T into every caller.
   struct List {
     Object* first = nullptr;
 

@@ -12,10 +12,10 @@
 #include <emmintrin.h>
 #endif
 
-/// For small functions in the innermost loops, where a call would cost too much.
+/// Forces inlining of small functions in the innermost loops, where a call would cost too much.
 #define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
 
-/// A function that only processors with AVX2 can run: packs::hasAvx2.
+/// Compiles a function for AVX2. Call it only where packs::hasAvx2() is true.
 #if defined(__x86_64__)
 #define ADAPTIVE_BVH_WITH_AVX2 [[gnu::target("avx2")]]
 #else
@@ -24,10 +24,10 @@
 
 namespace adaptive_bvh {
 
-/// As many numbers as fit in 16 bytes, worked on at once (a vector extension of GCC and Clang):
-/// four of type float, two of type double. Products, sums and square roots are rounded as those of
-/// single numbers are. (A library of such packs, xsimd, took 0.93 to 1.16 of the time in the tests
-/// of triangles, eight at a time; code for AVX2 with packs of four, 0.96 to 1.0.)
+/// A SIMD vector of 16 bytes (a vector extension of GCC and Clang): four floats or two doubles.
+/// Products, sums and square roots are rounded like scalar ones. (With the library xsimd, eight
+/// lanes, triangle tests took 0.93 to 1.16 of the time; with four lanes compiled for AVX2, 0.96 to
+/// 1.0.)
 template <typename S>
 struct PackOf;
 template <>
@@ -55,7 +55,7 @@ ADAPTIVE_BVH_INLINE bool hasAvx2() {
 template <typename S>
 constexpr std::size_t kSize = sizeof(Pack<S>) / sizeof(S);
 
-/// From any address.
+/// The address need not be aligned.
 template <typename S>
 ADAPTIVE_BVH_INLINE Pack<S> load(const S* from) {
   Pack<S> v;
@@ -75,13 +75,14 @@ ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
     return Pack<S>{x, x};
 }
 
-/// A pack of any size, of one number.
+/// Fills a pack of any size with one number.
 template <typename P>
 ADAPTIVE_BVH_INLINE P filled(float x) {
-  return x - P{};  // the number as it is, 0 and -0 too
+  return x - P{};  // exact, also for 0 and -0
 }
 
-/// The second number where they are equal or one is NaN. (GCC does not always see the instruction.)
+/// The minimum of each lane; `b` where both are equal or one is NaN. (GCC does not always emit the
+/// single instruction for this.)
 template <typename P>
 ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
 #if defined(__SSE2__)
@@ -121,7 +122,7 @@ ADAPTIVE_BVH_INLINE Pack<double> squareRoot(const Pack<double>& v) {
 #endif
 }
 
-/// Whether a comparison holds for any of the numbers.
+/// Whether a comparison holds in any lane.
 template <typename Mask>
 ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
   std::uint64_t halves[2];
@@ -130,7 +131,7 @@ ADAPTIVE_BVH_INLINE bool any(const Mask& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
-/// A bit for each of four numbers of which a comparison holds, or of eight in code for AVX2.
+/// One bit for each lane in which a comparison holds: four lanes, or eight in code for AVX2.
 template <typename Mask>
 ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
   static_assert(sizeof(mask[0]) == 4, "a comparison of numbers in single precision");
@@ -147,7 +148,7 @@ ADAPTIVE_BVH_INLINE unsigned bits(const Mask& mask) {
 #endif
 }
 
-/// A bit for each of two numbers in double precision of which a comparison holds.
+/// One bit for each of two double-precision lanes in which a comparison holds.
 template <typename Mask>
 ADAPTIVE_BVH_INLINE unsigned bitsOf2(const Mask& mask) {
   static_assert(sizeof(mask[0]) == 8 && sizeof(mask) == 16, "a comparison of two numbers");
@@ -158,7 +159,8 @@ ADAPTIVE_BVH_INLINE unsigned bitsOf2(const Mask& mask) {
 #endif
 }
 
-/// How many of sixteen bits are set. Not every processor has an instruction for that.
+/// The number of bits set among the low sixteen, without the popcount instruction, which not every
+/// processor has.
 ADAPTIVE_BVH_INLINE int countOf16(unsigned bits) {
   bits -= bits >> 1 & 0x5555;
   bits = (bits & 0x3333) + (bits >> 2 & 0x3333);
@@ -179,7 +181,7 @@ ADAPTIVE_BVH_INLINE double largest(const Pack<double>& v) { return std::max(v[0]
 
 }  // namespace packs
 
-/// Vectors in structure of arrays: as many as there are numbers in a pack.
+/// 3D vectors in structure-of-arrays layout, one vector for each lane of the pack P.
 template <typename P>
 struct Vectors {
   P x, y, z;

@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// Points that somebody else stores in either number type, read in double precision.
+/// A non-owning view of points in either number type, read in double precision.
 class Points {
  public:
   explicit Points(const fcl::Vector3d* points) : doubles_(points) {}

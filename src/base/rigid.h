@@ -9,15 +9,15 @@
 
 namespace adaptive_bvh {
 
-/// Takes points from one frame to another, y = R x + t, in double precision: every query places the
-/// second mesh in the frame of the first by these very numbers, so that all agree whether two
-/// triangles touch.
+/// A rigid transform of points between two frames, y = R x + t, in double precision. Every query
+/// transforms the second mesh to the frame of the first by these same numbers, so all queries agree
+/// whether two triangles touch.
 struct RelativePlacement {
   fcl::Matrix3d R = fcl::Matrix3d::Identity();
   fcl::Vector3d T = fcl::Vector3d::Zero();
 
   RelativePlacement() = default;
-  /// From the frame `from` to the frame `to`, both given in the world.
+  /// The transform from frame `from` to frame `to`. Both frames are given in the world.
   template <typename S>
   RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
     const fcl::Matrix3d back = to.linear().template cast<double>().transpose();
@@ -33,7 +33,8 @@ struct RelativePlacement {
 };
 
 /// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
-/// or mirror. So much may R^T R differ from the identity, for a rotation that was composed of many.
+/// or mirror. `kLargestError` bounds the deviation of R^T R from the identity; it leaves room for a
+/// rotation composed of many.
 template <typename S>
 void requireRigid(const fcl::Transform3<S>& tf) {
   constexpr S kLargestError = std::is_same<S, float>::value ? S(1e-3) : S(1e-6);

@@ -10,9 +10,9 @@ namespace adaptive_bvh {
 
 /// Outward rounding: every function here returns at least the exact real value.
 ///
-/// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. "Tiny" makes
-/// up for underflow: a square below the smallest normal number loses at most that number, and the
-/// root of three such losses is below 2 sqrt(min).
+/// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. tiny()
+/// compensates underflow: a square below the smallest normal number loses at most that number, and
+/// the root of three such losses is below 2 sqrt(min).
 namespace rounding {
 
 template <typename S>
@@ -34,7 +34,7 @@ constexpr S tiny() {
   return value;
 }
 
-/// Updates reject coordinates beyond this. FCL's tests of triangles multiply four lengths, which
+/// The largest coordinate that updates accept. FCL's triangle tests multiply four lengths, which
 /// are differences of coordinates, cross products and sums of three: less than 2^9 times the fourth
 /// power of the largest coordinate of two bodies side by side. 2^-4 times the fourth root of
 /// 2^max_exponent leaves room for that: 2^252 for double, 2^28 for float. Fits, displacements and
@@ -45,16 +45,17 @@ constexpr S largestCoordinate() {
   return value;
 }
 
-/// Products of four lengths from here on keep their digits, those of needles too: 2^-204 for
-/// double, 2^-25 for float. What is smaller altogether is enlarged before lengths are multiplied.
+/// The shortest length for which a product of four lengths does not underflow, not even for
+/// needle-shaped triangles: 2^-204 for double, 2^-25 for float. Shorter inputs are scaled up before
+/// their lengths are multiplied.
 template <typename S>
 constexpr S shortLength() {
   constexpr S value = powerOfTwo<S>(std::numeric_limits<S>::min_exponent / 5);
   return value;
 }
 
-/// The power of two that brings an extent below shortLength() to about 1; 1 for all others, and
-/// for 0.
+/// The scale for an input of this extent: the power of two that brings an extent below
+/// shortLength() to about 1; 1 for larger extents and for 0.
 template <typename S>
 S enlargement(S extent) {
   if (!(extent > 0 && extent < shortLength<S>())) return 1;

@@ -8,8 +8,9 @@
 
 namespace adaptive_bvh {
 
-/// Memory that one build needs and frees again: 64 KiB that each thread keeps, handed out like a
-/// stack. So the build of a small model calls no heap. What does not fit comes from the heap.
+/// A stack allocator for the temporary memory of one build: 64 KiB that each thread keeps, so that
+/// building a small model does not allocate from the heap. Requests that do not fit are taken from
+/// the heap.
 class ScratchStack {
  public:
   static ScratchStack& ofThisThread() {
@@ -27,7 +28,8 @@ class ScratchStack {
     return block;
   }
 
-  /// The memory of a block that is not on top is free again when all blocks are released.
+  /// Frees a block. If the block is not on top of the stack, its memory becomes available only when
+  /// all blocks have been released.
   void release(void* block, std::size_t bytes) {
     unsigned char* const at = static_cast<unsigned char*>(block);
     if (!holds(at)) return ::operator delete(block);
@@ -52,7 +54,7 @@ class ScratchStack {
   std::size_t top_ = 0, blocks_ = 0;
 };
 
-/// Takes its memory from the thread's ScratchStack. The same thread must free it.
+/// Allocates from the thread's ScratchStack. The allocating thread must also free the memory.
 template <typename T>
 struct ScratchAllocator {
   using value_type = T;
@@ -73,7 +75,7 @@ struct ScratchAllocator {
   friend bool operator!=(const ScratchAllocator&, const ScratchAllocator&) { return false; }
 };
 
-/// A vector that lives during one build.
+/// A vector for temporary data of one build.
 template <typename T>
 using Scratch = std::vector<T, ScratchAllocator<T>>;
 

@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// Seconds since the last lap.
+/// Measures the seconds between laps.
 class Stopwatch {
  public:
   double lap() {

@@ -11,8 +11,8 @@ namespace adaptive_bvh {
 
 bool canRunTasks() { return true; }
 
-/// Isolated, so that the calling thread does not take other tasks of its arena, which may be long,
-/// before these are done.
+/// Isolated, so that the calling thread does not execute unrelated, possibly long tasks of its
+/// arena while it waits for these.
 void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept {
   try {
     tbb::this_task_arena::isolate([&] {

@@ -8,37 +8,38 @@
 
 namespace adaptive_bvh {
 
-/// Whether there is something to run tasks on besides the caller: oneTBB.
+/// Whether tasks can run on other threads, that is, whether oneTBB was compiled in.
 bool canRunTasks();
-/// Calls call(with, i) for 0 <= i < count, by oneTBB, in the caller's task arena, and returns when
-/// all that began are done. Some may never begin when oneTBB cannot start.
+/// Calls call(with, i) for 0 <= i < count with oneTBB, in the caller's task arena, and returns when
+/// all started calls have ended. If oneTBB cannot start tasks, some calls are omitted.
 void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept;
 
-/// The end of part `i` - 1 and the beginning of part `i` of [0, size), cut in `parts`.
+/// The beginning of part `i`, and end of part `i` - 1, when [0, size) is divided into `parts`.
 inline int partBegin(int size, int parts, int i) {
   return static_cast<int>(static_cast<long long>(size) * i / parts);
 }
 
-/// The threads for the phases of an update: at most `size` free threads of the caller's task arena.
-/// Starts no threads.
+/// Runs the phases of an update in parallel on at most `size` free threads of the caller's task
+/// arena. Starts no threads.
 class TaskPool {
  public:
-  /// Has size 1 without oneTBB. Allocates, if its size is above 1, all that forEach needs.
+  /// Size 1 without oneTBB. If the size is above 1, the constructor allocates all that forEach
+  /// needs.
   explicit TaskPool(int size)
       : size_(size > 1 && canRunTasks() ? size : 1),
         shares_(size_ > 1 ? new Share[static_cast<std::size_t>(size_)] : nullptr) {}
 
   int size() const { return size_; }
-  /// The number of parts for uniform work: more than threads, so that the load is balanced.
+  /// The number of parts into which to divide uniform work: more than threads, to balance the load.
   int parts() const { return size_ > 1 ? 8 * size_ : 1; }
 
-  /// Calls run(task, slot) for 0 <= task < count, each once, on any thread, 0 <= slot < size(): no
-  /// two that have the same slot at the same time. Returns when all are done; what they did is then
-  /// visible to the caller. Each slot first takes tasks of a part of its own, one after the other:
-  /// what neighbouring tasks read is then read by one processor. Once a task throws, no further
-  /// task begins; the caller gets the first exception when those that began are done. A `run` that
-  /// throws nothing makes a forEach that throws nothing: where oneTBB has no memory, the caller's
-  /// thread does what is left. A task may not call forEach of the same pool.
+  /// Calls run(task, slot) once for each 0 <= task < count, on any thread, with 0 <= slot < size().
+  /// Calls that run at the same time have different slots. Returns when all calls have ended; their
+  /// writes are then visible to the caller. Each slot starts with a contiguous range of tasks of
+  /// its own, so one processor reads the data of neighbouring tasks. After a task throws, no
+  /// further task begins, and the caller gets the first exception when the running tasks have
+  /// ended. forEach itself throws nothing else: if oneTBB has no memory, the caller's thread
+  /// executes the remaining tasks. A task must not call forEach of the same pool.
   template <typename Run>
   void forEach(int count, Run&& run) const {
     if (size_ == 1) {
@@ -55,7 +56,7 @@ class TaskPool {
       share.end = partBegin(count, size_, i + 1);
     }
     auto work = [&](int slot) noexcept {
-      for (int i = 0; i < size_; ++i) {  // its own, then what others have left
+      for (int i = 0; i < size_; ++i) {  // its own tasks, then the remaining tasks of other slots
         Share& share = shares[(slot + i) % size_];
         for (int task; (task = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;) {
           if (has_failed.load(std::memory_order_relaxed)) continue;
@@ -76,12 +77,13 @@ class TaskPool {
           (*static_cast<decltype(work)*>(with))(slot);
         },
         &work);
-    work(0);  // what none began
+    work(0);  // executes the tasks that no other thread has started
     finished.load(std::memory_order_acquire);
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// The same for `parts` parts of [0, size): calls run(first, last, slot).
+  /// Divides [0, size) into `parts` and calls run(first, last, slot) for each part, as forEach
+  /// does.
   template <typename Run>
   void forEachPart(int size, int parts, Run&& run) const {
     forEach(parts, [&](int part, int slot) {
@@ -90,22 +92,22 @@ class TaskPool {
   }
 
  private:
-  /// The tasks of a slot, in order.
+  /// The remaining tasks of a slot, in order.
   struct alignas(64) Share {
     std::atomic<int> next{0};
     int end = 0;
   };
 
-  /// oneTBB orders what tasks read and write. This and `finished` do so, too, where ThreadSanitizer
-  /// sees it: it cannot look into oneTBB.
+  /// ThreadSanitizer cannot see the synchronization inside oneTBB. `posted` and `finished` repeat
+  /// it with atomics that ThreadSanitizer sees.
   static inline std::atomic<unsigned> posted{0};
 
   int size_;
   std::unique_ptr<Share[]> shares_;
 };
 
-/// One value for each slot of a TaskPool, on cache lines of their own. Allocates only when it is
-/// made, if there is more than one.
+/// One value for each slot of a TaskPool, on separate cache lines. Only the constructor allocates,
+/// and only for more than one slot.
 template <typename T>
 class PerThread {
  public:

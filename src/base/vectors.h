@@ -9,7 +9,7 @@ using Vector4x3 = Vectors<Float4>;
 
 namespace vectors {
 
-/// A vector four times, rounded to single precision.
+/// Repeats a vector four times, rounded to single precision.
 template <typename Vector>
 ADAPTIVE_BVH_INLINE Vector4x3 all(const Vector& v) {
   return {float4::all(static_cast<float>(v[0])), float4::all(static_cast<float>(v[1])),
@@ -35,7 +35,7 @@ template <typename P>
 ADAPTIVE_BVH_INLINE P dot(const Vectors<P>& a, const Vectors<P>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-/// The largest component, without its sign.
+/// The largest absolute value of the components.
 template <typename P>
 ADAPTIVE_BVH_INLINE P size(const Vectors<P>& a) {
   using packs::absolute;

@@ -6,11 +6,11 @@
 namespace adaptive_bvh {
 namespace {
 
-/// An edge of a triangle, in its direction. In order, those between the same two vertices lie
-/// together, first those from the smaller number to the larger one.
+/// A directed edge of a triangle. Edges between the same two vertices are adjacent in sorted order,
+/// those from the smaller to the larger vertex first.
 class Edge {
  public:
-  /// `slot`: of `from`. Numbers of vertices are below 2^31, as FCL counts in int.
+  /// `slot` is that of `from`. Vertex indices are below 2^31, because FCL counts in int.
   Edge(unsigned from, unsigned to, unsigned slot)
       : key_(from < to ? keyOf(from, to) : keyOf(to, from) | 1), slot_(slot) {}
 
@@ -47,8 +47,8 @@ Edges::iterator cancelOpposites(Edges::iterator begin, Edges::iterator end) {
   return kept;
 }
 
-/// Adds the slots along the edges when they are one closed curve that comes to no vertex twice.
-/// Returns how many.
+/// Appends the slots along the edges if the edges form one simple closed curve. Returns the number
+/// of slots appended.
 std::size_t addCurve(Edges edges, std::vector<unsigned>& slots) {
   std::sort(edges.begin(), edges.end(),
             [](const Edge& a, const Edge& b) { return a.from() < b.from(); });
@@ -68,15 +68,16 @@ std::size_t addCurve(Edges edges, std::vector<unsigned>& slots) {
   return 0;
 }
 
-/// To test fewer triangles takes as long as to search them. So does a contour that is much longer
-/// than that of a round patch, some four times the square root of the triangles.
+/// Whether the flatness test is worth its cost. For fewer triangles than kFewest it takes as long
+/// as searching them. The same holds for a contour much longer than that of a round patch, which is
+/// about four times the square root of the number of triangles.
 bool isWorthATest(std::size_t triangles, std::size_t contour) {
   constexpr std::size_t kFewest = 24;
   return triangles >= kFewest && contour * contour <= 256 * triangles;
 }
 
-/// Finds the patches of nodes, which come from the last to the first: those below a node follow it,
-/// so the edges of its children are the last that were added when its turn comes.
+/// Finds the patches of nodes, given from the last to the first. Children follow their parent, so
+/// when a node is reached, the edges of its children are the last ones added.
 class PatchFinder {
  public:
   PatchFinder(const WideNode* nodes, const VertexSlots& slots, Patch* patches)
@@ -103,7 +104,7 @@ class PatchFinder {
     patch.contour = static_cast<std::uint32_t>(contours_.size());
     patch.length = static_cast<std::uint32_t>(addCurve({begin, edges_.end()}, contours_));
   }
-  /// Patch::contour stands for places in these.
+  /// Patch::contour is an index into this vector.
   const std::vector<unsigned>& contours() const { return contours_; }
 
  private:
@@ -120,18 +121,18 @@ class PatchFinder {
   const WideNode* nodes_;
   const VertexSlots& slots_;
   Patch* patches_;
-  Edges edges_;                      ///< around nodes whose parent is still to come
-  std::vector<std::size_t> begins_;  ///< of the edges of each
+  Edges edges_;                      ///< contours of nodes whose parent has not been reached yet
+  std::vector<std::size_t> begins_;  ///< beginnings of these contours in edges_
   std::vector<unsigned> contours_;
 };
 
 }  // namespace
 
-void Contours::adopt(const WideTree& tree) {
+void Contours::assign(const WideTree& tree) {
   patches_.assign(static_cast<std::size_t>(tree.size()), {0, 0, 0, 0});
   PatchFinder finder(tree.nodes(), tree.slots(), patches_.data());
   for (int i = tree.size(); i-- > 0;) finder.add(i);
-  slots_ = finder.contours();  // a copy, which has no room to spare
+  slots_ = finder.contours();  // a copy, to drop unused capacity
 }
 
 }  // namespace adaptive_bvh

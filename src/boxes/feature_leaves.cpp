@@ -3,7 +3,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Fills the group up.
+/// Fills up the last group by repeating its last element.
 template <typename T>
 void pad(std::vector<T>& all) {
   while (all.size() % 4 != 0) all.push_back(T(all.back()));
@@ -11,7 +11,7 @@ void pad(std::vector<T>& all) {
 
 }  // namespace
 
-void FeatureLeaves::adopt(const WideTree& tree, const FeatureOwners& owners) {
+void FeatureLeaves::assign(const WideTree& tree, const FeatureOwners& owners) {
   const VertexSlots& slots = tree.slots();
   leaves_.clear();
   vertices_.clear();

@@ -8,7 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// A vertex that a triangle owns, and an edge.
+/// A vertex that a triangle owns.
 struct OwnedVertex {
   unsigned vertex, slot;
 };
@@ -17,23 +17,24 @@ struct OwnedEdge {
   unsigned vertices[2], slots[2];
 };
 
-/// The vertices and edges that the triangles of the leaves of a four-wide tree own, in groups of
-/// four: a leaf has those from its first group on. The last group of a leaf repeats its last.
+/// The vertices and edges owned by the triangles of each leaf of a four-wide tree, in groups of
+/// four. A leaf's groups are contiguous. The last group of a leaf is filled up by repeating its
+/// last element.
 class FeatureLeaves {
  public:
   struct Leaf {
-    unsigned vertices, edges;  ///< first groups
+    unsigned vertices, edges;  ///< index of the first group
     std::uint8_t num_vertices, num_edges;
 
     unsigned vertexGroups() const { return (num_vertices + 3u) / 4; }
     unsigned edgeGroups() const { return (num_edges + 3u) / 4; }
   };
 
-  void adopt(const WideTree& tree, const FeatureOwners& owners);
+  void assign(const WideTree& tree, const FeatureOwners& owners);
 
-  /// By the number of a leaf, in the order of the tree's nodes.
+  /// Indexed by leaf number, in the order of the tree's nodes.
   const std::vector<Leaf>& leaves() const { return leaves_; }
-  /// Four of each group.
+  /// Elements of all groups, four for each.
   const std::vector<OwnedVertex>& vertices() const { return vertices_; }
   const std::vector<OwnedEdge>& edges() const { return edges_; }
 

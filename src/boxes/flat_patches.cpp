@@ -17,7 +17,7 @@ ADAPTIVE_BVH_INLINE Float4 gap(const Float4& a, const Float4& b, const Float4& c
 
 }  // namespace
 
-/// Memory for either coordinate: corners, the first one again, and padding for the last chain.
+/// Memory for both coordinates: corners, the first corner again, and padding for the last chain.
 PlaneContour::PlaneContour(std::size_t corners)
     : corners_(corners),
       memory_(2 * (corners + 2 * kChain)),
@@ -45,14 +45,14 @@ PlaneContour::Ends PlaneContour::chain(std::size_t first) const {
   return {load(&x_[first]), load(&y_[first]), load(&x_[first + 1]), load(&y_[first + 1])};
 }
 
-/// A bit for each edge of a chain.
+/// A bit for each edge of the chain that begins at `first`; chains at the end have fewer edges.
 unsigned PlaneContour::edgesOf(std::size_t first) const {
   return corners_ < first + kChain ? 15u >> (first + kChain - corners_) : 15u;
 }
 
-/// Seen from the middle, every edge turns to the left, and all together once around. Then what is
-/// not beside an edge is seen past an edge between: at no smaller angle than that of some edge, and
-/// no nearer than some edge.
+/// Whether the polygon is star-shaped around its centroid: every edge turns left around it, and all
+/// edges together turn once. Then an edge that is not adjacent is seen past an edge in between: at
+/// no smaller angle than some edge has, and no nearer than some edge is.
 bool PlaneContour::isStar(float distance) const {
   float middle_x = 0, middle_y = 0;
   for (std::size_t i = 0; i < corners_; ++i) {
@@ -74,15 +74,15 @@ bool PlaneContour::isStar(float distance) const {
     const Float4 height = area / length;
     const Float4 sides = (ax * ax + ay * ay) * (bx * bx + by * by);
     const Float4 sine = height * length / float4::squareRoot(sides);
-    // Past the last edge both are no numbers, which compare as false.
+    // Past the last edge both are NaN, and comparisons are false.
     least_sine = sine < least_sine ? sine : least_sine;
     least_gap = height < least_gap ? height : least_gap;
   }
   return turns == 1 && packs::smallest(least_sine) * packs::smallest(least_gap) >= distance;
 }
 
-/// Tests two consecutive edges by the far end of either and the other edge. If their angle is
-/// obtuse, the nearest point is their common end, an edge away.
+/// Tests consecutive edges by the far end of each and the other edge. If their angle is obtuse, the
+/// nearest point is the common end, an edge length away.
 bool PlaneContour::neighboursKeepApart(float distance) const {
   for (std::size_t i = 0; i < corners_; ++i) {
     const std::size_t next = i + 1 < corners_ ? i + 2 : 1;
@@ -101,8 +101,8 @@ PlaneContour::ChainBox PlaneContour::boxOf(std::size_t first) const {
   return {*x.first, *y.first, *x.second, *y.second};
 }
 
-/// By how much the other edges are more than `distance` away, across an edge or along it; times its
-/// length.
+/// How far the distance of other edges, across an edge or along it, exceeds `distance`, multiplied
+/// by the edge's length.
 ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& other,
                                                    const Float4& distance) {
   const Float4 x = e.bx - e.ax, y = e.by - e.ay;
@@ -116,7 +116,7 @@ ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& ot
   return upper(across, along) - distance * float4::squareRoot(squared);
 }
 
-/// An edge and those of a chain that come later and are no neighbours.
+/// Tests an edge against the later, non-adjacent edges of a chain.
 ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t first,
                                                       float least) const {
   unsigned others = edgesOf(first);
@@ -133,7 +133,7 @@ ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t
   return others == 0;
 }
 
-/// Four by four, where the boxes of their chains are near.
+/// Tests pairs of chains whose boxes are near each other.
 bool PlaneContour::edgesKeepApart(float distance) const {
   Scratch<ChainBox> boxes;
   for (std::size_t i = 0; i < corners_; i += kChain) boxes.push_back(boxOf(i));
@@ -163,8 +163,8 @@ bool FlatPatches::contains(int node) const {
          contourKeepsApart(patch, view, least + kOfContour * wanted_);
 }
 
-/// Along the sum of the normals, which the contour knows. Any directions will do, while neither is
-/// longer than 1 by more than rounding.
+/// The view along the sum of the normals, which the contour determines. Any directions are valid,
+/// as long as none exceeds length 1 by more than rounding.
 auto FlatPatches::viewOf(const Patch& patch) const -> View {
   using float4::all;
   using float4::cross;
@@ -186,7 +186,8 @@ auto FlatPatches::viewOf(const Patch& patch) const -> View {
   return {four(right), four(up), four(cross(right, up))};
 }
 
-/// Four at a time, one of each quarter, so that a bend shows early.
+/// Processes four triangles at a time, one from each quarter of the patch, so that a bend is
+/// detected early.
 auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
   using vectors::cross;
   using vectors::difference;
@@ -204,7 +205,7 @@ auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
     const Float4 edge =
         float4::squareRoot(float4::upper(float4::upper(dot(a, a), dot(b, b)), dot(c, c)));
     longest = float4::upper(longest, edge);
-    const Float4 area = dot(cross(a, b), view.ahead);  // twice
+    const Float4 area = dot(cross(a, b), view.ahead);  // twice the area
     const Float4 height = area / edge;
     if (float4::bits(height > float4::all(wanted_)) != 15) return {0, -1};
     lowest = float4::lower<Float4>(lowest, height);

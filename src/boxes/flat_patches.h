@@ -12,25 +12,26 @@
 
 namespace adaptive_bvh {
 
-/// A closed polygon in the plane, and whether it keeps away from itself.
+/// A closed polygon in the plane, to be tested for near self-contact.
 class PlaneContour {
  public:
   explicit PlaneContour(std::size_t corners);
 
-  /// Four corners from `i` on, a multiple of four; past the last one any.
+  /// Sets corners i to i + 3; i is a multiple of four. Corners past the last one may be anything.
   ADAPTIVE_BVH_INLINE void setCorners(std::size_t i, const Float4& x, const Float4& y) {
     float4::store(x, &x_[i]);
     float4::store(y, &y_[i]);
   }
-  /// True: every corner is at least `distance`, or at least as far as an edge is long, from each
-  /// edge that does not end in it, and edges cross nowhere, up to the rounding of differences and
-  /// products. Where corners lie askew it may ask for more, so false says nothing.
+  /// Returns true only if no edges cross, and every corner is at least `distance`, or at least an
+  /// edge length, from each edge that does not end at it, up to the rounding of differences and
+  /// products. The test is conservative for corners with oblique angles, so false does not prove
+  /// the contrary.
   bool keepsApart(float distance);
 
  private:
-  static constexpr std::size_t kChain = 4;  ///< edges of a chain
+  static constexpr std::size_t kChain = 4;  ///< number of edges in a chain
 
-  /// Ends of four edges, or of one edge four times.
+  /// The ends of four edges, or of one edge repeated four times.
   struct Ends {
     Float4 ax, ay, bx, by;
   };
@@ -51,43 +52,45 @@ class PlaneContour {
 
   const std::size_t corners_;
   Scratch<float> memory_;
-  float *const x_, *const y_;  ///< of the corners; then the first again, which fills the last chain
+  float *const x_, *const y_;  ///< coordinates of the corners; then the first corner again, which
+                               ///< fills up the last chain
 };
 
-/// Which nodes of a four-wide tree are surely flat enough that no two triangles below intersect, of
-/// those without a common vertex: seen along some direction all triangles face the viewer, and
-/// their contour does not come near itself. Then they cover no point twice (Volino and
-/// Magnenat-Thalmann 1994): docs/bounds.md, 14.
+/// Finds nodes of a four-wide tree that are certainly so flat that no two triangles below them
+/// intersect, apart from triangles with a common vertex. In such a node, all triangles face the
+/// viewer along some direction, and their contour does not come near itself. Then the projected
+/// triangles cover no point twice (Volino and Magnenat-Thalmann 1994): docs/bounds.md, 14.
 class FlatPatches {
  public:
   FlatPatches(const WideTree& tree, const Contours& contours) : tree_(tree), contours_(contours) {}
-  /// So flat that no two triangles, or edges, or a vertex and a triangle, are at most `distance`
-  /// apart, of those without a common vertex.
+  /// Finds nodes so flat that no two triangles, no two edges, and no vertex and triangle below are
+  /// within `distance` of each other, apart from features with a common vertex.
   FlatPatches(const WideTree& tree, const Contours& contours, double distance)
       : tree_(tree), contours_(contours), wanted_(roundedUp(distance * tree.scale())) {}
 
-  /// Whether an inner node is flat.
+  /// Whether an inner node is certainly flat.
   bool contains(int node) const;
 
  private:
-  /// Seen along a direction: the distance from a triangle's corner to the opposite edge is at least
-  /// this share of the longest edge, and more than positions may be off by. The contour keeps as
-  /// far from itself.
+  /// In projection, the distance from a triangle's corner to the opposite edge must be at least
+  /// this share of the longest edge, and exceed the errors of positions. The contour must keep the
+  /// same distance from itself.
   static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree::kPositionError;
-  /// A contour keeps at least 3/4 as far apart as was computed.
+  /// The true distance of a contour from itself is at least 3/4 of the computed one.
   static constexpr float kOfContour = 4.f / 3 * (1 + 1.f / (1 << 16));
 
   static float roundedUp(double distance) {
-    constexpr double kUp = 1 + 1. / (1 << 16), kMost = 16;  // more than the coordinates
+    constexpr double kUp = 1 + 1. / (1 << 16), kMost = 16;  // exceeds all coordinates
     return static_cast<float>(std::min(kUp * distance, kMost));
   }
 
-  /// Two directions that span the plane of view, and that at right angles to both; each four times.
+  /// Two directions that span the image plane, and the viewing direction perpendicular to both;
+  /// each repeated four times.
   struct View {
     Vector4x3 right, up, ahead;
   };
-  /// Longest edge and smallest projected height of the triangles of a patch; the height is not
-  /// positive if a triangle is seen from behind.
+  /// The longest edge and smallest projected height of a patch's triangles; the height is not
+  /// positive if a triangle faces away.
   struct Shape {
     float edge, height;
   };
@@ -98,7 +101,7 @@ class FlatPatches {
 
   const WideTree& tree_;
   const Contours& contours_;
-  const float wanted_ = 0;  ///< to keep apart in addition
+  const float wanted_ = 0;  ///< additional distance to keep
 };
 
 }  // namespace adaptive_bvh

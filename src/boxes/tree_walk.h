@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// The nodes of a four-wide tree that a walk is still to visit, depth first, each with a number
-/// that says how near it is.
+/// The stack of a depth-first walk over a four-wide tree: nodes still to visit, each with a key
+/// that measures how near it is.
 class OpenNodes {
  public:
   struct Node {
@@ -17,10 +17,10 @@ class OpenNodes {
     float key;
   };
 
-  /// `depth`: of the tree. A node that is visited makes room for four below it.
+  /// `depth` is that of the tree. Visiting a node removes it and adds at most four.
   explicit OpenNodes(int depth) : nodes_(static_cast<std::size_t>(3 * depth + 4)) {}
 
-  /// With the root.
+  /// Starts with the root.
   void start(float key = 0) {
     top_ = nodes_.data();
     *top_++ = {0, key};
@@ -28,7 +28,7 @@ class OpenNodes {
   bool isEmpty() const { return top_ == nodes_.data(); }
   Node pop() { return *--top_; }
 
-  /// Some of the nodes below one, a bit each; the one with the least key will be next.
+  /// Pushes the children of a node that are set in `lanes`; the child with the least key is on top.
   ADAPTIVE_BVH_INLINE void push(const WideNode& parent, unsigned lanes, const Float4& keys) {
     alignas(16) float key[4];
     float4::store(keys, key);
@@ -47,14 +47,15 @@ class OpenNodes {
   Node* top_ = nullptr;
 };
 
-/// Walks of one four-wide tree, depth first. It holds the memory of the nodes still to visit.
+/// Depth-first traversals of one four-wide tree. Owns the stack.
 class TreeWalk {
  public:
   explicit TreeWalk(const WideTree& tree) : tree_(tree), open_(tree.depth()) {}
 
-  /// Visits the nearest box first. keys(node) says of its boxes how near each is; boxes beyond
-  /// limit(), which may decrease, are left out. leaf(node, lanes, keys) is given the others of a
-  /// leaf, a bit each, and returns whether the walk is over. Returns whether it was.
+  /// Traverses nearest boxes first. keysOf(node) returns a distance key for each of a node's boxes;
+  /// boxes whose key exceeds limit(), which may decrease during the walk, are skipped. For a leaf,
+  /// leaf(node, lanes, keys) receives the remaining boxes, one bit each; it returns true to stop
+  /// the traversal. Returns whether the traversal was stopped.
   template <typename Keys, typename Limit, typename Leaf>
   ADAPTIVE_BVH_INLINE bool nearestFirst(const Keys& keysOf, const Limit& limit, const Leaf& leaf) {
     open_.start(std::numeric_limits<float>::lowest());
@@ -73,9 +74,9 @@ class TreeWalk {
     return false;
   }
 
-  /// Visits the boxes that admits(boxes) names, a bit each, in the order of the leaves.
-  /// leaf(place) is given the place of each triangle whose box is admitted, and returns whether the
-  /// walk is over. Returns whether it was.
+  /// Traverses the boxes that are set in the bits of admits(boxes), in the order of the leaves.
+  /// leaf(place) receives the leaf position of each triangle whose box is admitted; it returns true
+  /// to stop the traversal. Returns whether the traversal was stopped.
   template <typename Admits, typename Leaf>
   ADAPTIVE_BVH_INLINE bool visit(const Admits& admits, const Leaf& leaf) {
     const auto visitLeaf = [&](const WideNode& node, unsigned lanes) {
@@ -85,7 +86,7 @@ class TreeWalk {
     };
     return visitLeaves(admits, visitLeaf);
   }
-  /// As `visit`; leaf(node, lanes) is given a leaf with all boxes that are admitted.
+  /// Like `visit`, but calls leaf(node, lanes) once for each leaf with admitted boxes.
   template <typename Admits, typename Leaf>
   ADAPTIVE_BVH_INLINE bool visitLeaves(const Admits& admits, const Leaf& leaf) {
     const Float4 in_order{0, 1, 2, 3};

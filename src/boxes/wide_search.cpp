@@ -7,17 +7,18 @@
 
 namespace adaptive_bvh {
 
-/// One walk: the pairs of nodes still to visit, and the leaves that were found and not yet taken.
+/// The state of one traversal: the pairs of nodes still to visit, and the leaf pairs found but not
+/// yet passed on.
 class WideSearch::Walk {
  public:
   static constexpr int kMostBelow = 16;
 
-  /// How many pairs are open at most: one that is left makes room for those below it.
+  /// The largest number of open pairs: visiting a pair removes it and adds at most kMostBelow.
   static std::size_t roomFor(const WideTrees& trees, const NodePairs& from) {
     return static_cast<std::size_t>(from.end - from.begin + kMostBelow * trees.depth);
   }
 
-  /// `open`: room for the pairs.
+  /// `open` must have room for roomFor() pairs.
   ADAPTIVE_BVH_INLINE Walk(const WideTrees& trees, NodePair* open)
       : first_(trees.first),
         second_(trees.second),
@@ -26,7 +27,7 @@ class WideSearch::Walk {
         bottom_(open),
         top_(open) {}
 
-  /// `Sink`: a LeafSink.
+  /// `Sink` is a LeafSink, possibly of a final type.
   template <typename Sink>
   ADAPTIVE_BVH_INLINE void run(const NodePairs& from, Sink& sink) {
     for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
@@ -40,7 +41,7 @@ class WideSearch::Walk {
     if (count_ > 0) takenBy(sink);
   }
 
-  /// Visits one pair; the pairs below it are put on top.
+  /// Visits one pair and pushes the pairs of its children.
   ADAPTIVE_BVH_INLINE void visit(const NodePair& pair) {
     if (isTwice(pair))
       testNode(pair.first, isFlat(pair.first));
@@ -49,7 +50,7 @@ class WideSearch::Walk {
   }
 
   bool isTwice(const NodePair& pair) const { return trees_.is_self && pair.first == pair.second; }
-  /// Never of a leaf.
+  /// Whether a node is flat; false for a leaf.
   bool isFlat(int node) const {
     return trees_.flat && !first_[node].isLeaf() && trees_.flat->contains(node);
   }
@@ -68,7 +69,7 @@ class WideSearch::Walk {
       forEach(bits, [&](int i, int j) { push(a.below[i], b.below[j]); });
   }
 
-  /// A node of one tree against itself: every pair below once; none where it is flat.
+  /// Tests a node against itself: each pair of its children once, or none if it is flat.
   void testNode(int number, bool is_flat) {
     const WideNode& node = first_[number];
     if (is_flat) return;
@@ -84,7 +85,7 @@ class WideSearch::Walk {
 
   bool isDone() const { return top_ == bottom_; }
   NodePair pop() { return *--top_; }
-  /// Forgets the leaves that were found.
+  /// Discards the leaf pairs found so far.
   void forgetFound() { count_ = 0; }
 
  private:
@@ -103,22 +104,23 @@ class WideSearch::Walk {
     prefetch(first_[first]);
     prefetch(second_[second]);
   }
-  /// Both cache lines.
+  /// Prefetches both cache lines.
   ADAPTIVE_BVH_INLINE static void prefetch(const WideNode& node) {
     __builtin_prefetch(&node);
     __builtin_prefetch(node.below);
   }
 
-  /// The boxes of a node of the second tree. Pairs that follow each other often share it.
+  /// The boxes of a node of the second tree in the first tree's coordinates. Consecutive pairs
+  /// often share the node, so the last result is cached.
   ADAPTIVE_BVH_INLINE const Boxes4& inFirst(int node) {
     if (!has_frame_) return second_[node].boxes;
-    if (node != placed_node_) placed_ = trees_.frame(second_[node].boxes);
-    placed_node_ = node;
-    return placed_;
+    if (node != transformed_node_) transformed_ = trees_.frame(second_[node].boxes);
+    transformed_node_ = node;
+    return transformed_;
   }
 
-  /// From the bits of `overlaps`: the boxes of the first node that overlap any of the second, and
-  /// the boxes of the second that overlap any of the first.
+  /// Given the bits of `overlaps`: the boxes of the first node that overlap any box of the second,
+  /// and vice versa.
   ADAPTIVE_BVH_INLINE static unsigned anyOfFirst(unsigned bits) {
     return (bits | bits >> 4 | bits >> 8 | bits >> 12) & 15;
   }
@@ -127,8 +129,9 @@ class WideSearch::Walk {
     any = (any | any >> 2) & 0x1111;
     return (any | any >> 3 | any >> 6 | any >> 9) & 15;
   }
-  /// From the last to the first, which is the order to push them in: so nodes are visited as they
-  /// lie in memory, and of a walk in tasks each thread mostly reads what it has refitted.
+  /// Calls act for each set bit, from the last to the first, which is the order for pushing. Nodes
+  /// are then visited in memory order, and in a parallel traversal each thread mostly reads nodes
+  /// that it has refitted.
   template <typename Do>
   ADAPTIVE_BVH_INLINE static void forEach(unsigned bits, Do&& act) {
     while (bits) {
@@ -142,8 +145,8 @@ class WideSearch::Walk {
   const WideTrees& trees_;
   const bool has_frame_;
   NodePair *const bottom_, *top_;
-  int placed_node_ = -1;
-  Boxes4 placed_;
+  int transformed_node_ = -1;
+  Boxes4 transformed_;
   LeavesFound found_[kBatch];
   int count_ = 0;
 };

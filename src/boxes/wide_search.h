@@ -11,7 +11,8 @@ namespace adaptive_bvh {
 
 class FlatPatches;
 
-/// Which pairs of four and four boxes overlap: bit 4 j + i for box i of `a` and box j of `b`.
+/// The overlapping pairs of four boxes and four boxes: bit 4 j + i for box i of `a` and box j of
+/// `b`.
 ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   unsigned bits = 0;
   const auto test = [&](auto lane) __attribute__((always_inline)) {
@@ -30,21 +31,22 @@ ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   return bits;
 }
 
-/// A node of each of two four-wide trees; of one tree with itself a node twice, too.
+/// A pair of nodes of two four-wide trees, or of one tree with itself, where both may be the same
+/// node.
 struct NodePair {
   int first, second;
 };
-/// Some, one after the other.
+/// A range of node pairs.
 struct NodePairs {
   const NodePair *begin, *end;
 };
 
-/// How boxes of the second tree are compared with the first's.
+/// Transforms boxes of the second tree for comparison with the first tree's boxes.
 class BoxFrame {
  public:
-  /// `change`: into the first's coordinates, or null where both have the same. `distance`: boxes
-  /// reach farther by it, in the first tree's units: so boxes of triangles that are at most so far
-  /// apart overlap. Of empty boxes nothing comes of it.
+  /// `change` maps to the first tree's coordinates; null if both trees have the same coordinates.
+  /// Boxes are enlarged by `distance`, in the first tree's units, so that the boxes of triangles
+  /// within that distance overlap. Empty boxes still overlap nothing.
   BoxFrame(const FrameChange* change, double distance)
       : change_(change),
         is_grown_(distance > 0),
@@ -52,65 +54,66 @@ class BoxFrame {
 
   bool isIdentity() const { return !change_ && !is_grown_; }
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
-    Boxes4 placed = change_ ? (*change_)(boxes) : boxes;
+    Boxes4 transformed = change_ ? (*change_)(boxes) : boxes;
     for (int k = 0; k < 3; ++k) {
-      placed.low[k] -= by_;
-      placed.high[k] += by_;
+      transformed.low[k] -= by_;
+      transformed.high[k] += by_;
     }
-    return placed;
+    return transformed;
   }
 
  private:
-  static constexpr double kMost = 1e20;              // far less than what an empty box lacks
-  static constexpr double kUp = 1 + 1. / (1 << 20);  // more than the rounding of d and two sums
+  static constexpr double kMost = 1e20;  // far less than the coordinates of an empty box
+  static constexpr double kUp =
+      1 + 1. / (1 << 20);  // exceeds the rounding errors of d and two sums
 
   const FrameChange* change_;
   bool is_grown_;
   Float4 by_;
 };
 
-/// What is searched: two trees, or one with itself.
+/// The input of a search: two trees, or one tree with itself.
 struct WideTrees {
   const WideNode *first, *second;  ///< the roots
-  int depth;                       ///< of both, added
+  int depth;                       ///< sum of both depths
   BoxFrame frame;
   bool is_self = false;
-  /// For one tree: inner nodes below which nothing has to be found; or null.
+  /// For one tree with itself: inner nodes below which no pairs need to be found; or null.
   const FlatPatches* flat = nullptr;
 };
 
-/// Two leaves with triangles whose boxes overlap, or one with itself: bit 4 j + i of `pairs` for
-/// triangle i of the first and j of the second.
+/// Two leaves with triangles whose boxes overlap, or a leaf with itself: bit 4 j + i of `pairs` for
+/// triangle i of the first and triangle j of the second.
 struct LeavesFound {
   const WideNode *first, *second;
   unsigned pairs;
 };
 
-/// Takes what a WideSearch finds, some at a time.
+/// Receives the leaf pairs that a WideSearch finds, in batches.
 class LeafSink {
  public:
-  /// Returns whether that is enough.
+  /// Returns true to stop the search.
   virtual bool take(const LeavesFound* found, int count) = 0;
 
  protected:
   ~LeafSink() = default;
 };
 
-/// All pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself, from
-/// the roots or other pairs of nodes down, depth first. Where only one of two nodes is a leaf, its
-/// triangles are tested against the boxes of the other.
+/// Finds all pairs of triangles whose boxes overlap, of two four-wide trees or of one with itself,
+/// depth first from the roots or from given pairs of nodes. If only one of two nodes is a leaf, its
+/// triangles are tested against the boxes of the other node.
 class WideSearch {
  public:
   explicit WideSearch(const WideTrees& trees) : trees_(trees) {}
 
-  /// Lets the sink take all that is found, until it has enough.
+  /// Passes all leaf pairs to the sink until it stops the search.
   void run(const NodePairs& from, LeafSink& sink);
-  /// The same code, compiled for every processor, and for those with AVX2: there it takes 2 to 5 %
-  /// less time. The results are the same.
+  /// Variants of `run` compiled for every processor and for AVX2, which takes 2 to 5 % less time.
+  /// The results are equal.
   void runAnywhere(const NodePairs& from, LeafSink& sink);
   void runWithAvx2(const NodePairs& from, LeafSink& sink);
 
-  /// Whether more than `than` pairs of nodes below the roots overlap.
+  /// Whether more than `than` pairs of nodes overlap, not counting the roots.
   bool hasMorePairs(int than);
 
   /// Replaces pairs by the pairs of their children, level by level, until there are `enough` pairs

@@ -10,17 +10,18 @@ namespace adaptive_bvh {
 namespace {
 
 /// Prefetches the cache line of `at` for writing. If another processor has read the line, a write
-/// stalls until the line is exclusive; a usual prefetch is for reading only.
+/// would stall until the line is exclusive; an ordinary prefetch does not request that.
 [[gnu::always_inline]] inline void prefetchToWrite(const void* at) {
 #if defined(__x86_64__)
-  // By GCC only where it may suppose a newer processor. All with 64 bits know it, or skip it.
+  // As assembly, because GCC emits the instruction only for newer processors. All 64-bit processors
+  // execute or ignore it.
   asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(at)));
 #else
   __builtin_prefetch(at, 1);
 #endif
 }
 
-/// Some binary nodes that make up one wide node.
+/// Collapses some binary nodes into one wide node.
 class Collapse {
  public:
   Collapse(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
@@ -33,7 +34,7 @@ class Collapse {
 
  private:
   const OrderedTree::Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
-  /// In place of `lane` come the two children of a node; the order of the leaves is kept.
+  /// Replaces `lane` by the two children of a node; keeps the order of the leaves.
   void add(int node, int lane) {
     if (at(node).isLeaf()) {
       below[lane] = node;
@@ -44,8 +45,8 @@ class Collapse {
     below[lane + 1] = at(node).right;
     ++count;
   }
-  /// The lane with the most triangles; a wide leaf is opened down to single ones, another node only
-  /// where nodes below it would hold fewer than a leaf could.
+  /// The lane with the most triangles that can be opened. A wide leaf is opened down to single
+  /// triangles, another node only if it has more triangles than fit in a leaf.
   int largest(bool is_leaf) const {
     unsigned most = is_leaf ? 1 : 4;
     int found = -1;
@@ -67,7 +68,7 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
   struct Open {
     int node, parent, lane, depth;
   };
-  // Most leaves hold three or four, so there is mostly room; to grow means to copy.
+  // Most leaves have three or four triangles, so this is usually enough; growing would copy.
   nodes_.reserve(binary.primitives.size() * 2 / 5 + 1);
   std::int32_t leaves = 0;
   Scratch<Open> open(1, Open{0, -1, 0, 1});
@@ -91,8 +92,8 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
   nodes_.shrink_to_fit();
 }
 
-void WideTree::adoptLinks(const WideTree& other) {
-  if (triangles_ == other.triangles_) return;  // the same mesh, or a copy
+void WideTree::assignLinks(const WideTree& other) {
+  if (triangles_ == other.triangles_) return;  // already the same links
   triangles_ = other.triangles_;
   nodes_ = other.nodes_;
   depth_ = other.depth_;
@@ -117,8 +118,8 @@ void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coord
   coordinates_ = coordinates;
   const int parts = pool.parts();
   const auto laterOf = [&](int part) { return later_.data() + (depth_ + 1) * part; };
-  // Parts begin at blocks of slots, so no part needs positions of another. Other threads may have
-  // read these lines in the last query.
+  // Parts begin at block boundaries, so no part needs positions of another part. Other threads may
+  // have read these lines in the last query.
   const bool is_shared = pool.size() > 1;
   pool.forEach(parts, [&](int part, int) {
     const int begin = blockBegin(partBegin(size(), parts, part)),
@@ -141,8 +142,8 @@ void WideTree::refitNode(const fcl::Vector3d* vertices, int node) {
   refitLeaf(at);
 }
 
-/// The root, or at or behind a node the first leaf with slots of a block that no leaf before it
-/// has: behind the last node where there is none.
+/// The first node at or after `node` where a part may begin: the root, or a leaf whose block of
+/// slots no earlier leaf uses; size() if there is none.
 int WideTree::blockBegin(int node) const {
   if (node == 0) return 0;
   const auto beginsBlock = [&](const WideNode& leaf) {
@@ -156,7 +157,8 @@ int WideTree::blockBegin(int node) const {
       nodes_.begin());
 }
 
-/// The first slot of a blockBegin: slots before it belong to leaves before it.
+/// The first slot of a part that begins at `node`, a result of blockBegin. Slots before it belong
+/// to leaves before it.
 std::size_t WideTree::firstSlot(int node) const {
   if (node == 0) return 0;
   if (node == size()) return slots().size();
@@ -180,9 +182,9 @@ void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, s
   if (i < end) coordinates(at(i), positions_[i], residuals_[i]);
 }
 
-/// Refits a part of the nodes, from the last to the first. `later` gets nodes with children in
-/// another part, and the result says how many. They form a chain of ancestors: so there are fewer
-/// than the tree is deep, and only the last one has to be compared.
+/// Refits a part of the nodes, from the last to the first. Writes nodes with children in another
+/// part to `later`, and returns their number. They form a chain of ancestors, so there are fewer
+/// than the depth of the tree, and it is enough to compare with the last one.
 int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
   constexpr int kAhead = 12;
   int count = 0;
@@ -191,7 +193,7 @@ int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
   };
   for (int i = end; i-- > begin;) {
     WideNode& node = nodes_[static_cast<std::size_t>(i)];
-    if (is_shared && i - kAhead >= begin) {  // boxes reach into both cache lines
+    if (is_shared && i - kAhead >= begin) {  // boxes occupy parts of both cache lines
       const WideNode& ahead = nodes_[static_cast<std::size_t>(i - kAhead)];
       prefetchToWrite(&ahead);
       prefetchToWrite(ahead.below);
@@ -206,8 +208,8 @@ int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
   return count;
 }
 
-/// Computes four boxes, the last triangle's more than once, without branches. All slots of a leaf
-/// are in one block.
+/// Computes four boxes without branches; missing triangles repeat the last one, and their boxes are
+/// set empty. All slots of a leaf are in one block.
 void WideTree::refitLeaf(WideNode& node) const {
   const int count = node.count;
   const LeafSlots* const triangles = slots().leafSlots() + node.first;

@@ -16,7 +16,7 @@
 
 namespace adaptive_bvh {
 
-/// The axes next to some that are nearly orthonormal (Gram and Schmidt).
+/// Orthonormalizes axes that are nearly orthonormal (Gram and Schmidt).
 inline fcl::Matrix3d orthonormal(fcl::Matrix3d axes) {
   for (int k = 0; k < 3; ++k) {
     for (int j = 0; j < k; ++j) axes.col(k) -= axes.col(j) * axes.col(j).dot(axes.col(k));
@@ -25,7 +25,7 @@ inline fcl::Matrix3d orthonormal(fcl::Matrix3d axes) {
   return axes;
 }
 
-/// The coordinates of a four-wide tree: y = scale R^T (x - origin), R a rotation, in double
+/// The coordinates of a four-wide tree: y = scale R^T (x - origin), with a rotation R, in double
 /// precision. The scale is a power of two.
 struct BodyCoordinates {
   fcl::Matrix3d to_body = fcl::Matrix3d::Identity();  ///< scale R^T
@@ -35,11 +35,11 @@ struct BodyCoordinates {
   BodyCoordinates() = default;
   BodyCoordinates(const fcl::Matrix3d& axes, const fcl::Vector3d& from, double to_scale)
       : to_body(to_scale * axes.transpose()), origin(from), scale(to_scale) {}
-  /// About a point, along axes that are orthonormal up to rounding, with the scale that brings a
-  /// length to between 1 and 2.
+  /// Coordinates with the origin `middle`, along axes that are orthonormal up to rounding. The
+  /// scale brings `length` to between 1 and 2.
   static BodyCoordinates about(const fcl::Vector3d& middle, const fcl::Matrix3d& along,
                                double length) {
-    constexpr int kMost = 999;  // so that the scale and its inverse are numbers with all digits
+    constexpr int kMost = 999;  // so that the scale and its inverse are normal numbers
     const int exponent = length > 0 ? std::clamp(std::ilogb(length), -kMost, kMost) : 0;
     return {orthonormal(along), middle, std::ldexp(1., -exponent)};
   }
@@ -48,7 +48,7 @@ struct BodyCoordinates {
   fcl::Vector3d operator()(const fcl::Vector3d& x) const { return to_body * (x - origin); }
 };
 
-/// Coordinates of points, rounded to single precision, and what that took off them.
+/// Converts points to tree coordinates, rounded to single precision, and their rounding errors.
 class RoundedCoordinates {
  public:
   explicit RoundedCoordinates(const BodyCoordinates& coordinates) : origin_(coordinates.origin) {
@@ -66,7 +66,7 @@ class RoundedCoordinates {
     rounded = of[0];
     residual = left[0];
   }
-  /// Two points at once.
+  /// Converts two points at once.
   ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& a, const fcl::Vector3d& b,
                                       Float4* rounded, Float4* residuals) const {
     const fcl::Vector3d v = a - origin_, w = b - origin_;
@@ -92,28 +92,28 @@ class RoundedCoordinates {
   }
 
   const fcl::Vector3d origin_;
-  Pack<double> xy_[3], z_[3];  ///< the columns of the matrix; of the third row one number twice
+  Pack<double> xy_[3], z_[3];  ///< the columns of the matrix; its third row, each number repeated
 };
 
 /// Four integers.
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
-/// A node of a WideTree. An inner node has two to four nodes below it; a leaf has one to four
-/// triangles. Boxes that it has none for are empty: they overlap nothing. Two cache lines.
+/// A node of a WideTree. An inner node has two to four children; a leaf has one to four triangles.
+/// Unused boxes are empty: they overlap nothing. Two cache lines.
 struct alignas(128) WideNode {
   Boxes4 boxes;
   /// The children of an inner node.
   std::int32_t below[4];
-  /// For a leaf the index of its first triangle, in the order of the leaves; else -1.
+  /// For a leaf, the index of its first triangle in the order of the leaves; otherwise -1.
   std::int32_t first : 29;
-  std::uint32_t count : 3;  ///< of boxes
-  std::int32_t leaf;        ///< its number among the leaves; of an inner node -1
+  std::uint32_t count : 3;  ///< number of used boxes
+  std::int32_t leaf;        ///< its number among the leaves; -1 for an inner node
 
   bool isLeaf() const { return first >= 0; }
 };
 static_assert(sizeof(WideNode) == 128, "no more than is read");
 
-/// Boxes around nothing. They stay finite when they are turned and scaled.
+/// Empty boxes. They stay finite when they are rotated and scaled.
 constexpr float kNowhere = 1e30f;
 inline const Boxes4 kEmptyBoxes = {{{kNowhere, kNowhere, kNowhere, kNowhere},
                                     {kNowhere, kNowhere, kNowhere, kNowhere},
@@ -121,7 +121,7 @@ inline const Boxes4 kEmptyBoxes = {{{kNowhere, kNowhere, kNowhere, kNowhere},
                                    {{-kNowhere, -kNowhere, -kNowhere, -kNowhere},
                                     {-kNowhere, -kNowhere, -kNowhere, -kNowhere},
                                     {-kNowhere, -kNowhere, -kNowhere, -kNowhere}}};
-/// Sets the boxes of an inner node around those of the nodes below it.
+/// Sets the boxes of an inner node to the bounding boxes of its children.
 ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
   using float4::lower;
   using float4::transposed;
@@ -139,7 +139,8 @@ ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
   }
 }
 
-/// The corners of four triangles, by their places, in the tree's coordinates.
+/// Loads the corners of four triangles, given by their places in the order of the leaves, in the
+/// tree's coordinates.
 ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
                                        const std::array<unsigned, 4>& triangles,
                                        Vector4x3 (&corners)[3]) {
@@ -150,15 +151,15 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* p
                                  positions[at[3][c]]);
 }
 
-/// What the trees of a mesh and of its copies have in common: which triangles lie where.
+/// The leaf order, shared by the trees of a mesh and of its copies.
 struct LeafTriangles {
   VertexSlots slots;
-  /// By place in the order of the leaves: the three vertices of a triangle, and its index.
+  /// For each triangle in the order of the leaves: its three vertices and its index.
   std::vector<Int4> corners;
 
-  void adopt(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_triangles,
-             std::size_t num_vertices) {
-    slots.adopt(tree, mesh, num_vertices);
+  void assign(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_triangles,
+              std::size_t num_vertices) {
+    slots.assign(tree, mesh, num_vertices);
     corners.resize(num_triangles);
     for (std::size_t place = 0; place < num_triangles; ++place) {
       const unsigned triangle = tree.primitives[place];
@@ -170,51 +171,52 @@ struct LeafTriangles {
   std::size_t bytes() const { return slots.bytes() + corners.capacity() * sizeof(Int4); }
 };
 
-/// A four-wide tree, collapsed from a binary one, with boxes of the present positions (not of those
-/// before, in a two-frame update) in single precision: what our queries read.
+/// A four-wide tree, collapsed from a binary one, that the library's queries traverse. Its boxes,
+/// in single precision, enclose the current positions (not the previous ones, in a two-frame
+/// update).
 ///
-/// Its coordinates are below 2. They are computed in double precision and rounded once; what that
-/// took off them is kept, too: docs/bounds.md, 13.
+/// Its coordinates are below 2. They are computed in double precision and rounded once; the
+/// rounding errors are stored, too: docs/bounds.md, 13.
 class WideTree {
  public:
-  /// Bounds the error of a position's component: 2u = 2^-23 for the rounding of numbers below 2,
-  /// and as much for all that is rounded in double precision.
+  /// Bounds the error of a component of a position: 2u = 2^-23 for rounding numbers below 2, and as
+  /// much again for all rounding in double precision.
   static constexpr float kPositionError = 1.f / (1 << 22);
-  /// Bounds it for a position and its residual together.
+  /// Bounds the error of the sum of a position and its residual.
   static constexpr float kResidualError = 1.f / (1ull << 44);
-  /// By so much boxes reach beyond the positions of their triangles.
+  /// The margin by which boxes extend beyond their triangles' positions.
   static constexpr float kBoxMargin = 1.f / (1 << 20);
 
   WideTree() = default;
-  /// Collapses a tree over those triangles; boxes come with `refit`.
+  /// Collapses a binary tree over those triangles; `refit` sets the boxes.
   WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles);
 
-  /// Takes over another tree but for its positions and boxes, which come with `refit`.
-  void adoptLinks(const WideTree& other);
+  /// Copies another tree except for its positions and boxes, which `refit` sets.
+  void assignLinks(const WideTree& other);
 
-  /// Allocates all that refits with such a pool need. They then throw nothing.
+  /// Allocates the memory for refits with such a pool, which then throw nothing.
   void reserve(const TaskPool& pool);
-  /// Allocates all that is missing for `*this = other` to throw nothing.
+  /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
   void reserve(const WideTree& other);
 
-  /// Computes all positions and boxes anew, in these coordinates.
+  /// Recomputes all positions and boxes in these coordinates.
   void refit(const fcl::Vector3d* vertices, const BodyCoordinates& coordinates,
              const TaskPool& pool);
 
-  /// Refits one node. A leaf reads its positions first; the children of an inner node must have
-  /// been refitted. All positions must lie within the coordinates.
+  /// Refits one node. A leaf first converts its positions; the children of an inner node must have
+  /// been refitted. All positions must be in the range of the coordinates.
   void refitNode(const fcl::Vector3d* vertices, int node);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
-  int depth() const { return depth_; }  ///< nodes from the root to the deepest leaf
+  int depth() const { return depth_; }  ///< number of nodes from the root to the deepest leaf
 
   const VertexSlots& slots() const { return triangles_->slots; }
-  /// By slot.
+  /// Indexed by slot.
   const Float4* positions() const { return positions_.data(); }
-  /// The positions in double precision, less `positions`.
+  /// The rounding errors of `positions`, by slot.
   const Float4* residuals() const { return residuals_.data(); }
-  /// The vertices of a triangle, which is given by its place, and its index.
+  /// The vertices and the index of a triangle, given by its place in the order of the leaves.
   const Int4& corners(unsigned place) const { return triangles_->corners[place]; }
   int triangle(unsigned place) const { return corners(place)[3]; }
 
@@ -224,7 +226,7 @@ class WideTree {
   const fcl::Vector3d& origin() const { return coordinates_.origin; }
   double scale() const { return coordinates_.scale; }
 
-  /// Memory of this tree alone.
+  /// Memory in bytes of this tree alone, without what it shares.
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return size(nodes_) + size(positions_) + size(residuals_) + size(later_);
@@ -239,9 +241,10 @@ class WideTree {
   void refitLeaf(WideNode& node) const;
 
   std::shared_ptr<const LeafTriangles> triangles_;
-  std::vector<WideNode> nodes_;  ///< those below a node follow it
+  std::vector<WideNode> nodes_;  ///< children follow their parent
   std::vector<Float4> positions_, residuals_;
-  /// Of a refit in parts: `depth_` places a part for what refitNodes leaves to do.
+  /// For a refit in parts: for each part a count, then up to `depth_` nodes that refitNodes leaves
+  /// to a later pass.
   std::vector<int> later_;
   int depth_ = 0;
   BodyCoordinates coordinates_;

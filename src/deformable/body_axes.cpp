@@ -13,7 +13,8 @@ void BestFitTurn::start(const fcl::Vector3d* positions, const VertexSlots& slots
                         const fcl::Matrix3d& axes, double scale) {
   axes_ = axes;
   scale_ = scale;
-  const std::size_t triangles = slots.leaves();  // in the order of the leaves: near ones together
+  const std::size_t triangles =
+      slots.leaves();  // in the order of the leaves, where neighbours are near each other
   const std::size_t count = std::min(kSamples, triangles);
   vertices_.resize(static_cast<Eigen::Index>(count));
   for (std::size_t i = 0; i < count; ++i)
@@ -25,7 +26,7 @@ bool BestFitTurn::turn(const fcl::Vector3d* positions, fcl::Matrix3d& axes) {
   return turn(samplesOf(positions), axes);
 }
 
-/// The samples relative to their middle.
+/// The samples relative to their centroid.
 auto BestFitTurn::samplesOf(const fcl::Vector3d* positions) const -> Samples {
   Samples samples(3, vertices_.size());
   if (vertices_.size() == 0) return samples;
@@ -44,9 +45,9 @@ bool BestFitTurn::turn(const Samples& now, fcl::Matrix3d& axes) {
   const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
                                             Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto& sizes = svd.singularValues();
-  if (!(sizes[1] > kFlat * sizes[0])) return false;  // on one line: no rotation
-  // Equal when the motion is rigid, by Cauchy and Schwarz. A body that bends does not turn as a
-  // whole.
+  if (!(sizes[1] > kFlat * sizes[0])) return false;  // collinear samples determine no rotation
+  // Both sides are equal if the motion is rigid, by Cauchy and Schwarz. A body that bends does not
+  // rotate as a whole.
   if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
   fcl::Matrix3d u = svd.matrixU();
   if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
@@ -59,7 +60,7 @@ bool BestFitTurn::turn(const Samples& now, fcl::Matrix3d& axes) {
 
 namespace {
 
-/// About half of the surface of the box around all vertices along some axes.
+/// About half of the surface area of the body's bounding box along given axes.
 double boxArea(const std::vector<fcl::Vector3d>& vertices, const fcl::Matrix3d& axes,
                double scale) {
   const fcl::Matrix3d to_axes = scale * axes.transpose();
@@ -74,7 +75,7 @@ double boxArea(const std::vector<fcl::Vector3d>& vertices, const fcl::Matrix3d& 
   return sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0];
 }
 
-/// 1 / the largest extent of the body, or 1.
+/// The inverse of the largest extent of the body; 1 if the extent is tiny.
 double scaleOf(const std::vector<fcl::Vector3d>& vertices) {
   const LocalBox<double> box(vertices.data(), vertices.size());
   const double size = (box.high - box.low).maxCoeff();
@@ -104,7 +105,7 @@ fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3d>& vertices, double s
 
 void BodyAxes::start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots) {
   const double scale = scaleOf(vertices);
-  constexpr double kWorth = 0.8;  // a share of the area
+  constexpr double kWorth = 0.8;  // ratio of areas
   const fcl::Matrix3d principal = principalAxes(vertices, scale), own = fcl::Matrix3d::Identity();
   const bool is_worth =
       boxArea(vertices, principal, scale) < kWorth * boxArea(vertices, own, scale);

@@ -8,25 +8,26 @@
 
 namespace adaptive_bvh {
 
-/// How a body has turned as a whole: the rotation that best fits the motions of a few of its
-/// vertices (Kabsch 1976, "A solution for the best rotation to relate two sets of vectors").
-/// Without it, the boxes of a body that tumbles, or that a robot carries around, would not stay
-/// tight: they lie along axes of the body. Any answer is sound; a good one keeps the boxes tight.
+/// Estimates the rotation of a body as a whole: the rotation that best fits the motions of a few of
+/// its vertices (Kabsch 1976, "A solution for the best rotation to relate two sets of vectors").
+/// The boxes lie along axes of the body. Without this rotation, the boxes of a body that tumbles,
+/// or that a robot carries, would not stay tight. Any rotation gives correct answers; a good one
+/// keeps the boxes tight.
 class BestFitTurn {
  public:
-  /// Begins anew, with the body as it stands with these `axes`. `scale` brings the body's size to
-  /// about 1. Of its triangles another corner in turn: the first ones of long slivers may all lie
-  /// on one line.
+  /// Restarts with the body's current positions and `axes`. `scale` brings the body's size to about
+  /// 1. Samples a different corner of successive triangles: the first corners of long slivers may
+  /// be collinear.
   void start(const fcl::Vector3d* positions, const VertexSlots& slots, const fcl::Matrix3d& axes,
              double scale);
 
-  /// Replaces `axes`, those in use, when the body in these positions has turned away from them by
-  /// more than 11 degrees. Looks only when the samples have moved against each other by a fortieth
-  /// of their distances since it looked last. Returns whether it did.
+  /// Updates `axes`, the axes in use, if the body has rotated by more than 11 degrees relative to
+  /// them. Computes the rotation only if the samples have moved relative to each other by a
+  /// fortieth of their distances since the last computation. Returns whether `axes` changed.
   bool turn(const fcl::Vector3d* positions, fcl::Matrix3d& axes);
 
   static constexpr std::size_t kSamples = 12;
-  /// A few vertices, spread over the body.
+  /// Indices of a few vertices, spread over the body.
   using Vertices = Eigen::Matrix<unsigned, Eigen::Dynamic, 1, 0, int(kSamples), 1>;
   const Vertices& samples() const { return vertices_; }
 
@@ -39,22 +40,22 @@ class BestFitTurn {
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();
   double scale_ = 1;
   Vertices vertices_;
-  Samples rest_, last_;  ///< at the start, and when it looked last
+  Samples rest_, last_;  ///< samples at the start, and at the last computation
 };
 
-/// The axes along which the boxes of a body lie: its principal axes, or those of its frame where
-/// boxes along these are about as small. They turn with the body.
+/// The axes along which the boxes of a body are aligned: its principal axes, or those of its frame
+/// if boxes along these are about as small. They rotate with the body.
 class BodyAxes {
  public:
-  /// Chooses the axes of a body.
+  /// Chooses the axes for a body.
   void start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots);
-  /// Begins with these.
+  /// Starts with given axes.
   void start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots,
              const fcl::Matrix3d& axes);
 
   const fcl::Matrix3d& axes() const { return axes_; }
 
-  /// Turns the axes with the body (BestFitTurn::turn).
+  /// Rotates the axes with the body (BestFitTurn::turn). Returns whether they changed.
   bool turn(const std::vector<fcl::Vector3d>& vertices) {
     return turn_.turn(vertices.data(), axes_);
   }

@@ -8,33 +8,34 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The places below each node: children behind their parent, and leaves side by side.
-struct Places {
+/// The range of leaf positions below each node. Checks that children follow their parent and that
+/// leaves are contiguous.
+struct LeafRanges {
   std::vector<int> first, count;
 };
-bool findPlaces(const WideTree& tree, int triangles, Places& places, std::string& reason) {
+bool findLeafRanges(const WideTree& tree, int triangles, LeafRanges& ranges, std::string& reason) {
   const auto size = static_cast<std::size_t>(tree.size());
-  places = {std::vector<int>(size, 0), std::vector<int>(size, 0)};
+  ranges = {std::vector<int>(size, 0), std::vector<int>(size, 0)};
   for (int n = tree.size(); n-- > 0;) {
     const WideNode& node = tree.nodes()[n];
     const auto at = static_cast<std::size_t>(n);
     reason = "node " + std::to_string(n) + " has wrong links";
     if (node.count < 1 || node.count > 4) return false;
     if (node.isLeaf()) {
-      places.first[at] = node.first;
-      places.count[at] = int(node.count);
+      ranges.first[at] = node.first;
+      ranges.count[at] = int(node.count);
       continue;
     }
     for (int i = 0; i < int(node.count); ++i) {
       if (node.below[i] <= n || node.below[i] >= tree.size()) return false;
       const auto below = static_cast<std::size_t>(node.below[i]);
-      if (i == 0) places.first[at] = places.first[below];
-      if (places.first[below] != places.first[at] + places.count[at]) return false;
-      places.count[at] += places.count[below];
+      if (i == 0) ranges.first[at] = ranges.first[below];
+      if (ranges.first[below] != ranges.first[at] + ranges.count[at]) return false;
+      ranges.count[at] += ranges.count[below];
     }
   }
   reason = "the leaves do not hold every triangle once";
-  if (places.first[0] != 0 || places.count[0] != triangles) return false;
+  if (ranges.first[0] != 0 || ranges.count[0] != triangles) return false;
   std::vector<bool> is_taken(static_cast<std::size_t>(triangles), false);
   for (int place = 0; place < triangles; ++place) {
     const int triangle = tree.triangle(static_cast<unsigned>(place));
@@ -44,17 +45,17 @@ bool findPlaces(const WideTree& tree, int triangles, Places& places, std::string
   return true;
 }
 
-/// DeformableMesh::validate.
+/// Implements DeformableMesh::validate.
 bool checkMesh(const MeshState& state, std::string* reason) {
   using Vector3l = Eigen::Matrix<long double, 3, 1>;
   const WideTree& tree = state.tree;
-  Places places;
+  LeafRanges ranges;
   std::string what;
   const auto fail = [&] {
     if (reason) *reason = what;
     return false;
   };
-  if (!findPlaces(tree, state.numTriangles(), places, what)) return fail();
+  if (!findLeafRanges(tree, state.numTriangles(), ranges, what)) return fail();
   const Eigen::Matrix<long double, 3, 3> to_body = tree.toBody().cast<long double>();
   const auto holds = [&](const Boxes4& boxes, int lane, int place) {
     const Int4& corners = tree.corners(static_cast<unsigned>(place));
@@ -70,8 +71,8 @@ bool checkMesh(const MeshState& state, std::string* reason) {
     const WideNode& node = tree.nodes()[n];
     for (int i = 0; i < int(node.count); ++i) {
       const auto below = static_cast<std::size_t>(node.isLeaf() ? n : node.below[i]);
-      const int first = node.isLeaf() ? node.first + i : places.first[below],
-                last = first + (node.isLeaf() ? 1 : places.count[below]);
+      const int first = node.isLeaf() ? node.first + i : ranges.first[below],
+                last = first + (node.isLeaf() ? 1 : ranges.count[below]);
       for (int place = first; place < last; ++place)
         if (!holds(node.boxes, i, place)) {
           what = "box " + std::to_string(i) + " of node " + std::to_string(n) +

@@ -17,9 +17,9 @@
 
 namespace adaptive_bvh {
 
-/// What a mesh and its copies have in common: nothing of it changes after the build.
+/// The data that a mesh shares with its copies. Constant after the build.
 struct MeshTopology {
-  std::vector<fcl::Triangle> triangles;  ///< as they were given
+  std::vector<fcl::Triangle> triangles;  ///< as given by the user
   LeafTriangles leaves;
   FeatureOwners owners;
   VertexTriangles vertex_triangles;
@@ -27,7 +27,7 @@ struct MeshTopology {
   Components components;
   FeatureLeaves features;
   Contours contours;
-  std::vector<bool> shape;  ///< of the binary tree (shapeOf), for DeformableMesh::save
+  std::vector<bool> shape;  ///< shape of the binary tree (shapeOf), for DeformableMesh::save
 
   std::size_t bytes() const {
     return sizeof(MeshTopology) + triangles.capacity() * sizeof(fcl::Triangle) + leaves.bytes() +
@@ -36,33 +36,34 @@ struct MeshTopology {
   }
 };
 
-/// All that queries read of a mesh, in double precision whatever its user's numbers are.
+/// The state of a mesh that queries read, always in double precision.
 struct MeshState {
   using Point = fcl::Vector3d;
 
   std::shared_ptr<const MeshTopology> topology;
   std::vector<Point> vertices;
   std::vector<Point>
-      previous;  ///< positions of the frame before; empty unless there are two frames
+      previous;  ///< previous positions; empty unless the last update was a two-frame update
   LocalBounds<double> bounds;
-  WideTree tree;      ///< of `vertices`
-  MovedLeaves moved;  ///< made by the first update of some vertices
-  BodyAxes axes;      ///< along which the tree's coordinates lie
-  double travel = 0;  ///< the sum of the largest displacements of all updates, rounded up
-  /// A number of the sequence of updates in which `travel` counts. A copy, which shares it, begins
-  /// another one when it is updated.
+  WideTree tree;      ///< boxes of `vertices`
+  MovedLeaves moved;  ///< created by the first update of some vertices
+  BodyAxes axes;      ///< axes of the tree's coordinates
+  double travel = 0;  ///< accumulated motion bound: the sum of the largest displacements of all
+                      ///< updates, rounded up
+  /// Identifies the sequence of updates over which `travel` accumulates. A copy shares it, and gets
+  /// a new one at its next update.
   std::uint64_t lineage = 0;
   bool is_copy = false;
-  std::uint64_t positions = 0;  ///< a number that no other positions of any mesh have
+  std::uint64_t version = 0;  ///< version number, unique among all positions of all meshes
   int update_threads = 1, query_threads = 1;
   MeshUpdate report;
 
-  /// As FCL stores it.
+  /// The mesh in FCL's layout.
   MeshView<double> view() const {
     return {vertices.data(), previous.empty() ? nullptr : previous.data(),
             topology->triangles.data()};
   }
-  /// Allocates all that is missing for `*this = other` to throw nothing.
+  /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
   void reserve(const MeshState& other) {
     vertices.reserve(other.vertices.size());
     previous.reserve(other.previous.size());
@@ -76,19 +77,19 @@ struct HeldMesh;
 
 namespace detail {
 
-/// The library's own way to what a mesh holds.
+/// Gives the library access to the private data of a mesh.
 template <typename S>
 struct MeshAccess {
   static HeldMesh<S>& held(DeformableMesh<S>& mesh) { return *mesh.held_; }
   static const HeldMesh<S>& held(const DeformableMesh<S>& mesh) { return *mesh.held_; }
   static const MeshState& state(const DeformableMesh<S>& mesh);
-  /// Without a state: it is to be built.
+  /// A mesh without a state, to be built.
   static DeformableMesh<S> empty() { return DeformableMesh<S>(std::make_unique<HeldMesh<S>>()); }
 };
 
 }  // namespace detail
 
-/// What a DeformableMesh holds.
+/// The private data of a DeformableMesh.
 template <>
 struct HeldMesh<double> {
   using Points = std::vector<fcl::Vector3d>;
@@ -97,16 +98,16 @@ struct HeldMesh<double> {
   MeshState& state() { return own; }
   const Points& vertices() const { return own.vertices; }
   const Points& previous() const { return own.previous; }
-  /// Allocates all that is missing for `*this = other` to throw nothing.
+  /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
   void reserve(const HeldMesh& other) { own.reserve(other.own); }
-  /// Allocates all that following the state needs.
+  /// Allocates the memory for copying the state's positions.
   static void reserve() {}
 
   MeshState own;
 };
 
-/// In single precision: a mesh in double precision, which all queries read, and positions as the
-/// user reads them, which follow it.
+/// The private data of a single-precision mesh: a double-precision mesh, which all queries read,
+/// and a copy of its positions in single precision.
 template <>
 struct HeldMesh<float> {
   using Points = std::vector<fcl::Vector3f>;
@@ -139,7 +140,7 @@ const MeshState& stateOf(const DeformableMesh<S>& mesh) {
   return detail::MeshAccess<S>::state(mesh);
 }
 
-/// The mesh that answers for one.
+/// The double-precision mesh that queries read.
 inline const DeformableMesh<double>& inDouble(const DeformableMesh<double>& mesh) { return mesh; }
 inline const DeformableMesh<double>& inDouble(const DeformableMesh<float>& mesh) {
   return detail::MeshAccess<float>::held(mesh).mesh;

@@ -30,7 +30,7 @@ bool isUsablePosition(const fcl::Vector3<S>& position) {
 template <typename S, typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
   for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3<S>& x = positions[i];  // of an array with strides a copy
+    const fcl::Vector3<S>& x = positions[i];  // a copy for arrays with strides
     if (isUsablePosition<S>(x)) continue;
     int k = 0;
     while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
@@ -40,15 +40,15 @@ void requireUsable(const Positions& positions, std::size_t count, const IndexOf&
   }
 }
 
-/// Along the body's axes, from its middle. Those of the body are below a half: there is room for
-/// another body of its size beside it (TreePair::align).
+/// Tree coordinates along the body's axes, with its centre as origin. The body's coordinates are
+/// below a half: this leaves room for another body of its size beside it (TreePair::align).
 BodyCoordinates coordinatesOf(const MeshState& state) {
-  constexpr double kSlack = 1 + 1. / (1 << 16);  // for what the radius is rounded by
+  constexpr double kSlack = 1 + 1. / (1 << 16);  // covers the rounding of the radius
   return BodyCoordinates::about(state.bounds.aabb_center, state.axes.axes(),
                                 4 * kSlack * state.bounds.aabb_radius);
 }
 
-/// Writes the positions, and sets the radius of the ball around the middle that holds them.
+/// Writes the positions, and sets the radius of the enclosing ball around the centre of the box.
 template <typename S>
 void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& memory) {
   const fcl::Vector3d middle = state.bounds.aabb_center;
@@ -67,7 +67,7 @@ void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& m
                  memory.squares.sum([](double& all, double part) { all = std::max(all, part); }));
 }
 
-/// What a step knows of its positions, before anything is written.
+/// Summarizes the new positions, before anything is written.
 template <typename S>
 VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& positions,
                                 StepMemory& memory) {
@@ -87,17 +87,18 @@ VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& 
 
 void refit(MeshState& state, const TaskPool& pool) {
   state.tree.refit(state.vertices.data(), coordinatesOf(state), pool);
-  state.positions = newNumber();
+  state.version = newNumber();
 }
 
-/// Adds a motion, rounded up.
+/// Adds the displacement to the accumulated motion bound, rounded up.
 void addTravel(MeshState& state) {
   if (state.is_copy) state.lineage = newNumber();
   state.is_copy = false;
   state.travel = rounding::sum(state.travel, state.report.largest_displacement);
 }
 
-/// With fewer triangles, handing tasks to threads costs more than they gain.
+/// The number of threads for an update; 1 for small meshes, where distributing tasks costs more
+/// than it gains.
 int threadsOf(const MeshState& state) {
   constexpr std::size_t kParallelTriangles = 50000;
   return state.topology->triangles.size() >= kParallelTriangles ? state.update_threads : 1;
@@ -108,7 +109,7 @@ void narrow(const std::vector<fcl::Vector3d>& from, std::vector<fcl::Vector3f>& 
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].cast<float>();
 }
 
-/// What the user of a mesh sees follows its state.
+/// Updates the data that the user sees from the mesh's state.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry) {
   copyBounds(mesh.own.bounds, geometry);
 }
@@ -118,7 +119,7 @@ void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
   narrow(mesh.state().vertices, mesh.own_vertices);
   narrow(mesh.state().previous, mesh.own_previous);
 }
-/// After a step of some vertices.
+/// Updates the user's data after an update of some vertices.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
              std::size_t) {
   publish(mesh, geometry);
@@ -178,15 +179,15 @@ void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangl
                    const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
   const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
-  topology->leaves.adopt(order, mesh, triangles.size(), vertices.size());
+  topology->leaves.assign(order, mesh, triangles.size(), vertices.size());
   std::vector<BoundaryEdge> boundary;
-  topology->owners.adopt(mesh, vertices.size(), order.primitives, boundary);
-  topology->vertex_triangles.adopt(mesh, triangles.size(), vertices.size());
-  topology->boundary.adopt(boundary);
-  topology->components.adopt(mesh, triangles.size(), vertices.size());
+  topology->owners.assign(mesh, vertices.size(), order.primitives, boundary);
+  topology->vertex_triangles.assign(mesh, triangles.size(), vertices.size());
+  topology->boundary.assign(boundary);
+  topology->components.assign(mesh, triangles.size(), vertices.size());
   state.tree = WideTree(order, {topology, &topology->leaves});
-  topology->features.adopt(state.tree, topology->owners);
-  topology->contours.adopt(state.tree);
+  topology->features.assign(state.tree, topology->owners);
+  topology->contours.assign(state.tree);
   topology->shape = shapeOf(order);
   topology->triangles = std::move(triangles);
   state.vertices = std::move(vertices);
@@ -245,12 +246,12 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
 
 namespace {
 
-/// Whether the coordinates of a tree have room for a point: they are below 2.
+/// Whether a point is in the range of a tree's coordinates, which are below 2.
 bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
   return coordinates(x).cwiseAbs().maxCoeff() < 2 - 1. / 1024;
 }
 
-/// Throws unless the indices name vertices and the positions can be used.
+/// Throws unless the indices are in range and the positions are usable.
 template <typename S>
 void requireUsable(const MeshState& state, const unsigned* indices,
                    const fcl::Vector3<S>* positions, std::size_t count) {
@@ -262,7 +263,7 @@ void requireUsable(const MeshState& state, const unsigned* indices,
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
 }
 
-/// Moves some vertices, and the box around all.
+/// Moves some vertices, and updates the bounding box of all.
 template <typename S>
 class MovedVertices {
  public:
@@ -289,7 +290,7 @@ class MovedVertices {
       refit(state_, pool);
     } else {
       state_.moved.refitAll([&](int node) { state_.tree.refitNode(state_.vertices.data(), node); });
-      state_.positions = newNumber();
+      state_.version = newNumber();
     }
     state_.report.largest_displacement =
         std::sqrt(box_.squaredDisplacement()) * (1 + 8 * rounding::epsilon<double>()) +

@@ -11,8 +11,8 @@
 
 namespace adaptive_bvh {
 
-/// New positions of a mesh in its user's numbers, wherever they lie: position i begins at
-/// data + i * stride, and its components are `component` numbers apart.
+/// New positions of a mesh in the user's number type and layout: position i begins at data + i *
+/// stride, and its components are `component` numbers apart.
 template <typename S>
 struct PositionArray {
   const S* data;
@@ -22,8 +22,9 @@ struct PositionArray {
     const S* const at = data + static_cast<std::ptrdiff_t>(i) * stride;
     return {at[0], at[component], at[2 * component]};
   }
-  /// Calls use(points, first, count) for all positions from `begin` to `end`, some at a time, as
-  /// points in double precision that lie together: in place, or copied where they do not lie so.
+  /// Calls use(points, first, count) for consecutive runs of positions from `begin` to `end`, as
+  /// contiguous points in double precision: in place if they already have this layout, otherwise
+  /// copied.
   template <typename Use>
   void forEachRun(std::size_t begin, std::size_t end, const Use& use) const {
     static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "no gaps");
@@ -49,29 +50,31 @@ inline std::vector<fcl::Vector3d> inDouble(const std::vector<fcl::Vector3f>& poi
   return converted;
 }
 
-/// Builds all that a mesh has of its vertices and triangles, which must be usable.
+/// Builds a mesh and its bounds from vertices and triangles, which must satisfy requireBuildable.
 template <typename S>
 void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
            HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry);
 
-/// Throws std::invalid_argument unless a mesh can be built of these; and positions can be used.
+/// Throws std::invalid_argument unless a mesh can be built of these vertices and triangles, or
+/// unless these positions can be used.
 template <typename S>
 void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
                       const std::vector<fcl::Triangle>& triangles);
 template <typename S>
 void requireUsable(const std::vector<fcl::Vector3<S>>& positions);
 
-/// As build, with a tree that is there. `axes`: along which the boxes lie, or null.
+/// Like `build`, with an existing tree. `axes` are those of the boxes, or null to choose them.
 template <typename S>
 void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
               const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
               fcl::CollisionGeometry<S>& geometry);
 
-/// What a step gives positions of: all vertices, all with those before kept, or some.
+/// The kind of an update: new positions of all vertices, of all vertices with the previous
+/// positions kept, or of some vertices.
 enum class StepOf { All, TwoFrames, Some };
 
-/// The memory of a step. All that a step allocates is allocated here; and all that it will ever
-/// write to in the state.
+/// The memory of one update. Its constructor does all allocations of an update, including those in
+/// the mesh's state.
 struct StepMemory {
   template <typename S>
   StepMemory(HeldMesh<S>& mesh, StepOf of);
@@ -81,14 +84,15 @@ struct StepMemory {
   PerThread<double> squares;
 };
 
-/// A step of all vertices; `two_frames`: the present positions become those before. Throws where
-/// positions are not usable; nothing that can be seen has changed then. Allocates nothing.
-/// `geometry`: whose local box follows. `memory` serves one step.
+/// Updates all vertices. With `two_frames`, the current positions become the previous ones. Throws
+/// if positions are not usable, and then leaves the mesh unchanged. Allocates nothing. Also updates
+/// the local bounds of `geometry`. Use `memory` for one update only.
 template <typename S>
 void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
               const PositionArray<S>& positions, bool two_frames, StepMemory& memory);
 
-/// A step of some vertices, likewise; but positions that lie in the mesh are copied first.
+/// Updates some vertices, with the same guarantees. Positions that lie in the mesh's own memory are
+/// copied first.
 template <typename S>
 void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
               const fcl::Vector3<S>* positions, std::size_t count, const StepMemory& memory);

@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// Which leaves of a four-wide tree have a vertex, and which nodes are to be refitted, for updates
-/// of some vertices. A copy begins without.
+/// The data for updates of some vertices: maps each vertex to the leaves of a four-wide tree that
+/// contain it, and marks nodes to refit. A copy of a mesh starts without one.
 class MovedLeaves {
  public:
   MovedLeaves() = default;
@@ -23,17 +23,17 @@ class MovedLeaves {
   MovedLeaves& operator=(MovedLeaves&&) = default;
 
   bool isEmpty() const { return begins_.empty(); }
-  /// Calls visit(i) once for each vertex named (NamedVertices::forEachLast).
+  /// Calls visit(i) once for each listed vertex (NamedVertices::forEachLast).
   template <typename Visit>
   void forEachLast(const unsigned* indices, std::size_t count, const Visit& visit) {
     named_.forEachLast(indices, count, visit);
   }
-  /// The leaves with a vertex are to be refitted.
+  /// Marks the leaves that contain a vertex.
   void add(unsigned vertex) {
     for (unsigned i = begins_[vertex]; i < begins_[vertex + 1]; ++i) mark(nodes_[i]);
   }
-  /// Calls refit(node) for every node that is marked and for those above, children first. None is
-  /// marked then. Returns how many.
+  /// Calls refit(node) for every marked node and its ancestors, children first, and clears the
+  /// marks. Returns the number of calls.
   template <typename Refit>
   std::size_t refitAll(const Refit& refit) {
     std::size_t count = 0;
@@ -58,9 +58,10 @@ class MovedLeaves {
  private:
   void mark(unsigned node) { marked_[node / 64] |= std::uint64_t(1) << node % 64; }
 
-  std::vector<unsigned> begins_, nodes_;  ///< by vertex: where its leaves begin; leaves
-  std::vector<unsigned> parents_;         ///< by node
-  std::vector<std::uint64_t> marked_;     ///< a bit a node
+  std::vector<unsigned> begins_,
+      nodes_;                          ///< by vertex: the beginning of its range of leaves; leaves
+  std::vector<unsigned> parents_;      ///< by node
+  std::vector<std::uint64_t> marked_;  ///< one bit for each node
   NamedVertices named_;
 };
 

@@ -12,8 +12,8 @@
 #include "deformable/mesh_step.h"
 #include "hierarchy/bottom_up.h"
 
-// DeformableMesh::save and load: a header, then arrays of numbers as they lie in memory, then a
-// checksum of all that.
+// DeformableMesh::save and load. The format is a header, then arrays of numbers in memory layout,
+// then a checksum of both.
 namespace adaptive_bvh {
 namespace {
 
@@ -22,7 +22,7 @@ constexpr std::array<char, 8> kMeshMagic = {'A', 'B', 'V', 'H',
                                             'M', 'S', 'H', sizeof(S) == sizeof(double) ? 'd' : 'f'};
 constexpr std::uint32_t kMeshVersion = 1, kMeshByteOrder = 0x01020304;
 
-/// After the magic number.
+/// The header, which follows the magic number.
 struct SavedHeader {
   std::uint32_t version, byte_order;
   std::uint64_t vertices, previous, triangles;
@@ -30,11 +30,12 @@ struct SavedHeader {
 };
 static_assert(sizeof(SavedHeader) == 104, "without gaps");
 
-/// Arrays are read in pieces of so many bytes: data that claim to be long take no memory before
-/// they turn out to be short. A multiple of the sizes of all elements and of a word.
+/// The size in bytes of the pieces in which arrays are read. A file that claims to be long
+/// allocates no more than one piece beyond the data it contains. A multiple of all element sizes
+/// and of a word.
 constexpr std::size_t kMeshPiece = std::size_t(3) << 20;
 
-/// FNV-1a (Fowler, Noll, Vo), by words of eight bytes.
+/// A checksum by FNV-1a (Fowler, Noll, Vo) on words of eight bytes.
 class MeshChecksum {
  public:
   void add(const void* data, std::size_t bytes) {
@@ -43,7 +44,7 @@ class MeshChecksum {
       std::uint64_t word = 0;
       std::memcpy(&word, at, std::min(bytes, kWord));
       sum_ = (sum_ ^ word) * 0x100000001b3;
-      sum_ ^= sum_ >> 32;  // the product takes no high bit to a lower one
+      sum_ ^= sum_ >> 32;  // a product never moves high bits to lower ones
     }
   }
   std::uint64_t sum() const { return sum_; }
@@ -145,7 +146,7 @@ SavedHeader readHeader(MeshReader& reader) {
   if (header.version != kMeshVersion)
     failToLoad("the data have the version " + std::to_string(header.version) +
                "; this library reads version " + std::to_string(kMeshVersion));
-  // Places of leaves have 29 bits in a tree, with a sign.
+  // Leaf positions in a tree have 29 bits, including the sign.
   constexpr std::uint64_t kMost = std::uint64_t(1) << 28;
   if (header.vertices > 4 * kMost || header.triangles >= kMost || header.triangles == 0 ||
       (header.previous != 0 && header.previous != header.vertices))
@@ -154,7 +155,7 @@ SavedHeader readHeader(MeshReader& reader) {
   return header;
 }
 
-/// Throws unless these are the columns of a rotation.
+/// Reads a rotation matrix. Throws unless it is one.
 fcl::Matrix3d axesFrom(const double* numbers) {
   const fcl::Matrix3d axes = Eigen::Map<const fcl::Matrix3d>(numbers);
   const double error = (axes.transpose() * axes - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff();

@@ -93,7 +93,7 @@ class ShapeSource {
   template <typename Point>
   Bulge bulge(const Point& a, const Point& b, const Point& c, std::uint8_t chart) const {
     Bulge bulge = charts_[chart].bulge(a.parameter, b.parameter, c.parameter);
-    for (Vector& way : bulge.ways) way = to_target_.R * way;
+    for (Vector& offset : bulge.offsets) offset = to_target_.R * offset;
     return bulge;
   }
 

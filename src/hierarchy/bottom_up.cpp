@@ -11,7 +11,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A number for each connected component, by group.
+/// The connected component of each group, as the number of one of its groups.
 Scratch<unsigned> components(const GroupGraph& graph) {
   Scratch<unsigned> component(graph.size(), kNone), queue;
   for (unsigned g = 0; g < graph.size(); ++g) {
@@ -28,7 +28,7 @@ Scratch<unsigned> components(const GroupGraph& graph) {
   return component;
 }
 
-/// The groups of the present level, and the tree below them.
+/// The groups of the current level, and the tree below them.
 class Levels {
  public:
   template <typename S>
@@ -56,7 +56,7 @@ class Levels {
     }
   }
 
-  /// Pairs groups that are near each other until one is left.
+  /// Pairs nearby groups until one is left.
   void mergeNear() {
     isolated_.clear();
     while (size() > 1) {
@@ -79,8 +79,8 @@ class Levels {
     return result;
   }
 
-  /// Pairs all groups but those without neighbours, and one in each component of odd size. What
-  /// `pairGroups` leaves over is paired along a Morton curve.
+  /// Pairs all groups, except groups without neighbours and one in each component of odd size.
+  /// Groups that `pairGroups` leaves unpaired are paired along a Morton curve.
   Scratch<unsigned> pairAll(const GroupGraph& graph, const Scratch<unsigned>& component) const {
     Scratch<unsigned> mate = pairGroups(graph, isolated_), rest, nodes;
     for (unsigned g = 0; g < size(); ++g)
@@ -90,7 +90,7 @@ class Levels {
       }
     if (rest.empty()) return mate;
     Scratch<unsigned> order = mortonOrder(boxes(nodes));
-    for (unsigned& place : order) place = rest[place];
+    for (unsigned& group : order) group = rest[group];
     std::stable_sort(order.begin(), order.end(),
                      [&](unsigned a, unsigned b) { return component[a] < component[b]; });
     for (std::size_t i = 1; i < order.size(); ++i) {
@@ -103,7 +103,7 @@ class Levels {
   }
 
   /// Makes the pairs the groups of the next level, after the unpaired groups. Returns the new
-  /// number of every group.
+  /// number of each group.
   Scratch<unsigned> merge(const Scratch<unsigned>& mate) {
     Scratch<unsigned> number(size()), next;
     next.reserve(size());
@@ -123,7 +123,7 @@ class Levels {
     return number;
   }
 
-  /// What pairing two neighbours comes to.
+  /// Shortcut with the same result as pairing two neighbours.
   void mergeLastTwo() { groups_.assign(1, join(groups_[0], groups_[1])); }
 
   unsigned join(unsigned left, unsigned right) {
@@ -162,9 +162,9 @@ class Levels {
   }
 
   BinaryTree tree_;
-  Scratch<unsigned> groups_;    // by group of the level: its node of the tree
-  Scratch<unsigned> isolated_;  // groups that stayed alone on the level before, ascending
-  Scratch<AlignedBox> boxes_;   // by node
+  Scratch<unsigned> groups_;    // tree node of each group of the level
+  Scratch<unsigned> isolated_;  // groups left unpaired on the previous level, ascending
+  Scratch<AlignedBox> boxes_;   // bounding box of each node
 };
 
 }  // namespace
@@ -223,15 +223,16 @@ bool isPermutation(const Scratch<unsigned>& primitives) {
   return true;
 }
 
-/// Sets the links of all nodes, and the places of leaves.
+/// Sets the children and leaf ranges of all nodes. Returns false if the shape is not one binary
+/// tree.
 bool linkNodes(const std::vector<bool>& shape, std::size_t leaves,
                Scratch<OrderedTree::Node>& nodes) {
   struct Open {
     int node, depth;
   };
   const int deepest = 2 * static_cast<int>(std::ceil(std::log2(double(leaves) + 1)));
-  Scratch<Open> open;  // nodes whose right child is still to come
-  unsigned places = 0;
+  Scratch<Open> open;  // nodes whose right child is not yet known
+  unsigned leaf_count = 0;
   int depth = 0;
   for (std::size_t i = 0; i < shape.size(); ++i) {
     const int number = static_cast<int>(i);
@@ -245,13 +246,13 @@ bool linkNodes(const std::vector<bool>& shape, std::size_t leaves,
       open.pop_back();
     }
     if (depth > deepest) return false;
-    nodes[i] = {-1, -1, places, 1};
+    nodes[i] = {-1, -1, leaf_count, 1};
     if (shape[i])
-      ++places;
+      ++leaf_count;
     else
       open.push_back({number, depth});
   }
-  return open.empty() && places == leaves;
+  return open.empty() && leaf_count == leaves;
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 
 namespace adaptive_bvh {
 
-/// The slots of the three vertices of a leaf: see VertexSlots.
+/// The slots of a leaf's three vertices: see VertexSlots.
 struct LeafSlots {
-  unsigned block;          ///< its first slot
-  std::uint8_t offset[3];  ///< from there
+  unsigned block;          ///< first slot of the leaf's block
+  std::uint8_t offset[3];  ///< offset of each vertex's slot from `block`
 
   ADAPTIVE_BVH_INLINE unsigned slot(int corner) const { return block + offset[corner]; }
   ADAPTIVE_BVH_INLINE std::uint64_t bits() const {

@@ -13,13 +13,14 @@ Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
   Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
   Scratch<Link> result;
   result.reserve(links.size());
-  Scratch<std::size_t> place(groups);  // of the link to a group, if at or past this bucket's
+  Scratch<std::size_t> index(
+      groups);  // index of the link to a group, valid if not before this bucket
   for (unsigned g = 0; g < groups; ++g) {
     const std::size_t bucket = result.size();
     for (const Link* i = by_first.begin(g); i != by_first.end(g); ++i) {
       const Link& link = *i;
       if (link.second == g) continue;
-      std::size_t& at = place[link.second];
+      std::size_t& at = index[link.second];
       if (at >= bucket && at < result.size() && result[at].second == link.second) {
         result[at].weight += link.weight;
       } else {
@@ -38,7 +39,7 @@ GroupGraph::GroupGraph(unsigned groups, const Scratch<Link>& links)
     ++start_[link.second];
   }
   unsigned sum = 0;
-  for (unsigned& start : start_) start = sum += start;  // where the group's neighbours end
+  for (unsigned& start : start_) start = sum += start;  // end of the group's neighbours
   for (const Link& link : links) {
     neighbours_[--start_[link.first]] = {link.second, link.weight};
     neighbours_[--start_[link.second]] = {link.first, link.weight};
@@ -52,14 +53,14 @@ GroupGraph::GroupGraph(unsigned groups, const Scratch<Link>& links)
 
 namespace {
 
-/// A side of a triangle; from < to.
+/// An edge of a triangle; from < to.
 struct Side {
   unsigned from, to, triangle;
 };
 
-/// Rounds to 16 binary digits. On regular meshes edges are equally long except for rounding, which
-/// would otherwise decide which neighbour is better, and break rows of squares into a patchwork.
-/// Sums of rounded lengths are exact, so groups tie when their shapes do.
+/// Rounds to 16 significant bits. On regular meshes, edges have equal lengths up to rounding.
+/// Without this, rounding errors would decide which neighbour is better, and break rows of squares
+/// into a patchwork. Sums of rounded lengths are exact, so groups of equal shape tie.
 double rounded(double length) {
   int exponent;
   const double mantissa = std::frexp(length, &exponent);
@@ -74,7 +75,7 @@ class EdgeLinks {
     links_.reserve(sides / 2);
   }
 
-  /// Links the triangles of equal sides. Returns the sides that have no equal.
+  /// Links triangles with equal sides. Returns the sides without an equal one.
   Scratch<Side> link(const Scratch<Side>& sides) {
     Buckets<Side> by_from(vertices_, sides, [](const Side& side) { return side.from; });
     Scratch<Side> alone;
@@ -106,10 +107,10 @@ class EdgeLinks {
   void linkAll(const Side* sides, std::size_t count) {
     const double length = rounded(
         static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
-    const std::size_t reach = count <= 32 ? count : 16;
+    const std::size_t window = count <= 32 ? count : 16;
     for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t j = i + 1; j < std::min(count, i + 1 + reach); ++j)
-        if (sides[i].triangle != sides[j].triangle)  // a triangle may fold back on its own side
+      for (std::size_t j = i + 1; j < std::min(count, i + 1 + window); ++j)
+        if (sides[i].triangle != sides[j].triangle)  // a degenerate triangle may have a side twice
           links_.push_back({sides[i].triangle, sides[j].triangle, length});
   }
 
@@ -122,7 +123,7 @@ Side side(unsigned a, unsigned b, unsigned triangle) {
   return {std::min(a, b), std::max(a, b), triangle};
 }
 
-/// One number for all vertices at one position: that of the first such vertex. An open hash table.
+/// Maps each vertex to the first vertex at the same position, by an open-addressing hash table.
 template <typename S>
 class PositionNames {
  public:
@@ -167,8 +168,8 @@ class PositionNames {
   Scratch<unsigned> slots_;
 };
 
-/// Renames the ends of sides by their positions and drops sides that have become points. False
-/// when all names stay.
+/// Replaces the ends of sides by the first vertex at the same position, and drops sides of zero
+/// length. Returns false if nothing changed.
 template <typename S>
 bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
   PositionNames<S> name(mesh, vertices);
@@ -209,7 +210,7 @@ template Scratch<Link> sharedEdges(const MeshView<double>&, unsigned);
 
 namespace {
 
-/// The low 21 bits of x, two zeros after each.
+/// Inserts two zeros after each of the low 21 bits of x.
 std::uint64_t spread(std::uint64_t x) {
   x &= 0x1fffff;
   x = (x | x << 32) & 0x001f00000000ffff;

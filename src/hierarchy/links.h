@@ -9,19 +9,20 @@
 
 namespace adaptive_bvh {
 
-/// Two groups of triangles that share mesh edges of `weight` total length. first < second.
+/// A pair of groups of triangles that share mesh edges with a total length of `weight`. first <
+/// second.
 struct Link {
   unsigned first, second;
   double weight;
 };
 
-/// Joins the links between the same two groups, with the sum of their weights, and drops links of a
-/// group with itself. Linear in the number of links. One sum a pair, so a weight is the same seen
-/// from both groups.
+/// Merges links between the same two groups by summing their weights, and drops links of a group
+/// with itself. Linear in the number of links. Each pair has one sum, so both groups see the same
+/// weight.
 Scratch<Link> combined(unsigned groups, const Scratch<Link>& links);
 
-/// The neighbours of every group on one level: links as adjacency lists, best neighbour first.
-/// Equal weights are ordered by number, so that everything built on them is deterministic.
+/// The links of one level as adjacency lists, each sorted by decreasing weight. Equal weights are
+/// ordered by group number, so that the build is deterministic.
 class GroupGraph {
  public:
   struct Neighbour {
@@ -29,7 +30,7 @@ class GroupGraph {
     double weight;
   };
 
-  /// `links`: combined.
+  /// `links` must come from combined().
   GroupGraph(unsigned groups, const Scratch<Link>& links);
 
   unsigned size() const { return static_cast<unsigned>(start_.size()) - 1; }
@@ -38,10 +39,10 @@ class GroupGraph {
 
  private:
   Scratch<unsigned> start_;
-  Scratch<Neighbour> neighbours_;  // one more than there are, so that `end` may point at it
+  Scratch<Neighbour> neighbours_;  // one element more, so that `end` may point to it
 };
 
-/// Items sorted, stably, by a key below `keys`: those of key k begin at start[k].
+/// Items sorted by a key below `keys` (stable counting sort). Items with key k begin at start[k].
 template <typename Item>
 struct Buckets {
   template <typename KeyOf>
@@ -61,29 +62,28 @@ struct Buckets {
   Scratch<Item> items;
 };
 
-/// Which triangles share an edge, with the length of what they share. An edge that more than two
-/// triangles share links all pairs of them.
+/// Links triangles that share an edge, weighted by the length of the edge. An edge with more than
+/// two triangles links all pairs of them.
 ///
-/// Edges are equal if they have the same two vertices. Edges of only one triangle are compared a
-/// second time by the positions of their ends: so triangles added one by one, each with
-/// vertices of its own (FCL's addTriangle, STL files), and meshes cut along texture seams are
-/// connected too.
+/// Edges are equal if they have the same two vertices. Edges that belong to only one triangle are
+/// then compared by the positions of their ends. So triangles with vertices of their own (FCL's
+/// addTriangle, STL files) and meshes cut along texture seams are connected, too.
 ///
-/// Linear in `count`. An edge of more than 32 triangles, which no surface has, would make the pairs
-/// quadratic; there each triangle is linked to the next 16 around it only.
+/// Takes time linear in `count`. Linking all pairs would be quadratic for an edge with very many
+/// triangles. Above 32 triangles, which no surface has, each triangle is linked only to the next
+/// 16.
 template <typename S>
 Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count);
 
 using AlignedBox = Eigen::AlignedBox3d;
 
-/// The numbers 0, 1, ... of the boxes along a Morton curve through their centres.
+/// The indices of the boxes, sorted along a Morton curve through their centres.
 Scratch<unsigned> mortonOrder(const Scratch<AlignedBox>& boxes);
 
-/// Links each of the boxes, which must be given in Morton order, to the next four; the smaller the
-/// box around both, the greater the weight. After Meister and Bittner, "Parallel locally-ordered
-/// clustering for bounding volume hierarchy construction" (2018), who search such a window. A
-/// window of 16 makes volumes 4 % smaller (the area of all, on triangle soup), and building takes
-/// half as long again.
+/// Links each box to the next four boxes; a smaller common box gives a greater weight. The boxes
+/// must be in Morton order. After Meister and Bittner, "Parallel locally-ordered clustering for
+/// bounding volume hierarchy construction" (2018), who search such a window. A window of 16 makes
+/// volumes 4 % smaller (total area, on triangle soup), but building takes half as long again.
 Scratch<Link> proximityLinks(const Scratch<AlignedBox>& boxes_in_order);
 
 }  // namespace adaptive_bvh

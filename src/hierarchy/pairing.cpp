@@ -21,17 +21,17 @@ class Walk {
     path_.reserve(16);
   }
 
-  /// Pairs `start` if it has a free neighbour, and all groups that the walk comes by.
+  /// Pairs `start` if it has an unpaired neighbour, and all groups on the walk's path.
   void from(unsigned start) {
     path_.assign(1, start);
     while (!path_.empty()) {
       const unsigned g = path_.back();
       const GroupGraph::Neighbour* best = mate_[g] == kNone ? bestFree(g) : nullptr;
-      if (!best) {  // paired meanwhile, or isolated
+      if (!best) {  // paired in the meantime, or without unpaired neighbours
         path_.pop_back();
         continue;
       }
-      // Weights rise along the path, so it never meets itself.
+      // Weights increase along the path, so it has no cycles.
       if (bestFree(best->group)->weight > best->weight)
         path_.push_back(best->group);
       else
@@ -45,7 +45,8 @@ class Walk {
   }
 
  private:
-  /// No group becomes free again during the walk, so each list is read once.
+  /// The best unpaired neighbour. No group becomes unpaired during the walk, so each list is
+  /// scanned once.
   const GroupGraph::Neighbour* bestFree(unsigned g) {
     const GroupGraph::Neighbour*& next = next_[g];
     while (next != graph_.end(g) && mate_[next->group] != kNone) ++next;
@@ -60,16 +61,16 @@ class Walk {
 
 // ---- the search ---------------------------------------------------------------------------------
 
-/// One round: trees grow from all isolated groups at once. A tree goes from a group to a neighbour
-/// and on to that one's mate; the groups at even distance ("outer") could give up their mate, if
-/// all those between them and the isolated one change theirs. Where outer groups of two trees are
-/// neighbours, both trees get their exchange, and take no further part in the round.
+/// One round of the search grows alternating trees from all unpaired groups at once. A tree goes
+/// from a group to a neighbour and on to that neighbour's mate. Groups at even distance ("outer")
+/// can be freed for another partner by exchanging the mates along the path to the root. Where outer
+/// groups of two trees are neighbours, both trees do this exchange, and leave the round.
 class Search {
  public:
   Search(const GroupGraph& graph, Mates& mate)
       : graph_(graph), mate_(mate), root_(graph.size()), from_(graph.size()) {}
 
-  /// Removes the groups that found a mate from `isolated`. Returns whether there were any.
+  /// Removes newly paired groups from `isolated`. Returns whether there were any.
   bool round(Scratch<unsigned>& isolated) {
     root_.assign(graph_.size(), kNone);
     done_.assign(graph_.size(), false);
@@ -111,8 +112,8 @@ class Search {
 
   bool isOuter(unsigned g) const { return mate_[g] == kNone || from_[g] == kNone; }
 
-  /// `outer` takes `partner`; its mate goes back to the group by which the tree reached it, which
-  /// leaves its own mate, and so on to the isolated one.
+  /// Pairs `outer` with `partner`. The former mate of `outer` is paired with the group from which
+  /// the tree reached it, which leaves its own mate, and so on up to the root.
   void exchange(unsigned outer, unsigned partner) {
     for (;;) {
       const unsigned left_alone = mate_[outer];
@@ -128,7 +129,7 @@ class Search {
   const GroupGraph& graph_;
   Mates& mate_;
   Scratch<unsigned> root_;  // the isolated group whose tree a group is in
-  Scratch<unsigned> from_;  // of an inner group: the outer one it was reached by
+  Scratch<unsigned> from_;  // for an inner group: the outer group that it was reached from
   Scratch<bool> done_;      // by root
   Scratch<unsigned> queue_;
   std::size_t searching_ = 0;

@@ -5,7 +5,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Numbers the vertices of one block after the other.
+/// Numbers the vertices of blocks, one block after the other.
 class Numbering {
  public:
   explicit Numbering(std::size_t vertices) : block_(vertices, 0), number_(block_) {}
@@ -14,7 +14,7 @@ class Numbering {
     ++blocks_;
     count_ = 0;
   }
-  /// The vertex's number in this block; a new one is the count so far.
+  /// Returns the vertex's number in this block; a new vertex gets the next number.
   unsigned operator()(unsigned v) {
     if (block_[v] != blocks_) {
       block_[v] = blocks_;
@@ -26,23 +26,26 @@ class Numbering {
   bool isNumbered(unsigned v) const { return block_[v] != 0; }
 
  private:
-  Scratch<unsigned> block_, number_;  // by vertex: the last block that it was numbered in
+  Scratch<unsigned> block_,
+      number_;  // by vertex: the last block that contains it, and its number there
   unsigned blocks_ = 0, count_ = 0;
 };
 
 }  // namespace
 
 template <typename S>
-void VertexSlots::adopt(const OrderedTree& tree, const MeshView<S>& mesh,
-                        std::size_t num_vertices) {
+void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
+                         std::size_t num_vertices) {
   Scratch<VertexIndices> corners(tree.primitives.size());
   for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = mesh.verticesOf(tree.primitives[i]);
   leaves_.resize(corners.size());
   vertices_.clear();
-  vertices_.reserve(num_vertices);  // as many slots, or more
+  vertices_.reserve(num_vertices);  // a lower bound of the number of slots
   Numbering numbers(num_vertices);
   const auto fits = [&](std::size_t first, std::size_t count) {
-    if (count > 2 * kBlock) return false;  // cheaper than counting; a mesh has fewer vertices
+    if (count > 2 * kBlock)
+      return false;  // avoids counting: that many triangles nearly always have more vertices than
+                     // kBlock
     numbers.beginBlock();
     for (std::size_t i = first; i < first + count; ++i)
       for (unsigned v : corners[i]) numbers(v);
@@ -77,7 +80,7 @@ void VertexSlots::adopt(const OrderedTree& tree, const MeshView<S>& mesh,
   vertices_.shrink_to_fit();
 }
 
-template void VertexSlots::adopt(const OrderedTree&, const MeshView<float>&, std::size_t);
-template void VertexSlots::adopt(const OrderedTree&, const MeshView<double>&, std::size_t);
+template void VertexSlots::assign(const OrderedTree&, const MeshView<float>&, std::size_t);
+template void VertexSlots::assign(const OrderedTree&, const MeshView<double>&, std::size_t);
 
 }  // namespace adaptive_bvh

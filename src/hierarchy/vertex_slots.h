@@ -9,37 +9,38 @@
 
 namespace adaptive_bvh {
 
-/// The vertices of the leaves in the order of the tree, so that those below a node lie together.
+/// Stores the vertices of the leaves in tree order, so that the vertices below a node are close
+/// together in memory.
 ///
-/// A block is a subtree with at most kBlock vertices, as large as possible. It has one slot for
-/// each of its vertices; a vertex that several blocks share has a slot in each (about 1.4 slots a
-/// vertex in a regular mesh). So what is kept by slot is, below a node, a range of slots, or within
-/// a block a set of them that fits in one word. Vertices without a triangle have slots at the end.
-/// A point is a triangle with three equal vertices.
+/// A block is a maximal subtree with at most kBlock vertices. It has one slot for each of its
+/// vertices; a vertex that several blocks share has a slot in each (about 1.4 slots per vertex in a
+/// regular mesh). So the data below a node are a range of slots or, within a block, a set of slots
+/// that fits in a 64-bit word. Vertices without a triangle have the last slots. A point is treated
+/// as a triangle with three equal vertices.
 class VertexSlots {
  public:
   static constexpr int kBlock = 64;
 
-  /// The slots below a node: `first` and those after it whose bit is set; all up to `last` where
-  /// no bit is.
+  /// The slots below a node: within a block, the slots first + i for each bit i set in `bits`; if
+  /// `bits` is 0, the range from `first` to `last`, excluding `last`.
   struct Set {
     unsigned first, last;
     std::uint64_t bits;
   };
 
   template <typename S>
-  void adopt(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
+  void assign(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }
-  /// The number of slots whose vertex has a triangle; they come first.
+  /// The number of slots whose vertex belongs to a triangle; these slots come first.
   std::size_t used() const { return end_; }
   /// The vertex of each slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 
-  /// By leaf.
+  /// The slots of each leaf.
   const LeafSlots* leafSlots() const { return leaves_.data(); }
-  /// The first slot of the block that a leaf belongs to.
+  /// The first slot of a leaf's block.
   unsigned block(std::size_t leaf) const { return leaves_[leaf].block; }
   VertexIndices slotsOf(std::size_t leaf) const {
     const LeafSlots& l = leaves_[leaf];
@@ -50,7 +51,7 @@ class VertexSlots {
     return {vertices_[slots[0]], vertices_[slots[1]], vertices_[slots[2]]};
   }
 
-  /// The slots of `count` leaves from `first` on, which are the leaves below one node.
+  /// The slots of `count` leaves from `first` on, which must be all leaves below one node.
   Set below(std::size_t first, std::size_t count) const {
     const unsigned block = leaves_[first].block;
     if (block != leaves_[first + count - 1].block) return below(first, count, 0);
@@ -58,7 +59,7 @@ class VertexSlots {
     for (std::size_t i = first; i < first + count; ++i) bits |= leaves_[i].bits();
     return {block, 0, bits};
   }
-  /// The same slots, if Set::bits is known.
+  /// The slots below a node whose Set::bits are known.
   Set below(std::size_t first, std::size_t count, std::uint64_t bits) const {
     const unsigned block = leaves_[first].block;
     if (bits != 0) return {block, 0, bits};
@@ -72,7 +73,7 @@ class VertexSlots {
  private:
   std::vector<LeafSlots> leaves_;
   std::vector<unsigned> vertices_;
-  unsigned end_ = 0;  ///< of the last block
+  unsigned end_ = 0;  ///< end of the last block
 };
 
 }  // namespace adaptive_bvh

@@ -10,14 +10,14 @@
 
 namespace adaptive_bvh {
 
-/// The boundary of a surface as closed curves of edges: the edges that its triangles run through
-/// more often in one direction than in the other, in that direction, each as often as the counts
-/// differ by. At each vertex as many begin as end, so they are closed curves. None of a closed
-/// mesh; of separate triangles, all edges.
+/// The boundary of a surface as closed curves. It consists of the edges whose triangles traverse
+/// them more often in one direction than in the other, in that direction, each repeated by the
+/// difference of the counts. At each vertex as many of these edges begin as end, so they form
+/// closed curves. A closed mesh has none; separate triangles contribute all their edges.
 class BoundaryLoops {
  public:
-  /// In any order.
-  void adopt(const std::vector<BoundaryEdge>& boundary) {
+  /// The edges may be in any order.
+  void assign(const std::vector<BoundaryEdge>& boundary) {
     std::vector<Edge> edges;
     edges.reserve(boundary.size());
     for (const BoundaryEdge& e : boundary)
@@ -26,11 +26,11 @@ class BoundaryLoops {
   }
 
   bool isEmpty() const { return vertices_.empty(); }
-  /// The vertices along all curves, one after the other. The last one of a curve is followed by
-  /// its first.
+  /// The vertices of all curves, one curve after the other. In each, the last vertex connects to
+  /// the first.
   const std::vector<unsigned>& vertices() const { return vertices_; }
   std::size_t size() const { return ends_.size(); }
-  /// Where a curve ends in vertices(), and the next one begins.
+  /// The index in vertices() at which a curve ends and the next one begins.
   std::size_t end(std::size_t curve) const { return ends_[curve]; }
   std::size_t bytes() const {
     return vertices_.capacity() * sizeof(unsigned) + ends_.capacity() * sizeof(std::size_t);
@@ -43,11 +43,12 @@ class BoundaryLoops {
     friend bool operator<(const Edge& a, const Edge& b) { return a.from < b.from; }
   };
 
-  /// Follows edges that were not used until none begins where the last one ends, which is at the
-  /// first vertex.
+  /// Follows unused edges until no unused edge begins at the last vertex, which is then the first
+  /// one of the curve.
   void trace(std::vector<Edge> edges) {
     if (!std::is_sorted(edges.begin(), edges.end())) std::stable_sort(edges.begin(), edges.end());
-    std::vector<std::size_t> next(edges.size());  // at the first edge of a vertex: one not used
+    std::vector<std::size_t> next(
+        edges.size());  // indexed by a vertex's first edge: its next unused edge
     std::iota(next.begin(), next.end(), std::size_t(0));
     vertices_.reserve(edges.size());
     const auto isLeft = [&](std::size_t i) {

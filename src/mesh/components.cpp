@@ -7,7 +7,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Sets of vertices that are joined (union-find).
+/// Disjoint sets of connected vertices (union-find).
 class JoinedVertices {
  public:
   explicit JoinedVertices(std::size_t count) : parent_(count) {
@@ -26,8 +26,8 @@ class JoinedVertices {
 }  // namespace
 
 template <typename S>
-void Components::adopt(const MeshView<S>& mesh, std::size_t num_triangles,
-                       std::size_t num_vertices) {
+void Components::assign(const MeshView<S>& mesh, std::size_t num_triangles,
+                        std::size_t num_vertices) {
   JoinedVertices joined(num_vertices);
   const auto count = static_cast<unsigned>(num_triangles);
   for (unsigned t = 0; t < count; ++t) {
@@ -45,7 +45,7 @@ void Components::adopt(const MeshView<S>& mesh, std::size_t num_triangles,
   first_triangles_.shrink_to_fit();
 }
 
-template void Components::adopt(const MeshView<float>&, std::size_t, std::size_t);
-template void Components::adopt(const MeshView<double>&, std::size_t, std::size_t);
+template void Components::assign(const MeshView<float>&, std::size_t, std::size_t);
+template void Components::assign(const MeshView<double>&, std::size_t, std::size_t);
 
 }  // namespace adaptive_bvh

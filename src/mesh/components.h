@@ -11,9 +11,9 @@ namespace adaptive_bvh {
 class Components {
  public:
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
+  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
 
-  /// The triangle with the smallest index of each, by increasing index.
+  /// The smallest triangle index of each component, in increasing order.
   const std::vector<unsigned>& firstTriangles() const { return first_triangles_; }
   std::size_t bytes() const { return first_triangles_.capacity() * sizeof(unsigned); }
 

@@ -5,9 +5,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// An edge of one triangle, kept with the smaller of its vertices.
+/// An edge of one triangle, stored at its vertex with the smaller index.
 struct HalfEdge {
-  unsigned other;   ///< the larger vertex
+  unsigned other;   ///< the other vertex, with the larger index
   unsigned number;  ///< 3 t + k
 
   friend bool operator<(const HalfEdge& a, const HalfEdge& b) {
@@ -30,7 +30,7 @@ void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit)
 template <typename S>
 void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
               Scratch<std::uint8_t>& bits, std::vector<BoundaryEdge>& boundary) {
-  Scratch<unsigned> begin(vertices + 2, 0);  // of those at a vertex; shifted by one while filled
+  Scratch<unsigned> begin(vertices + 2, 0);  // offsets by vertex; offset by one during construction
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
   for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
   Scratch<HalfEdge> edges(begin.back());
@@ -45,7 +45,7 @@ void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
     for (unsigned i = begin[v]; i < begin[v + 1];) {
       const unsigned other = edges[i].other;
       bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
-      int sum = 0;  // of the directions of one edge
+      int sum = 0;  // sum of the edge's directions, each +1 or -1
       for (; i < begin[v + 1] && edges[i].other == other; ++i) sum += direction(v, edges[i].number);
       if (sum > 0) boundary.push_back({v, other, sum});
       if (sum < 0) boundary.push_back({other, v, -sum});
@@ -69,9 +69,9 @@ void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertic
 }  // namespace
 
 template <typename S>
-void FeatureOwners::adopt(const MeshView<S>& mesh, std::size_t num_vertices,
-                          const Scratch<unsigned>& primitives,
-                          std::vector<BoundaryEdge>& boundary) {
+void FeatureOwners::assign(const MeshView<S>& mesh, std::size_t num_vertices,
+                           const Scratch<unsigned>& primitives,
+                           std::vector<BoundaryEdge>& boundary) {
   const auto triangles = static_cast<unsigned>(primitives.size());
   Scratch<std::uint8_t> bits(triangles, 0);
   ownVertices(mesh, triangles, num_vertices, bits);
@@ -83,9 +83,9 @@ void FeatureOwners::adopt(const MeshView<S>& mesh, std::size_t num_vertices,
     owners_[place] = {primitives[place], bits[primitives[place]]};
 }
 
-template void FeatureOwners::adopt(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
-                                   std::vector<BoundaryEdge>&);
-template void FeatureOwners::adopt(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
-                                   std::vector<BoundaryEdge>&);
+template void FeatureOwners::assign(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
+                                    std::vector<BoundaryEdge>&);
+template void FeatureOwners::assign(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
+                                    std::vector<BoundaryEdge>&);
 
 }  // namespace adaptive_bvh

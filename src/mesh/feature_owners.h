@@ -8,10 +8,10 @@
 
 namespace adaptive_bvh {
 
-/// A triangle, and which of its vertices and edges it stands for.
+/// A triangle and the set of its vertices and edges that it owns.
 struct FeatureOwner {
-  unsigned triangle;  ///< its index
-  unsigned bits;  ///< 0 to 2: the corners that it owns; 3 to 5: edges, from corner k to the next
+  unsigned triangle;  ///< index
+  unsigned bits;      ///< 0 to 2: owned corners; 3 to 5: owned edges, from corner k to the next
 
   unsigned vertices() const { return bits & 7; }
   unsigned edges() const { return bits >> 3; }
@@ -19,30 +19,29 @@ struct FeatureOwner {
   bool ownsEdge(unsigned k) const { return bits >> (3 + k) & 1; }
 };
 
-/// An edge in the direction in which triangles run through it more often, and how much more.
+/// An edge in the direction in which more triangles traverse it, and the difference of both counts.
 struct BoundaryEdge {
   unsigned from, to;
   int surplus;
 };
 
-/// Each vertex and each edge is owned by one triangle, the one with the smallest number. So pairs
-/// of triangles whose boxes meet give every pair of features once: the owned vertices of one with
-/// the face of the other, and owned edges with owned edges (representative triangles: Curtis,
-/// Tamstorf, Manocha 2008). An edge between a vertex and itself is owned by none.
+/// Assigns each vertex and each edge to one triangle, the one with the smallest index. Pairs of
+/// triangles whose boxes overlap then produce each pair of features once: owned vertices of one
+/// with the face of the other, and owned edges with owned edges (representative triangles: Curtis,
+/// Tamstorf, Manocha 2008). An edge from a vertex to itself has no owner.
 class FeatureOwners {
  public:
-  /// `primitives`: the triangles' indices, by place in the order of a tree's leaves. Overwrites
-  /// `boundary` with each edge that is not run through as often in one direction as in the other.
+  /// `primitives` are the triangles' indices in the order of a tree's leaves. Overwrites `boundary`
+  /// with each edge that is not traversed equally often in both directions.
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_vertices, const Scratch<unsigned>& primitives,
-             std::vector<BoundaryEdge>& boundary);
+  void assign(const MeshView<S>& mesh, std::size_t num_vertices,
+              const Scratch<unsigned>& primitives, std::vector<BoundaryEdge>& boundary);
 
-  /// By place in that order.
+  /// The owner at a position in the order of the leaves.
   const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }
   const FeatureOwner* data() const { return owners_.data(); }
   std::size_t size() const { return owners_.size(); }
-  /// Whether the triangles enclose something: each edge is run through as often in one direction as
-  /// in the other.
+  /// Whether the mesh is closed: each edge is traversed equally often in both directions.
   bool isClosed() const { return is_closed_; }
   std::size_t bytes() const { return owners_.capacity() * sizeof(FeatureOwner); }
 

@@ -11,7 +11,7 @@
 
 namespace adaptive_bvh {
 
-/// The box around some positions, at least one.
+/// The bounding box of one or more positions.
 template <typename S>
 struct LocalBox {
   LocalBox(const fcl::Vector3<S>* positions, std::size_t count)
@@ -25,8 +25,8 @@ struct LocalBox {
   fcl::Vector3<S> low, high;
 };
 
-/// The box of a body in its own frame, and the ball around its centre that holds the body: what FCL
-/// keeps of every geometry, with FCL's names.
+/// The bounding box of a body in its own frame, and the ball around the box's centre that encloses
+/// the body. Member names are those of fcl::CollisionGeometry.
 template <typename S>
 struct LocalBounds {
   fcl::AABB<S> aabb_local;
@@ -42,8 +42,9 @@ void setLocalBox(Geometry& geometry, const fcl::Vector3<S>& low, const fcl::Vect
   geometry.aabb_center = geometry.aabb_local.center();
 }
 
-/// Sets the radius of the ball around the centre of the local box, by the largest square of a
-/// vertex's distance to it; by the box where squares are so small that they lose digits.
+/// Sets the radius of the ball around the centre of the local box. `squared` is the largest squared
+/// distance of a vertex to the centre. If it is so small that squares lose digits, the radius is
+/// computed from the box.
 template <typename Geometry, typename S>
 void setLocalRadius(Geometry& geometry, S squared) {
   constexpr S kLeast = std::numeric_limits<S>::min() / rounding::epsilon<S>();
@@ -54,8 +55,8 @@ void setLocalRadius(Geometry& geometry, S squared) {
                              : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
 }
 
-/// Gives FCL the bounds of a mesh. In single precision the centre and the radius are rounded, the
-/// radius upward by what the centre is off.
+/// Copies a mesh's bounds to an FCL geometry. In single precision the centre is rounded, and the
+/// radius rounded up to include the centre's error.
 template <typename S>
 void copyBounds(const LocalBounds<double>& bounds, fcl::CollisionGeometry<S>& geometry) {
   setLocalBox(geometry, fcl::Vector3<S>(bounds.aabb_local.min_.template cast<S>()),
@@ -68,14 +69,14 @@ void copyBounds(const LocalBounds<double>& bounds, fcl::CollisionGeometry<S>& ge
     geometry.aabb_radius = std::nextafter(geometry.aabb_radius, std::numeric_limits<S>::infinity());
 }
 
-/// Updates the local box of a geometry for new positions of some vertices. If a vertex moves away
-/// from a side of the box, that side has to be computed from all vertices.
+/// Updates the local box of a geometry after some vertices have moved. If a vertex moves inward
+/// from a side of the box, finish() recomputes that side from all vertices.
 template <typename S>
 class BoxAfterSome {
  public:
   explicit BoxAfterSome(const fcl::AABB<S>& local) : low_(local.min_), high_(local.max_) {}
 
-  /// A vertex moves.
+  /// Records the motion of one vertex.
   void move(const fcl::Vector3<S>& from, const fcl::Vector3<S>& to) {
     for (int k = 0; k < 3; ++k) {
       leaves_side_ = leaves_side_ || (from[k] == low_[k] && to[k] > from[k]) ||
@@ -85,11 +86,11 @@ class BoxAfterSome {
     }
     squared_ = std::max(squared_, (to - from).squaredNorm());
   }
-  /// The largest one.
+  /// The largest squared displacement.
   S squaredDisplacement() const { return squared_; }
 
-  /// After the last position is written: sets box, centre and radius. The radius is half the box's
-  /// diagonal, rounded up: it holds all vertices, though not tightly.
+  /// Sets box, centre and radius; call it after all positions are written. The radius is half the
+  /// box's diagonal, rounded up: the ball encloses all vertices, though not tightly.
   template <typename Geometry>
   void finish(const fcl::Vector3<S>* vertices, std::size_t count, Geometry& geometry) const {
     fcl::Vector3<S> low = low_, high = high_;

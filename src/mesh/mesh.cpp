@@ -15,14 +15,14 @@ namespace {
 template <typename S>
 using Key = std::array<S, 3>;
 
-/// A polynomial of a key's halves at a random place, modulo the prime 2^61 - 1: whatever the keys
-/// are, two of them have the same hash with a probability below 2^-58.
+/// A polynomial hash of a key's 32-bit halves at a random point, modulo the prime 2^61 - 1: two
+/// different keys collide with a probability below 2^-58, whatever the keys are.
 template <typename S>
 class KeyHash {
  public:
   KeyHash() {
     std::random_device random;
-    place_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
+    point_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
   }
 
   std::size_t operator()(const Key<S>& key) const {
@@ -30,25 +30,25 @@ class KeyHash {
     for (const S x : key) {
       std::uint64_t bits = 0;
       std::memcpy(&bits, &x, sizeof(x));
-      hash = timesPlace(timesPlace(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
+      hash = timesPoint(timesPoint(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
     }
-    return static_cast<std::size_t>(timesPlace(hash));
+    return static_cast<std::size_t>(timesPoint(hash));
   }
 
  private:
-  std::uint64_t timesPlace(std::uint64_t number) const {
+  std::uint64_t timesPoint(std::uint64_t number) const {
     __extension__ typedef unsigned __int128 Wide;
-    const Wide product = Wide(number) * place_;
+    const Wide product = Wide(number) * point_;
     const std::uint64_t sum =
         static_cast<std::uint64_t>(product & kPrime) + static_cast<std::uint64_t>(product >> 61);
     return sum >= kPrime ? sum - kPrime : sum;
   }
 
   static constexpr std::uint64_t kPrime = (std::uint64_t{1} << 61) - 1;
-  std::uint64_t place_ = 0;
+  std::uint64_t point_ = 0;
 };
 
-/// A hash table of vertices, by the cells of a grid; by their positions where the tolerance is 0.
+/// A hash table of vertices by grid cell, or by exact position if the tolerance is 0.
 template <typename S>
 class KeptVertices {
  public:
@@ -58,16 +58,15 @@ class KeptVertices {
     slots_.assign(slots, kEmpty);
   }
 
-  /// The first vertex that was added and is not farther than the tolerance; `otherwise` where there
-  /// is none.
+  /// Returns the first added vertex within the tolerance of p, or `otherwise` if there is none.
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
     const Key<S> centre = keyOf(p);
-    const int reach = tolerance_ == 0 ? 0 : 1;  // in cells
+    const int radius = tolerance_ == 0 ? 0 : 1;  // search radius in cells
     std::size_t first = otherwise;
-    for (int x = -reach; x <= reach; ++x)
-      for (int y = -reach; y <= reach; ++y)
-        for (int z = -reach; z <= reach; ++z) {
+    for (int x = -radius; x <= radius; ++x)
+      for (int y = -radius; y <= radius; ++y)
+        for (int z = -radius; z <= radius; ++z) {
           std::size_t slot = slotOf({centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)});
           for (; slots_[slot] != kEmpty; slot = slotAfter(slot))
             if (isNear(vertices[slots_[slot]], p)) first = std::min(first, slots_[slot]);
@@ -76,16 +75,17 @@ class KeptVertices {
   }
 
   void add(const fcl::Vector3<S>& p, std::size_t vertex) {
-    if (p.hasNaN()) return;  // it is never found
+    if (p.hasNaN()) return;  // NaN is never equal to a position
     std::size_t slot = slotOf(keyOf(p));
     while (slots_[slot] != kEmpty) slot = slotAfter(slot);
     slots_[slot] = vertex;
   }
 
  private:
-  /// Equal as numbers: -0 becomes 0. Cells as wide as twice the tolerance, so that rounding does
-  /// not put two vertices within the tolerance more than one cell apart. Where numbers are farther
-  /// apart than the tolerance, each is a cell.
+  /// The cell of a position; for tolerance 0 the position itself, with -0 as 0. Cells are twice as
+  /// wide as the tolerance, so that despite rounding two vertices within the tolerance are at most
+  /// one cell apart. Where neighbouring numbers are farther apart than the tolerance, each number
+  /// is a cell.
   Key<S> keyOf(const fcl::Vector3<S>& p) const {
     constexpr S kWide = S(4) / std::numeric_limits<S>::epsilon();
     Key<S> key;
@@ -106,7 +106,8 @@ class KeptVertices {
   static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
   S tolerance_;
   KeyHash<S> hash_;
-  std::vector<std::size_t> slots_;  ///< a power of two, half of them empty; vertices, or kEmpty
+  std::vector<std::size_t>
+      slots_;  ///< vertex indices or kEmpty; a power of two slots, at least half of them empty
 };
 
 }  // namespace

@@ -10,10 +10,10 @@
 
 namespace adaptive_bvh {
 
-/// The vertices of a triangle; a point is one with three equal ones.
+/// The vertex indices of a triangle. A point is represented by three equal indices.
 using VertexIndices = std::array<unsigned, 3>;
 
-/// Whether two arrays of points, of so many each, have memory in common.
+/// Whether two arrays of points, with the given lengths, overlap in memory.
 template <typename S>
 bool overlap(const fcl::Vector3<S>* a, std::size_t count_a, const fcl::Vector3<S>* b,
              std::size_t count_b) {
@@ -21,31 +21,32 @@ bool overlap(const fcl::Vector3<S>* a, std::size_t count_a, const fcl::Vector3<S
   return before(a, b + count_b) && before(b, a + count_a);
 }
 
-/// The primitives of a model (triangles, or points where `triangles` is null) and their positions,
-/// as FCL stores them. Owns nothing.
+/// A non-owning view of a model's primitives (triangles, or points if `triangles` is null) and
+/// their positions, in FCL's layout.
 template <typename S>
 struct MeshView {
   const fcl::Vector3<S>* vertices = nullptr;
-  /// Positions of the step before, when volumes must hold both (two-frame update); else null.
+  /// Positions before the last step, if volumes must enclose both (two-frame update); otherwise
+  /// null.
   const fcl::Vector3<S>* previous = nullptr;
   const fcl::Triangle* triangles = nullptr;
 
   int verticesPerPrimitive() const { return triangles ? 3 : 1; }
 
-  /// Index of corner k of a primitive; a point has the one corner 0.
+  /// Vertex index of corner k of a primitive; a point has only corner 0.
   unsigned vertex(unsigned primitive, int k) const {
     return triangles ? static_cast<unsigned>(triangles[primitive][k]) : primitive;
   }
 
   VertexIndices verticesOf(unsigned primitive) const {
     if (!triangles) return {primitive, primitive, primitive};
-    std::size_t v[3];  // FCL's way to read them is a call into its library for each
+    std::size_t v[3];  // copied at once: FCL's accessor is a function call for each index
     static_assert(sizeof(v) == sizeof(fcl::Triangle), "a triangle is three indices");
     std::memcpy(v, static_cast<const void*>(&triangles[primitive]), sizeof(v));
     return {static_cast<unsigned>(v[0]), static_cast<unsigned>(v[1]), static_cast<unsigned>(v[2])};
   }
 
-  /// Calls visit(position) for a vertex; if `previous` is given, for its position there, too.
+  /// Calls visit(position) for a vertex, and for its previous position if `previous` is set.
   template <typename Visit>
   void forEachPositionOf(unsigned v, Visit&& visit) const {
     visit(vertices[v]);

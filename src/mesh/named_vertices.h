@@ -6,15 +6,15 @@
 
 namespace adaptive_bvh {
 
-/// Which vertices a step of some vertices has named. Of a vertex that is named more than once the
-/// last position counts, and its motion is that from the position before the step.
+/// Finds duplicate indices in an update of some vertices. If a vertex is listed more than once, its
+/// last position counts, and its displacement is measured from the position before the update.
 class NamedVertices {
  public:
-  /// Room for so many vertices.
+  /// Allocates memory for this number of vertices.
   void reserve(std::size_t vertices) { words_.resize((vertices + 63) / 64); }
 
-  /// Calls visit(i) once for each vertex named, where indices[i] names it for the last time.
-  /// `visit` may throw.
+  /// Calls visit(i) once for each listed vertex, where i is the last index at which indices[i] is
+  /// this vertex. `visit` may throw.
   template <typename Visit>
   void forEachLast(const unsigned* indices, std::size_t count, const Visit& visit) {
     const Clear clear{*this, indices, count};
@@ -25,7 +25,7 @@ class NamedVertices {
   std::size_t bytes() const { return words_.capacity() * sizeof(words_[0]); }
 
  private:
-  /// Leaves no vertex named, also when `visit` throws.
+  /// Clears all marks, also if `visit` throws.
   struct Clear {
     NamedVertices& named;
     const unsigned* const indices;
@@ -42,7 +42,7 @@ class NamedVertices {
     return is_new;
   }
 
-  std::vector<std::uint64_t> words_;  ///< a bit a vertex; none between steps
+  std::vector<std::uint64_t> words_;  ///< one bit for each vertex; all clear between updates
 };
 
 }  // namespace adaptive_bvh

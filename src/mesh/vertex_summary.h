@@ -12,7 +12,7 @@
 
 namespace adaptive_bvh {
 
-/// True when every coordinate is finite and small enough for the sums of squares of a fit
+/// Whether every coordinate is finite and small enough for the sums of squares of a fit
 /// (rounding::largestCoordinate).
 template <typename S>
 bool usablePositions(const fcl::Vector3<S>* positions, std::size_t count) {
@@ -23,7 +23,7 @@ bool usablePositions(const fcl::Vector3<S>* positions, std::size_t count) {
   return usable;
 }
 
-/// As many points as a pack has numbers, as they lie in an array: number i is component i % 3 of
+/// A group of kPoints points, loaded from an array as three packs: number i is component i % 3 of
 /// point i / 3.
 template <typename S>
 struct PackedPoints {
@@ -35,7 +35,7 @@ struct PackedPoints {
     return points;
   }
   void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to->data(), of, sizeof(of)); }
-  /// One point as often.
+  /// Repeats one point.
   static PackedPoints repeated(const fcl::Vector3<S>& point) {
     PackedPoints points;
     for (std::size_t i = 0; i < 3 * kPoints; ++i)
@@ -45,7 +45,7 @@ struct PackedPoints {
   PackedPoints operator-(const PackedPoints& other) const {
     return {{of[0] - other.of[0], of[1] - other.of[1], of[2] - other.of[2]}};
   }
-  /// The squares of the points' lengths.
+  /// The squared lengths of the points.
   Pack<S> squares() const {
     const Pack<S> a = of[0] * of[0], b = of[1] * of[1], c = of[2] * of[2];
     if constexpr (kPoints == 2)
@@ -58,37 +58,39 @@ struct PackedPoints {
   Pack<S> of[3];
 };
 
-/// All that a step needs to know of its positions, gathered while they are read.
+/// Statistics of the positions and displacements of an update, gathered in one pass.
 template <typename S>
 struct VertexSummary {
   using Point = fcl::Vector3<S>;
 
-  Point low = Point::Constant(std::numeric_limits<S>::max()), high = -low;  ///< of positions
-  S squared = 0;  ///< the largest displacement
-  /// The sum of all displacements, as |x| + |y| + |z|: 0 only when nothing moved, for it does not
-  /// underflow; not finite when an old or a new position was not.
-  S way = 0;
+  Point low = Point::Constant(std::numeric_limits<S>::max()),
+        high = -low;  ///< bounding box of the positions
+  S squared = 0;      ///< the largest squared displacement
+  /// The sum of |x| + |y| + |z| over all displacements. It does not underflow, so it is 0 only if
+  /// nothing moved; not finite if an old or a new position was not.
+  S displacement_sum = 0;
 
   void add(const Point& position, const Point& displacement) {
     const S square = displacement[0] * displacement[0] + displacement[1] * displacement[1] +
                      displacement[2] * displacement[2];
     squared = std::max(squared, square);
-    way += std::abs(displacement[0]) + std::abs(displacement[1]) + std::abs(displacement[2]);
+    displacement_sum +=
+        std::abs(displacement[0]) + std::abs(displacement[1]) + std::abs(displacement[2]);
     for (int k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], position[k]);
       high[k] = std::max(high[k], position[k]);
     }
   }
-  /// The same for positions that lie together, with those before.
+  /// Adds a contiguous array of positions with their previous positions.
   void add(const Point* positions, const Point* before, std::size_t count) {
     using Packed = PackedPoints<S>;
     Packed lows = Packed::repeated(low), highs = Packed::repeated(high);
-    Pack<S> squares{}, ways{};
+    Pack<S> squares{}, sums{};
     std::size_t v = 0;
     for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
       const Packed x = Packed::load(positions + v), d = x - Packed::load(before + v);
-      squares = packs::upper<Pack<S>>(d.squares(), squares);  // NaN counts as nothing
-      ways += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
+      squares = packs::upper<Pack<S>>(d.squares(), squares);  // ignores NaN
+      sums += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
               packs::absolute<Pack<S>>(d.of[2]);
       for (int k = 0; k < 3; ++k) {
         lows.of[k] = packs::lower<Pack<S>>(x.of[k], lows.of[k]);
@@ -102,34 +104,34 @@ struct VertexSummary {
       low[i % 3] = std::min(low[i % 3], number(lows));
       high[i % 3] = std::max(high[i % 3], number(highs));
     }
-    way += packs::sum(ways);
+    displacement_sum += packs::sum(sums);
     squared = std::max(squared, packs::largest(squares));
     for (; v < count; ++v) add(positions[v], positions[v] - before[v]);
   }
   void add(const VertexSummary& other) {
     squared = std::max(squared, other.squared);
-    way += other.way;
+    displacement_sum += other.displacement_sum;
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);
   }
 
-  bool moved() const { return way != 0; }
+  bool moved() const { return displacement_sum != 0; }
 
-  /// True: all positions are finite and within the limits. May be false although they are, when an
-  /// old position was not finite.
+  /// True only if all positions are finite and within the limits. May be false for usable positions
+  /// if an old position was not finite.
   bool isSurelyUsable(S limit = rounding::largestCoordinate<S>()) const {
-    return std::isfinite(way) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
+    return std::isfinite(displacement_sum) && low.minCoeff() >= -limit && high.maxCoeff() <= limit;
   }
 
-  /// Rounded up; not finite when an old position was not.
+  /// The largest displacement, rounded up; not finite if an old position was not.
   S largestDisplacement() const {
-    if (!std::isfinite(way)) return way;
+    if (!std::isfinite(displacement_sum)) return displacement_sum;
     return moved() ? std::sqrt(squared) * (1 + 4 * rounding::epsilon<S>()) + rounding::tiny<S>()
                    : 0;
   }
 };
 
-/// Copies points that lie together. Returns the largest square of a distance from `middle`.
+/// Copies a contiguous array of points. Returns the largest squared distance from `middle`.
 template <typename S>
 S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<S>& middle,
              fcl::Vector3<S>* to) {

@@ -7,8 +7,8 @@
 
 namespace adaptive_bvh {
 
-/// The triangles at each vertex, by increasing index. A triangle that repeats a vertex is there
-/// once. About 14 bytes a triangle of a closed mesh.
+/// The triangles at each vertex, by increasing index. A triangle that repeats a vertex is listed
+/// there once. Takes about 14 bytes for each triangle of a closed mesh.
 class VertexTriangles {
  public:
   /// The triangles of one vertex.
@@ -21,8 +21,8 @@ class VertexTriangles {
   };
 
   template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
-    begin_.assign(num_vertices + 2, 0);  // shifted by one while the triangles are filled in
+  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
+    begin_.assign(num_vertices + 2, 0);  // offset by one during construction
     forEachCorner(mesh, num_triangles, [&](unsigned v, unsigned) { ++begin_[v + 2]; });
     for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
     triangles_.resize(begin_.back());
@@ -51,16 +51,15 @@ class VertexTriangles {
   std::vector<unsigned> begin_, triangles_;
 };
 
-/// How often the triangles that share an edge run through it: from one vertex to the other, and
-/// back.
+/// How often the triangles that share an edge traverse it in each direction.
 struct EdgeUse {
-  unsigned triangle;  ///< the first of them
+  unsigned triangle;  ///< the first of these triangles
   int forward = 0, back = 0;
 };
 
-/// Counts the uses of the edge between two different vertices. Where `first` is not the first
-/// triangle that has it, the count stops at that: so the edges of many triangles at one take
-/// linear time.
+/// Counts how often triangles traverse the edge between two different vertices. If `first` is not
+/// the first triangle with this edge, the count stops early, so that a vertex with many triangles
+/// takes linear time.
 template <typename S>
 EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, unsigned from,
                   unsigned to, unsigned first) {
@@ -79,9 +78,9 @@ EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, uns
   return use;
 }
 
-/// Calls visit(from, to, use) for each edge that is not run through as often in one direction as in
-/// the other, once and in the direction of the majority, until it returns false. By increasing
-/// triangle, then by corner.
+/// Calls visit(from, to, use) once for each edge that is not traversed equally often in both
+/// directions, in the direction of the majority, until visit returns false. The order is by
+/// increasing triangle index, then by corner.
 template <typename S, typename Visit>
 void forEachOpenEdge(const MeshView<S>& mesh, unsigned num_triangles,
                      const VertexTriangles& triangles, const Visit& visit) {
@@ -89,7 +88,7 @@ void forEachOpenEdge(const MeshView<S>& mesh, unsigned num_triangles,
     const VertexIndices v = mesh.verticesOf(t);
     for (std::size_t k = 0; k < 3; ++k) {
       const unsigned from = v[k], to = v[(k + 1) % 3];
-      // A triangle a, b, a has the edge from a to b twice.
+      // A triangle with corners a, b, a has the edge between a and b twice.
       const bool is_repeated = k > 0 && (v[k - 1] == to || (k == 2 && v[1] == from));
       if (from == to || is_repeated) continue;
       const EdgeUse use = useOfEdge(mesh, triangles, from, to, t);

@@ -12,7 +12,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Also for the files that a mesh names.
+/// Opens regular files only, also for files that a mesh refers to.
 class RegularFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override { return isRegularFile(file); }
@@ -21,8 +21,9 @@ class RegularFiles : public Assimp::DefaultIOSystem {
   }
 };
 
-/// Numbers have 24 bits. Fewer than 8 of them for the shape, beside the distance from the origin,
-/// are refused: what the file has may be flat by now.
+/// Throws if single precision has destroyed the shape: assimp's numbers have 24 bits, and if the
+/// distance from the origin leaves fewer than 8 of them for the shape, a solid may have become
+/// flat.
 void checkPrecision(const std::vector<fcl::Vector3d>& vertices) {
   Eigen::AlignedBox3d box;
   double largest = 0;
@@ -40,7 +41,7 @@ void check(bool is_valid, const char* what) {
   if (!is_valid) throw std::runtime_error(std::string("it was read with ") + what);
 }
 
-/// Of `source` nothing is used that was not checked: an index of a corner is by `triangulate`.
+/// Converts a mesh; checks everything it uses, except corner indices, which `triangulate` checks.
 PolygonMesh polygonsOf(const aiMesh& source) {
   check(source.mVertices || source.mNumVertices == 0, "a mesh that lacks its vertices");
   check(source.mFaces || source.mNumFaces == 0, "a mesh that lacks its faces");
@@ -71,7 +72,7 @@ SceneNode nodeOf(const aiNode& source, unsigned meshes) {
   return node;
 }
 
-/// FBX says how many centimetres its unit has. Other formats say nothing that assimp passes on.
+/// The unit in metres. FBX gives it in centimetres; for other formats assimp passes on no unit.
 double unitOf(const aiScene& source) {
   double centimetres = 100;
   float single = 0;  // the type depends on assimp's version
@@ -86,7 +87,7 @@ double unitOf(const aiScene& source) {
 
 FileScene readByAssimp(const std::string& path) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new RegularFiles);  // the importer's from now on
+  importer.SetIOHandler(new RegularFiles);  // the importer takes ownership
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* const source = importer.ReadFile(path, aiProcess_ValidateDataStructure);
   if (!source) throw std::runtime_error(importer.GetErrorString());
@@ -99,7 +100,7 @@ FileScene readByAssimp(const std::string& path) {
     check(source->mMeshes[i] != nullptr, "a mesh that is missing");
     scene.meshes.push_back(polygonsOf(*source->mMeshes[i]));
   }
-  // With an explicit list: nodes may be nested as deep as assimp can read.
+  // With an explicit list instead of recursion: nodes may be nested as deep as assimp can read.
   std::vector<const aiNode*> nodes = {source->mRootNode};
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     scene.nodes.push_back(nodeOf(*nodes[n], source->mNumMeshes));

@@ -50,7 +50,7 @@ Eigen::Matrix4d lookAt(const std::vector<double>& n) {
   return matrix;
 }
 
-/// Transform of one element of a node; the identity for other elements.
+/// The transform of one element of a node; the identity for other elements.
 Eigen::Matrix4d transformOf(const XmlElement& element) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (element.name == "translate") {
@@ -95,8 +95,8 @@ class ColladaReader {
     return element.name == "node" || element.name == "visual_scene";
   }
 
-  /// Elements by name and id: some writers give a node the id of its geometry. Returns the number
-  /// of nodes.
+  /// Indexes elements by name and id, because some writers give a node the id of its geometry.
+  /// Returns the number of nodes.
   std::size_t index(const XmlElement& element) {
     const std::string id = element.attribute("id");
     if (!id.empty()) by_id_.emplace(element.name + '#' + id, &element);
@@ -105,7 +105,7 @@ class ColladaReader {
     return nodes;
   }
 
-  /// The element of that name which "#id" refers to; null where there is none.
+  /// The element with that name that "#id" refers to; null if there is none.
   const XmlElement* find(const std::string& name, const std::string& url) const {
     const auto found = by_id_.find(name + url);
     return found == by_id_.end() ? nullptr : found->second;
@@ -146,10 +146,10 @@ class ColladaReader {
     return number;
   }
 
-  /// Geometry of a skin or a morph, whose source is a geometry or another controller.
+  /// The geometry of a skin or a morph, whose source is a geometry or another controller.
   const XmlElement& geometryOf(const std::string& url) {
     std::string next = url;
-    std::vector<const XmlElement**> unknown;  // where the geometry of each controller is to be kept
+    std::vector<const XmlElement**> unknown;  // where to store the geometry of each controller
     while (const XmlElement* const controller = find("controller", next)) {
       const auto [geometry, is_new] = geometries_.emplace(controller, nullptr);
       if (!is_new && !geometry->second)
@@ -163,12 +163,12 @@ class ColladaReader {
   }
 
   static const XmlElement& keep(const XmlElement& found,
-                                const std::vector<const XmlElement**>& places) {
-    for (const XmlElement** place : places) *place = &found;
+                                const std::vector<const XmlElement**>& targets) {
+    for (const XmlElement** target : targets) *target = &found;
     return found;
   }
 
-  /// By id; by name where no node has that id, as some writers have it.
+  /// Resolves instances by id, or by name if no node has that id, as some writers do.
   void linkInstances() {
     if (!instances_.empty() && has_references_)
       throw std::runtime_error(
@@ -192,7 +192,7 @@ class ColladaReader {
       throw std::runtime_error("it instances the unknown node '" + unknown + "'");
   }
 
-  /// The visual scene that is instanced, or the first.
+  /// The visual scene that is instantiated, or the first one.
   std::size_t rootNode() const {
     const XmlElement& instance = document_.child("scene").child("instance_visual_scene");
     const XmlElement& scene = instance.name.empty()
@@ -227,7 +227,7 @@ class ColladaReader {
     for (const XmlElement& list : primitive.children) {
       if (list.name != "p") continue;
       const std::vector<std::size_t> indices = indicesOf(list);
-      if (kind != "polylist") corners.clear();  // whose sizes are those of all lists
+      if (kind != "polylist") corners.clear();  // for a polylist, sizes refer to all lists together
       for (std::size_t i = offset; i < indices.size(); i += stride)
         corners.push_back(first + indices[i]);
       if (indices.size() % stride != 0) throw std::runtime_error("a list of indices ends early");
@@ -241,7 +241,8 @@ class ColladaReader {
                                  std::to_string(faces));
   }
 
-  /// Returns the number of the first one. Primitives of a mesh share the vertices of a source.
+  /// Adds the vertices of a primitive, and returns the index of the first one. Primitives of a mesh
+  /// that use the same source share its vertices.
   std::size_t addVertices(const XmlElement& primitive, std::size_t& stride, std::size_t& offset) {
     const XmlElement* source = nullptr;
     for (const XmlElement& input : primitive.children) {
@@ -263,7 +264,7 @@ class ColladaReader {
     return first->second;
   }
 
-  /// The positions of a <vertices>.
+  /// The source of the positions of a <vertices> element.
   const XmlElement& sourceOf(const XmlElement& vertices) {
     const auto [found, is_new] = sources_.emplace(&vertices, nullptr);
     if (is_new) {
@@ -290,25 +291,25 @@ class ColladaReader {
     const std::size_t count = countOf("positions", accessor.attribute("count"), size),
                       stride = countOf("numbers apart", accessor.attribute("stride", "1"), size),
                       offset = countOf("numbers before", accessor.attribute("offset", "0"), size);
-    std::size_t places[3] = {0, 1, 2}, place = 0;
+    std::size_t columns[3] = {0, 1, 2}, column = 0;
     for (const XmlElement& param : accessor.children) {
       const std::string name = param.attribute("name");
-      if (name.size() == 1 && name[0] >= 'X' && name[0] <= 'Z') places[name[0] - 'X'] = place;
-      ++place;
+      if (name.size() == 1 && name[0] >= 'X' && name[0] <= 'Z') columns[name[0] - 'X'] = column;
+      ++column;
     }
-    const std::size_t last = std::max({places[0], places[1], places[2]});
+    const std::size_t last = std::max({columns[0], columns[1], columns[2]});
     if (count > 0 && (last >= stride || offset + count * stride > size))
       throw std::runtime_error("an accessor reaches past its array");
     std::vector<fcl::Vector3d> positions;
     positions.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
       const double* const p = numbers.data() + offset + stride * i;
-      positions.emplace_back(p[places[0]], p[places[1]], p[places[2]]);
+      positions.emplace_back(p[columns[0]], p[columns[1]], p[columns[2]]);
     }
     return positions;
   }
 
-  /// Adds faces; `sizes` are the corners of each polygon. Returns their number.
+  /// Adds faces; `sizes` are the polygons' numbers of corners. Returns the number of faces.
   std::size_t addFaces(const std::string& kind, const std::vector<std::size_t>& sizes,
                        const std::vector<std::size_t>& corners) {
     PolygonMesh& mesh = scene_.meshes.back();
@@ -337,13 +338,15 @@ class ColladaReader {
   std::map<std::string, const XmlElement*> by_id_;  ///< "name#id"
   std::map<std::string, std::size_t> nodes_by_name_;
   std::map<const XmlElement*, std::size_t> node_numbers_, mesh_numbers_;
-  std::vector<std::pair<std::size_t, std::string>> instances_;  ///< in which node, and the url
+  std::vector<std::pair<std::size_t, std::string>> instances_;  ///< index of the node, and the url
   bool has_references_ = false;
 
-  std::map<const XmlElement*, const XmlElement*> geometries_;  ///< of controllers; null while open
-  std::map<const XmlElement*, const XmlElement*> sources_;     ///< positions of <vertices>
-  std::map<const XmlElement*, std::vector<fcl::Vector3d>> positions_;  ///< of sources
-  std::map<const XmlElement*, std::size_t> first_vertices_;  ///< of sources, in the last mesh
+  std::map<const XmlElement*, const XmlElement*>
+      geometries_;  ///< by controller; null while being resolved
+  std::map<const XmlElement*, const XmlElement*>
+      sources_;  ///< source of the positions of <vertices>
+  std::map<const XmlElement*, std::vector<fcl::Vector3d>> positions_;  ///< by source
+  std::map<const XmlElement*, std::size_t> first_vertices_;  ///< by source, for the last mesh
 };
 
 }  // namespace

@@ -19,7 +19,7 @@ double metresOf(const std::string& unit) {
   throw std::runtime_error("its unit " + quote(unit) + " is unknown");
 }
 
-/// The root of an XML text, without what is in it.
+/// The root element of an XML text, without its content.
 XmlElement rootOf(std::string_view text) {
   std::size_t begin = text.find('<');
   const auto isHere = [&](std::string_view word) {
@@ -33,7 +33,7 @@ XmlElement rootOf(std::string_view text) {
   return parseXml(std::string(text.substr(begin, end - begin)) + (is_empty ? ">" : "/>"));
 }
 
-/// The name of the model in a 3MF archive; empty where it has none.
+/// The name of the model file in a 3MF archive; empty if there is none.
 std::string modelOf(const ZipArchive& archive) {
   const auto text = archive.find("_rels/.rels");
   const XmlElement root = text ? parseXml(*text) : XmlElement();

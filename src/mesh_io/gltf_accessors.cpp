@@ -20,7 +20,7 @@ BinaryType typeOf(std::size_t component_type) {
   }
 }
 
-/// From -1 to 1, or 0 to 1, of the integers of a type.
+/// Maps an integer of a type to [-1, 1] if signed, or [0, 1] if unsigned.
 double normalized(double number, BinaryType type) {
   const int digits = 8 * static_cast<int>(type.bytes) - (type.kind == 'i' ? 1 : 0);
   return type.kind == 'f' ? number : std::max(number / (std::ldexp(1., digits) - 1), -1.);
@@ -66,7 +66,7 @@ std::vector<std::size_t> GltfAccessors::indices(const Json* accessor, std::size_
   return indices;
 }
 
-/// The numbers of an accessor, `width` for each element. Without a view they are 0.
+/// The numbers of an accessor, `width` for each element. All are 0 if the accessor has no view.
 std::vector<double> GltfAccessors::read(const Json& accessor, BinaryType type, std::size_t width) {
   const std::string form = width == 3 ? "VEC3" : "SCALAR";
   if (textAt(accessor, "type") != form)
@@ -100,7 +100,7 @@ void GltfAccessors::change(const Json& sparse, BinaryType type, std::size_t widt
   }
 }
 
-/// Each is found once: names of glTF 1 may be long.
+/// The view of an accessor, cached because names in glTF 1 may be long.
 const GltfView& GltfAccessors::viewOf(const Json& source, BinaryType type, std::size_t count,
                                       std::size_t width) {
   const auto known = views_.find(&source);

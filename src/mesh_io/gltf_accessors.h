@@ -9,7 +9,7 @@
 
 namespace adaptive_bvh {
 
-/// Numbers in a buffer, some for each element.
+/// A range of a buffer that holds `width` numbers for each element.
 struct GltfView {
   std::string_view bytes;  ///< from the first number to the last
   BinaryType type;
@@ -20,21 +20,22 @@ struct GltfView {
   }
 };
 
-/// Reads the accessors of a glTF document. All functions throw std::runtime_error where there are
-/// no such elements, or too many for the bytes that are there.
+/// Reads the accessors of a glTF document. All functions throw std::runtime_error if the referenced
+/// elements do not exist, or if they would take more bytes than there are.
 class GltfAccessors {
  public:
-  /// `bytes`: of the document itself.
+  /// `bytes` is the size of the document itself.
   GltfAccessors(const Json& gltf, GltfBuffers buffers, std::size_t bytes)
       : gltf_(gltf), buffers_(std::move(buffers)), bytes_(bytes), limit_(kReadsTooOften, bytes) {}
 
   /// The positions of an accessor.
   std::vector<fcl::Vector3d> positions(const Json& accessor);
 
-  /// The indices of an accessor, each less than `vertices`; without one all vertices.
+  /// The indices of an accessor, each below `vertices`. If `accessor` is null, all vertices in
+  /// order.
   std::vector<std::size_t> indices(const Json* accessor, std::size_t vertices);
 
-  /// Bytes of the document and of the buffers that were read.
+  /// The total bytes of the document and of the buffers that were read.
   std::size_t bytes() const { return bytes_ + buffers_.fileBytes(); }
 
  private:
@@ -47,7 +48,7 @@ class GltfAccessors {
   GltfBuffers buffers_;
   std::size_t bytes_;
   ElementLimit limit_;
-  std::map<const Json*, GltfView> views_;  ///< of accessors, and of the lists of sparse ones
+  std::map<const Json*, GltfView> views_;  ///< of accessors, and of the lists of sparse accessors
 };
 
 }  // namespace adaptive_bvh

@@ -24,7 +24,7 @@ std::string fromBase64(std::string_view text) {
   return bytes;
 }
 
-/// A name in a URI: "%20" is a blank.
+/// Decodes a file name in a URI: "%20" is a space.
 std::string fromUri(const std::string& uri) {
   std::string name;
   for (std::size_t i = 0; i < uri.size(); ++i) {

@@ -11,18 +11,18 @@
 
 namespace adaptive_bvh {
 
-/// The buffers of a glTF document, each read or decoded when its bytes are first needed.
+/// The buffers of a glTF document; each is read or decoded when first needed.
 class GltfBuffers {
  public:
-  /// `chunk` holds the buffer of a binary file.
+  /// `chunk` is the embedded buffer of a binary file.
   GltfBuffers(std::string chunk, NamedFiles files)
       : chunk_(std::move(chunk)), files_(std::move(files)) {}
 
-  /// The bytes of a buffer; they stay where they are. Throws std::runtime_error where they cannot
-  /// be read.
+  /// The bytes of a buffer; the view stays valid as long as this object. Throws std::runtime_error
+  /// if they cannot be read.
   std::string_view bytesOf(const Json& buffer);
 
-  /// Bytes of all files that were read.
+  /// The total bytes of all files that were read.
   std::size_t fileBytes() const { return files_.bytes(); }
 
  private:

@@ -10,7 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Numbers of a list that has so many; the others stay where there is no list.
+/// Reads the numbers of a list of this size; leaves them unchanged if there is no list.
 template <std::size_t Size>
 void readNumbers(const Json& container, const char* key, double (&numbers)[Size]) {
   const Json& list = at(container, key);
@@ -37,7 +37,7 @@ Eigen::Matrix4d transformOf(const Json& node) {
   return Eigen::Matrix4d(matrix) * parts.matrix();
 }
 
-/// Extensions that say nothing of positions.
+/// Whether an extension does not affect positions.
 bool isHarmless(const std::string& extension) {
   for (const char* prefix :
        {"KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_xmp",
@@ -46,7 +46,7 @@ bool isHarmless(const std::string& extension) {
   return false;
 }
 
-/// Numbers things in the order in which they are first named.
+/// Numbers JSON values in the order of their first use.
 class Numbering {
  public:
   std::size_t numberOf(const Json& thing) {
@@ -66,7 +66,7 @@ class Numbering {
 
 class GltfReader {
  public:
-  /// `bytes`: of the whole file, of which the JSON text and the binary chunk are parts.
+  /// `bytes` is the size of the whole file, which contains the JSON text and the binary chunk.
   GltfReader(const std::string& json, std::string chunk, NamedFiles files, std::size_t bytes)
       : gltf_(parseStrictly(json)),
         accessors_(gltf_, GltfBuffers(std::move(chunk), std::move(files)), bytes) {}
@@ -86,7 +86,7 @@ class GltfReader {
   }
 
  private:
-  /// The first node is the scene, the others are those below it.
+  /// Adds the scene as first node, then all nodes below it.
   void addNodes() {
     const Json &scenes = at(gltf_, "scenes"), &named = at(gltf_, "scene");
     nodes_.numberOf(gltf_);  // stands for the scene
@@ -96,14 +96,14 @@ class GltfReader {
     else
       addAll(at(gltf_, "nodes"), at(at(scenes, named.is_null() ? Json(0u) : named), "nodes"),
              nodes_, scene.children);
-    for (std::size_t n = 1; n < nodes_.size(); ++n) childrenOf(nodes_[n]);  // numbers them
+    for (std::size_t n = 1; n < nodes_.size(); ++n) childrenOf(nodes_[n]);  // assigns numbers
     scene_.nodes.reserve(nodes_.size());
     scene_.nodes.push_back(std::move(scene));
     for (std::size_t n = 1; n < nodes_.size(); ++n) scene_.nodes.push_back(nodeOf(nodes_[n]));
     if (scenes.empty()) addUnnamedMeshes();
   }
 
-  /// Appends the numbers of the things that one key or a list names. Unknown keys name none.
+  /// Appends the numbers of the elements that a key or a list refers to. Ignores unknown keys.
   static void addAll(const Json& things, const Json& keys, Numbering& numbering,
                      std::vector<std::size_t>& numbers) {
     for (const Json& key : keys) {
@@ -129,7 +129,7 @@ class GltfReader {
     return node;
   }
 
-  /// Of a file without scenes: nodes that are no children.
+  /// The nodes that are not children of other nodes, for a file without scenes.
   std::vector<std::size_t> rootNodes() {
     std::set<const Json*> children;
     const Json& nodes = at(gltf_, "nodes");
@@ -145,7 +145,7 @@ class GltfReader {
     return roots;
   }
 
-  /// Of a file without scenes: meshes that no node names are placed as they are.
+  /// Places meshes that no node refers to, without a transform, for a file without scenes.
   void addUnnamedMeshes() {
     for (const Json& mesh : at(gltf_, "meshes"))
       if (!meshes_.has(mesh)) scene_.nodes[0].meshes.push_back(meshes_.numberOf(mesh));
@@ -153,7 +153,7 @@ class GltfReader {
 
   void addMesh(const Json& source) {
     PolygonMesh& mesh = scene_.meshes.emplace_back();
-    std::map<const Json*, std::size_t> first_vertices;  // of accessors that were read
+    std::map<const Json*, std::size_t> first_vertices;  // by accessor already read
     for (const Json& primitive : at(source, "primitives")) {
       const Json& key = at(at(primitive, "attributes"), "POSITION");
       const std::size_t mode = countAt(primitive, "mode", countAt(primitive, "primitive", 4));
@@ -180,12 +180,12 @@ class GltfReader {
 
   const Json gltf_;
   GltfAccessors accessors_;
-  Numbering nodes_, meshes_;  ///< of the scene
+  Numbering nodes_, meshes_;  ///< nodes and meshes of the scene
   FileScene scene_;
 };
 
-/// After a header of three words, chunks of JSON and of bytes. In version 1 a header of five words,
-/// JSON, and bytes.
+/// Reads a binary file: a header of three words, then chunks of JSON and of bytes. Version 1 has a
+/// header of five words, JSON, and bytes.
 FileScene readBinary(const std::string& bytes, NamedFiles files) {
   const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
   std::string parts[2];

@@ -29,7 +29,7 @@ std::string extensionOf(const std::string& path) {
   return inLowerCase(path.substr(path.find_last_of('.') + 1));
 }
 
-/// The first word that is not in a comment.
+/// The first word that is not part of a comment.
 std::string_view firstWord(std::string_view text) {
   Words words(text);
   std::string_view word = words.next();
@@ -37,7 +37,7 @@ std::string_view firstWord(std::string_view text) {
   return word;
 }
 
-/// Whether the first word is OFF, after letters for what its vertices have.
+/// Whether the first word is OFF, possibly after letters for additional vertex data.
 bool beginsAsOff(std::string_view text) {
   const std::string_view word = firstWord(text);
   return word.substr(std::min(word.find_first_not_of("STCN4n"), word.size())) == "OFF";
@@ -52,8 +52,8 @@ bool beginsAsObj(std::string_view text) {
   return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, firstWord(text));
 }
 
-/// An extension of the formats that are read here: by what the file begins with, or else by its
-/// name; empty for other formats.
+/// The extension of the file's format, if this library reads it itself: by the beginning of the
+/// file, or else by its name; empty for other formats.
 std::string formatOf(const std::string& path, const std::string& bytes) {
   const std::string_view beginning = withoutByteOrderMark(std::string_view(bytes).substr(0, 4096));
   const std::string magic = inLowerCase(beginning.substr(0, 3));
@@ -70,7 +70,7 @@ std::string formatOf(const std::string& path, const std::string& bytes) {
   return beginsAsObj(beginning) ? "obj" : "";
 }
 
-/// Whether assimp reads a file as XML: by its first letter in any encoding, or by its name.
+/// Whether assimp would read a file as XML: by its first character in any encoding, or by its name.
 bool isXml(const std::string& path, const std::string& bytes) {
   const std::size_t first =
       bytes.find_first_not_of(std::string_view("\xEF\xBB\xBF\xFE\xFF\0 \t\r\n", 10));
@@ -80,7 +80,8 @@ bool isXml(const std::string& path, const std::string& bytes) {
 
 FileScene readOther(const std::string& path, const std::string& bytes) {
   std::optional<double> unit;
-  if (isXml(path, bytes)) unit = unitOfAmf(parseXml(bytes));  // assimp does not limit the levels
+  if (isXml(path, bytes))
+    unit = unitOfAmf(parseXml(bytes));  // because assimp does not limit the nesting
   const std::string extension = extensionOf(path);
   if (extension == "3mf" || (isZip(bytes) && !isOneOf({"pk3", "zae"}, extension)))
     unit = unitOf3mf(bytes);
@@ -130,7 +131,7 @@ namespace {
   throw MeshLoadError(printable("cannot load mesh '" + path + "': " + reason));
 }
 
-/// The directions right, up and towards the viewer, as Collada has them.
+/// The directions right, up and towards the viewer, as Collada defines them.
 Eigen::Matrix3d axesOf(UpAxis up) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (up == UpAxis::X) axes << 0, 1, 0, -1, 0, 0, 0, 0, 1;
@@ -138,7 +139,7 @@ Eigen::Matrix3d axesOf(UpAxis up) {
   return axes;
 }
 
-/// From the file's frame and unit to the caller's.
+/// The transform from the file's frame and unit to the caller's.
 Eigen::Matrix4d transformFor(const FileScene& scene, const MeshLoadOptions& options) {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   if (options.up != UpAxis::AsInFile && scene.up != UpAxis::AsInFile)

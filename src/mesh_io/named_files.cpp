@@ -11,19 +11,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Longer names are no path of any system that we know.
+/// No known system has longer paths.
 constexpr std::size_t kLongestName = 4096;
 
 fs::path folderOf(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// Whether a name cannot lead out of the folder that it begins in, links left aside.
+/// Whether a name cannot lead out of its folder, apart from links.
 bool staysBelow(const fs::path& name) {
   return !name.has_root_path() && *name.lexically_normal().begin() != "..";
 }
 
-/// Whether a file is in a folder or below it. Neither path has links.
+/// Whether a file is in a folder or below it. Both paths must be free of links.
 bool isBelow(const fs::path& folder, const fs::path& file) {
   return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first ==
          folder.end();

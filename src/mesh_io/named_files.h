@@ -6,19 +6,20 @@
 
 namespace adaptive_bvh {
 
-/// The files that a document names. Each is read once, however many names lead to it.
+/// The files that a document refers to. Each is read once, even if it is referred to by several
+/// names.
 class NamedFiles {
  public:
-  /// Unless they may be `anywhere`, only files in the folder of the document, or below it.
+  /// Allows files `anywhere`, or only in the document's folder and below.
   NamedFiles(const std::string& document, bool anywhere);
 
-  /// The bytes of a file; they stay where they are. A relative name begins at the folder of the
-  /// document. Throws std::runtime_error where it is no regular file, or none that may be read: the
-  /// name is absolute or climbs out of the folder, or links lead to another folder than that of the
-  /// document, its own link followed or not.
+  /// The bytes of a file; the reference stays valid as long as this object. A relative name is
+  /// relative to the document's folder. Throws std::runtime_error if it is not a regular file, or
+  /// not allowed: the name is absolute or leads out of the folder, or links lead out of the
+  /// document's folder (the folder of its path, or of the file that its own link leads to).
   const std::string& read(const std::string& name);
 
-  /// Of all files that were read.
+  /// The total bytes of all files that were read.
   std::size_t bytes() const { return bytes_; }
 
  private:

@@ -4,8 +4,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The statement at the beginning of a line, and the lines after it that a backslash adds. A byte
-/// order mark may stand before it, also where files were joined into one.
+/// The next statement: a line, and the lines that follow a backslash at a line's end. It may begin
+/// with a byte order mark, also in the middle of a file that was concatenated from several.
 std::string readStatement(Words& lines) {
   std::string statement(withoutByteOrderMark(lines.restOfLine()));
   while (!statement.empty() && statement.back() == '\\' && !lines.isAtEnd()) {
@@ -15,7 +15,8 @@ std::string readStatement(Words& lines) {
   return statement.substr(0, statement.find('#'));
 }
 
-/// Vertex index of "7", "7/1", "7//3" or "7/1/3", counted from 1, or backwards from the last.
+/// The vertex index in "7", "7/1", "7//3" or "7/1/3", which counts from 1, or backwards from the
+/// last vertex if negative.
 std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words& lines) {
   const auto index = integerOf(corner.substr(0, corner.find('/')));
   if (!index || *index == 0) lines.fail(quote(corner) + " is no corner of a face");

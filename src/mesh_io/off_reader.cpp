@@ -4,7 +4,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The words of the next line that has any, without comments; false at the end.
+/// Reads the next line with words, without comments; returns false at the end.
 bool nextLine(Words& text, std::string_view& line) {
   while (!text.isAtEnd()) {
     line = text.restOfLine();
@@ -14,7 +14,7 @@ bool nextLine(Words& text, std::string_view& line) {
   return false;
 }
 
-/// The words of a header that may be spread over lines.
+/// Reads the words of a header, which may be spread over several lines.
 class Header {
  public:
   explicit Header(Words& text) : text_(text) {}
@@ -24,7 +24,7 @@ class Header {
     while (word.empty() && nextLine(text_, line)) word = (line_ = Words(line)).next();
     return word;
   }
-  /// The number of edges may be missing, or be alone on a line.
+  /// Skips the number of edges, which may be missing, or alone on a line.
   void skipEdges() {
     Words after = text_;
     std::string_view line;
@@ -39,7 +39,7 @@ class Header {
   Words line_{""};
 };
 
-/// Letters for what vertices have besides; 4 where they have four coordinates.
+/// The letters before OFF, which announce additional vertex data; 4 means four coordinates.
 std::string prefixOf(std::string_view keyword) {
   const std::size_t off = keyword.find("OFF");
   if (off == keyword.npos || off + 3 != keyword.size() ||

@@ -18,7 +18,7 @@ inline bool operator==(const PlanarPoint& a, const PlanarPoint& b) {
 
 using PlanarTriangle = std::array<PlanarPoint, 3>;
 
-/// Work that may still be done, in steps of a few nanoseconds.
+/// A budget of work, in steps of a few nanoseconds.
 class WorkLimit {
  public:
   explicit WorkLimit(std::size_t steps) : steps_(steps) {}
@@ -29,8 +29,8 @@ class WorkLimit {
   std::size_t steps_;
 };
 
-/// The sum of a few products, exact: numbers that do not overlap, the largest last (an "expansion"
-/// of J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
+/// An exact sum of a few products, as non-overlapping numbers of increasing size (an "expansion" of
+/// J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
 /// predicates", 1997).
 class ExpansionSum {
  public:
@@ -60,20 +60,21 @@ class ExpansionSum {
   std::size_t size_ = 0;
 };
 
-/// Exact predicates of the plane, for coordinates of at most 1 whose products do not underflow.
+/// Exact predicates in the plane, for coordinates of at most 1 whose products do not underflow.
 /// They count their work.
 class PlanarPredicates {
  public:
   explicit PlanarPredicates(WorkLimit& work) : work_(work) {}
 
-  /// 1 where three points are counter-clockwise, -1 where they are clockwise, 0 on one line.
+  /// 1 if three points are counter-clockwise, -1 if clockwise, 0 if collinear.
   int orientation(const PlanarPoint& a, const PlanarPoint& b, const PlanarPoint& c) const {
     const double ax = a.x - c.x, ay = a.y - c.y, bx = b.x - c.x, by = b.y - c.y;
     const double left = ax * by, right = ay * bx;
     const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
-    // The paper has (3 + 16 u) u times the size, with u = 2^-53.
+    // The paper's error bound is (3 + 16 u) u times the size, with u = 2^-53.
     if (size > 0x1p-900 && std::fabs(determinant) > 0x1p-51 * size) return determinant > 0 ? 1 : -1;
-    if ((ax == 0 || by == 0) && (ay == 0 || bx == 0)) return 0;  // only equal numbers differ by 0
+    if ((ax == 0 || by == 0) && (ay == 0 || bx == 0))
+      return 0;  // a difference is 0 only if the numbers are equal
     work_.spend(kExactSteps);
     ExpansionSum sum;
     sum.addProduct(a.x, b.y);
@@ -94,8 +95,8 @@ class PlanarPredicates {
            orientation(a, b, x) == 0;
   }
 
-  /// Whether a segment has a point inside of a counter-clockwise triangle: no edge of the triangle,
-  /// nor the segment itself, separates them.
+  /// Whether a segment has a point in the interior of a counter-clockwise triangle: neither an edge
+  /// of the triangle nor the segment itself separates them.
   bool enters(const PlanarPoint& from, const PlanarPoint& to, const PlanarTriangle& t) const {
     if (areOnOneSide(t[0].x, t[1].x, t[2].x, from.x, to.x) ||
         areOnOneSide(t[0].y, t[1].y, t[2].y, from.y, to.y))
@@ -112,7 +113,7 @@ class PlanarPredicates {
     return left > 0 && right > 0;
   }
 
-  /// Whether two counter-clockwise triangles have points inside of both.
+  /// Whether the interiors of two counter-clockwise triangles intersect.
   bool overlap(const PlanarTriangle& a, const PlanarTriangle& b) const {
     if (areOnOneSide(a, b, &PlanarPoint::x) || areOnOneSide(a, b, &PlanarPoint::y)) return false;
     work_.spend(kTestSteps);
@@ -122,7 +123,8 @@ class PlanarPredicates {
  private:
   static constexpr std::size_t kExactSteps = 60, kTestSteps = 4;
 
-  /// Whether two of a triangle's coordinates, of which there are three, leave a segment outside.
+  /// Whether a segment's interval [from, to] is outside the interval of a triangle's three
+  /// coordinates.
   static bool areOnOneSide(double a, double b, double c, double from, double to) {
     return std::max(from, to) <= std::min({a, b, c}) || std::min(from, to) >= std::max({a, b, c});
   }
@@ -134,7 +136,7 @@ class PlanarPredicates {
     return a_most <= b_least || b_most <= a_least;
   }
 
-  /// Whether an edge of the first triangle has the second one on its outer side.
+  /// Whether the second triangle is on the outer side of an edge of the first.
   bool hasSeparatingEdge(const PlanarTriangle& triangle, const PlanarTriangle& other) const {
     for (std::size_t k = 0; k < 3; ++k)
       if (std::all_of(other.begin(), other.end(), [&](const PlanarPoint& p) {

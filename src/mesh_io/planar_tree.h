@@ -9,7 +9,7 @@
 
 namespace adaptive_bvh {
 
-/// An interval of each of two coordinates; empty at first.
+/// A bounding box in the plane; initially empty.
 struct PlanarBox {
   PlanarPoint least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
 
@@ -21,7 +21,7 @@ struct PlanarBox {
     least = {std::min(least.x, box.least.x), std::min(least.y, box.least.y)};
     most = {std::max(most.x, box.most.x), std::max(most.y, box.most.y)};
   }
-  /// With a margin for the rounding of `PlanarFrame`.
+  /// Whether two boxes overlap, with a margin for the rounding of `PlanarFrame`.
   bool meets(const PlanarBox& box) const {
     return least.x <= box.most.x + kMargin && box.least.x <= most.x + kMargin &&
            least.y <= box.most.y + kMargin && box.least.y <= most.y + kMargin;
@@ -30,24 +30,24 @@ struct PlanarBox {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity(), kMargin = 0x1p-49;
 };
 
-/// A binary tree over boxes of items that follow each other, eight of them in a leaf.
+/// A binary tree over the boxes of consecutive items, with eight items in each leaf.
 class PlanarTree {
  public:
-  static constexpr std::size_t kItems = 8;  ///< of a leaf
+  static constexpr std::size_t kItems = 8;  ///< items per leaf
 
-  /// `boxOf(item)`: the box of an item; empty where it is gone.
+  /// `boxOf(item)` returns the box of an item, empty if it has been removed.
   template <typename BoxOf>
   void build(std::size_t items, const BoxOf& boxOf) {
     items_ = items;
     leaves_ = 1;
     while (leaves_ * kItems < items) leaves_ *= 2;
-    if (leaves_ == 1) return;  // all items are visited
+    if (leaves_ == 1) return;  // too few items for boxes
     boxes_.assign(2 * leaves_, {});
     for (std::size_t i = 0; i < items; ++i) boxes_[leaves_ + i / kItems].add(boxOf(i));
     for (std::size_t node = leaves_; node-- > 1;) merge(node);
   }
 
-  /// After the box of an item has changed.
+  /// Updates the tree after the box of an item has changed.
   template <typename BoxOf>
   void update(std::size_t item, const BoxOf& boxOf) {
     if (leaves_ == 1) return;
@@ -60,7 +60,7 @@ class PlanarTree {
     while (node /= 2) merge(node);
   }
 
-  /// Whether `test(item)` is true for an item, of those whose leaves meet the box.
+  /// Whether `test(item)` is true for any item whose leaf's box overlaps `box`.
   template <typename Test>
   bool any(const PlanarBox& box, WorkLimit& work, const Test& test) const {
     return anyBelow(1, box, work, test);
@@ -94,12 +94,12 @@ class PlanarTree {
   std::vector<PlanarBox> boxes_;        ///< the children of node i are 2 i and 2 i + 1
 };
 
-/// Axes along which most of an outline's length lies, so that boxes of slanted parts are narrow.
+/// Axes along which most of an outline's length lies, so that boxes of slanted outlines are narrow.
 /// Rounding moves a point by at most 2^-51, for coordinates of at most 1.
 class PlanarFrame {
  public:
   explicit PlanarFrame(const std::vector<PlanarPoint>& outline) {
-    if (outline.size() <= PlanarTree::kItems) return;  // no box is compared
+    if (outline.size() <= PlanarTree::kItems) return;  // boxes are not used then
     std::complex<double> sum = 0;  // a direction and its opposite have the same square
     for (std::size_t i = 0; i < outline.size(); ++i) {
       const PlanarPoint &a = outline[i], &b = outline[(i + 1) % outline.size()];

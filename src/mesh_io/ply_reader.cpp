@@ -22,7 +22,7 @@ BinaryType typeOf(std::string_view name) {
 
 struct Property {
   std::string name;
-  BinaryType count;  ///< of a list
+  BinaryType count;  ///< type of a list's count
   BinaryType value;
 };
 
@@ -35,7 +35,7 @@ struct Element {
 struct PlyHeader {
   std::string format;
   std::vector<Element> elements;
-  std::size_t end = 0;  ///< where the body begins
+  std::size_t end = 0;  ///< beginning of the body
 };
 
 Property readProperty(Words& words) {
@@ -75,7 +75,7 @@ PlyHeader readHeader(std::string_view bytes) {
     }
   }
   header.end = lines.at();
-  // Where lines end with "\r" alone, a "\n" is the first byte of the body.
+  // If lines end with "\r" alone, a "\n" is the first byte of the body.
   if (bytes.compare(header.end - 2, 2, "\r\n") == 0 && bytes.find("\r\n") == header.end - 2)
     --header.end;
   return header;
@@ -88,7 +88,7 @@ void checkVertices(const Element& element) {
       throw std::runtime_error(std::string("its vertices have no property ") + name);
 }
 
-/// The numbers of the body, one after another. In a text every element has a line of its own.
+/// Reads the numbers of the body in sequence. In a text, every element has its own line.
 class Body {
  public:
   Body(std::string_view bytes, const PlyHeader& header)
@@ -110,13 +110,13 @@ class Body {
     if (!word.empty()) lines_.fail(quote(word) + " is more than its header announces");
   }
 
-  /// Throws where a text goes on after the last element.
+  /// Throws if a text continues after the last element.
   void end() {
     if (is_ascii_ && nextLine()) endElement();
   }
 
  private:
-  /// The next line that is not empty; false at the end.
+  /// Reads the next non-empty line; returns false at the end.
   bool nextLine() {
     while (!lines_.isAtEnd()) {
       line_ = Words(lines_.restOfLine());
@@ -142,7 +142,7 @@ class Body {
   }
 
   const std::string_view bytes_;
-  std::size_t at_;  ///< of a binary body
+  std::size_t at_;  ///< position in a binary body
   Words lines_;
   Words line_{""};
   bool is_ascii_, is_big_endian_;
@@ -211,7 +211,7 @@ class PlyReader {
     mesh_.endFace();
   }
 
-  /// A negative number ends a strip.
+  /// Adds triangle strips; a negative number ends a strip.
   void addStrips() {
     std::vector<std::size_t> strip;
     for (const double index : list_) {

@@ -5,8 +5,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Length of the UTF-8 character at the beginning of a text; 0 where there is none, or one that
-/// cannot be printed.
+/// The length of the UTF-8 character at the beginning of a text; 0 if there is none, or if it is
+/// not printable.
 std::size_t lengthOfCharacter(std::string_view text) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;

@@ -5,10 +5,10 @@
 
 namespace adaptive_bvh {
 
-/// Valid UTF-8 without control characters: other bytes become "\xE9".
+/// The text as valid UTF-8 without control characters: other bytes become "\xE9".
 std::string printable(std::string_view text);
 
-/// A word in quotation marks, for a message: its beginning, if it is long.
+/// A word in quotation marks, for a message; long words are truncated.
 std::string quote(std::string_view word);
 
 }  // namespace adaptive_bvh

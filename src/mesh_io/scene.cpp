@@ -13,8 +13,8 @@ using Mesh = TriangleMesh<double>;
 struct NodeState {
   enum { New, Open, Done } state = New;
   std::size_t children_done = 0;
-  std::size_t levels = 1;      ///< of its subtree
-  std::size_t placements = 1;  ///< nodes of its subtree, once for each way that leads to them
+  std::size_t levels = 1;      ///< levels of its subtree
+  std::size_t placements = 1;  ///< nodes of its subtree, counted once for each path to them
 };
 
 void place(const Mesh& source, const Matrix4d& transform, Mesh& mesh) {
@@ -28,13 +28,13 @@ void place(const Mesh& source, const Matrix4d& transform, Mesh& mesh) {
   }
 }
 
-/// An empty mesh counts as well: to place it takes time.
+/// The number of elements to place. An empty mesh counts as one, because placing it takes time.
 std::size_t elementsOf(const Mesh& mesh) {
   return mesh.vertices.size() + mesh.triangles.size() + 1;
 }
 
-/// Limit of the vertices and triangles that nodes place. Meshes that are placed once never exceed
-/// it.
+/// The limit on vertices and triangles that nodes place. Meshes that are placed only once never
+/// exceed it.
 ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
   std::size_t own = 0;
   for (const Mesh& mesh : meshes) own += elementsOf(mesh);
@@ -42,7 +42,7 @@ ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& mes
   return {"its nodes place meshes so often", most};
 }
 
-/// "mesh 2: " before what is wrong with one of several.
+/// Triangulates a mesh; if there are several, prefixes errors with "mesh 2: ".
 Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, WorkLimit& work) {
   try {
     return triangulate(std::move(mesh), work);
@@ -52,7 +52,7 @@ Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, Work
   }
 }
 
-/// A node on the path from the root, whose first children are placed already.
+/// A node on the path from the root. Its first `children_done` children have been placed.
 struct OpenNode {
   std::size_t number, children_done;
   Matrix4d transform;  ///< to the caller's frame
@@ -68,7 +68,7 @@ void ElementLimit::take(std::size_t elements) {
   taken_ += elements;
 }
 
-/// Depth first with an explicit stack: children are done before their parents.
+/// Traverses depth first with an explicit stack: children are completed before their parents.
 void checkHierarchy(const std::vector<SceneNode>& nodes) {
   const std::size_t most_placements =
       std::max(kMostPlacements, kMostPlacementsPerNode * nodes.size());
@@ -95,7 +95,7 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
       }
       ++node.children_done;
       node.levels = std::max(node.levels, child.levels + 1);
-      node.placements += child.placements;  // each at most the limit: no overflow
+      node.placements += child.placements;  // no overflow, because each is at most the limit
       if (node.levels > kMostLevels)
         throw std::runtime_error("its nodes are nested in more than " +
                                  std::to_string(kMostLevels) + " levels");

@@ -14,13 +14,13 @@ bool hasLengthWithoutPayloads(std::string_view bytes) {
   return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
 }
 
-/// Bytes of a facet's payload, as its attribute count says. Most programs write 0 or a colour
-/// there.
+/// The bytes of a facet's payload according to its attribute count. Most programs write 0 or a
+/// colour there.
 std::size_t payloadOf(std::string_view bytes, std::size_t facet) {
   return static_cast<std::size_t>(numberAt(bytes, facet + kFacet - 2, {'u', 2}));
 }
 
-/// Where the last payload ends; more than the size of the file where there are no such payloads.
+/// The end of the last payload; greater than the file size if there are no such payloads.
 std::size_t endOfPayloads(std::string_view bytes) {
   const std::size_t facets = wordAt(bytes, kHeader - 4);
   std::size_t at = kHeader;
@@ -31,7 +31,7 @@ std::size_t endOfPayloads(std::string_view bytes) {
   return at;
 }
 
-/// Whether facets have payloads. Throws where attribute counts may be payloads or colours.
+/// Whether facets have payloads. Throws if attribute counts could be payloads or colours.
 bool hasPayloads(std::string_view bytes, std::size_t facets) {
   const std::size_t end = endOfPayloads(bytes);
   if (hasLengthWithoutPayloads(bytes) || end == kHeader + kFacet * facets || end > bytes.size())
@@ -43,7 +43,8 @@ bool hasPayloads(std::string_view bytes, std::size_t facets) {
                            std::to_string(bytes.size()));
 }
 
-/// By its length, whatever its first word; or because there is a zero in it, which no text has.
+/// Whether the file is binary: by its length, whatever its first word is, or by a zero byte, which
+/// text does not contain.
 bool isBinary(std::string_view bytes) {
   if (bytes.size() < kHeader) return false;
   return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||
@@ -59,7 +60,7 @@ PolygonMesh readBinary(std::string_view bytes) {
   PolygonMesh mesh;
   std::size_t at = kHeader;
   for (std::size_t f = 0; f < facets; ++f) {
-    for (std::size_t k = 1; k <= 3; ++k) {  // after the normal
+    for (std::size_t k = 1; k <= 3; ++k) {  // the normal is number 0
       const std::size_t corner = at + 12 * k;
       mesh.vertices.emplace_back(numberAt(bytes, corner, kFloat),
                                  numberAt(bytes, corner + 4, kFloat),
@@ -77,7 +78,7 @@ fcl::Vector3d readPoint(Words& words) {
   return p;
 }
 
-/// Facets of three vertices each, from the first word to the last.
+/// Reads text STL: facets of three vertices each.
 PolygonMesh readText(std::string_view text) {
   PolygonMesh mesh;
   Words words(withoutByteOrderMark(text));
@@ -85,7 +86,7 @@ PolygonMesh readText(std::string_view text) {
   for (std::string word; !(word = inLowerCase(words.next())).empty();) {
     if (word == "solid" || word == "endsolid") {
       if (is_facet_open) words.fail("a solid ends within a facet");
-      words.restOfLine();  // its name
+      words.restOfLine();  // skips the name
     } else if (word == "facet") {
       if (is_facet_open || inLowerCase(words.next()) != "normal")
         words.fail("a facet begins within another, or without a normal");

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Valid UTF-8 from any bytes, different for different bytes.
+/// Maps any bytes to valid UTF-8, different bytes to different text.
 std::string toUtf8(std::string_view bytes) {
   std::string text;
   text.reserve(bytes.size());
@@ -28,8 +28,8 @@ std::string toUtf8(std::string_view bytes) {
   return text;
 }
 
-/// Throws on a text that is nested too deep or ambiguous. (A callback of nlohmann's parser could
-/// detect the same, but its time grows with the square of an array's length.)
+/// A SAX handler that rejects text that is nested too deeply or ambiguous. (A callback of
+/// nlohmann's parser could detect the same, but its time is quadratic in an array's length.)
 class JsonCheck : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return true; }
@@ -71,7 +71,7 @@ class JsonCheck : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  std::vector<std::set<std::string>> open_;  ///< arrays and objects, with their keys so far
+  std::vector<std::set<std::string>> open_;  ///< open arrays and objects, with their keys so far
   std::string error_;
 };
 

@@ -6,10 +6,9 @@
 
 namespace adaptive_bvh {
 
-/// JSON that every reader reads alike: few levels, no object that has a key twice, no string with a
-/// zero in it. A UTF-8 byte order mark is skipped. Text in another encoding than UTF-8 is no error:
-/// its bytes become characters.
-/// Throws std::runtime_error, saying what is wrong.
+/// Parses JSON that every parser reads alike: limited nesting, no object with a duplicate key, no
+/// string with a zero character. Skips a UTF-8 byte order mark. Bytes of other encodings than UTF-8
+/// are accepted as characters. Throws std::runtime_error with the reason.
 nlohmann::json parseStrictly(const std::string& bytes);
 
 }  // namespace adaptive_bvh

@@ -18,7 +18,7 @@ namespace adaptive_bvh {
 inline bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 inline bool isLineEnd(char c) { return c == '\n' || c == '\r'; }
 
-/// ASCII letters in lower case, whatever the locale.
+/// Converts ASCII letters to lower case, independent of the locale.
 inline std::string inLowerCase(std::string_view text) {
   std::string lower(text);
   for (char& c : lower)
@@ -26,13 +26,13 @@ inline std::string inLowerCase(std::string_view text) {
   return lower;
 }
 
-/// A text without the byte order mark that some programs write at its beginning.
+/// The text without the byte order mark that some programs write.
 inline std::string_view withoutByteOrderMark(std::string_view text) {
   return text.substr(text.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0);
 }
 
-/// The number that the whole word is, whatever the locale; nothing when it is none, or out of
-/// range.
+/// Parses the whole word as a number, independent of the locale; nothing if it is not a number, or
+/// out of range.
 template <typename Number>
 std::optional<Number> parse(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
@@ -43,7 +43,7 @@ std::optional<Number> parse(std::string_view word) {
   return number;
 }
 
-/// "nan" and "inf" are numbers. What is too large or too small for double becomes infinite or 0.
+/// Parses a double; accepts "nan" and "inf". Numbers that are out of range become infinite or 0.
 inline std::optional<double> numberOf(std::string_view word) {
   if (const std::optional<double> number = parse<double>(word)) return number;
   if (const std::optional<long double> number = parse<long double>(word))
@@ -55,13 +55,13 @@ inline std::optional<std::int64_t> integerOf(std::string_view word) {
   return parse<std::int64_t>(word);
 }
 
-/// The shortest text of a number that reads as the same number: "65535" and not "65535.000000".
+/// The shortest text that parses as the same number: "65535" and not "65535.000000".
 inline std::string textOf(double number) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof(text), number).ptr};
 }
 
-/// A text read word by word, or line by line. Keeps a view of the text.
+/// Reads a text by words or lines. Keeps a view of the text.
 class Words {
  public:
   explicit Words(std::string_view text, std::size_t at = 0) : text_(text), at_(at) {}
@@ -74,7 +74,7 @@ class Words {
     return text_.substr(begin, at_ - begin);
   }
 
-  /// What is left of the line; line ends are "\n", "\r\n" and "\r".
+  /// The rest of the line; line ends are "\n", "\r\n" and "\r".
   std::string_view restOfLine() {
     const std::size_t begin = at_;
     at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
@@ -92,7 +92,7 @@ class Words {
   bool isAtEnd() const { return at_ >= text_.size(); }
   std::size_t at() const { return at_; }
 
-  /// Throws std::runtime_error with the number of the line.
+  /// Throws std::runtime_error with the current line number.
   [[noreturn]] void fail(const std::string& reason) const {
     const std::string_view before = text_.substr(0, at_);
     std::size_t line = 1;
@@ -106,8 +106,8 @@ class Words {
   std::size_t at_ = 0;
 };
 
-/// A count as written. Throws std::runtime_error when it is none, or more than the bytes of its
-/// file: each thing takes a byte at least.
+/// Parses a count. Throws std::runtime_error if it is not a count, or more than the bytes of the
+/// file, because each element takes at least one byte.
 inline std::size_t countOf(const std::string& things, std::string_view count, std::size_t bytes) {
   const std::optional<std::int64_t> number = integerOf(count);
   if (number && *number >= 0 && static_cast<std::uint64_t>(*number) <= bytes)
@@ -129,7 +129,7 @@ double asFloating(Bits bits) {
   return static_cast<double>(number);
 }
 
-/// The number at a place of a file; all its bytes must be there.
+/// The number at a position of a file; all its bytes must exist.
 inline double numberAt(std::string_view file, std::size_t at, BinaryType type,
                        bool is_big_endian = false) {
   std::uint64_t bits = 0;
@@ -144,7 +144,7 @@ inline double numberAt(std::string_view file, std::size_t at, BinaryType type,
   return is_negative ? number - std::ldexp(1., digits) : number;
 }
 
-/// Four bytes, little-endian.
+/// Four bytes as a little-endian integer.
 inline std::size_t wordAt(std::string_view file, std::size_t at) {
   return static_cast<std::size_t>(numberAt(file, at, {'u', 4}));
 }

@@ -12,18 +12,18 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Three corners of a polygon, by number.
+/// Three corners of a polygon, as indices.
 using Ear = std::array<std::size_t, 3>;
 
-/// Cuts corners off a polygon until nothing is left. Every cut is a counter-clockwise triangle that
-/// no part of the outline enters, so that a corner which can be cut off stays one that can; a
-/// corner is looked at again when a neighbour is gone.
+/// Triangulates a polygon by cutting off corners (ears) until nothing is left. Every cut is a
+/// counter-clockwise triangle that no part of the outline enters, so an ear remains an ear until it
+/// is cut. A corner is tested again after a neighbour was cut.
 class EarClipping {
  public:
   explicit EarClipping(WorkLimit& work) : work_(work), exact_(work) {}
 
-  /// False where there are no such triangles, or no work may be done any more. `points` are
-  /// counter-clockwise, `turned` are the same in the frame of the boxes.
+  /// Returns false if there is no such triangulation, or if the work limit is exceeded. `points`
+  /// are counter-clockwise, `turned` are the same points in the frame of the boxes.
   bool run(const std::vector<PlanarPoint>& points, const std::vector<PlanarPoint>& turned,
            std::vector<Ear>& ears) {
     points_ = &points;
@@ -55,9 +55,9 @@ class EarClipping {
     }
   }
 
-  /// Removes corners while `isRemovable` says so, in rounds: a corner whose neighbour is gone waits
-  /// for the next one. Every other corner comes first. That keeps triangles wide, of which few are
-  /// near each other.
+  /// Removes corners that satisfy `isRemovable`, in rounds: a corner whose neighbour was removed is
+  /// tested in the next round. Every other corner is tested first, which keeps triangles wide and
+  /// their boxes apart.
   template <typename Predicate>
   void removeAll(const Predicate& isRemovable) {
     pending_.clear();
@@ -93,7 +93,7 @@ class EarClipping {
       edges_.update(changed, [this](std::size_t a) { return boxOfEdge(a); });
   }
 
-  /// The edge that begins at a corner.
+  /// The box of the edge that begins at a corner.
   PlanarBox boxOfEdge(std::size_t v) const {
     PlanarBox box;
     if (!isLeft(v)) return box;
@@ -104,7 +104,7 @@ class EarClipping {
 
   const PlanarPoint& point(std::size_t v) const { return (*points_)[v]; }
 
-  /// Where the outline repeats a point, or turns straight back.
+  /// Whether the outline repeats a point, or turns straight back, at this corner.
   bool isSuperfluous(std::size_t v) const {
     const PlanarPoint &u = point(previous_[v]), &p = point(v), &w = point(next_[v]);
     if (u == p || u == w) return true;
@@ -131,17 +131,17 @@ class EarClipping {
   PlanarTree edges_;
   const std::vector<PlanarPoint>* points_ = nullptr;
   std::size_t left_ = 0;
-  std::vector<std::size_t> next_, previous_;  ///< of the corners that are left
+  std::vector<std::size_t> next_, previous_;  ///< of the remaining corners
   std::vector<std::size_t> pending_, waiting_;
   std::vector<bool> is_waiting_;
 };
 
-/// Triangulates polygons one after another, in memory that it keeps.
+/// Triangulates polygons in sequence, reusing its memory.
 class Triangulation {
  public:
   explicit Triangulation(WorkLimit& work) : work_(work), exact_(work), clipping_(work) {}
 
-  /// False where there is none, or no work may be done any more.
+  /// Returns false if there is no triangulation, or if the work limit is exceeded.
   bool run(const std::vector<fcl::Vector3d>& corners) {
     const int axis = axisOf(corners);
     for (int k = axis; k < axis + 3; ++k) {
@@ -149,13 +149,13 @@ class Triangulation {
       if (!runIn(corners, x, y) && !runIn(corners, y, x)) return false;
       if (!ears_.empty()) return true;
     }
-    return true;  // without area, however it is seen
+    return true;  // without area in every projection
   }
   const std::vector<Ear>& ears() const { return ears_; }
 
  private:
-  /// The axis along which the normal is largest. Differences are taken from the first corner: few
-  /// digits are lost far from the origin.
+  /// The axis along which the normal is largest. Coordinates are relative to the first corner, so
+  /// that little accuracy is lost far from the origin.
   static int axisOf(const std::vector<fcl::Vector3d>& corners) {
     fcl::Vector3d normal = fcl::Vector3d::Zero();
     double size = 0;
@@ -192,8 +192,9 @@ class Triangulation {
     return box;
   }
 
-  /// The triangles add up to the outline: each point is in as many of them as the outline runs
-  /// around it. Where that is more than once, two triangles overlap.
+  /// Whether no two triangles overlap. The triangles add up to the outline: each point is in as
+  /// many triangles as the outline's winding number there. If that is more than one, two triangles
+  /// overlap.
   bool isWithoutOverlap() {
     tree_.build(ears_.size(), [this](std::size_t ear) { return boxOf(ear); });
     for (std::size_t one = 0; one < ears_.size() && !work_.isSpent(); ++one)

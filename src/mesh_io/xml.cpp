@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The value as XML reads it: a line break or a tab is one space.
+/// Normalizes an attribute value as XML requires: a line break or a tab becomes a space.
 std::string withPlainSpaces(std::string_view value) {
   std::string plain;
   plain.reserve(value.size());
@@ -38,7 +38,8 @@ class XmlParser {
   }
 
  private:
-  /// What is no element: a comment, an instruction, a section of plain text, the document type.
+  /// Skips a comment, an instruction or the document type, and appends a section of plain text to
+  /// the open element. Returns false for anything else.
   bool skipOther() {
     for (const auto& [begin, end] :
          {std::pair<const char*, const char*>{"<!--", "-->"}, {"<?", "?>"}, {"<![CDATA[", "]]>"}}) {
@@ -55,7 +56,7 @@ class XmlParser {
     return true;
   }
 
-  /// What is between the brackets; quoted brackets do not count.
+  /// Reads a tag up to its closing bracket; ignores quoted brackets.
   std::string_view readToEndOfTag() {
     const std::size_t begin = ++at_;
     char quote = '\0';
@@ -112,7 +113,7 @@ class XmlParser {
 
   const std::string& text_;
   std::size_t at_ = 0;
-  std::vector<XmlElement*> open_;  ///< the document, and the elements that have not ended
+  std::vector<XmlElement*> open_;  ///< the document, and all unclosed elements
 };
 
 }  // namespace

@@ -9,18 +9,18 @@ namespace adaptive_bvh {
 struct XmlElement {
   std::string name;
   std::vector<std::pair<std::string, std::string>> attributes;  ///< names and values
-  std::string text;  ///< all of its own, without that of its elements; references stay as written
+  std::string text;  ///< its own text, without that of child elements; references are not resolved
   std::vector<XmlElement> children;
 
-  /// The first element of that name; an empty one where there is none.
+  /// The first child with that name; an empty element if there is none.
   const XmlElement& child(const std::string& wanted) const;
-  /// The value of the first attribute of that name; `otherwise` where there is none.
+  /// The value of the first attribute with that name; `otherwise` if there is none.
   std::string attribute(const std::string& wanted, const std::string& otherwise = "") const;
 };
 
-/// The root of an XML text in UTF-8. Comments and instructions are skipped. Throws
-/// std::runtime_error on more than `kMostLevels`, on a document type with declarations, which could
-/// hide elements, and where tags do not match.
+/// Parses an XML text in UTF-8 and returns its root. Skips comments and instructions. Throws
+/// std::runtime_error if there are more than `kMostLevels` levels, if tags do not match, or if the
+/// document type has declarations, because these could hide elements.
 XmlElement parseXml(const std::string& text);
 
 }  // namespace adaptive_bvh

@@ -13,13 +13,13 @@ namespace {
 
 [[noreturn]] void failBroken() { throw std::runtime_error("its ZIP archive is broken"); }
 
-/// A number at a place of an archive, little-endian.
+/// A little-endian number at a position of an archive.
 std::size_t fieldAt(std::string_view archive, std::size_t at, std::size_t bytes) {
   if (at > archive.size() || bytes > archive.size() - at) failBroken();
   return static_cast<std::size_t>(numberAt(archive, at, {'u', bytes}));
 }
 
-/// The bits of Deflate (RFC 1951), the lowest of each byte first.
+/// Reads the bits of a Deflate stream (RFC 1951), the lowest bit of each byte first.
 class Bits {
  public:
   explicit Bits(std::string_view bytes) : bytes_(bytes) {}
@@ -39,8 +39,8 @@ class Bits {
   std::size_t at_ = 0;
 };
 
-/// A Huffman code: its symbols by the lengths of their words, shorter ones first. As zlib, it
-/// refuses codes with too many or too few words, but for one of a single word.
+/// A Huffman code: its symbols sorted by the lengths of their code words. Like zlib, refuses codes
+/// with too many or too few words, except for a code with a single word.
 class HuffmanCode {
  public:
   explicit HuffmanCode(const std::vector<unsigned>& lengths) {
@@ -50,14 +50,14 @@ class HuffmanCode {
           symbols_.push_back(symbol);
           ++counts_[length];
         }
-    int free = 1;  // words that are left
+    int free = 1;  // unused words
     for (unsigned length = 1; length <= kLongest; ++length)
       if ((free = 2 * free - static_cast<int>(counts_[length])) < 0) failBroken();
     if (free > 0 && symbols_.size() > counts_[1]) failBroken();
   }
 
   unsigned read(Bits& bits) const {
-    unsigned word = 0, first = 0, index = 0;  // `first`: the first word of this length
+    unsigned word = 0, first = 0, index = 0;  // `first` is the first word of this length
     for (unsigned length = 1; length <= kLongest; ++length) {
       word = word << 1 | bits.next(1);
       if (word < first + counts_[length]) return symbols_[index + word - first];  // word >= first
@@ -73,7 +73,7 @@ class HuffmanCode {
   std::array<unsigned, kLongest + 1> counts_{};
 };
 
-/// The codes of lengths and literals, and of distances.
+/// The codes of literals and lengths, and of distances.
 using Codes = std::array<HuffmanCode, 2>;
 
 Codes fixedCodes() {
@@ -111,8 +111,8 @@ Codes readCodes(Bits& bits) {
   return {HuffmanCode({lengths.begin(), middle}), HuffmanCode({middle, lengths.end()})};
 }
 
-/// A length (from 3) or a distance (from 1). Symbols come in groups, each with one more bit that
-/// follows than the group before.
+/// Reads a length (at least 3) or a distance (at least 1). Symbols are grouped; each group has one
+/// more extra bit than the group before.
 unsigned readExtended(Bits& bits, unsigned symbol, unsigned group, unsigned least) {
   if (symbol < 2 * group) return least + symbol;
   const unsigned extra = symbol / group - 1;
@@ -144,7 +144,7 @@ void readStored(Bits& bits, std::string& text) {
   for (unsigned k = 0; k < length; ++k) text += static_cast<char>(bits.next(8));
 }
 
-/// A text of so many bytes; it may be longer or shorter where the archive is broken.
+/// Decompresses a text of about `size` bytes; it may be longer or shorter if the archive is broken.
 std::string inflate(std::string_view bytes, std::size_t size) {
   Bits bits(bytes);
   std::string text;
@@ -160,7 +160,7 @@ std::string inflate(std::string_view bytes, std::size_t size) {
   return text;
 }
 
-/// CRC-32, as in Ethernet.
+/// The CRC-32 of some bytes, as in Ethernet.
 std::size_t checksumOf(std::string_view bytes) {
   std::array<std::uint32_t, 256> table;
   for (std::uint32_t k = 0; k < 256; ++k) {
@@ -205,7 +205,7 @@ ZipArchive::ZipArchive(std::string_view bytes) : bytes_(bytes) {
 std::string ZipArchive::read(const Entry& entry) const {
   const std::size_t header = entry.header,
                     begin = header + 30 + entry.name.size() + fieldAt(bytes_, header + 28, 2);
-  // Both headers of a file say the same; lengths may stand behind it.
+  // Both headers of a file must agree; lengths may follow the data instead.
   const bool is_before = (fieldAt(bytes_, header + 6, 2) & 8) == 0;
   if (bytes_.substr(header, 4) != "PK\3\4" || fieldAt(bytes_, header + 8, 2) != entry.method ||
       fieldAt(bytes_, header + 26, 2) != entry.name.size() || begin > bytes_.size() ||

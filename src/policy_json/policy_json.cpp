@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What the values of an enumeration are called, in their order.
+/// The names of an enumeration's values, in order.
 std::vector<std::string> namesOf(Propagation) {
   return {"translation-compensated", "displacements"};
 }
@@ -58,7 +58,7 @@ void forEachMember(Policy& policy, Visit&& visit) {
   visit("leaf_radius_may_shrink", policy.leaf_radius_may_shrink);
 }
 
-/// Throws std::invalid_argument or nlohmann::json::exception.
+/// Parses a policy. Throws std::invalid_argument or nlohmann::json::exception.
 RefitPolicy policyFrom(json members) {
   if (!members.is_object()) throw std::invalid_argument("not an object");
   RefitPolicy policy;

@@ -74,7 +74,7 @@ class TriangleDifferences {
 struct PairErrors {
   PairError coarse, fine;
 };
-/// `frame`: that of WideSearch, with the first tree's scale. `distance`: beyond it, pairs are
+/// `frame` as in WideSearch, with the scale of the first tree; `distance`: beyond it pairs are
 /// apart.
 template <typename Frame>
 PairErrors pairErrors(const Frame& frame, double scale, float distance) {

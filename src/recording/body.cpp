@@ -10,7 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A rectangle of a volume, whose first corner and axes are given.
+/// A record with the rectangle of a volume, given its first corner and axes.
 template <typename S>
 VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes, S width,
                        S height, const fcl::Vector3d& low) {
@@ -52,14 +52,14 @@ VolumeRecord recordOf(const fcl::OBBRSS<S>& volume, S original_radius, const fcl
   return record;
 }
 
-/// The volumes of one model in one frame.
+/// Reads the volumes of one model for one frame.
 template <typename BV>
 class VolumeReader {
  public:
   VolumeReader(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
                const fcl::Vector3d& low)
       : model_(model), choice_(choice), low_(low) {
-    // Also brings nodes up to date that were changed through a fcl::BVHModel reference.
+    // This call also repairs nodes that were changed through a fcl::BVHModel reference.
     model_.getNodeType();
     if (choice_.refits) refitted_ = model_.refittedNodes();
   }
@@ -74,7 +74,7 @@ class VolumeReader {
   }
 
  private:
-  /// What is refitted among them is taken out of the list.
+  /// Adds the volumes from `node` down to the chosen depth, and removes these nodes from refitted_.
   void readBelow(int node, int depth) {
     const fcl::BVNodeBase& at = model_.getBV(node);
     const auto found = std::lower_bound(refitted_.begin(), refitted_.end(), node);
@@ -166,7 +166,7 @@ Surface<S> surfaceOf(const TriangleMesh<S>& mesh) {
   return {mesh.vertices.data(), mesh.vertices.size(), mesh.triangles.data(), mesh.triangles.size()};
 }
 
-/// Kept is a type of mesh or model, or a reference to one.
+/// The source for a mesh or model; `Kept` is its type, or a reference type to keep no copy.
 template <typename Kept>
 class SourceOf : public BodySource {
  public:

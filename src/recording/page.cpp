@@ -3,8 +3,8 @@
 #include <ostream>
 #include <string_view>
 
-// The files that are part of every page, one after the other. The assembler reads them: that takes
-// no time, whatever their size. CMake says where they are.
+// The files that every page contains, embedded by the assembler, which takes no time whatever their
+// size. CMake sets their paths.
 #define ADAPTIVE_BVH_BEGIN(name)                                        \
   ".global adaptive_bvh_page_" name "\n.hidden adaptive_bvh_page_" name \
   "\nadaptive_bvh_page_" name ":\n"

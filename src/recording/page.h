@@ -11,14 +11,16 @@
 
 namespace adaptive_bvh {
 
-/// The binary part of a page: arrays one after the other, in the byte order of this machine. Grows
-/// without moving what it holds.
+/// The binary part of a page: a sequence of arrays in this machine's byte order. Grows without
+/// moving its content.
 class Blob {
  public:
-  /// Each array takes a multiple of 12 bytes: 4 align its numbers, 3 are a group of base64.
+  /// Each array takes a multiple of 12 bytes: 4 for the alignment of numbers, 3 for groups of
+  /// base64.
   static constexpr std::size_t kUnit = 12;
 
-  /// Room for `count` numbers, which are to be written, at size() before the call.
+  /// Allocates memory for `count` numbers, for the caller to write. It begins at the value of
+  /// size() before the call.
   template <typename T>
   T* extend(std::size_t count) {
     const std::size_t bytes = (count * sizeof(T) + kUnit - 1) / kUnit * kUnit;
@@ -32,14 +34,14 @@ class Blob {
     size_ += bytes;
     return reinterpret_cast<T*>(part.data() + begin);
   }
-  /// Appends numbers; returns them as they lie here.
+  /// Appends numbers; returns a pointer to the copy.
   template <typename T>
   const T* append(const std::vector<T>& numbers) {
     T* const out = extend<T>(numbers.size());
     std::copy(numbers.begin(), numbers.end(), out);
     return out;
   }
-  /// Takes back what was appended from `begin` on.
+  /// Removes everything that was appended from `begin` on.
   void takeBack(std::size_t begin) {
     while (size_ > begin) {
       std::vector<std::uint8_t>& part = parts_.back();
@@ -58,8 +60,8 @@ class Blob {
   std::size_t size_ = 0;
 };
 
-/// Numbers between two ends in steps of 16 bits: each is low + n * size / kSteps, off by at most
-/// half of a step.
+/// Quantizes numbers of an interval to 16 bits: each is low + n * size / kSteps, with an error of
+/// at most half a step.
 class Steps {
  public:
   static constexpr double kSteps = 65535;
@@ -74,10 +76,10 @@ class Steps {
   double low_, scale_;
 };
 
-/// Points in a Blob, each coordinate in steps along the box around them.
+/// Points in a Blob, with coordinates quantized relative to their bounding box.
 struct PointBlock {
   const std::uint16_t* steps = nullptr;
-  std::size_t begin = 0, count = 0;  ///< where they are in the Blob; how many points
+  std::size_t begin = 0, count = 0;  ///< beginning in the Blob; number of points
   fcl::Vector3d low = fcl::Vector3d::Zero(), size = fcl::Vector3d::Zero();
 
   bool operator==(const PointBlock& other) const {
@@ -109,7 +111,7 @@ PointBlock appendPoints(const fcl::Vector3<S>* points, std::size_t count, Blob& 
   return block;
 }
 
-/// Writes the page that plays a run: JSON, and the arrays that it refers to.
+/// Writes the page that plays a run, given as JSON and the arrays that it refers to.
 void writePage(const std::string& title, const std::string& run, const Blob& arrays,
                std::ostream& out);
 

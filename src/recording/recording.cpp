@@ -31,26 +31,27 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
-/// What the last frame has of a body.
+/// The data of a body in the last frame.
 struct LastFrame {
   PointBlock positions;
   json pose;
   const VolumeRecord* volumes = nullptr;            ///< in the Blob
-  std::size_t volumes_begin = 0, volume_count = 0;  ///< where in it, and how many
+  std::size_t volumes_begin = 0, volume_count = 0;  ///< beginning in the Blob; number of volumes
   UpdateReport update;
 };
 
 /// A body of the run.
 struct RecordedBody {
-  std::unique_ptr<BodySource> source;  ///< none when the body was removed
+  std::unique_ptr<BodySource> source;  ///< null if the body was removed
   std::string name;
   int vertices = 0, triangles = 0;
   fcl::Transform3d pose;
-  json description;  ///< what does not change over frames
+  json description;  ///< data that do not change between frames
   LastFrame last;
 };
 
-/// Takes back what is appended to a Blob while it lives, unless that is to be kept.
+/// Removes at its destruction what was appended to a Blob during its lifetime, unless that is to be
+/// kept.
 class BlobMark {
  public:
   explicit BlobMark(Blob& blob) : blob_(&blob), begin_(blob.size()) {}
@@ -66,14 +67,15 @@ class BlobMark {
   const std::size_t begin_;
 };
 
-/// A body that a followed scene has, and the recording not yet.
+/// A body of a followed scene that the recording does not have yet.
 struct NewBody {
   BodyId id;
   std::unique_ptr<BodySource> source;
   std::string name;
 };
 
-/// The mesh or model of this body still has the vertices and triangles that it was added with.
+/// Throws unless the body's mesh or model still has the numbers of vertices and triangles with
+/// which it was added.
 void checkCounts(const RecordedBody& body) {
   const int vertices = body.source->vertexCount(), triangles = body.source->triangleCount();
   if (vertices == body.vertices && triangles == body.triangles) return;
@@ -83,7 +85,7 @@ void checkCounts(const RecordedBody& body) {
                       " when it was added");
 }
 
-/// The body that results are given for.
+/// The body to which results refer; throws if it does not exist.
 const RecordedBody& bodyWith(int number, const char* what,
                              const std::vector<RecordedBody>& bodies) {
   const auto body = static_cast<std::size_t>(number);
@@ -129,7 +131,8 @@ void checkResults(const FrameResults& results, const std::vector<RecordedBody>& 
   for (const Arrows& arrows : results.arrows) checkArrows(arrows);
 }
 
-/// Not the report that the frame before saw: even equal work hardly takes equal times.
+/// Whether this is another report than that of the previous frame: even equal work hardly ever
+/// takes equal times.
 bool isNew(const UpdateReport& now, const UpdateReport& before) {
   return now.largest_displacement != before.largest_displacement ||
          now.displacement_seconds != before.displacement_seconds ||
@@ -139,7 +142,7 @@ bool isNew(const UpdateReport& now, const UpdateReport& before) {
 
 // ---- what a page reads (page/data.js) -----------------------------------------------------------
 
-/// JSON that may stand inside of a script element, which "</script>" would end.
+/// Serializes JSON for use inside a script element, which a literal "</script>" would end.
 std::string textOf(const json& value) {
   const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
   std::string escaped;
@@ -160,7 +163,7 @@ json asJson(const PointBlock& points) {
           {"size", asJson(points.size)}};
 }
 
-/// By columns: the images of x, y and z, and the origin.
+/// A pose as JSON, by columns: the images of x, y and z, and the origin.
 json asJson(const fcl::Transform3d& pose) {
   json numbers;
   for (int column = 0; column < 4; ++column)
@@ -193,7 +196,7 @@ json appendPatches(const TrianglePatches& patches, Blob& blob) {
   return {{"at", begin}, {"count", patches.triangles.size()}};
 }
 
-/// Pairs of points, or of a point and a vector, of which both are finite.
+/// Appends pairs of points, or of a point and a vector, of which both are finite.
 json appendPairs(const std::vector<std::array<fcl::Vector3d, 2>>& pairs, Blob& blob) {
   std::array<std::vector<fcl::Vector3d>, 2> kept;
   for (const auto& [a, b] : pairs) {
@@ -214,7 +217,7 @@ json appendArrows(const Arrows& arrows, Blob& blob) {
   return {{"label", arrows.label}, {"scale", arrows.scale}, {"blocks", appendPairs(pairs, blob)}};
 }
 
-/// What is not finite is left out.
+/// Results as JSON, without values that are not finite.
 json resultsOf(const FrameResults& results, Blob& blob) {
   json frame;
   const auto set = [&frame](const char* name, const std::optional<double>& value) {
@@ -246,17 +249,18 @@ struct Recording::State {
   RecordingOptions options;
   std::vector<RecordedBody> bodies;
   int frame_count = 0;
-  std::string frames;  ///< as JSON, with commas between them
+  std::string frames;  ///< as JSON, separated by commas
   Blob blob;
-  std::function<void(Recording&)> read_scene;  ///< makes the bodies those of the followed scene
-  std::map<BodyId, int> numbers;               ///< of its bodies that the recording has
+  std::function<void(Recording&)>
+      read_scene;                 ///< updates the bodies to those of the followed scene
+  std::map<BodyId, int> numbers;  ///< of the scene's bodies that the recording has
 
   std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
   json record(RecordedBody& body);
   void recordVolumes(RecordedBody& body, bool updated);
   std::string textOfFrame(const FrameResults& results);
   std::string runAsJson() const;
-  void requireBody(const char* call, int body) const;  ///< throws when it is not there
+  void requireBody(const char* call, int body) const;  ///< throws if there is no such body
 };
 
 std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& corners, bool small) {
@@ -268,7 +272,8 @@ std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& co
   return begin;
 }
 
-/// A body as it is now; null of one that was removed. What is as in the frame before is left out.
+/// The current state of a body as JSON; null if it was removed. Omits values that equal those of
+/// the previous frame.
 json Recording::State::record(RecordedBody& body) {
   if (!body.source) return nullptr;
   json now;
@@ -388,7 +393,7 @@ template <typename S>
 void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
   if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
   std::function<void(Recording&)> read_scene = [&scene, name](Recording& recording) {
-    // First what may throw: new bodies.
+    // First the part that may throw: new bodies.
     State& run = *recording.state_;
     std::vector<NewBody> added;
     for (const BodyId id : scene.bodies()) {
@@ -454,7 +459,7 @@ void Recording::frame(const FrameResults& results) {
   ++run.frame_count;
 }
 
-/// A frame as JSON, behind a comma unless it is the first.
+/// A frame as JSON, preceded by a comma unless it is the first.
 std::string Recording::State::textOfFrame(const FrameResults& results) {
   json frame = resultsOf(results, blob);
   for (RecordedBody& body : bodies) frame["bodies"].push_back(record(body));

@@ -120,7 +120,7 @@ WorldBox boxAround(const Body<S>& body, const fcl::Transform3<S>& tf) {
 
 template <typename S>
 void bound(Body<S>& body) {
-  const std::uint64_t positions = body.mesh ? stateOf(*body.mesh).positions : 0;
+  const std::uint64_t positions = body.mesh ? stateOf(*body.mesh).version : 0;
   if (body.mesh && body.is_placed && body.positions == positions) return;
   body.positions = positions;
   body.is_placed = true;

@@ -37,7 +37,7 @@ struct Body {
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
   double radius = 0;
   bool is_placed = false;       ///< whether a mesh's are of the present transform
-  std::uint64_t positions = 0;  ///< MeshState::positions
+  std::uint64_t positions = 0;  ///< MeshState::version
 
   /// The body that was nearest last, with the nearest elements.
   struct Witness {

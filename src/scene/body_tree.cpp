@@ -30,7 +30,7 @@ void BodyTree::build() {
   const MeshView<double> mesh{corners_.data(), nullptr, triangles.data()};
   const OrderedTree order(buildBottomUp(mesh, count));
   auto leaves = std::make_shared<LeafTriangles>();
-  leaves->adopt(order, mesh, count, corners_.size());
+  leaves->assign(order, mesh, count, corners_.size());
   tree_ = WideTree(order, std::move(leaves));
   refit();
   built_cost_ = cost();

@@ -44,7 +44,7 @@ struct Scene<S>::State {
   void requireCurrent() const {
     bool is_same = is_current;
     for (const Body<S>& body : bodies)
-      is_same = is_same && (!body.mesh || stateOf(*body.mesh).positions == body.positions);
+      is_same = is_same && (!body.mesh || stateOf(*body.mesh).version == body.positions);
     if (!is_same)
       throw std::logic_error(
           "adaptive_bvh: the scene has changed since its last update; call Scene::update before "

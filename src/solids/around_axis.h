@@ -5,11 +5,11 @@
 
 #include "solids/solid.h"
 
-// What cylinders, cones and boxes have in common.
+// Helpers that cylinders, cones and boxes share.
 namespace adaptive_bvh {
 
-/// The point of a box along the axes, around the origin, in any number of dimensions, whose surface
-/// is nearest to x.
+/// The surface point nearest to x of an axis-aligned box around the origin, in any number of
+/// dimensions. `distance` is negative inside; `outward` is the unit outward direction there.
 template <typename Point>
 struct BoxSurface {
   double distance;
@@ -35,10 +35,11 @@ struct BoxSurface {
   }
 };
 
-using Profile = Eigen::Vector2d;  ///< distance from the z axis, and z
+using Profile = Eigen::Vector2d;  ///< (distance from the z axis, z)
 
-/// A shape around the z axis, from what is found in the plane of x and the axis. On the axis it is
-/// as if x were a little along the x axis.
+/// Reduces a problem about a shape around the z axis to the half-plane that contains x and the
+/// axis: profile() is x in this plane, and operator() maps a result back. For x on the axis, the
+/// half-plane contains the positive x axis.
 class AroundAxis {
  public:
   explicit AroundAxis(const fcl::Vector3d& x) : profile_(std::hypot(x[0], x[1]), x[2]) {
@@ -54,7 +55,7 @@ class AroundAxis {
   fcl::Vector3d away_ = fcl::Vector3d::UnitX();
 };
 
-/// Distance from the z axis.
+/// Distance of x from the z axis.
 inline double levelOf(const fcl::Vector3d& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1]); }
 
 /// The point of a circle around the z axis that is farthest along a direction.
@@ -64,38 +65,40 @@ inline fcl::Vector3d onCircle(const fcl::Vector3d& direction, double radius, dou
   return {radius * (direction[0] / length), radius * (direction[1] / length), z};
 }
 
-/// The directions at right angles to an edge along which a disk at the height `half`, or its
-/// reflection at -half, is the shortest way from getting past the edge. Let c and s be the level
-/// part and the height of the edge, in its length; u level and at right angles to it; w at right
-/// angles to both, w_z = c > 0. The way along cos(t) u + sin(t) w is
+/// Candidate directions, perpendicular to an edge, of the shortest translation that takes a disk at
+/// height `half`, or its reflection at -half, past the edge. Let c be the horizontal component and
+/// s the height of the edge, both divided by its length; u a horizontal unit vector perpendicular
+/// to the edge; w the unit vector perpendicular to both, with w_z = c > 0. The length of the
+/// translation along cos(t) u + sin(t) w is
 ///   half c |sin t| + radius sqrt(1 - c^2 sin^2 t) + cos(t) u v + sin(t) w v.
 struct RimAndEdge {
   double radius, half;
 
-  /// The edge begins at v. Upright edges have no such u: the directions of their corners serve.
-  template <typename Way>
-  void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Way& way) const {
+  /// Tries the candidates for an edge that begins at v. Vertical edges have no such u; the
+  /// directions of their corners suffice.
+  template <typename Search>
+  void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Search& shortest) const {
     constexpr double kUpright = 0x1p-40;
     const double length = edge.norm(), across = levelOf(edge);
     if (!(across > kUpright * length)) return;
     const fcl::Vector3d u = fcl::Vector3d(-edge[1], edge[0], 0) / across,
                         w = (edge / length).cross(u);
-    way.tryBoth(u);
-    way.tryBoth(w);
+    shortest.tryBoth(u);
+    shortest.tryBoth(w);
     const double along_u = u.dot(v), along_w = w.dot(v);
     const double c = across / length, s = edge[2] / length;
     const fcl::Vector3d from = along_u > 0 ? fcl::Vector3d(-u) : u;
     for (const double side : {-1., 1.}) {
       const double tangent = leastTangent(half * c + side * along_w, std::abs(along_u), c, s);
-      if (tangent > 0) way.tryDirection(from + (side * tangent) * w);
+      if (tangent > 0) shortest.tryDirection(from + (side * tangent) * w);
     }
   }
 
  private:
-  /// The tangent x > 0 of the angle where the way is least: where its derivative, over the cosine,
-  /// g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes from less than 0 to
-  /// more. 0 where there is none. g is convex: Newton's method comes down to the root from the
-  /// right without passing it.
+  /// The tangent x > 0 of the angle that minimizes the length: where its derivative divided by the
+  /// cosine, g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes from
+  /// negative to positive. 0 if there is none. g is convex, so Newton's method approaches the root
+  /// from the right without passing it.
   double leastTangent(double d, double a, double c, double s) const {
     constexpr int kMostSteps = 60;
     const double k = radius * c * c, s2 = s * s;

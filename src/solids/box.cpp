@@ -11,8 +11,9 @@ namespace adaptive_bvh {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A triangle that is apart from a box is nearest to a face whose plane it is beyond, at least with
-/// a corner; and one that crosses the box, without a corner inside, crosses such a face.
+/// If a triangle is apart from a box, the nearest points are on a face of the box beyond whose
+/// plane the triangle has a corner. If it crosses the box without a corner inside, it crosses such
+/// a face. So only these faces are considered.
 TriangleGap BoxSolid::gap(const Triangle& triangle) const {
   for (const Vector& x : triangle)
     if ((x.cwiseAbs().array() <= half_.array()).all()) return {{x, x}, 0};
@@ -41,12 +42,12 @@ TriangleGap BoxSolid::gap(const Triangle& triangle) const {
 }
 
 Penetration BoxSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
-  for (int k = 0; k < 3; ++k) way.tryBoth(Vector::Unit(k));
-  way.tryFaceNormal();
+  ShortestTranslation shortest(triangle, [&](const Vector& m) { return half_.dot(m.cwiseAbs()); });
+  for (int k = 0; k < 3; ++k) shortest.tryBoth(Vector::Unit(k));
+  shortest.tryFaceNormal();
   for (const Vector& edge : edgesOf(triangle))
-    for (int k = 0; k < 3; ++k) way.tryBoth(acrossEdges(edge, Vector::Unit(k)));
-  return way.penetration();
+    for (int k = 0; k < 3; ++k) shortest.tryBoth(acrossEdges(edge, Vector::Unit(k)));
+  return shortest.penetration();
 }
 
 ShapeSurface BoxSolid::surface(const Vector& x) const {

@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// A box around the origin, by half its sides.
+/// An axis-aligned box around the origin, given by half its side lengths.
 class BoxSolid final : public Solid {
  public:
   explicit BoxSolid(const fcl::Vector3d& half) : half_(half) {}

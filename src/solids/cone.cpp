@@ -13,28 +13,29 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point that is nearer than this part of the coordinates is on the surface.
+/// Points nearer than this share of the coordinates count as on the surface.
 constexpr double kOnSurface = 1e-8;
 
-/// The directions of a cone's side, whose slope is radius / height.
+/// Normal directions of a cone's lateral surface, whose slope is radius / height.
 struct Slant {
   double radius, height;
 
-  /// The one along which it is the shortest way from getting past a point.
+  /// The direction of the shortest translation past a point v.
   Vector towards(const Vector& v) const {
     const double length = levelOf(v);
     if (!(length > 0)) return {height, 0, -radius};
     return {-v[0] / length * height, -v[1] / length * height, -radius};
   }
-  /// Those at right angles to an edge.
-  template <typename Way>
-  void tryAcross(const Vector& edge, Way& way) const {
+  /// Tries the directions perpendicular to an edge.
+  template <typename Search>
+  void tryAcross(const Vector& edge, Search& shortest) const {
     const double across = levelOf(edge), cosine = edge[2] * radius / (height * across);
     if (!(std::abs(cosine) <= 1)) return;
     const double sine = std::sqrt((1 - cosine) * (1 + cosine)), x = edge[0] / across,
                  y = edge[1] / across;
     for (const double s : {-sine, sine})
-      way.tryDirection({height * (cosine * x - s * y), height * (cosine * y + s * x), -radius});
+      shortest.tryDirection(
+          {height * (cosine * x - s * y), height * (cosine * y + s * x), -radius});
   }
 };
 
@@ -46,35 +47,36 @@ Vector ConeSolid::support(const Vector& direction) const {
 }
 
 Penetration ConeSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [=](const Vector& m) {
+  ShortestTranslation shortest(triangle, [=](const Vector& m) {
     return std::max(-half_ * m[2], half_ * m[2] + radius_ * levelOf(m));
   });
   const Slant side{radius_, 2 * half_};
-  way.tryBoth(Vector::UnitZ());
-  way.tryFaceNormal();
+  shortest.tryBoth(Vector::UnitZ());
+  shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector &v = triangle[k], edge = triangle[(k + 1) % 3] - v;
-    way.tryDirection(side.towards(v));
-    side.tryAcross(edge, way);
-    way.tryDirection({-v[0], -v[1], 0});  // past an upright edge, by the base
-    RimAndEdge{radius_, 0}.tryDirections(v + half_ * Vector::UnitZ(), edge, way);
+    shortest.tryDirection(side.towards(v));
+    side.tryAcross(edge, shortest);
+    shortest.tryDirection({-v[0], -v[1], 0});  // past a vertical edge, by the base
+    RimAndEdge{radius_, 0}.tryDirections(v + half_ * Vector::UnitZ(), edge, shortest);
   }
-  way.tryDirection(Vector::UnitX());  // where all of the triangle is on the axis
-  return way.penetration();
+  shortest.tryDirection(Vector::UnitX());  // for a triangle on the axis
+  return shortest.penetration();
 }
 
 ShapeSurface ConeSolid::surface(const Vector& x) const {
   const AroundAxis around(x);
   const Profile &at = around.profile(), rim(radius_, -half_);
   const Profile up(-radius_, 2 * half_), side = Profile(2 * half_, radius_).normalized();
-  // The side, from the rim to the tip, and the base.
+  // The lateral surface, from the rim to the tip, and the base.
   const double share = std::clamp((at - rim).dot(up) / up.squaredNorm(), 0., 1.);
   const Profile on_side = rim + share * up, on_base(std::min(at[0], radius_), -half_);
   const double to_side = (at - on_side).norm(), to_base = (at - on_base).norm();
   const bool is_inside = at[1] >= -half_ && side.dot(at - rim) <= 0, is_side = to_side < to_base;
   const Profile& nearest = is_side ? on_side : on_base;
   const double distance = std::min(to_side, to_base);
-  // On the side and on the base as it is, since x - nearest has few digits near them.
+  // The exact normals of the lateral surface and the base, because x - nearest is inaccurate near
+  // them.
   Profile outward = is_side ? side : Profile(0, -1);
   const bool is_tip = is_side && share == 1;
   if (is_tip || nearest == rim) {
@@ -86,8 +88,9 @@ ShapeSurface ConeSolid::surface(const Vector& x) const {
   return {is_inside ? -distance : distance, around(nearest), around(outward)};
 }
 
-/// Between base and tip, where the distance from the axis is at most slope (half_ - z): a quadratic
-/// inequality, which one of two cones beside the tip solves as well.
+/// Inside are the points between base and tip whose distance from the axis is at most slope (half_
+/// - z). This is a quadratic inequality; its solutions also include the mirrored cone beyond the
+/// tip, which is excluded.
 LineInterval ConeSolid::along(const Line& given) const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double slope = radius_ / (2 * half_);
@@ -98,7 +101,7 @@ LineInterval ConeSolid::along(const Line& given) const {
     const double s = slope * (half_ - line.origin[2]), ds = -slope * line.direction[2];
     const double a = d.squaredNorm() - ds * ds, b = x.dot(d) - s * ds, c = x.squaredNorm() - s * s;
     if (a == 0) return slab & LineInterval::whereNotPositive(c, 2 * b);
-    // b b - a c, as a sum without the cancellation of large products.
+    // b b - a c, computed without the cancellation of large products.
     const double cross = x[0] * d[1] - x[1] * d[0];
     const double root2 = (x * ds - d * s).squaredNorm() - cross * cross;
     if (root2 < 0) return a > 0 ? LineInterval() : slab;

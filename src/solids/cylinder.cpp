@@ -15,17 +15,17 @@ Vector CylinderSolid::support(const Vector& direction) const {
 }
 
 Penetration CylinderSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(
+  ShortestTranslation shortest(
       triangle, [this](const Vector& m) { return half_ * std::abs(m[2]) + radius_ * levelOf(m); });
-  way.tryBoth(Vector::UnitZ());
-  way.tryFaceNormal();
+  shortest.tryBoth(Vector::UnitZ());
+  shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector& v = triangle[k];
-    way.tryDirection({-v[0], -v[1], 0});
-    RimAndEdge{radius_, half_}.tryDirections(v, triangle[(k + 1) % 3] - v, way);
+    shortest.tryDirection({-v[0], -v[1], 0});
+    RimAndEdge{radius_, half_}.tryDirections(v, triangle[(k + 1) % 3] - v, shortest);
   }
-  way.tryDirection(Vector::UnitX());  // where all of the triangle is on the axis
-  return way.penetration();
+  shortest.tryDirection(Vector::UnitX());  // for a triangle on the axis
+  return shortest.penetration();
 }
 
 ShapeSurface CylinderSolid::surface(const Vector& x) const {

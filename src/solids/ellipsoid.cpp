@@ -11,12 +11,12 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point and an ellipsoid with its axes along the coordinates, in numbers that no size and no
-/// ratio of the radii makes imprecise.
+/// A point and an axis-aligned ellipsoid in scaled numbers that stay accurate for all sizes and
+/// ratios of the radii.
 struct ScaledEllipsoid {
-  int shortest;             ///< axis
-  fcl::Vector3d z;          ///< the point's distances from the middle, each by the radius there
-  fcl::Vector3d r, excess;  ///< squares of the radii, by that of the shortest; less 1
+  int shortest;             ///< index of the shortest axis
+  fcl::Vector3d z;          ///< absolute coordinates of the point, each divided by that radius
+  fcl::Vector3d r, excess;  ///< squared radii, divided by the shortest one's; the same minus 1
 
   ScaledEllipsoid(const fcl::Vector3d& x, const fcl::Vector3d& radii) {
     const double least = radii.minCoeff(&shortest);
@@ -28,9 +28,9 @@ struct ScaledEllipsoid {
   }
 };
 
-/// The root u of G(u) = sum (r_i z_i / (u + r_i - 1))^2 = 1 with u > 0; 0 where there is none. By
-/// Newton's method on 1 / sqrt(G), which is concave, from below: every step stays below the root
-/// (J. J. More, D. C. Sorensen, "Computing a Trust Region Step", 1983).
+/// The root u > 0 of G(u) = sum (r_i z_i / (u + r_i - 1))^2 = 1; 0 if there is none. Newton's
+/// method on 1 / sqrt(G), which is concave, approaches the root from below without passing it (J.
+/// J. More, D. C. Sorensen, "Computing a Trust Region Step", 1983).
 double ellipsoidRoot(const ScaledEllipsoid& scaled) {
   constexpr int kMostSteps = 200;
   const auto& [shortest, z, r, excess] = scaled;
@@ -51,10 +51,11 @@ double ellipsoidRoot(const ScaledEllipsoid& scaled) {
   return u;
 }
 
-/// The point of an ellipsoid that is nearest to x among those beyond the plane across its shortest
-/// axis, seen from x: the outward direction there. Zero where no such point is nearer than all
-/// around it. There is one at most (J. M. Martinez, "Local Minimizers of Quadratic Functions on
-/// Euclidean Balls and Spheres", 1994): at the smallest root w of
+/// The second local minimum of the distance from x to an ellipsoid: the point that is nearest to x
+/// among the points on the other side of the plane perpendicular to the shortest axis. Returns the
+/// outward direction there; zero if that side has no local minimum. There is at most one (J. M.
+/// Martinez, "Local Minimizers of Quadratic Functions on Euclidean Balls and Spheres", 1994): at
+/// the smallest root w of
 ///   sum (r_k z_k / (e_k - w))^2 = 1 in (0, least e_k beside that of the shortest axis),
 /// with z, r and e (the excess) of ScaledEllipsoid.
 class OtherSide {
@@ -64,12 +65,13 @@ class OtherSide {
   Vector outward() const {
     const auto& [shortest, z, r, excess] = scaled_;
     const double least_excess = std::min(excess[(shortest + 1) % 3], excess[(shortest + 2) % 3]);
-    if (z[shortest] == 0) {  // x is in the plane: both sides are the same
+    if (z[shortest] == 0) {  // x is in the plane: both sides are symmetric
       Vector mirrored = EllipsoidSolid(radii_).surface(x_).outward;
       mirrored[shortest] = -mirrored[shortest];
       return mirrored;
     }
-    // The sum is convex. It is more than 1 below z, and falls up to the root.
+    // The sum is convex. It exceeds 1 for w below z of the shortest axis, and decreases up to the
+    // root.
     const double bottom = bisect(0, least_excess, [&](double w) { return sum(w, 1) < 0; });
     if (!(sum(bottom, 0) <= 1)) return Vector::Zero();
     const double root =
@@ -81,7 +83,7 @@ class OtherSide {
   }
 
  private:
-  /// The sum at w, or half of its derivative there.
+  /// The sum at w, or half of its derivative there if `derivatives` is 1.
   double sum(double w, int derivatives) const {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -91,7 +93,7 @@ class OtherSide {
     }
     return sum;
   }
-  /// The last number between low and high for which something holds that holds up to some number.
+  /// Bisects for the boundary in [low, high] up to which `holds` is true.
   template <typename Holds>
   static double bisect(double low, double high, const Holds& holds) {
     for (;;) {
@@ -105,23 +107,23 @@ class OtherSide {
   const ScaledEllipsoid scaled_;
 };
 
-/// The directions along which a point v is the shortest way, among all near them, from getting out
-/// of an ellipsoid.
+/// Tries all locally shortest translations that take a point v out of an ellipsoid.
 template <typename Try>
-void visitWaysOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
+void visitTranslationsOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
   const Vector x = -v;
   tryDirection(EllipsoidSolid(radii).surface(x).outward);
   tryDirection(OtherSide(x, radii).outward());
 }
 
-/// The same at right angles to an edge: in the plane across it, the ellipsoid is an ellipse.
+/// Tries the locally shortest translations perpendicular to an edge: in the plane perpendicular to
+/// the edge, the ellipsoid's shadow is an ellipse.
 template <typename Try>
-void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
-                     const Try& tryDirection) {
+void visitTranslationsAcross(const Vector& v, const Vector& edge, const Vector& radii,
+                             const Try& tryDirection) {
   const double length = edge.norm();
   if (!(length > 0)) return;
   const Vector u = (edge / length).unitOrthogonal(), w = (edge / length).cross(u);
-  // The axes of the ellipse: those of the squares of its reach.
+  // The principal axes of the ellipse, from its squared support function.
   const Vector along_u = radii.cwiseProduct(u), along_w = radii.cwiseProduct(w);
   const double angle =
       std::atan2(2 * along_u.dot(along_w), along_u.squaredNorm() - along_w.squaredNorm()) / 2;
@@ -129,8 +131,8 @@ void visitWaysAcross(const Vector& v, const Vector& edge, const Vector& radii,
                minor = std::cos(angle) * w - std::sin(angle) * u;
   const double longer = radii.cwiseProduct(major).norm(),
                shorter = radii.cwiseProduct(minor).norm();
-  visitWaysOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
-               [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
+  visitTranslationsOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
+                       [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
 }
 
 }  // namespace
@@ -146,10 +148,10 @@ ShapeSurface EllipsoidSolid::surface(const Vector& x) const {
   const ScaledEllipsoid scaled(x, radii);
   const auto& [shortest, z, r, excess] = scaled;
   const double u = ellipsoidRoot(scaled);
-  Vector on_ball = Vector::Zero();  // the nearest point, by its radii
+  Vector on_ball = Vector::Zero();  // the nearest point, divided by the radii
   for (int k = 0; k < 3; ++k)
     if (z[k] > 0) on_ball[k] = r[k] * z[k] / (u + excess[k]);
-  if (u == 0) {  // so deep that the nearest point is off the plane that x is in
+  if (u == 0) {  // so deep inside that the nearest point is outside the plane that contains x
     on_ball[shortest] = 0;
     on_ball[shortest] = std::sqrt(std::max(0., 1 - on_ball.squaredNorm()));
   }
@@ -163,15 +165,16 @@ ShapeSurface EllipsoidSolid::surface(const Vector& x) const {
 }
 
 Penetration EllipsoidSolid::penetration(const Triangle& triangle) const {
-  ShortestWay way(triangle, [&](const Vector& m) { return radii_.cwiseProduct(m).norm(); });
-  const auto tryDirection = [&](const Vector& m) { way.tryDirection(m); };
-  way.tryFaceNormal();
+  ShortestTranslation shortest(triangle,
+                               [&](const Vector& m) { return radii_.cwiseProduct(m).norm(); });
+  const auto tryDirection = [&](const Vector& m) { shortest.tryDirection(m); };
+  shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector& v = triangle[k];
-    visitWaysOut(v, radii_, tryDirection);
-    visitWaysAcross(v, triangle[(k + 1) % 3] - v, radii_, tryDirection);
+    visitTranslationsOut(v, radii_, tryDirection);
+    visitTranslationsAcross(v, triangle[(k + 1) % 3] - v, radii_, tryDirection);
   }
-  return way.penetration();
+  return shortest.penetration();
 }
 
 LineInterval EllipsoidSolid::along(const Line& line) const {

@@ -4,15 +4,15 @@
 
 namespace adaptive_bvh {
 
-/// An ellipsoid with its axes along the coordinates.
+/// An ellipsoid around the origin with its axes along the coordinate axes.
 class EllipsoidSolid final : public RoundSolid {
  public:
   explicit EllipsoidSolid(const fcl::Vector3d& radii) : radii_(radii) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
-  /// By D. Eberly's equation, "Distance from a Point to an Ellipse, an Ellipsoid, or a
-  /// Hyperellipsoid", which no shape and no point makes imprecise.
+  /// By D. Eberly's equation ("Distance from a Point to an Ellipse, an Ellipsoid, or a
+  /// Hyperellipsoid"), which is accurate for all shapes and points.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval along(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;

@@ -39,7 +39,7 @@ TriangleGap FlatSolid::gap(const Triangle& triangle) const {
 
 Penetration FlatSolid::penetration(const Triangle& triangle) const {
   const Extremes of = extremes(triangle);
-  // The shape goes down below the triangle, or a plane up above it.
+  // The half-space moves down until it is below the triangle; a plane may also move up above it.
   const bool is_down = is_solid_ || -of.low <= of.high;
   return {is_down ? Vector(-n_) : n_, std::max(is_down ? -of.low : of.high, 0.), 0};
 }

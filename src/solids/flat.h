@@ -6,24 +6,25 @@
 
 namespace adaptive_bvh {
 
-/// All x with n x <= d, or with n x = d, a plane. n has length 1.
+/// A half-space, n x <= d, or a plane, n x = d. n has length 1.
 class FlatSolid final : public Solid {
  public:
-  /// `n` has any length; n and d are divided by it.
+  /// `n` may have any length; n and d are divided by it. `is_solid` makes a half-space.
   FlatSolid(const fcl::Vector3d& n, double d, bool is_solid)
       : n_(n / n.norm()), d_(d / n.norm()), is_solid_(is_solid) {}
 
-  /// Infinite.
+  /// Infinitely far along the direction.
   fcl::Vector3d support(const fcl::Vector3d& direction) const override {
     return direction * std::numeric_limits<double>::infinity();
   }
   ShapeCore core() const override;
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
-  /// The plane has no inside: its direction points away from it, and is n for points on it.
+  /// A plane has no inside: the outward direction points from the plane to x, and is n for points
+  /// on it.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  /// A line along the plane of a half-space is in it as a whole or not at all; one along a plane
-  /// does not meet it.
+  /// A line parallel to a half-space's plane is inside entirely or not at all; a line parallel to a
+  /// plane does not intersect it.
   LineInterval along(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   const FlatSolid* flat() const override { return this; }
@@ -33,7 +34,7 @@ class FlatSolid final : public Solid {
   bool isSolid() const { return is_solid_; }
 
  private:
-  /// Which corners are the lowest and the highest above the plane n x = d, and how high.
+  /// The lowest and the highest corner above the plane n x = d, and their heights.
   struct Extremes {
     std::size_t lowest, highest;
     double low, high;

@@ -14,9 +14,10 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// From the nearest point of a convex set to x, which is 2^-44 of the size off: so where x is near,
-/// that has few digits, and it is found anew from farther out, each time with a thousand times as
-/// many. Nearer than 2^-40, as if x were inside.
+/// The unit direction from the nearest point of a convex set to x. The nearest point has an error
+/// of 2^-44 of the size, so for a near x the direction is inaccurate. It is then recomputed from
+/// farther out, with a distance a thousand times larger each time. Below 2^-40 of the size, x
+/// counts as inside.
 Vector outwardOf(const Vector& x, const Vector& nearest, double distance, const ConvexSet& set) {
   constexpr double kTouching = 0x1p-40, kFar = 1e-4, kFarther = 1e3;
   Vector outward = (x - nearest).stableNormalized();
@@ -32,8 +33,8 @@ Vector outwardOf(const Vector& x, const Vector& nearest, double distance, const 
   return outward;
 }
 
-/// The first t >= begin in a set, or infinity: each plane between a point of the line and the set
-/// says how far the line may go on.
+/// The first t >= begin at which the line is in a set, or infinity. A separating plane between a
+/// point of the line and the set shows how far the line can advance without entering.
 double firstInSet(const Line& line, const ConvexSet& set, double begin) {
   constexpr int kMostSteps = 200;
   double t = begin;
@@ -75,8 +76,8 @@ ShapeSurface HullSolid::surface(const Vector& x) const {
     const Vector& nearest = gap.points.second;
     return {gap.distance, nearest, outwardOf(x, nearest, gap.distance, *this)};
   }
-  const Penetration way = penetrationOf(point, *this);
-  return {-way.depth, x - way.depth * way.normal, -way.normal};
+  const Penetration shortest = penetrationOf(point, *this);
+  return {-shortest.depth, x - shortest.depth * shortest.normal, -shortest.normal};
 }
 
 LineInterval HullSolid::along(const Line& line) const {
@@ -121,7 +122,8 @@ FacedHull::FacedHull(const HullSolid& hull) : HullSolid(hull) {
   require(!planes_.empty());
 }
 
-/// Faces may be turned in; the hull is on one side of each.
+/// Adds a face's plane. Its normal may point inward; the hull lies on one side, which determines
+/// the outward one.
 void FacedHull::addPlane(const Vector& a, const Vector& b, const Vector& c) {
   const Vector n = (b - a).cross(c - a).stableNormalized();
   if (n.isZero(0)) return;

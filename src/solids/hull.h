@@ -8,8 +8,9 @@
 
 namespace adaptive_bvh {
 
-/// The hull of points, by its farthest points: up to the errors of convex_distance.h. Refers to
-/// points and faces as fcl::Convex has them; its faces count for `addPatches` only.
+/// The convex hull of points, through its support function: accurate up to the errors of
+/// convex_distance.h. Keeps references to points and faces as fcl::Convex stores them; only
+/// `addPatches` uses the faces.
 class HullSolid : public Solid {
  public:
   HullSolid(const Points& points, std::size_t count, const std::vector<int>& faces,
@@ -18,9 +19,9 @@ class HullSolid : public Solid {
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  /// Outside by convexGap, inside by penetrationOf.
+  /// Outside the hull by convexGap, inside by penetrationOf.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  /// By planes through farthest points, up to the errors of convexGap.
+  /// By planes through support points, up to the errors of convexGap.
   LineInterval along(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   fcl::Vector3d inner() const override { return inner_; }
@@ -28,7 +29,7 @@ class HullSolid : public Solid {
   fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
  protected:
-  /// Calls visit(corners, count) for each face of the list, up to the first that is cut off.
+  /// Calls visit(corners, count) for each face of the list; stops at a face that is truncated.
   template <typename Visit>
   void forEachFace(const Visit& visit) const {
     for (std::size_t at = 0; at < faces_.size();) {
@@ -47,14 +48,14 @@ class HullSolid : public Solid {
   const fcl::Vector3d inner_;
 };
 
-/// A hull by the planes of its faces.
+/// A convex hull given by the planes of its faces.
 class FacedHull final : public HullSolid {
  public:
-  /// Throws std::invalid_argument where the faces do not enclose the hull.
+  /// Throws std::invalid_argument if the faces do not enclose the hull.
   explicit FacedHull(const HullSolid& hull);
 
-  /// By the nearest plane: of a point outside the distance may be too small, and the point is that
-  /// of the plane.
+  /// By the nearest plane: outside the hull, the distance may be too small, and the nearest point
+  /// is on the plane but possibly not on the hull.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
 
  private:

@@ -8,12 +8,12 @@
 
 namespace adaptive_bvh {
 
-/// All points origin + t direction; the direction has any length but 0.
+/// The line of points origin + t direction; the direction may have any length but 0.
 struct Line {
   fcl::Vector3d origin, direction;
 };
 
-/// The part of a line that is in a convex shape: enter <= t <= leave, or nothing.
+/// The interval of a line inside a convex shape: enter <= t <= leave, or empty.
 struct LineInterval {
   double enter = std::numeric_limits<double>::infinity(), leave = -enter;
 
@@ -31,7 +31,7 @@ struct LineInterval {
   LineInterval operator&(const LineInterval& other) const {
     return {std::max(enter, other.enter), std::min(leave, other.leave)};
   }
-  /// Of two convex parts of a convex shape, what lies between as well.
+  /// The smallest interval that contains both: valid for two convex parts of one convex shape.
   LineInterval joined(const LineInterval& other) const {
     if (isEmpty()) return other;
     if (other.isEmpty()) return *this;
@@ -39,8 +39,8 @@ struct LineInterval {
   }
 };
 
-/// All t with |from + t along| <= radius, in any number of dimensions: from the point of the line
-/// that is nearest to the centre on, so that a far origin costs no digits.
+/// The interval |from + t along| <= radius, in any number of dimensions. Computed relative to the
+/// line's point nearest to the centre, so that a far origin costs no accuracy.
 template <typename Point>
 LineInterval lineInBall(const Point& from, const Point& along, double radius) {
   const double square = along.squaredNorm();
@@ -52,14 +52,15 @@ LineInterval lineInBall(const Point& from, const Point& along, double radius) {
   return {middle - half, middle + half};
 }
 
-/// Where a coordinate is between -half and half.
+/// The interval where a coordinate is between -half and half.
 inline LineInterval lineInSlab(const Line& line, int axis, double half) {
   const double x = line.origin[axis], d = line.direction[axis];
   return LineInterval::whereNotPositive(x - half, d) &
          LineInterval::whereNotPositive(-x - half, -d);
 }
 
-/// The line from its nearest point to the origin on: find(line) by that, in the line's own t.
+/// Calls find(line) with the line's origin moved to its point nearest to the coordinate origin, and
+/// returns the result in the given line's t.
 template <typename Find>
 LineInterval fromNearest(const Line& line, const Find& find) {
   const double square = line.direction.squaredNorm();

@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// Adds patches that cover parts of a surface, all around the z axis.
+/// Adds patches that cover parts of a surface of revolution around the z axis.
 class PatchList {
  public:
   using Vector = fcl::Vector3d;
@@ -26,7 +26,7 @@ class PatchList {
       addTriangle(a, c, middle - u + v);
     }
   }
-  /// Half of an ellipsoid, above or below its centre.
+  /// Adds the half of an ellipsoid above or below its centre.
   void addHalf(const Vector& center, const Vector& radii, double sign) const {
     const Vector x = Vector::UnitX(), y = Vector::UnitY();
     const Vector around[5] = {x, y, -x, -y, x};
@@ -34,7 +34,7 @@ class PatchList {
       patches_.push_back(
           {SurfaceChart::round(center, radii), sign * Vector::UnitZ(), around[i], around[i + 1]});
   }
-  /// A line (radius, z) turned around the axis.
+  /// Adds the surface of revolution of the line between two points (radius, z).
   void addTurned(double radius0, double z0, double radius1, double z1) const {
     const SurfaceChart chart = SurfaceChart::turned(radius0, z0, radius1, z1);
     const int parts = chart.patchesOfTurn();
@@ -42,7 +42,8 @@ class PatchList {
     for (int i = 0; i < parts; ++i) {
       const Vector a(0, angle(i), 0), b(0, angle(i + 1), 0), c(1, angle(i), 0),
           d(1, angle(i + 1), 0);
-      if (radius0 > 0) patches_.push_back({chart, a, b, c});  // else it is a line
+      if (radius0 > 0)
+        patches_.push_back({chart, a, b, c});  // with radius0 = 0 this triangle has no area
       patches_.push_back({chart, c, b, d});
     }
   }

@@ -8,10 +8,10 @@ namespace adaptive_bvh {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// Along an edge e, the derivative of the distance is e n, with the outward direction n of the
-/// surface at the point y nearest to x: it increases. (x - y gives n only at tips and rims, since
-/// it has few digits near the surface.) A root is found by bisection and secants (the "Illinois"
-/// rule).
+/// Along an edge e, the derivative of the distance is e n, where n is the outward direction of the
+/// surface at the point y nearest to x. The derivative increases. (n is not computed as x - y,
+/// except at tips and rims, because x - y is inaccurate near the surface.) The root is found by
+/// bisection and secants (the "Illinois" rule).
 bool RoundSolid::considerEdge(const Vector& from, const Vector& to, TriangleGap& best) const {
   constexpr int kMostSteps = 200;
   constexpr double kParallel = 0.999;
@@ -59,8 +59,8 @@ bool RoundSolid::considerFace(const Triangle& triangle, TriangleGap& best) const
     if (distance < best.distance) best = {{x, y}, distance};
     return true;
   }
-  // The set reaches through the plane. If no edge meets it, it does so inside the triangle or
-  // beside.
+  // The shape crosses the plane. If no edge intersects it, the crossing is either inside the
+  // triangle or beside it.
   const double share = heights[1] > heights[0] ? -heights[0] / (heights[1] - heights[0]) : 0;
   const Vector common = ends[0] + share * (ends[1] - ends[0]), x = nearestPoint(triangle, common);
   const double size = (triangle[1] - triangle[0]).norm() + (ends[1] - ends[0]).norm() +

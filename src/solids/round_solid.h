@@ -4,16 +4,16 @@
 
 namespace adaptive_bvh {
 
-/// A shape whose distance to a triangle is found by its surface.
+/// A shape whose distance to a triangle is computed through `surface`.
 class RoundSolid : public Solid {
  public:
   TriangleGap gap(const TrianglePoints<double>& triangle) const final;
 
  private:
-  /// The nearest point of an edge; false where it is inside.
+  /// Finds the point of an edge nearest to the shape; returns false if it is inside.
   bool considerEdge(const fcl::Vector3d& from, const fcl::Vector3d& to, TriangleGap& best) const;
-  /// The part of the set that is nearest to the triangle's plane; false where it meets the
-  /// triangle.
+  /// Finds the nearest point of the shape to the triangle's interior; returns false if the two
+  /// intersect.
   bool considerFace(const TrianglePoints<double>& triangle, TriangleGap& best) const;
 };
 

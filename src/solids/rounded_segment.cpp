@@ -34,8 +34,8 @@ TriangleGap RoundedSegment::gap(const Triangle& triangle) const {
   return gap;
 }
 
-/// Where the nearest points nearly coincide, the line between them is mostly rounding: then the
-/// shortest way along it and along the axes of triangle and segment is taken.
+/// If the nearest points nearly coincide, the direction between them is dominated by rounding. Then
+/// the shortest translation along it and along the separating axes of triangle and segment is used.
 bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) const {
   constexpr double kReliable = 0x1p-20;
   const TriangleGap gap = coreGap(triangle);
@@ -48,17 +48,18 @@ bool RoundedSegment::touches(const Triangle& triangle, ShapeContact& contact) co
     contact = {on_triangle, between / gap.distance, radius_ - gap.distance};
     return true;
   }
-  ShortestWay way(triangle, [&](const Vector& m) { return half_ * std::abs(m[2]); });
-  way.tryBoth(between);
-  way.tryFaceNormal();
-  for (const Vector& edge : edgesOf(triangle)) way.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
-  if (isThin(triangle)) {  // parallel to the segment, perhaps
-    way.tryBoth(Vector::UnitX());
-    way.tryBoth(Vector::UnitY());
+  ShortestTranslation shortest(triangle, [&](const Vector& m) { return half_ * std::abs(m[2]); });
+  shortest.tryBoth(between);
+  shortest.tryFaceNormal();
+  for (const Vector& edge : edgesOf(triangle))
+    shortest.tryBoth(acrossEdges(edge, Vector(0, 0, half_)));
+  if (isThin(triangle)) {  // may be parallel to the segment
+    shortest.tryBoth(Vector::UnitX());
+    shortest.tryBoth(Vector::UnitY());
     for (const Vector& edge : edgesOf(triangle))
-      if (half_ == 0 && !edge.isZero(0)) way.tryBoth(edge.unitOrthogonal());
+      if (half_ == 0 && !edge.isZero(0)) shortest.tryBoth(edge.unitOrthogonal());
   }
-  contact = {on_triangle, way.normal(), std::max(0., radius_ + way.signedDepth())};
+  contact = {on_triangle, shortest.normal(), std::max(0., radius_ + shortest.signedDepth())};
   return true;
 }
 

@@ -4,8 +4,8 @@
 
 namespace adaptive_bvh {
 
-/// All that is at most `radius` from a segment on the z axis, from -half to half: a capsule, or a
-/// sphere where half is 0.
+/// All points within `radius` of the segment from -half to half on the z axis: a capsule, or a
+/// sphere if half is 0.
 class RoundedSegment final : public Solid {
  public:
   RoundedSegment(double radius, double half) : radius_(radius), half_(half) {}
@@ -24,7 +24,7 @@ class RoundedSegment final : public Solid {
   const RoundedSegment* roundedSegment() const override { return this; }
 
   double radius() const { return radius_; }
-  /// The upper end of the segment; the lower one is its opposite.
+  /// The upper end of the segment; the lower end is its negative.
   fcl::Vector3d end() const { return {0, 0, half_}; }
 
  private:

@@ -28,7 +28,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A shape's numbers, in double precision.
+/// The sizes of a shape, converted to double precision.
 template <typename S>
 struct ShapeNumbers {
   const fcl::CollisionGeometry<S>& shape;
@@ -56,7 +56,7 @@ struct ShapeRow {
   void (*read)(const ShapeNumbers<S>& from, ShapeSolid& to);
 };
 
-/// All shapes that queries know. A new one is a row.
+/// The table of all supported shapes. A new shape is a row.
 template <typename S>
 const ShapeRow<S> kShapeRows[] = {
     {fcl::GEOM_SPHERE, "sphere",

@@ -9,14 +9,14 @@
 
 namespace adaptive_bvh {
 
-/// A shape of FCL's, in either number type, read once as a Solid. It is cheap: nothing is
-/// allocated, and the points of a convex stay where they are. So each query reads a shape anew,
-/// which may have changed in place.
+/// An FCL shape in either number type, converted to a Solid. Cheap: it allocates nothing, and the
+/// points of an fcl::Convex are not copied. So each query converts shapes anew, because they may
+/// have changed in place.
 class ShapeSolid {
  public:
-  /// Throws std::invalid_argument where the geometry is no shape that is known, where a size is not
-  /// positive or not finite (FCL makes such shapes without a word), and where products of its
-  /// lengths would underflow.
+  /// Throws std::invalid_argument if the geometry is not a supported shape, if a size is not
+  /// positive or not finite (FCL accepts such shapes silently), or if products of its lengths would
+  /// underflow.
   template <typename S>
   explicit ShapeSolid(const fcl::CollisionGeometry<S>& shape);
   ~ShapeSolid() {
@@ -29,7 +29,7 @@ class ShapeSolid {
   const Solid* operator->() const { return solid_; }
   const ShapeCore& core() const { return core_; }
 
-  /// Makes it a solid of a type, which is `Made`. For the table in shape_solid.cpp.
+  /// Constructs a solid of type `Made` in place. For the table in shape_solid.cpp.
   template <typename Made, typename... Args>
   void make(const Args&... args) {
     static_assert(sizeof(Made) <= kBytes, "enlarge kBytes");
@@ -44,7 +44,7 @@ class ShapeSolid {
   ShapeCore core_;
 };
 
-/// Whether ShapeSolid knows shapes of a type; and their name, or null.
+/// Whether ShapeSolid supports shapes of a type; and the name of the shape, or null.
 bool isShape(fcl::NODE_TYPE type);
 const char* nameOfShape(fcl::NODE_TYPE type);
 

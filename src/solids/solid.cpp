@@ -18,8 +18,8 @@ ShapeCore Solid::core() const {
 bool Solid::touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
-  const Penetration way = penetration(triangle);
-  contact = {common.points.first, way.normal, way.depth};
+  const Penetration shortest = penetration(triangle);
+  contact = {common.points.first, shortest.normal, shortest.depth};
   return true;
 }
 
@@ -38,7 +38,7 @@ fcl::AABBd worldBoxOf(const PlacedSolid& placed) {
   const fcl::Matrix3d R = tf.linear() * core.axes;
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) {
-      if (R(i, k) == 0) continue;  // 0 times an infinite side
+      if (R(i, k) == 0) continue;  // avoids 0 times an infinite side
       low[i] += std::min(R(i, k) * core.low[k], R(i, k) * core.high[k]);
       high[i] += std::max(R(i, k) * core.low[k], R(i, k) * core.high[k]);
     }

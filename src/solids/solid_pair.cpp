@@ -12,7 +12,7 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A shape in the frame of another one, by its farthest points.
+/// A shape in the frame of another shape, through its support function.
 class PlacedSet final : public ConvexSet {
  public:
   PlacedSet(const PlacedSolid& placed, const fcl::Transform3d& seen_from)
@@ -26,7 +26,7 @@ class PlacedSet final : public ConvexSet {
   const RelativePlacement to_frame_;
 };
 
-/// A sphere or a capsule and a shape, in the shape's frame.
+/// The pair of a sphere or capsule and another shape, in that shape's frame.
 class SegmentPair {
  public:
   SegmentPair(const RoundedSegment& rounded, const fcl::Transform3d& tf, const PlacedSolid& other)
@@ -43,7 +43,8 @@ class SegmentPair {
     return gap.distance > radius_ ? rounded(gap) : touching(gap.points.second);
   }
 
-  /// The normal points from the segment to the shape.
+  /// Whether the pair touches; if so, sets the contact. The normal points from the segment to the
+  /// shape.
   bool touches(ShapeContact& contact) const {
     if (is_point_) return touchesBall(contact);
     const TriangleGap gap = other_.solid.gap(segment_);
@@ -59,7 +60,7 @@ class SegmentPair {
   }
 
  private:
-  /// The plane has no inside: `surface` measures from either side.
+  /// Uses `surface`, which measures from either side, because a plane has no inside.
   TriangleGap gapOfBall() const {
     const Vector& x = segment_[0];
     const ShapeSurface at = other_.solid.surface(x);
@@ -73,8 +74,8 @@ class SegmentPair {
     contact = {at.distance > 0 ? at.nearest : x, -at.outward, radius_ - at.distance};
     return true;
   }
-  /// The direction from the segment to the shape along which they are apart. The difference of near
-  /// points has few digits; the normal of a plane between the two has all.
+  /// The separating direction from the segment to the shape. The difference of near points is
+  /// inaccurate; the normal of a separating plane is not.
   Vector apartAlong(const TriangleGap& gap) const {
     const Vector between = gap.points.second - gap.points.first;
     if (const FlatSolid* const flat = other_.solid.flat())
@@ -100,7 +101,8 @@ class SegmentPair {
   Triangle segment_;
 };
 
-/// The lowest and the highest point of a shape above a plane, in the plane's frame, as a triangle.
+/// The lowest and the highest point of a shape above a plane, in the plane's frame, as a degenerate
+/// triangle.
 Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   const PlacedSet set(other, flat.tf);
   const Vector& n = flat.solid.flat()->normal();
@@ -108,7 +110,7 @@ Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   return {lowest, highest, highest};
 }
 
-/// Two planes or half-spaces.
+/// A pair of planes or half-spaces.
 class FlatPair {
  public:
   FlatPair(const PlacedSolid& first, const PlacedSolid& second, double parallel)
@@ -121,18 +123,19 @@ class FlatPair {
     height_ = n_.dot(on_second_ - on_first_);
   }
 
-  /// The second moved so far along `n_` or against it is apart: infinite where no motion does it,
-  /// and at most 0 where they are apart, by that.
-  double wayUp() const {
-    const bool is_down = b_.isSolid() && n_.dot(m_) > 0;  // the second reaches down for ever
+  /// The distance by which the second must move along `n_`, or against it, to be apart: infinite if
+  /// no distance suffices. If they are already apart, minus their gap.
+  double depthUp() const {
+    const bool is_down =
+        b_.isSolid() && n_.dot(m_) > 0;  // the second extends downward without bound
     return is_parallel_ && !is_down ? -height_ : kInfinity;
   }
-  double wayDown() const {
+  double depthDown() const {
     const bool is_up = b_.isSolid() && n_.dot(m_) < 0;
     return is_parallel_ && !is_up && !a_.isSolid() ? height_ : kInfinity;
   }
-  /// How deep they are in each other; negative where they are apart.
-  double depth() const { return std::min(wayUp(), wayDown()); }
+  /// The penetration depth; negative if they are apart.
+  double depth() const { return std::min(depthUp(), depthDown()); }
 
   TriangleGap gap() const {
     const double depth = this->depth();
@@ -140,14 +143,14 @@ class FlatPair {
     return {{on_second_ - height_ * n_, on_second_}, -depth};
   }
   ShapeContact contact() const {
-    return {common(), wayUp() <= wayDown() ? n_ : Vector(-n_), depth()};
+    return {common(), depthUp() <= depthDown() ? n_ : Vector(-n_), depth()};
   }
 
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-  /// A point of the line of both planes that is nearest to the point of the second, or of parallel
-  /// ones that point or one of the first.
+  /// A common point: the point of both planes' line nearest to the second's reference point. For
+  /// parallel planes, that point itself or its projection on the first plane.
   Vector common() const {
     if (is_parallel_) return a_.isSolid() && height_ <= 0 ? on_second_ : on_second_ - height_ * n_;
     const Vector in_second = (n_ - n_.dot(m_) * m_).normalized();
@@ -157,17 +160,17 @@ class FlatPair {
   const FlatSolid &a_, &b_;
   Vector n_, m_, on_first_, on_second_;
   bool is_parallel_;
-  double height_;  ///< of the second's plane above the first's
+  double height_;  ///< height of the second's plane above the first's
 };
 
-/// Whether the pair is that of the second to the first: one that is made of another shape's corners
-/// comes first, a flat shape second.
+/// Whether to swap the pair, so that a sphere or capsule comes first and a flat shape second.
 bool isSwapped(const PlacedSolid& first, const PlacedSolid& second) {
   if (first.solid.flat() || second.solid.flat()) return first.solid.flat();
   return second.solid.roundedSegment() && !first.solid.roundedSegment();
 }
 
-// In the frame of the second. The pair is not swapped, and at most the second is flat.
+// The functions below work in the frame of the second shape. The pair is already swapped; only the
+// second may be flat.
 
 TriangleGap gapInFrame(const PlacedSolid& first, const PlacedSolid& second) {
   if (const RoundedSegment* segment = first.solid.roundedSegment())
@@ -185,8 +188,8 @@ bool touchInFrame(const PlacedSolid& first, const PlacedSolid& second, ShapeCont
   const Solid& b = second.solid;
   const ConvexGap gap = convexGap(a, b);
   if (gap.distance > 0) return false;
-  const Penetration way = penetrationOf(a, b);
-  contact = {gap.points.first, way.normal, way.depth};
+  const Penetration shortest = penetrationOf(a, b);
+  contact = {gap.points.first, shortest.normal, shortest.depth};
   return true;
 }
 

@@ -54,7 +54,7 @@ AdaptiveBVHModel<BV>& AdaptiveBVHModel<BV>::operator=(AdaptiveBVHModel&& other) 
   return *this;
 }
 
-/// To the state of the default constructor. Allocates nothing.
+/// Resets to the state of the default constructor. Allocates nothing.
 template <typename BV>
 void AdaptiveBVHModel<BV>::clear() {
   Base empty(emptyBase<BV>());
@@ -116,7 +116,7 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const 
     if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
       refuseUpdate("index " + std::to_string(indices[i]) + " given for " +
                    std::to_string(this->num_vertices) + " vertices");
-  static constexpr unsigned kNone = 0;  // no indices at all would mean every vertex
+  static constexpr unsigned kNone = 0;  // a null pointer would mean every vertex
   return take(positions, count, indices ? indices : &kNone);
 }
 
@@ -129,7 +129,7 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<unsigned>& in
   return update(indices.data(), positions.data(), indices.size());
 }
 
-/// A step that was begun by FCL's calls is abandoned.
+/// Throws unless the model is built. Abandons a step that was begun through FCL's calls.
 template <typename BV>
 void AdaptiveBVHModel<BV>::requireBuilt() {
   state_->buffer.abandon(this->build_state);
@@ -165,9 +165,9 @@ bool AdaptiveBVHModel<BV>::hasMesh() const {
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
-/// FCL's mutators are not virtual, so a tree may have been changed through a fcl::BVHModel&. The
-/// first call that reads it repairs it. That call is const for FCL; the repair only restores the
-/// invariant. Any number of threads may come here at once.
+/// Repairs a tree that was changed through a fcl::BVHModel&, whose mutators are not virtual. The
+/// first call that reads the tree repairs it. Such calls are const in FCL; the repair only restores
+/// the invariant. Any number of threads may call this at once.
 template <typename BV>
 void AdaptiveBVHModel<BV>::repair() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
@@ -204,7 +204,7 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   state_->policy = policy;
   if (before.propagation == policy.propagation) return;
   state_->update.setPropagation(policy.propagation);
-  state_->tree.detector.invalidate();  // the new propagation has kept nothing yet
+  state_->tree.detector.invalidate();  // the new propagation has no data yet
   try {
     repair();
   } catch (const std::bad_alloc&) {
@@ -273,7 +273,7 @@ std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
 template <typename BV>
 bool AdaptiveBVHModel<BV>::validate(std::string* reason) const {
   if (state_->tree.detector.isInvalidated()) repair();  // an update ran out of memory
-  // Another thread's query may repair the tree meanwhile.
+  // Another thread's query may be repairing the tree.
   const std::lock_guard<std::mutex> lock(state_->tree.repairing);
   if (!checkTree<BV>(*this, reason)) return false;
   return !state_->meshIsCurrent() || state_->mesh->validate(reason);

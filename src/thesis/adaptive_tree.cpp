@@ -7,7 +7,7 @@
 namespace adaptive_bvh {
 
 template <typename BV>
-void Topology::adopt(const fcl::BVHModel<BV>& model) {
+void Topology::assign(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
   OrderedTree tree;
   tree.nodes.reserve(nodes);
@@ -22,7 +22,7 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
     links[static_cast<std::size_t>(i)] = node.isLeaf() ? -1 - int(first) : node.leftChild();
     if (node.isLeaf()) tree.primitives[first] = static_cast<unsigned>(node.primitiveId());
   }
-  slots.adopt(tree, viewOf(model), static_cast<std::size_t>(model.num_vertices));
+  slots.assign(tree, viewOf(model), static_cast<std::size_t>(model.num_vertices));
   depth = 0;
   Scratch<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {
@@ -34,9 +34,9 @@ void Topology::adopt(const fcl::BVHModel<BV>& model) {
 }
 
 template <typename BV>
-void AdaptiveTree<BV>::adopt(const fcl::BVHModel<BV>& model) {
-  ++adoptions;
-  topology.adopt(model);
+void AdaptiveTree<BV>::assign(const fcl::BVHModel<BV>& model) {
+  ++resets;
+  topology.assign(model);
   statistics.reset(model.getNumBVs());
   refits.reset(model.getNumBVs());
 }
@@ -62,7 +62,7 @@ BV UpdateTarget<BV>::fitted(int node) const {
 
 namespace {
 
-/// The primitives in leaf order; empty when the leaves do not name every primitive once.
+/// The primitives in leaf order; empty if the leaves do not contain every primitive once.
 template <typename BV>
 std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) {
   std::vector<unsigned> order(static_cast<std::size_t>(primitives));
@@ -81,7 +81,7 @@ std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) 
   return order;
 }
 
-/// Children behind their parent, and their ranges of primitives make up the parent's.
+/// Whether node i precedes its children, and the children's ranges of primitives make up its own.
 template <typename BV>
 bool linksHold(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);
@@ -127,10 +127,10 @@ bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason) {
   return true;
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                       \
-  template void Topology::adopt(const fcl::BVHModel<BV>&); \
-  template struct AdaptiveTree<BV>;                        \
-  template struct UpdateTarget<BV>;                        \
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                        \
+  template void Topology::assign(const fcl::BVHModel<BV>&); \
+  template struct AdaptiveTree<BV>;                         \
+  template struct UpdateTarget<BV>;                         \
   template bool checkTree(const fcl::BVHModel<BV>&, std::string*);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

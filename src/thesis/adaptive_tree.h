@@ -17,29 +17,29 @@
 
 namespace adaptive_bvh {
 
-/// What FCL's tree looks like, beyond its nodes.
+/// The topology of FCL's tree, in a compact form.
 ///
 /// FCL numbers nodes in preorder of their parents, siblings side by side: the children of the k-th
-/// inner node are 2k+1 and 2k+2. So the nodes below a node are a range, and walking the pairs of
-/// siblings from the last to the first visits children before parents, the right subtree first:
-/// a stack is all the memory that a post-order traversal needs (thesis/post_order.h).
+/// inner node are 2k+1 and 2k+2. So the nodes below a node are a range, and iterating over the
+/// pairs of siblings from the last to the first visits children before parents, right subtrees
+/// first. A post-order traversal therefore needs only a stack (thesis/post_order.h).
 struct Topology {
-  /// The vertices of every primitive, in the order of the leaves: those below a node are
-  /// [first_primitive, + num_primitives).
+  /// The vertices of every primitive, in leaf order: the leaves below a node are [first_primitive,
+  /// first_primitive + num_primitives).
   VertexSlots slots;
   int depth = 0;  ///< links from the root to the deepest leaf
-  /// By node: the left child, which the right one follows; of a leaf -1 less its index among the
-  /// leaves. (FCL's nodes are 136 bytes each.)
+  /// For each node: the left child, followed by the right one; for a leaf, -1 minus its leaf index.
+  /// (FCL's nodes take 136 bytes each.)
   std::vector<std::int32_t> links;
 
   bool isLeaf(int node) const { return links[static_cast<std::size_t>(node)] < 0; }
   int left(int node) const { return links[static_cast<std::size_t>(node)]; }
   int leafIndex(int node) const { return -1 - links[static_cast<std::size_t>(node)]; }
-  /// The number of an inner node among the inner nodes.
+  /// The index of an inner node among the inner nodes.
   std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
 
   template <typename BV>
-  void adopt(const fcl::BVHModel<BV>& model);
+  void assign(const fcl::BVHModel<BV>& model);
 
   /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
@@ -47,63 +47,65 @@ struct Topology {
   std::size_t bytes() const { return slots.bytes() + links.capacity() * sizeof(links[0]); }
 };
 
-/// By how much each volume was inflated since it was last refitted, in body units, and a bound of
-/// all volumes' coordinates. Every sum is rounded up, so that no step is lost in it.
+/// The inflation of each volume since its last refit, in body units, and a bound of the coordinates
+/// of all volumes. Sums are rounded up, so that no step is lost.
 template <typename S>
 class Inflations {
  public:
-  /// Room for `nodes` nodes, none inflated.
+  /// Allocates `nodes` nodes, none inflated.
   void reset(int nodes) { inflations_.assign(static_cast<std::size_t>(nodes), 0.f); }
 
-  /// Radius of FCL's volume less its radius when last refitted.
+  /// The volume's current radius minus its radius at the last refit.
   float of(int node) const { return inflations_[static_cast<std::size_t>(node)]; }
   void set(int node, float inflation) { inflations_[static_cast<std::size_t>(node)] = inflation; }
-  /// By node.
+  /// Indexed by node.
   float* data() { return inflations_.data(); }
 
-  /// Bounds Volume::cornerSum of all volumes.
+  /// An upper bound of Volume::cornerSum over all volumes.
   S coordinateSum() const { return coordinate_sum_; }
-  /// A volume has been refitted whose Volume::cornerSum this is.
+  /// Includes a refitted volume with this Volume::cornerSum.
   void include(S corner_sum) { coordinate_sum_ = std::max(coordinate_sum_, corner_sum); }
-  /// Call this before volumes are moved for displacements of at most `largest`. A volume whose
-  /// displacements have the middle c and half sides h moves by |c|_1 <= 3 largest - |h|_1 and grows
-  /// by |h|_2, by `roundingOfMove` and by single precision's share (of a body unit). Rounded up:
-  /// steps too small to change the sum must not be lost.
+  /// Enlarges the bound; call this before volumes are moved for displacements of at most `largest`.
+  /// A volume whose displacements have the centre c and half sides h moves by |c|_1 <= 3 largest -
+  /// |h|_1 and grows by |h|_2, by `roundingOfMove` and by the single-precision error (a share of a
+  /// body unit). Rounded up, so that steps too small to change the sum are not lost.
   void extend(S largest, S body_unit) {
     if (!(largest > 0)) return;
-    way_ += largest;
+    displacement_sum_ += largest;
     coordinate_sum_ = (coordinate_sum_ + 4 * largest + body_unit * S(1.f / (1ull << 56))) *
                       (1 + 8 * rounding::epsilon<S>());
   }
-  /// What moving a volume in a step may round off, in the mesh's units.
+  /// The largest rounding error of moving a volume in a step, in the mesh's units.
   S roundingOfMove() const {
     return 4 * rounding::epsilon<S>() * coordinate_sum_ + rounding::tiny<S>();
   }
 
-  /// Whether steps have made the coordinate sum so much larger than the volumes' that it should
-  /// begin anew. They are some sixty times the body's size long then.
-  bool needsRestart(S body_unit) const { return way_ > 64 * body_unit; }
-  /// Lets the coordinate sum begin anew; `include` is to follow for every volume.
-  void restart() { way_ = coordinate_sum_ = 0; }
+  /// Whether accumulated steps have made the coordinate bound so much larger than the volumes'
+  /// coordinates that it should be recomputed. The steps then add up to about sixty times the
+  /// body's size.
+  bool needsRestart(S body_unit) const { return displacement_sum_ > 64 * body_unit; }
+  /// Resets the coordinate bound; `include` must follow for every volume.
+  void restart() { displacement_sum_ = coordinate_sum_ = 0; }
 
   std::size_t bytes() const { return inflations_.capacity() * sizeof(float); }
 
  private:
   std::vector<float> inflations_;
   S coordinate_sum_ = 0;
-  S way_ = 0;  ///< the largest displacements since `restart`, summed
+  S displacement_sum_ = 0;  ///< sum of the largest displacements since `restart`
 };
 
-/// Which volumes the last update recomputed. A byte a node holds the number of the step that did
-/// it; a step clears all marks by raising that number. Several threads may mark different nodes.
+/// Marks the volumes that the last update recomputed. One byte per node holds the number of the
+/// step that recomputed it; a step clears all marks by incrementing that number. Several threads
+/// may mark different nodes.
 class RefitMarks {
  public:
-  /// Room for `nodes` nodes, none marked.
+  /// Allocates `nodes` nodes, none marked.
   void reset(int nodes) {
     steps_.assign(static_cast<std::size_t>(nodes), 0);
     step_ = 1;
   }
-  /// Forgets all marks.
+  /// Clears all marks.
   void clear() {
     if (++step_ != 0) return;
     std::fill(steps_.begin(), steps_.end(), std::uint8_t(0));
@@ -111,7 +113,7 @@ class RefitMarks {
   }
   void mark(int node) { steps_[static_cast<std::size_t>(node)] = step_; }
   void markAll() { std::fill(steps_.begin(), steps_.end(), step_); }
-  /// In ascending order.
+  /// The marked nodes in ascending order.
   std::vector<int> marked() const {
     std::vector<int> nodes;
     if (steps_.empty()) return nodes;
@@ -128,7 +130,7 @@ class RefitMarks {
   std::size_t bytes() const { return steps_.capacity(); }
 
  private:
-  std::vector<std::uint8_t> steps_;  // 0 is no step
+  std::vector<std::uint8_t> steps_;  // 0 is never a step's number
   std::uint8_t step_ = 1;
 };
 
@@ -136,19 +138,20 @@ class RefitMarks {
 /// holds a fcl::BVHModel& can refit or rebuild the nodes (FCL's own polynomial continuous collision
 /// does). Every such path rewrites the root, so the root's numbers are compared with a copy.
 ///
-/// `record` raises the root's radius by one step of floating point, which is conservative. A fit of
-/// the same positions that leaves all other numbers alike thus never looks like the recorded root.
+/// `record` increases the root's radius to the next floating-point number, which is conservative. A
+/// fit of the same positions, which yields the same other numbers, therefore never equals the
+/// recorded root.
 ///
 /// `matches` may run on many threads while one of them, having found a change, repairs the model
-/// and records it. The numbers are therefore written and read as atomics; the repair comes first,
-/// so a thread that sees the new root sees the repaired tree.
+/// and records it. Therefore the numbers are written and read as atomics. The repair precedes the
+/// recording, so a thread that sees the new root also sees the repaired tree.
 template <typename BV>
 class ChangeDetector {
  public:
   using S = typename BV::S;
   using V = Volume<BV>;
 
-  /// Is this the root that was recorded last?
+  /// Whether the root equals the one recorded last.
   bool matches(const BV& root) const {
     if (!load(recorded_)) return false;
     for (int i = 0; i < V::kNumbers; ++i) {
@@ -161,8 +164,8 @@ class ChangeDetector {
     return true;
   }
 
-  /// Writes `volume`, with its radius one step up, to the root and remembers it. Returns that
-  /// radius.
+  /// Writes `volume`, with its radius increased to the next number, to the root and stores a copy.
+  /// Returns that radius.
   S record(BV& root, BV volume) {
     V::raiseRadius(volume);
     for (BV* target : {&copy_, &root})
@@ -171,7 +174,7 @@ class ChangeDetector {
     return V::radius(volume);
   }
 
-  /// From now on no root matches, until the next `record`.
+  /// Makes `matches` return false until the next `record`.
   void invalidate() { store(recorded_, false); }
   bool isInvalidated() const { return !load(recorded_); }
 
@@ -192,35 +195,35 @@ class ChangeDetector {
   BV copy_;
 };
 
-/// What is kept beside FCL's tree of one model: its shape, the inflations that an update works
-/// with, what queries recorded, and a detector of changes that were not ours.
+/// The data stored beside FCL's tree of one model: its topology, the inflations that an update
+/// works with, the statistics that queries recorded, and a detector of changes by others.
 template <typename BV>
 struct AdaptiveTree {
   using S = typename BV::S;
 
   AdaptiveTree() = default;
   AdaptiveTree(const AdaptiveTree& other)
-      : adoptions(other.adoptions),
+      : resets(other.resets),
         topology(other.topology),
         inflations(other.inflations),
         statistics(other.statistics),
         refits(other.refits),
         detector(other.detector) {}
 
-  /// Number of times that all that is kept began anew: by builds, repairs, and steps that could not
-  /// be followed.
-  int adoptions = 0;
+  /// The number of times that this data was reset: by builds, repairs, and steps that the volumes
+  /// could not follow.
+  int resets = 0;
   Topology topology;
-  Inflations<S> inflations;                ///< with Propagation::TranslationCompensated
+  Inflations<S> inflations;                ///< used with Propagation::TranslationCompensated
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
-  RefitMarks refits;                       ///< of the last step
+  RefitMarks refits;                       ///< refits of the last step
   ChangeDetector<BV> detector;
-  std::mutex repairing;  ///< held by the one thread that repairs a changed tree
+  std::mutex repairing;  ///< locked by the thread that repairs a changed tree
 
-  /// Takes over FCL's tree as it stands. Statistics begin anew; inflations are not set.
-  void adopt(const fcl::BVHModel<BV>& model);
+  /// Resets to FCL's current tree and clears statistics; does not set inflations.
+  void assign(const fcl::BVHModel<BV>& model);
 
-  /// Lets the bound of all volumes' coordinates begin anew, so that it does not lose digits.
+  /// Recomputes the bound of all volumes' coordinates, so that it does not lose precision.
   void restartCoordinateSum(const fcl::BVHModel<BV>& model);
 
   std::size_t bytes() const {
@@ -228,12 +231,12 @@ struct AdaptiveTree {
   }
 };
 
-/// The links of the tree and the invariant, see AdaptiveBVHModel::validate. Judges the nodes as
-/// they stand, by nothing but FCL's own data.
+/// Checks the links of the tree and the invariant, see AdaptiveBVHModel::validate. Uses nothing but
+/// FCL's own data.
 template <typename BV>
 bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason);
 
-/// The model of an update: FCL's part of it, and what stands beside.
+/// The model that an update changes: FCL's part and the data beside it.
 template <typename BV>
 struct UpdateTarget {
   fcl::BVHModel<BV>& model;
@@ -241,7 +244,7 @@ struct UpdateTarget {
 
   int nodes() const { return model.getNumBVs(); }
   BV& volume(int node) const { return model.getBV(node).bv; }
-  /// The volume around a node's triangles as they stand.
+  /// A volume fitted to the current positions of a node's triangles.
   BV fitted(int node) const;
 };
 
@@ -251,7 +254,7 @@ struct NodeRange {
   bool contains(int node) const { return first <= node && node < last; }
 };
 
-/// How many volumes a propagation changed: see UpdateReport.
+/// The numbers of volumes that a propagation changed: see UpdateReport.
 struct PropagationCounts {
   int moved = 0, inflated = 0;
   void operator+=(const PropagationCounts& other) {
@@ -260,17 +263,17 @@ struct PropagationCounts {
   }
 };
 
-/// The two ways FCL brings in new positions: replace*, and update*, which keeps those of the step
-/// before: volumes then hold both frames.
+/// FCL's two kinds of position updates: replace*, and update*, which keeps the previous positions,
+/// so that volumes enclose both frames.
 enum class StepKind { Replace, TwoFrames };
 
 /// The new positions of a step.
 template <typename S>
 struct StepInput {
   StepKind kind = StepKind::Replace;
-  const fcl::Vector3<S>* positions = nullptr;  ///< not in the model's own arrays
+  const fcl::Vector3<S>* positions = nullptr;  ///< must not lie in the model's own arrays
   std::size_t count = 0;
-  const unsigned* indices = nullptr;  ///< whose positions they are; null: every vertex's, in order
+  const unsigned* indices = nullptr;  ///< vertex of each position; null: every vertex in order
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)       \

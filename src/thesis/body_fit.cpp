@@ -11,8 +11,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Returns a, b, c, d for two triangles abc and bad; four equal vertices if they have no common
-/// edge or are equal.
+/// Returns a, b, c, d for two triangles abc and bad; four equal vertices if the triangles have no
+/// common edge or are equal.
 std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
   const auto has = [](const VertexIndices& of, unsigned v) {
     return (of[0] == v) + (of[1] == v) + (of[2] == v);
@@ -21,33 +21,35 @@ std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
   const std::size_t i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2;
   const std::size_t j = !has(s, t[0]) ? 0 : !has(s, t[1]) ? 1 : 2;
   const unsigned ends[2] = {s[(i + 1) % 3], s[(i + 2) % 3]};
-  // A triangle may name a vertex twice.
+  // A triangle may repeat a vertex.
   const bool is_quad = in_t[0] + in_t[1] + in_t[2] == 2 && ends[0] != ends[1] && !has(s, t[j]);
   if (!is_quad) return {s[0], s[0], s[0], s[0]};
   return {ends[0], ends[1], s[i], t[j]};
 }
 
-/// What the choice of axes works on.
+/// Work space for choosing axes.
 struct AxisFitMemory : FitMemory<float> {
   PointArrays<float> points;
 };
 
-/// About as many triangles: 3; 4; 5, 6; 7, 8; up to 12, 18, 32, and more.
+/// The size class of a node by its number of triangles: 3; 4; 5, 6; 7, 8; up to 12, 18, 32, and
+/// more.
 int sizeOf(int triangles) {
   constexpr std::uint8_t kSizes[33] = {0, 0, 0, 0, 1, 2, 2, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5,
                                        5, 5, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6};
   return triangles <= 32 ? kSizes[triangles] : 7;
 }
 
-/// FCL's volumes are numbers side by side: those of VolumeWriter.
+/// The contiguous numbers of an FCL volume, in the order of VolumeWriter.
 template <typename BV>
 typename BV::S* numbersOf(BV& bv) {
   static_assert(sizeof(BV) == Volume<BV>::kNumbers * sizeof(typename BV::S), "nothing between");
   return reinterpret_cast<typename BV::S*>(&bv);
 }
 
-/// Let e be the extent, u = 2^-24. A point of the body is off by less than 4ue, and the corner by
-/// 8ue: 2^-20 e covers both.
+/// The transform from step to model coordinates, and its error. Let e be the extent, u = 2^-24. The
+/// error of a point of the body is below 4ue, and that of the corner below 8ue: 2^-20 e covers
+/// both.
 template <typename S>
 ModelCoordinates coordinatesOf(const ScaledFrame<S>& frame, float extent, double askew_axes) {
   const fcl::Vector3d origin = frame.origin().template cast<double>();
@@ -94,7 +96,7 @@ PackedRotation::PackedRotation(const float (&x)[3], const float (&y)[3], const f
 }
 
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-/// In fit_kernels_avx2.cpp.
+/// Defined in fit_kernels_avx2.cpp.
 const FitFunctions& fitFunctionsWithAvx2();
 #endif
 
@@ -170,7 +172,7 @@ KeptAxes* BodyFit<BV>::keptAxes(int node) const {
   return kept.isQuad() ? nullptr : &kept;
 }
 
-/// In the work space, for so many points in two frames.
+/// Makes room in the work space for this number of points in two frames.
 template <typename BV>
 void BodyFit<BV>::makeRoom(std::size_t points) {
   const std::size_t room = 2 * (points + kMostLanes);
@@ -178,7 +180,7 @@ void BodyFit<BV>::makeRoom(std::size_t points) {
   for (std::size_t k = 0; k < 3; ++k) source_.work[k] = work_->data() + k * (work_->size() / 3);
 }
 
-/// Lanes that are left over are as the first.
+/// Fits the nodes of a group. Unused lanes repeat the first node.
 template <typename BV>
 void BodyFit<BV>::finish(Group& group, FitFunction fit) {
   if (group.count == 0) return;
@@ -196,8 +198,8 @@ void BodyFit<BV>::finish(Group& group, FitFunction fit) {
   group.count = 0;
 }
 
-/// Keeps the better axes: the present ones of the volume, or the result of a search. One or two
-/// triangles in two frames do not keep any.
+/// Keeps the better axes: the volume's current ones, or the result of a search. Axes of one or two
+/// triangles in two frames are not kept.
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;

@@ -7,7 +7,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The equations of thesis 4.3; the value handed up is D_latest.
+/// The rule of the traversal: the equations of thesis 4.3. The value passed to the parent is
+/// D_latest.
 template <typename BV>
 struct InflationRule {
   using S = typename BV::S;
@@ -43,7 +44,7 @@ struct InflationRule {
   fcl::BVHModel<BV>& model;
   const S *original_radius, *latest, *overall;
   bool leaf_radius_may_shrink;
-  int left;  ///< of the siblings that the traversal is at
+  int left;  ///< left sibling of the current pair
   int changed = 0;
 };
 
@@ -66,7 +67,7 @@ template <typename BV>
 void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
   for (int i = 0; i < target.nodes(); ++i) refitted(target, i);
   BV recorded = root;
-  Volume<BV>::raiseRadius(recorded);  // as the change detector does
+  Volume<BV>::raiseRadius(recorded);  // like the change detector
   original_radius_[0] = Volume<BV>::radius(recorded);
 }
 
@@ -92,9 +93,9 @@ void DisplacementPropagation<BV>::measurePrimitives(const fcl::BVHModel<BV>& mod
     S latest = 0;
     for (int k = 0; k < corners; ++k) latest = std::max(latest, vertex_motion_[mesh.vertex(p, k)]);
     latest_[p] = latest;
-    if (latest == 0) continue;  // at rest: overall_ is unchanged
+    if (latest == 0) continue;  // not moved: overall_ is unchanged
     S overall = 0;
-    for (int k = 0; k < corners; ++k)  // in both frames of a two-frame update
+    for (int k = 0; k < corners; ++k)  // for both frames in a two-frame update
       mesh.forEachPositionOf(mesh.vertex(p, k), [&](const Point& position) {
         overall = std::max(overall, rounding::norm<S>(position - reference_[p][std::size_t(k)]));
       });
@@ -120,7 +121,7 @@ void DisplacementPropagation<BV>::refitted(const UpdateTarget<BV>& target, int n
     restartPrimitive(viewOf(target.model), static_cast<unsigned>(fcl_node.primitiveId()));
 }
 
-/// Its leaf was just fitted to the present positions.
+/// Resets a primitive whose leaf was just fitted to the current positions.
 template <typename BV>
 void DisplacementPropagation<BV>::restartPrimitive(const MeshView<S>& mesh, unsigned primitive) {
   overall_[primitive] = 0;

@@ -19,15 +19,16 @@ namespace adaptive_bvh {
 /// Inner: D_latest = max of both children's
 ///        current = current + D_latest                     (step 5)
 ///
-/// Why it holds: let p be a corner of a triangle below the node and p' where it is now. A leaf's
-/// original volume held p at its reference position, |p' - p_reference| <= D_overall. An inner
-/// volume held p in the step before, |p' - p| <= D_latest. A volume is all points within its
-/// radius of its rectangle, so adding the displacement to the radius reaches p', and being convex,
-/// it then holds the whole triangle. Displacements and sums are rounded up (rounding.h).
+/// Proof: let p be a corner of a triangle below the node and p' its new position. A leaf's original
+/// volume contained p at its reference position, and |p' - p_reference| <= D_overall. An inner
+/// volume contained p in the previous step, and |p' - p| <= D_latest. A volume is the set of all
+/// points within its radius of its rectangle, so adding the displacement to the radius includes p';
+/// as the volume is convex, it then contains the whole triangle. Displacements and sums are rounded
+/// up (rounding.h).
 ///
-/// Keeps what thesis 4.2 keeps, as arrays in FCL's orders. A node's current radius is the one in
-/// FCL's node. A primitive is a triangle, or a point in a point cloud. The functions are those of
-/// TranslationPropagation, where they are explained.
+/// Stores the data of thesis 4.2, as arrays in FCL's orders. A node's current radius is the one in
+/// FCL's node. A primitive is a triangle, or a point of a point cloud. The functions have the same
+/// meaning as those of TranslationPropagation.
 template <typename BV>
 class DisplacementPropagation {
  public:
@@ -42,7 +43,7 @@ class DisplacementPropagation {
   struct Fit {
     const UpdateTarget<BV> target;
     void add(int node) const { target.volume(node) = target.fitted(node); }
-    static S finish() { return 0; }  // of Volume::cornerSum: this propagation does not need it
+    static S finish() { return 0; }  // Volume::cornerSum: not needed by this propagation
   };
   static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
 
@@ -79,7 +80,7 @@ class DisplacementPropagation {
   void measurePrimitives(const fcl::BVHModel<BV>& model);
   void restartPrimitive(const MeshView<S>& mesh, unsigned primitive);
 
-  // Per node. FCL numbers children after their parent.
+  // For each node. FCL numbers children after their parent.
   std::vector<S> original_radius_;  // radius when the node was last refitted
 
   // Per primitive.
@@ -87,7 +88,7 @@ class DisplacementPropagation {
   std::vector<std::array<Point, 3>> reference_;  // its corners when its leaf was last refitted
 
   // Per vertex.
-  std::vector<S> vertex_motion_;  // displacement in the last step
+  std::vector<S> vertex_motion_;  // displacement of each vertex in the last step
 
   std::vector<S> stack_;
 };

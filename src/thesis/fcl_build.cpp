@@ -11,13 +11,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A tree in the form that FCL's recursion needs: it visits the nodes in preorder, left before
-/// right, and asks for every primitive of a node to which side it goes.
+/// A tree in the form that FCL's recursive build needs. FCL visits the nodes in preorder, left
+/// before right, and asks for each primitive of a node which side it belongs to.
 struct Dictation {
   static constexpr unsigned kLeaf = 0;
 
-  std::vector<unsigned> rank;  ///< by primitive: its place among the leaves, left to right
-  /// By node in preorder: the rank at which its right side begins; kLeaf for a leaf.
+  std::vector<unsigned> rank;  ///< by primitive: its leaf index, from left to right
+  /// By node in preorder: the first rank on its right side; kLeaf for a leaf.
   std::vector<unsigned> right_begin;
 
   void assign(const OrderedTree& tree) {
@@ -31,7 +31,7 @@ struct Dictation {
                                           : tree.nodes[static_cast<std::size_t>(node.right)].first);
   }
 
-  /// Keeps the memory of a small one for the next build.
+  /// Clears, and keeps the memory of a small tree for the next build.
   void clear() {
     constexpr std::size_t kSmall = 1024;
     if (right_begin.capacity() > kSmall) *this = Dictation();
@@ -51,7 +51,7 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
     build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
   }
 
-  /// FCL says how many primitives there are with the first node, the root. A leaf needs no rule.
+  /// Builds the tree at the root, where FCL gives the number of primitives. Leaves need no rule.
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (build.nodes == 0 && count > 1)
@@ -62,8 +62,8 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
     build.next = primitives;
   }
 
-  /// FCL asks for the primitives in the order of its array, of which it has then touched only what
-  /// lies before the one it asks for.
+  /// FCL asks for the primitives in the order of its array, and only elements before the current
+  /// one have been swapped so far.
   bool apply(const fcl::Vector3<S>&) const override {
     Build& build = current();
     return build.dictation.rank[*build.next++] >= build.right_begin;
@@ -75,9 +75,9 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
   struct Build {
     MeshView<S> mesh;
     Dictation dictation;
-    std::size_t nodes = 0;           // visited
-    unsigned right_begin = 0;        // of the node at hand
-    const unsigned* next = nullptr;  // primitive
+    std::size_t nodes = 0;           // nodes visited
+    unsigned right_begin = 0;        // of the current node
+    const unsigned* next = nullptr;  // next primitive
 
     void clear() {
       dictation.clear();

@@ -9,17 +9,17 @@
 
 namespace adaptive_bvh {
 
-/// The splitter that a model hands to FCL (`bv_splitter`), so that FCL's build makes our tree.
+/// The splitter that a model passes to FCL (`bv_splitter`), so that FCL's build produces our tree.
 ///
 /// FCL shares it with the copies that fcl::collide makes of a const model, one per calling thread,
-/// and drives it as set() ... clear(): state in the object itself crashes plain FCL there. Ours
-/// keeps it per thread, so one splitter of each kind serves all models and threads.
+/// and calls set() ... clear(): a splitter with state in the object itself crashes plain FCL there.
+/// Ours stores its state per thread, so one splitter of each kind serves all models and threads.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy);
 
-/// The fitter that a model hands to FCL (`bv_fitter`), so that every tree FCL builds or refits for
-/// us has our sound volumes. Shared by all models and threads, as the splitter is and for the same
-/// reason (see thesis/fcl_build.h).
+/// The fitter that a model passes to FCL (`bv_fitter`), so that every tree that FCL builds or
+/// refits has our conservative volumes. Shared by all models and threads like the splitter, for the
+/// same reason.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
 

@@ -3,7 +3,7 @@
 #include "thesis/fcl_model.h"
 #include "thesis/model_state.h"
 
-// FCL's calls that build a model and that give it new positions.
+// FCL's member functions that build a model and update its positions.
 namespace adaptive_bvh {
 
 // ---- building -----------------------------------------------------------------------------------
@@ -11,14 +11,15 @@ namespace adaptive_bvh {
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginModel(int num_tris, int num_vertices) {
   if (this->build_state == fcl::BVH_BUILD_STATE_EMPTY) {
-    // FCL leaves arrays here when a build was begun on a model that was not empty, and leaks them.
+    // FCL leaves arrays here, and leaks them, if a build was begun on a model that was not empty.
     delete[] this->vertices;
     delete[] this->tri_indices;
     this->vertices = nullptr;
     this->tri_indices = nullptr;
     return codeOf([&] { return Base::beginModel(num_tris, num_vertices); });
   }
-  // FCL frees the model before it allocates. What FCL leaves is an empty model, and this code.
+  // FCL frees the model before it allocates. If that fails, the model is empty, and FCL returns
+  // this code.
   return codeOf([&] {
     Base empty(emptyBase<BV>());
     empty.bv_splitter = this->bv_splitter;
@@ -57,7 +58,7 @@ int AdaptiveBVHModel<BV>::endModel() {
   if (this->num_tris == 0 && this->num_vertices == 0) return fcl::BVH_ERR_BUILD_EMPTY_MODEL;
   if (!isUsable(*this)) return fcl::BVH_ERR_INCORRECT_DATA;
   return codeOf([&] {
-    Base built(*this);  // with room for no more than there is
+    Base built(*this);  // its capacity equals its size
     const int code = built.endModel();
     if (code == fcl::BVH_OK) takeOverBuild(*this, *state_, built);
     return code;
@@ -118,7 +119,7 @@ int AdaptiveBVHModel<BV>::endUpdateModel(bool refit, bool) {
   return endPositions(*this, *state_, StepKind::TwoFrames, refit);
 }
 
-// The others are instantiated with the class, in adaptive_bvh_model.cpp.
+// The other members are instantiated with the class, in adaptive_bvh_model.cpp.
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                            \
   template int AdaptiveBVHModel<BV>::beginModel(int, int);                                      \
   template int AdaptiveBVHModel<BV>::addVertex(const Point&);                                   \

@@ -7,7 +7,8 @@
 
 #include "mesh/vertex_summary.h"
 
-// What FCL's model lacks: a move, and codes in place of exceptions and of half a call.
+// What FCL's model lacks: move operations, and error codes instead of exceptions and half-done
+// calls.
 namespace adaptive_bvh {
 
 template <typename BV>
@@ -21,7 +22,7 @@ bool isBuilt(const fcl::BVHModel<BV>& model) {
          model.build_state == fcl::BVH_BUILD_STATE_UPDATED;
 }
 
-/// Every index of a triangle names a vertex, and every coordinate is finite and not too large.
+/// Whether every triangle's indices are in range, and every coordinate is finite and not too large.
 template <typename BV>
 bool isUsable(const fcl::BVHModel<BV>& model) {
   const auto count = static_cast<std::size_t>(model.num_vertices);
@@ -31,7 +32,8 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
   return usablePositions<typename BV::S>(model.vertices, count);
 }
 
-/// Calls call(), which returns one of FCL's codes; that for no memory if there is none.
+/// Calls call(), which returns one of FCL's codes. Returns FCL's out-of-memory code if it throws
+/// std::bad_alloc.
 template <typename Call>
 int codeOf(const Call& call) {
   try {
@@ -41,7 +43,7 @@ int codeOf(const Call& call) {
   }
 }
 
-/// Calls add(), one of FCL's, on a model that is being built. All is added or nothing.
+/// Calls add(), one of FCL's functions, on a model under construction. Adds everything or nothing.
 template <typename BV, typename Add>
 int addTo(fcl::BVHModel<BV>& model, const Add& add) {
   if (!isBegun(model)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
@@ -53,15 +55,15 @@ int addTo(fcl::BVHModel<BV>& model, const Add& add) {
   return code;
 }
 
-/// A copy of it allocates nothing.
+/// An empty model. Copying it allocates nothing.
 template <typename BV>
 const fcl::BVHModel<BV>& emptyBase() {
   static const fcl::BVHModel<BV> empty;
   return empty;
 }
 
-/// Exchanges all that FCL's part of two models holds. Allocates nothing. FCL's model has no move,
-/// but a shallow assignment.
+/// Swaps the FCL parts of two models. Allocates nothing. FCL's model has no move operations, but
+/// its assignment is shallow.
 template <typename BV>
 void swapBases(fcl::BVHModel<BV>& a, fcl::BVHModel<BV>& b) {
   fcl::BVHModel<BV> between(emptyBase<BV>());

@@ -13,7 +13,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversal of two meshes with volumes of one type.
+/// Selects FCL's collision traversal of two meshes by the type of volume.
 template <typename BV>
 struct FclMeshCollision;
 template <typename S>
@@ -25,7 +25,7 @@ struct FclMeshCollision<fcl::OBBRSS<S>> {
   using Node = fcl::detail::MeshCollisionTraversalNodeOBBRSS<S>;
 };
 
-/// That traversal, with a test of two triangles of our own (addContactsOf).
+/// FCL's collision traversal with this library's triangle test (addContactsOf).
 template <typename BV>
 class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   using S = typename BV::S;
@@ -53,7 +53,7 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
   RelativePlacement to_first_;
 };
 
-/// FCL's traversal of two meshes with volumes of one type.
+/// Selects FCL's distance traversal of two meshes by the type of volume.
 template <typename BV>
 struct FclMeshDistance;
 template <typename S>
@@ -65,7 +65,7 @@ struct FclMeshDistance<fcl::OBBRSS<S>> {
   using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSS<S>;
 };
 
-/// That traversal, with the distance of two triangles of our own.
+/// FCL's distance traversal with this library's triangle distance.
 template <typename BV>
 class MeshDistanceNode : public FclMeshDistance<BV>::Node {
   using S = typename BV::S;
@@ -73,7 +73,7 @@ class MeshDistanceNode : public FclMeshDistance<BV>::Node {
  public:
   explicit MeshDistanceNode(const RelativePlacement& to_first) : to_first_(to_first) {}
 
-  /// FCL would start from its own distance of the first triangles.
+  /// Does nothing, because FCL would start from its own distance of the first triangles.
   void preprocess() override {}
 
   void leafTesting(int b1, int b2) const override {

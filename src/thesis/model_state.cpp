@@ -12,7 +12,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Lets the mesh follow a step that the model has taken. `moved`: room for the positions of some.
+/// Applies to the mesh a step that the model has taken. `moved` provides memory for positions of
+/// some vertices.
 template <typename S>
 void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& input,
               const fcl::Vector3<S>* vertices, std::vector<fcl::Vector3<S>>& moved) {
@@ -20,7 +21,7 @@ void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& i
   if (!input.indices)
     return takeStep<S>(held, mesh, PositionArray<S>{vertices[0].data()},
                        input.kind == StepKind::TwoFrames, memory);
-  // The positions that were given may have lain in the model's own arrays.
+  // The given positions may have been in the model's own arrays.
   for (std::size_t i = 0; i < input.count; ++i) moved[i] = vertices[input.indices[i]];
   takeStep<S>(held, mesh, input.indices, moved.data(), input.count, memory);
 }
@@ -30,14 +31,15 @@ StepOf stepOf(StepKind kind, bool is_of_some) {
   return kind == StepKind::TwoFrames ? StepOf::TwoFrames : StepOf::All;
 }
 
-/// Builds a new tree, as FCL does, for the positions of a step of its calls.
+/// Builds a new tree, like FCL does, for the positions of a step made by FCL's calls.
 template <typename BV>
 int rebuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind) {
   using Point = fcl::Vector3<typename BV::S>;
   const std::vector<Point>& positions = state.buffer.positions();
   fcl::BVHModel<BV> built(model);
   if (kind == StepKind::TwoFrames) {
-    // FCL would allocate it when it has two pointers to the present ones already.
+    // Allocated here, because FCL would allocate it at a moment when two pointers refer to the
+    // current positions.
     if (!built.prev_vertices) built.prev_vertices = new Point[positions.size()];
     built.beginUpdateModel();
     built.updateSubModel(positions);
@@ -62,7 +64,7 @@ bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
   const UpdateTarget<BV> target{model, state.tree};
   UpdateReport report;
   report.resynchronised = repairIfChanged(target, state.update);
-  std::vector<fcl::Vector3<S>> aside;  // of positions that may lie in the mesh
+  std::vector<fcl::Vector3<S>> aside;  // copy of positions that may lie in the mesh
   std::optional<StepMemory> memory;
   if (state.mesh) {
     if (!state.meshIsCurrent()) {
@@ -78,7 +80,7 @@ bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
   state.report = report;
   if (!memory) return true;
   stepMesh<S>(*state.mesh, *memory, input, model.vertices, state.moved);
-  state.mesh_adoption = state.tree.adoptions;
+  state.mesh_resets = state.tree.resets;
   return true;
 }
 
@@ -114,7 +116,7 @@ void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHMode
   const UpdateTarget<BV> target{model, state.tree};
   try {
     if (model.bv_fitter == sharedFitter<BV>())
-      adoptBuild(target, state.update);
+      startFromBuild(target, state.update);
     else
       repairIfChanged(target, state.update);
     if (state.mesh) renewMesh(model, state);
@@ -140,7 +142,7 @@ void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state) {
   else
     state.mesh.emplace(model);
   state.mesh->setUpdateThreads(state.update.threads);
-  state.mesh_adoption = state.tree.adoptions;
+  state.mesh_resets = state.tree.resets;
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \

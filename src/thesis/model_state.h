@@ -11,15 +11,15 @@
 
 namespace adaptive_bvh {
 
-/// The positions of a step that is being supplied call by call, kept aside until it is complete.
-/// Speaks FCL's return codes; what is refused changes nothing.
+/// Buffers the positions of a step that is supplied call by call, until it is complete. Returns
+/// FCL's codes; a refused call changes nothing.
 template <typename S>
 class StepBuffer {
  public:
   using Point = fcl::Vector3<S>;
 
-  /// Opens a step and moves `build_state` to FCL's "begun". Drops a step that was open.
-  /// Allocates when it is the first for so many vertices.
+  /// Opens a step and sets `build_state` to FCL's "begun". Drops a step that was open. Allocates at
+  /// the first step for this number of vertices.
   int begin(StepKind kind, fcl::BVHBuildState& build_state, int vertices) {
     const bool ready = build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
                        (kind == StepKind::TwoFrames && build_state == fcl::BVH_BUILD_STATE_UPDATED);
@@ -44,9 +44,9 @@ class StepBuffer {
     return fcl::BVH_OK;
   }
 
-  /// BVH_OK when the step is complete: it is closed, and `positions` are to be taken over. In
-  /// any case `build_state` is again what it was before `begin`: the old positions can be queried.
-  /// A step with vertices missing stays open for the rest.
+  /// Returns BVH_OK if the step is complete; then it is closed, and the caller applies `positions`.
+  /// In any case, `build_state` is restored to its value before `begin`, so that the old positions
+  /// can be queried. A step with missing vertices stays open for them.
   int end(StepKind kind, fcl::BVHBuildState& build_state, int vertices) {
     if (!isOpen(kind, build_state)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
     build_state = resume_state_;
@@ -55,13 +55,13 @@ class StepBuffer {
     return missing || refused_ ? fcl::BVH_ERR_INCORRECT_DATA : fcl::BVH_OK;
   }
 
-  /// The step that `end` has just closed is complete, but cannot be taken over now.
+  /// Reopens the step that `end` has just closed, if it cannot be applied now.
   void reopen(fcl::BVHBuildState& build_state) {
     open_ = true;
     build_state = begun(kind_);
   }
 
-  /// Drops a step that is open, if any.
+  /// Drops the open step, if any.
   void abandon(fcl::BVHBuildState& build_state) {
     if (isOpen(kind_, build_state)) build_state = resume_state_;
     open_ = false;
@@ -75,7 +75,8 @@ class StepBuffer {
     return kind == StepKind::Replace ? fcl::BVH_BUILD_STATE_REPLACE_BEGUN
                                      : fcl::BVH_BUILD_STATE_UPDATE_BEGUN;
   }
-  /// A build begun meanwhile, ours or FCL's, ends the step.
+  /// Whether a step of this kind is open. A build begun in the meantime, by this class or by FCL,
+  /// ends the step.
   bool isOpen(StepKind kind, fcl::BVHBuildState build_state) const {
     return open_ && kind_ == kind && (build_state == begun(kind) || build_state == resume_state_);
   }
@@ -87,7 +88,7 @@ class StepBuffer {
   std::vector<Point> positions_;
 };
 
-/// All that a model holds beyond FCL's.
+/// The private state of a model beyond FCL's.
 template <typename BV>
 struct ModelState {
   using S = typename BV::S;
@@ -97,22 +98,23 @@ struct ModelState {
   UpdateState<BV> update;
   StepBuffer<S> buffer;
   UpdateReport report;
-  std::optional<DeformableMesh<S>> mesh;  ///< made by the first call of `mesh`
-  int mesh_adoption = 0;                  ///< AdaptiveTree::adoptions when it was built
-  std::vector<fcl::Vector3<S>> moved;     ///< of the last step of some vertices, for the mesh
+  std::optional<DeformableMesh<S>> mesh;  ///< created by the first call of `mesh`
+  int mesh_resets = 0;                    ///< value of AdaptiveTree::resets at its build
+  std::vector<fcl::Vector3<S>>
+      moved;  ///< positions of the last step of some vertices, for the mesh
 
-  bool meshIsCurrent() const { return mesh && mesh_adoption == tree.adoptions; }
+  bool meshIsCurrent() const { return mesh && mesh_resets == tree.resets; }
 };
 
 template <typename BV>
 struct AdaptiveBVHModel<BV>::State : ModelState<BV> {};
 
-// Steps of a whole model: FCL's part of it, what is kept beside, and the mesh of
-// AdaptiveBVHModel::mesh if there is one.
+// Steps of a whole model: FCL's part, the data beside it, and the mesh of AdaptiveBVHModel::mesh if
+// it exists.
 
-/// A step of all vertices, or of some, and of the mesh. Returns false where a position cannot be
-/// used. Then, and when it throws std::bad_alloc, nothing has changed: all that the mesh needs is
-/// allocated before the model takes the step.
+/// Applies a step of all or some vertices to the model and its mesh. Returns false if a position is
+/// not usable. Then, and if it throws std::bad_alloc, nothing has changed: all memory for the mesh
+/// is allocated before the model takes the step.
 template <typename BV>
 bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
 
@@ -123,23 +125,23 @@ int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kin
 template <typename BV>
 int addPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
                  const fcl::Vector3<typename BV::S>* positions, std::size_t count);
-/// A step, or, without `refit`, a new tree, as FCL builds it.
+/// Applies the step; without `refit` builds a new tree, like FCL.
 template <typename BV>
 int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind, bool refit);
 /// \}
 
-/// Takes over a model of FCL's that it has just built, and begins at its tree. Its volumes are
-/// sound when our fitter made them. Throws std::bad_alloc; the model then is what it was.
+/// Takes over a model that FCL has just built, and resets the state to its tree. Its volumes are
+/// conservative if our fitter made them. If it throws std::bad_alloc, the model is unchanged.
 template <typename BV>
 void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHModel<BV>& built);
 
-/// Builds the mesh, in the object that there is if there is one.
+/// Builds the mesh, in the existing object if there is one.
 template <typename BV>
 void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state);
 
 namespace detail {
 
-/// The library's own way to the state of a model.
+/// Gives the library access to the private state of a model.
 template <typename BV>
 struct ModelAccess {
   static const AdaptiveTree<BV>& tree(const AdaptiveBVHModel<BV>& model) {

@@ -7,31 +7,32 @@
 #include "thesis/vertex_leaf_map.h"
 #include "thesis/vertex_states.h"
 
-// What TranslationPropagation does at each node of its post-order traversal (post_order.h): the
-// arithmetic of docs/bounds.md, 3, and which nodes are visited.
+// The work of TranslationPropagation at each node of its post-order traversal (post_order.h): the
+// arithmetic of docs/bounds.md, 3, and the choice of visited nodes.
 namespace adaptive_bvh {
 
-/// The motions of a step, lent to the rule of its traversal.
+/// The motions of a step, by reference, for the traversal's rule.
 template <typename S>
 struct Motions {
   const VertexState* states;
   const bool two_frames;
-  const S unit;  ///< of motions
+  const S unit;  ///< body unit of the motions
   const fcl::Vector3<S> common;
 };
 
-/// All nodes below one: their pairs of siblings are a range.
+/// A subtree: its pairs of siblings are a contiguous range.
 struct Subtree {
   int root;
   int first_pair, last_pair;  ///< left siblings
-  Box motion;                 ///< the root's, once the subtree is traversed
+  Box motion;                 ///< motion of the root, set after the subtree is traversed
 };
 
-/// The rule of the traversal. Its values are the boxes of VertexState::motion, of all vertices
-/// below a node. Reads and writes plain arrays. (Eight lanes by AVX2 took 4.5 ns a node in place
-/// of 5.1 on the thesis's scenarios at 16 times their triangles, and gained nothing at 64 times.)
+/// The rule of the traversal. Its values are bounding boxes of VertexState::motion over all
+/// vertices below a node. Reads and writes plain arrays. (Eight lanes with AVX2 took 4.5 ns per
+/// node instead of 5.1 on the thesis's scenarios with 16 times the triangles, and gained nothing
+/// with 64 times.)
 ///
-/// With `kMarks` it marks the candidates for a refit.
+/// With `kMarks`, marks the candidates for a refit.
 template <typename BV, bool kMarks>
 class MotionRule {
  public:
@@ -53,7 +54,7 @@ class MotionRule {
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return topology_.isLeaf(node); }
 
-  /// Nothing has moved below a node that is not traversed.
+  /// A node that is not traversed has motion 0.
   ADAPTIVE_BVH_INLINE static void known(int, Box& motion) {
     motion = {float4::all(0), float4::all(0)};
   }
@@ -63,7 +64,7 @@ class MotionRule {
     const VertexIndices slots = topology_.slots.slotsOf(leaf);
     motion.low = motion.high = float4::load(motions_.states[slots[0]].motion);
     for (int k = 1; k < 3; ++k) motion.add(float4::load(motions_.states[slots[k]].motion));
-    // The volume must hold the vertices where they were, too, which is motion 0.
+    // The volume must also enclose the previous positions, which have motion 0.
     if (motions_.two_frames) motion.add(float4::all(0));
   }
 
@@ -90,7 +91,7 @@ class MotionRule {
   PropagationCounts counts() const { return counts_; }
 
  private:
-  /// What positions may be rounded to, in body units: a radius that grows by no more is not counted
+  /// The rounding error of positions, in body units: a radius that grows by no more does not count
   /// as inflated.
   static float leastInflation(const UpdateTarget<BV>& target, S unit) {
     const fcl::AABB<S>& box = target.model.aabb_local;
@@ -99,15 +100,15 @@ class MotionRule {
                  unit);
   }
 
-  /// FCL's nodes are large: what the traversal needs of one lies on two cache lines. Saves 10 to 15
-  /// % of the traversal.
+  /// Prefetches the parts of FCL's node that the traversal needs, which are on two cache lines.
+  /// Saves 10 to 15 % of the traversal.
   ADAPTIVE_BVH_INLINE void prefetch(int node) const { Volume<BV>::prefetch(fcl_nodes_[node].bv); }
 
-  /// Half the diagonals of two siblings' motions, in lanes 0 and 2: 0 where nothing moves.
+  /// Half the diagonals of two siblings' motions, in lanes 0 and 2; 0 if nothing moves.
   ///
-  /// Rounded up: let u = 2^-24. A motion of VertexState is off by 2u of itself, hence by 2u of the
-  /// farthest; differences, squares, sums and roots here are off by less than 8u relative. Where
-  /// anything moves, `kFloor` covers what is too small for that: the components of motions below
+  /// Rounded up: let u = 2^-24. A motion of VertexState has a relative error of 2u, hence at most
+  /// 2u of the largest motion; differences, squares, sums and roots here have a relative error
+  /// below 8u. If anything moves, `kFloor` covers underflow: components of motions below
   /// ScaledFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
   ADAPTIVE_BVH_INLINE static Float4 spreadsOf(const Box& a, const Box& b) {
     const Float4 half = float4::all(0.5f);
@@ -122,7 +123,7 @@ class MotionRule {
            (far > float4::all(0) ? float4::all(kFloor) : float4::all(0));
   }
 
-  /// Moves FCL's volume by the middle of the motions and lets its radius grow by their spread.
+  /// Moves FCL's volume by the centre of the motions and increases its radius by their spread.
   ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
     inflations_[node] = (inflations_[node] + spread) * kUp;
     const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
@@ -131,12 +132,13 @@ class MotionRule {
                                       motions_.common[2] + S(middle[2]) * unit_);
     Volume<BV>::move(fcl_nodes_[node].bv, translation, S(spread) * unit_ + rounding_);
     ++counts_.moved;
-    const Float4 sides = motion.high - motion.low;  // compared without a call of std::fmax
+    const Float4 sides = motion.high - motion.low;  // compared without calling std::fmax
     counts_.inflated += std::max(std::max(sides[0], sides[1]), sides[2]) > least_inflation_;
   }
 
-  /// 1 or 0. Whether inflation > least (original radius + smallest side / 2), and a little less:
-  /// fitness is judged in other operations, and never by a shorter reference.
+  /// Returns 1 if inflation > least (original radius + smallest side / 2) is possible, else 0. Uses
+  /// a slightly lower threshold, because the fitness test uses other operations; its reference is
+  /// never shorter than this one.
   ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
     const BV& bv = fcl_nodes_[node].bv;
     const S inflation = S(inflations_[node]) * unit_;
@@ -160,7 +162,7 @@ class MotionRule {
   PropagationCounts counts_;
 };
 
-/// All pairs from the last to the first of a range.
+/// Visits all pairs of a range, from the last to the first.
 template <typename BV, bool kMarks>
 class RangeRule : public MotionRule<BV, kMarks> {
  public:
@@ -181,7 +183,7 @@ class RangeRule : public MotionRule<BV, kMarks> {
   int left_;
 };
 
-/// All pairs that are in none of some subtrees.
+/// Visits all pairs outside some subtrees.
 template <typename BV, bool kMarks>
 class AboveRule : public MotionRule<BV, kMarks> {
  public:
@@ -213,7 +215,7 @@ class AboveRule : public MotionRule<BV, kMarks> {
   int left_;
 };
 
-/// All dirty pairs.
+/// Visits all dirty pairs.
 template <typename BV>
 class DirtyRule : public MotionRule<BV, false> {
  public:

@@ -12,13 +12,13 @@
 
 namespace adaptive_bvh {
 
-/// A model of FCL's, or an adaptive one, of a query that FCL's traversal answers, and where it is.
+/// A plain FCL or adaptive model with its pose, for a query by FCL's traversal.
 template <typename BV>
 struct PlacedModel {
   using S = typename BV::S;
 
   const fcl::BVHModel<BV>* model = nullptr;
-  TraversalStatistics* statistics = nullptr;  ///< null where the model is FCL's own
+  TraversalStatistics* statistics = nullptr;  ///< null for a plain FCL model
   fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
 
   PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
@@ -38,8 +38,7 @@ PairStatistics statisticsOf(const PlacedModel<BV>& model) {
   return {{model.statistics, nullptr}};
 }
 
-/// Throws std::invalid_argument where a model cannot be queried: FCL crashes on one without
-/// triangles.
+/// Throws std::invalid_argument if a model has no triangles: FCL crashes on such a model.
 template <typename BV>
 void requireTriangles(const fcl::BVHModel<BV>& model) {
   if (model.getModelType() != fcl::BVH_MODEL_TRIANGLES || model.getNumBVs() == 0)
@@ -47,7 +46,7 @@ void requireTriangles(const fcl::BVHModel<BV>& model) {
         "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
 }
 
-/// Recorded queries of two meshes by FCL's traversal. Both must have triangles.
+/// Queries of two meshes by FCL's traversal that record statistics. Both must have triangles.
 template <typename BV>
 typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
                                   const DistanceQuery<typename BV::S>& query);

@@ -6,15 +6,15 @@
 
 #include "base/rounding.h"
 
-// What AdaptiveBVHModel::update throws, in sentences that help.
+// The exceptions of AdaptiveBVHModel::update, with helpful messages.
 namespace adaptive_bvh {
 
 [[noreturn]] inline void refuseUpdate(const std::string& what) {
   throw std::invalid_argument("AdaptiveBVHModel::update: " + what);
 }
 
-/// Names the first coordinate that is not finite or too large. positions[i] is vertex indices[i]'s,
-/// or vertex i's without indices. One of them must be such.
+/// Throws with the first coordinate that is not finite or too large; there must be one.
+/// positions[i] belongs to vertex indices[i], or to vertex i if `indices` is null.
 template <typename S>
 [[noreturn]] void refuseCoordinate(const fcl::Vector3<S>* positions, const unsigned* indices) {
   const auto usable = [](S x) { return std::abs(x) <= rounding::largestCoordinate<S>(); };
@@ -29,7 +29,7 @@ template <typename S>
     }
 }
 
-/// Positions in a matrix that is neither 3 x N nor N x 3, or may be both.
+/// Throws for a matrix of positions that is neither 3 x N nor N x 3, or that could be both.
 [[noreturn]] inline void refuseMatrix(Eigen::Index rows, Eigen::Index columns, int vertices) {
   refuseUpdate(
       "the positions are a " + std::to_string(rows) + " x " + std::to_string(columns) +

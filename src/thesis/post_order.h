@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-/// Post-order (bottom-up) traversal, handing values up the tree:
+/// Post-order (bottom-up) traversal that passes values up the tree:
 ///
 ///   rule.nextPair()            the left one of the next two siblings; last to first, then <= 0
 ///   rule.isLeaf(node)
@@ -16,9 +16,9 @@ namespace adaptive_bvh {
 ///   rule.merge(a, b)           makes `a` the value of their parent
 ///   rule.applyRoot(a)          works on the root
 ///
-/// Walking the pairs of siblings from the last to the first visits children before parents, and the
-/// subtree of a left sibling ends right after its pair (see Topology). So values are kept on a
-/// stack, which needs Topology::stackCapacity.
+/// Iterating over the pairs of siblings from the last to the first visits children before parents,
+/// and the subtree of a left sibling ends right after its pair (see Topology). So values are kept
+/// on a stack, which needs Topology::stackCapacity.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& rule) {
   if (rule.isLeaf(node))
@@ -33,7 +33,7 @@ template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void traversePairs(Value*& stack, Rule& rule) {
   Value a, b;
   for (int left = rule.nextPair(); left > 0; left = rule.nextPair()) {
-    valueOf(left, a, stack, rule);  // its subtree came last
+    valueOf(left, a, stack, rule);  // its value was pushed last
     valueOf(left + 1, b, stack, rule);
     rule.apply(left, a, b);
     rule.merge(a, b);

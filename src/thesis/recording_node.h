@@ -7,26 +7,28 @@
 
 namespace adaptive_bvh {
 
-/// A traversal node of FCL's (`Node`) that also records, for one query. What it computes is FCL's.
+/// An FCL traversal node (`Node`) that also records statistics of one query. The results are FCL's.
 ///
-/// FCL's distanceRecurse calls in this order, which gives all that test C needs (thesis 4.4.3):
+/// FCL's distanceRecurse makes the following calls, which provide all data for test C (thesis
+/// 4.4.3):
 ///   canStop(D)               false: go below the pair (B1, B2), whose distance is D
 ///   firstOverSecond(B1, B2)  which of the two is split; say B1, into A1 and C1
 ///   BVTesting(A1, B2)        D_a
 ///   BVTesting(C1, B2)        D_c
-/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots: there is no D, and nothing
-/// is recorded for C. Every visit counts for test D: FCL tests nothing but the volumes.
+/// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots, so for this pair there is no
+/// D, and nothing is recorded for test C. Every visit counts for test D, because FCL tests only the
+/// volumes.
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
-  /// `of_node`: what the node itself is made from.
+  /// `of_node` are the constructor arguments of the node.
   template <typename... Args>
   explicit RecordingDistanceNode(const PairStatistics& statistics, const Args&... of_node)
       : Node(of_node...), statistics_(statistics) {}
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
 
   bool canStop(S distance) const override {
-    parent_distance_ = distance;  // of the pair entered next, if it is entered
+    parent_distance_ = distance;  // distance of the next pair, if the traversal enters it
     return Node::canStop(distance);
   }
 
@@ -57,18 +59,18 @@ class RecordingDistanceNode : public Node {
   }
 
  private:
-  static constexpr S kNone = -1;  // no distance is negative
+  static constexpr S kNone = -1;  // distances are never negative
 
   PairStatistics statistics_;
   mutable QueryWork work_;
-  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // the root pair's
+  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // NaN at the pair of roots
   mutable S first_child_distance_ = kNone;
   mutable TraversalStatistics* split_side_ = nullptr;
   mutable int split_node_ = 0;
 };
 
-/// Records for FCL's collisionRecurse, whose tests only say whether the volumes are disjoint:
-/// nothing for test C.
+/// Records statistics of FCL's collisionRecurse. Its tests only report whether volumes are
+/// disjoint, so nothing is recorded for test C.
 template <typename Node, typename S>
 class RecordingCollisionNode : public Node {
  public:

@@ -12,19 +12,20 @@
 
 namespace adaptive_bvh {
 
-/// All that the fitness tests look at, for one node.
+/// The inputs of the fitness tests for one node.
 struct NodeFitness {
-  double inflation;  ///< R' - R: radius now less that when last refitted
-  double reference;  ///< the length an inflation is compared with (InflationReference)
-  bool visited;      ///< a recording query went below the node since the last update
-  double child_gap;  ///< largest min(alpha, beta) of those visits; -infinity when none
-  /// One of those queries tested the volume, whose inflation may have been in the way.
+  double inflation;  ///< R' - R: current radius minus radius at the last refit
+  double reference;  ///< length that inflations are compared with (InflationReference)
+  bool visited;      ///< whether a recording query went below the node since the last update
+  double child_gap;  ///< largest min(alpha, beta) of these visits; -infinity if none
+  /// Whether one of these queries tested the volume, whose inflation may have prevented the query
+  /// from stopping.
   bool obstructing = false;
 };
 
-/// (R' - R) / reference: the inflation factor, 4.4.1. Zero when nothing grew, whatever the
-/// reference; the largest finite number when the reference is zero: a volume without any extent
-/// that moved. The leaf radius may lie below the original by rounding: that is no inflation.
+/// The inflation factor (R' - R) / reference, 4.4.1. Zero if the inflation is zero or negative:
+/// rounding may make a leaf radius smaller than the original. The largest finite number if the
+/// reference is zero, which is a volume without extent that moved.
 inline double inflationFactor(const NodeFitness& node) {
   if (node.inflation <= 0) return 0;
   return std::min(node.inflation / node.reference, std::numeric_limits<double>::max());
@@ -47,7 +48,7 @@ inline bool testC(const NodeFitness& node, const RefitPolicy& policy) {
 /// Test D, obstruction (FitnessCriterion).
 inline bool testD(const NodeFitness& node) { return node.obstructing; }
 
-/// True when the criterion calls no volume unfit that was not visited.
+/// Whether the criterion considers only visited volumes unfit.
 inline bool needsVisit(FitnessCriterion criterion) {
   switch (criterion) {
     case FitnessCriterion::A:
@@ -57,12 +58,12 @@ inline bool needsVisit(FitnessCriterion criterion) {
   }
 }
 
-/// True when, after what queries have recorded, a volume that was not visited is not unfit.
+/// Whether, given the recorded statistics, only visited volumes can be unfit.
 inline bool onlyVisitedAreUnfit(const TraversalStatistics& seen, const RefitPolicy& policy) {
   return seen.work().queries > 0 && needsVisit(policy.criterion);
 }
 
-/// The criterion (thesis 4.5): true when the volume is to be recomputed.
+/// Applies the criterion (thesis 4.5): returns true if the volume is to be recomputed.
 inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
   const auto a = [&] { return testA(node, policy); };
   const auto b = [&] { return testB(node); };
@@ -82,16 +83,16 @@ inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
   return true;
 }
 
-/// The nodes that a criterion may call unfit after a propagation, which marks them while it has
-/// their volumes at hand: one bit a node. What is marked is still to be judged. Off where only the
-/// nodes that a query visited can be unfit: these are fewer.
+/// The nodes that a criterion may consider unfit, one bit per node. The propagation marks them
+/// while their volumes are in the cache; marked nodes must still be judged. Disabled if only
+/// visited nodes can be unfit, because there are fewer of these.
 class Candidates {
  public:
   using Word = std::uint64_t;
   static constexpr int kWord = 64;
 
   void reset(int nodes) { words_.assign(static_cast<std::size_t>(nodes) / kWord + 1, 0); }
-  /// Before a propagation: none is marked.
+  /// Clears all marks before a propagation; enables or disables marking.
   void restart(bool on) {
     on_ = on;
     if (on) std::fill(words_.begin(), words_.end(), Word(0));
@@ -99,7 +100,7 @@ class Candidates {
   bool isOn() const { return on_; }
 
   int words() const { return static_cast<int>(words_.size()); }
-  /// Calls visit(node) for those in the words [first, last).
+  /// Calls visit(node) for each marked node in the words [first, last).
   template <typename Visit>
   void forEach(int first, int last, Visit&& visit) const {
     for (int w = first; w < last; ++w)
@@ -107,7 +108,7 @@ class Candidates {
         visit(w * kWord + __builtin_ctzll(word) - 1);
   }
 
-  /// Marks pairs of siblings in the order of a traversal. Several threads may use one each.
+  /// Marks pairs of siblings in traversal order. Each thread needs its own object.
   class Marks {
    public:
     explicit Marks(Candidates& candidates) : words_(candidates.words_.data()) {}
@@ -115,7 +116,8 @@ class Candidates {
     Marks(const Marks&) = delete;
     Marks& operator=(const Marks&) = delete;
 
-    /// Marks `left`, by the lowest bit, and its sibling. With -1 the second bit marks the root.
+    /// Marks `left` by the lowest bit of `which` and its sibling by the second. With left = -1 the
+    /// second bit marks the root.
     ADAPTIVE_BVH_INLINE void mark(int left, Word which) {
       const int bit = left + 1;  // even: both are in one word
       if (bit / kWord != at_) {
@@ -139,12 +141,12 @@ class Candidates {
   std::size_t bytes() const { return words_.capacity() * sizeof(Word); }
 
  private:
-  std::vector<Word> words_;  // by node + 1
+  std::vector<Word> words_;  // bit node + 1 stands for node
   bool on_ = false;
 };
 
-/// The inflation factor from which on a volume may be called unfit; that of no volume is below the
-/// result when any may be.
+/// A lower bound of the inflation factors of unfit volumes; below every factor if any volume may be
+/// unfit.
 inline double leastUnfitFactor(const RefitPolicy& policy) {
   constexpr double kAny = -std::numeric_limits<double>::infinity();
   const double p_max = policy.max_inflation,
@@ -161,13 +163,13 @@ inline double leastUnfitFactor(const RefitPolicy& policy) {
   }
 }
 
-/// What refits did. Adds up over threads.
+/// Statistics of refits; can be summed over threads.
 template <typename S>
 struct RefitCounts {
   int leaves = 0, inner = 0;
-  long primitives = 0;  ///< read
-  S corner_sum = 0;     ///< the largest Volume::cornerSum of what was refitted
-  bool root = false;    ///< the root was
+  long primitives = 0;  ///< primitives read
+  S corner_sum = 0;     ///< largest Volume::cornerSum of refitted volumes
+  bool root = false;    ///< whether the root was refitted
 
   void operator+=(const RefitCounts& other) {
     leaves += other.leaves;
@@ -178,18 +180,19 @@ struct RefitCounts {
   }
 };
 
-/// Recomputes the volumes that a policy calls unfit from their triangles, thesis 4.3 and 4.5. A
-/// node is judged and refitted by itself: its children keep what they have. Without statistics (no
-/// recording query since the last update) tests B and D count as true for every node and test C as
-/// false. Several threads may use one each, on different nodes. `Method`: TranslationPropagation or
-/// DisplacementPropagation. Allocates nothing. Some are refitted only when it is finished.
+/// Recomputes the volumes that a policy considers unfit from their triangles, thesis 4.3 and 4.5.
+/// Each node is judged and refitted by itself; its children are unchanged. Without statistics (no
+/// recording query since the last update), tests B and D count as true for every node and test C as
+/// false. Several threads may each use a Refitter on different nodes. `Method` is
+/// TranslationPropagation or DisplacementPropagation. Allocates nothing. Call finish() to complete
+/// pending refits.
 template <typename BV, typename Method>
 class Refitter {
  public:
   using S = typename BV::S;
 
-  /// Nodes of `turn` are also refitted for their inflation alone, from twice that of test A on:
-  /// else volumes that no query visits would be inflated without end.
+  /// Nodes of `turn` are also refitted if their inflation alone exceeds twice the limit of test A:
+  /// otherwise volumes that no query visits would inflate without bound.
   Refitter(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
            const NodeRange& turn)
       : target_(target),
@@ -200,7 +203,7 @@ class Refitter {
         has_statistics_(target.tree.statistics.work().queries > 0),
         only_visited_(onlyVisitedAreUnfit(target.tree.statistics, policy)) {}
 
-  /// To be refitted if it is unfit.
+  /// Refits a node if it is unfit, possibly not before finish().
   void judge(int node) {
     if (only_visited_ && !target_.tree.statistics.visited(node) && !turn_.contains(node)) return;
     prefetch(node);
@@ -214,7 +217,7 @@ class Refitter {
       refit(node);
     }
   }
-  /// Refits what was judged unfit.
+  /// Completes all refits and returns their statistics.
   const RefitCounts<S>& finish() {
     settle();
     counts_.corner_sum = fit_.finish();
@@ -222,8 +225,8 @@ class Refitter {
   }
 
  private:
-  /// FCL's nodes are large and mostly not in the processor's cache. So they are prefetched, and
-  /// worked on in groups.
+  /// The number of nodes judged together. FCL's nodes are large and mostly not in the cache, so
+  /// they are prefetched and processed in groups.
   static constexpr int kGroup = 32;
 
   void prefetch(int node) const {
@@ -273,7 +276,7 @@ class Refitter {
   const NodeRange turn_;
   typename Method::Fit fit_;
   const bool has_statistics_, only_visited_;
-  int found_[kGroup], found_count_ = 0;  ///< to be judged
+  int found_[kGroup], found_count_ = 0;  ///< nodes to be judged
   RefitCounts<S> counts_;
 };
 

@@ -12,10 +12,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// With fewer primitives, handing tasks to threads costs more than they gain.
+/// With fewer primitives, distributing tasks to threads costs more than it gains.
 constexpr int kParallelPrimitives = 50000;
 
-/// What openStep needs for the first of two frames; null for other steps.
+/// The new array that openStep needs for the first two-frame update; null for other steps.
 template <typename BV>
 std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>& model,
                                                          StepKind kind) {
@@ -24,7 +24,7 @@ std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>
   return std::unique_ptr<Point[]>(new Point[static_cast<std::size_t>(model.num_vertices)]);
 }
 
-/// Makes `vertices` the array to write the new positions to.
+/// Makes `vertices` the array for the new positions.
 template <typename BV, typename Frame>
 void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
   if (kind == StepKind::Replace) {
@@ -38,7 +38,7 @@ void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
   }
 }
 
-/// Records a root that the step changed.
+/// Records the root in the change detector if the step changed it.
 template <typename BV, typename Method>
 void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   BV& root = target.volume(0);
@@ -47,8 +47,8 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   if (refitted) method.refitted(target, 0);
 }
 
-/// Moves and inflates all volumes. Returns false where they cannot follow: then all that is kept is
-/// to begin anew.
+/// Moves and inflates all volumes. Returns false if the volumes cannot follow; then the update's
+/// state must be reset.
 template <typename BV, typename Scope>
 bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Scope::Summary& seen,
                  UpdateReport& report) {
@@ -61,7 +61,7 @@ bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Sc
   return method.isInRange();
 }
 
-/// Moves volumes and refits what is unfit, after the positions are written. Returns false where the
+/// Moves all volumes and refits unfit ones, after the positions are written. Returns false if the
 /// volumes cannot follow.
 template <typename BV, typename Scope>
 bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
@@ -76,8 +76,8 @@ bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
   return true;
 }
 
-/// Lets all that is kept begin anew at the positions as they are. Where there is no memory for
-/// that, whoever reads the tree next does so: no root matches until then.
+/// Resets the update's state at the current positions. If there is no memory for that, no root
+/// matches, and the next reader of the tree does it.
 template <typename BV>
 void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.detector.invalidate();
@@ -87,11 +87,11 @@ void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   }
 }
 
-/// One step, in the order of its phases. `Scope`: AllVertices or SomeVertices.
+/// Runs one step, phase by phase. `Scope` is AllVertices or SomeVertices.
 template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
-  const bool repaired = report.resynchronised;  // and every volume recomputed
+  const bool repaired = report.resynchronised;  // which recomputed every volume
   if (scope.isAtRest()) {
     if (!repaired) target.tree.refits.clear();
     target.tree.statistics.clear();
@@ -119,7 +119,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   bool followed = false;
   try {
     followed = followPositions(target, scope, seen, report, watch);
-  } catch (const std::bad_alloc&) {  // in the middle of a refit; the positions are written
+  } catch (const std::bad_alloc&) {  // during a refit; the positions are already written
   }
   if (!followed) {
     beginAnew(target, state);
@@ -130,7 +130,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   return true;
 }
 
-/// The positions; copied to `aside` when some lie in the arrays that a step writes or frees.
+/// Returns the positions, copied to `aside` if some lie in arrays that the step writes or frees.
 template <typename BV>
 const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
@@ -157,7 +157,7 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
                 const RefitPolicy& policy, const StepInput<typename BV::S>& input,
                 UpdateReport& report, Stopwatch& watch) {
   using Point = fcl::Vector3<typename BV::S>;
-  // Also checks positions that are not read because their vertex occurs again.
+  // Also checks positions that are not used because their vertex is listed again.
   if (!usablePositions(input.positions, input.count)) return false;
   if constexpr (Method::kTakesSomeVertices) {
     if (!target.model.prev_vertices) {
@@ -178,7 +178,8 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   const bool repaired = report.resynchronised;
   report = UpdateReport();
   report.nodes = target.nodes();
-  // Before the step: displacements count from the positions that the volumes hold.
+  // Repairs before the step, because displacements count from the positions that the volumes
+  // enclose.
   report.resynchronised = repairIfChanged(target, state) || repaired;
   std::vector<fcl::Vector3<typename BV::S>> aside;
   input.positions = outsideOwnArrays(target.model, input, aside);
@@ -218,16 +219,17 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
   setLocalRadius(model, squared);
 }
 
-/// Resets all that is kept to FCL's tree as it stands; `start` is to follow.
+/// Resets the update's state to FCL's current tree; `start` must follow.
 template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
-  target.tree.adopt(target.model);
+  target.tree.assign(target.model);
   state.leaves.clear();
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }
 
-/// The root is recorded last: from then on other threads may read all of it.
+/// Starts from volumes fitted to the current positions. Records the root last, because then other
+/// threads may read the whole tree.
 template <typename BV>
 void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& root) {
   std::visit([&](auto& method) { method.start(target, root); }, state.method);
@@ -235,13 +237,13 @@ void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& roo
 }
 
 template <typename BV>
-void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
+void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   reset(target, state);
   start(target, state, target.volume(0));
 }
 
-/// Fits every volume in place but the root's. That fit is returned, for the change detector to
-/// write last: queries on other threads may be reading the root meanwhile.
+/// Refits every volume except the root in place. Returns the root's fit for the change detector to
+/// write last, because other threads' queries may be reading the root.
 template <typename BV>
 BV refitAllButRoot(const UpdateTarget<BV>& target) {
   for (int i = 1; i < target.nodes(); ++i) target.volume(i) = target.fitted(i);
@@ -253,7 +255,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   AdaptiveTree<BV>& tree = target.tree;
   if (target.nodes() == 0 || tree.detector.matches(target.volume(0))) return false;
   const std::lock_guard<std::mutex> lock(tree.repairing);
-  if (tree.detector.matches(target.volume(0))) return true;  // another thread was first
+  if (tree.detector.matches(target.volume(0))) return true;  // another thread has repaired it
   reset(target, state);
   tree.refits.markAll();
   start(target, state, refitAllButRoot(target));
@@ -265,7 +267,7 @@ bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   template bool takeStep(const UpdateTarget<BV>&, UpdateState<BV>&, const RefitPolicy&, \
                          const StepInput<BV::S>&, UpdateReport&);                       \
   template void updateLocalBounds(fcl::BVHModel<BV>&);                                  \
-  template void adoptBuild(const UpdateTarget<BV>&, UpdateState<BV>&);                  \
+  template void startFromBuild(const UpdateTarget<BV>&, UpdateState<BV>&);              \
   template bool repairIfChanged(const UpdateTarget<BV>&, UpdateState<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE

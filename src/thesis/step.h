@@ -10,12 +10,12 @@
 
 namespace adaptive_bvh {
 
-/// What an update keeps from step to step, beside the AdaptiveTree: for the update alone.
+/// The state that updates keep between steps, in addition to the AdaptiveTree; only updates use it.
 template <typename BV>
 struct UpdateState {
-  /// In the order of the enum Propagation.
+  /// Alternatives in the order of the enum Propagation.
   std::variant<TranslationPropagation<BV>, DisplacementPropagation<BV>> method;
-  VertexLeafMap leaves;  ///< empty until it is needed
+  VertexLeafMap leaves;  ///< empty until needed
   DirtyPairs dirty;      ///< none between steps
   int threads = 1;
 
@@ -28,33 +28,33 @@ struct UpdateState {
   }
 };
 
-/// The thesis's update (4.3): takes the model to the positions of `input`. Reads them, moves and
-/// inflates all volumes bottom-up, and refits the volumes that the policy calls unfit. With indices
-/// the cost is in proportion to the nodes above those vertices. Returns false, and changes nothing,
-/// if a position is not finite or too large.
+/// The thesis's update (4.3): moves the model to the positions of `input`. Reads them, moves and
+/// inflates all volumes bottom-up, and refits the volumes that the policy considers unfit. With
+/// indices, the cost is proportional to the number of nodes above these vertices. Returns false,
+/// and changes nothing, if a position is not finite or too large.
 ///
-/// May throw std::bad_alloc before it writes a position: nothing that can be seen has changed then.
-/// Where there is no memory later, for a fit, the step takes place, and all volumes are recomputed:
-/// at once, or at the latest when the tree is read next. `report.resynchronised` says so; the
-/// caller sets it before if it has repaired the tree.
+/// Throws std::bad_alloc only before it writes a position, and then without visible changes. If
+/// memory for a fit runs out later, the step takes place and all volumes are recomputed: at once,
+/// or at the latest when the tree is next read. Then `report.resynchronised` is set; the caller
+/// sets it before the call if it has repaired the tree.
 ///
-/// Allocates nothing, but for `prev_vertices` in the first of two frames, on the first call with
+/// Allocates nothing, except `prev_vertices` in the first two-frame update, on the first call with
 /// indices, and on more than one thread.
 template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
-/// Brings aabb_local, aabb_center and aabb_radius up to date, as FCL's computeLocalAABB does.
+/// Updates aabb_local, aabb_center and aabb_radius, like FCL's computeLocalAABB.
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
 
-/// Begins at a tree whose volumes are our own fits of the present positions.
+/// Starts from a tree whose volumes are our own fits of the current positions.
 template <typename BV>
-void adoptBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);
+void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);
 
-/// Repairs a tree that was changed, or built, without our update: every volume is recomputed and
-/// all that is kept begins anew. Nothing when the change detector matches. Threads that query may
-/// call it at once. Returns whether there was a change.
+/// Repairs a tree that was changed or built without our update: recomputes every volume and resets
+/// the update's state. Does nothing if the change detector matches. Querying threads may call it
+/// concurrently. Returns whether there was a change.
 template <typename BV>
 bool repairIfChanged(const UpdateTarget<BV>& target, UpdateState<BV>& state);
 

@@ -12,8 +12,8 @@
 
 namespace adaptive_bvh {
 
-/// A step of all vertices: every phase goes over all of them, or over all nodes, on the threads of
-/// a pool. `Method`: TranslationPropagation or DisplacementPropagation.
+/// A step of all vertices: every phase processes all vertices or all nodes, on the threads of a
+/// pool. `Method` is TranslationPropagation or DisplacementPropagation.
 template <typename BV, typename Method>
 class AllVertices {
  public:
@@ -41,8 +41,8 @@ class AllVertices {
   }
 
   void discard() { method_.discard(); }
-  /// Are these the positions that the model has? In a body that moves the comparison ends at the
-  /// first vertex that does.
+  /// Whether the new positions equal the current ones. The comparison ends at the first vertex that
+  /// differs.
   bool isAtRest() const {
     const fcl::BVHModel<BV>& model = target_.model;
     return input_.kind == StepKind::Replace && !model.prev_vertices &&
@@ -50,7 +50,7 @@ class AllVertices {
                0;
   }
 
-  /// Also the local bounds.
+  /// Writes the positions and the local bounds.
   void write(const VertexSummary<S>& seen) {
     setLocalBox(target_.model, seen.low, seen.high);
     pool_.forEachPart(
@@ -88,7 +88,7 @@ class AllVertices {
   }
 
  private:
-  /// What refits look at: candidates, in words, or all nodes.
+  /// The candidates for refits; null to judge all nodes.
   const Candidates* candidates() const {
     if constexpr (Method::kTakesSomeVertices)
       if (method_.candidates().isOn()) return &method_.candidates();
@@ -100,10 +100,10 @@ class AllVertices {
   const RefitPolicy& policy_;
   const StepInput<S>& input_;
   TaskPool& pool_;
-  PerThread<S> squared_;  ///< made before the first position is written
+  PerThread<S> squared_;  ///< allocated before the first position is written
 };
 
-/// A step of a few vertices: every phase goes over these, or over the dirty nodes above them.
+/// A step of a few vertices: every phase processes these vertices or the dirty nodes above them.
 template <typename BV, typename Method>
 class SomeVertices {
  public:
@@ -126,7 +126,7 @@ class SomeVertices {
   Summary read() {
     if (leaves_.empty()) {
       VertexLeafMap leaves;
-      leaves.adopt(target_.tree.topology, target_.model.num_vertices);
+      leaves.assign(target_.tree.topology, target_.model.num_vertices);
       resetDirty();
       leaves_ = std::move(leaves);
     }
@@ -143,7 +143,7 @@ class SomeVertices {
   }
   static bool isAtRest() { return false; }
 
-  /// Also the local bounds.
+  /// Writes the positions and the local bounds.
   void write(const VertexSummary<S>&) {
     for (std::size_t i = 0; i < input_.count; ++i)
       target_.model.vertices[input_.indices[i]] = input_.positions[i];

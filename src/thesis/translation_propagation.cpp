@@ -16,8 +16,8 @@ Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
           vertices.commonTranslation()};
 }
 
-/// About `count` subtrees without a node in common, from the last to the first, as equal in size as
-/// the tree allows. None for small trees.
+/// About `count` disjoint subtrees, from the last to the first, as equal in size as the tree
+/// allows. None for small trees.
 template <typename BV>
 std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
   std::vector<Subtree> subtrees;
@@ -33,7 +33,7 @@ std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
       subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), Box()});
     } else {
       open.push_back(node.leftChild());
-      open.push_back(node.rightChild());  // comes off first: later pairs before earlier ones
+      open.push_back(node.rightChild());  // popped first: later pairs before earlier ones
     }
   }
   return subtrees;
@@ -91,7 +91,7 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
   if (pool.size() > 1) {
     try {
       return propagateSubtrees<kMarks>(target, policy, pool);
-    } catch (const std::bad_alloc&) {  // for its lists: nothing was moved yet
+    } catch (const std::bad_alloc&) {  // for its lists: nothing has moved yet
     }
   }
   RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
@@ -100,7 +100,8 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
   return rule.counts();
 }
 
-/// First below every subtree's root, on any thread; then the rest. Allocates before it moves any.
+/// Propagates below every subtree's root, on any thread, then in the remaining nodes. Allocates
+/// before it moves any volume.
 template <typename BV>
 template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
@@ -139,7 +140,7 @@ PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<
 
 template <typename BV>
 NodeRange TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) {
-  constexpr int kRound = 64;  // steps until every node had its turn
+  constexpr int kRound = 64;  // number of steps in which every node gets its turn
   const int first = next_turn_ < target.nodes() ? next_turn_ : 0;
   next_turn_ = std::min(first + target.nodes() / kRound + 1, target.nodes());
   return {first, next_turn_};

@@ -11,21 +11,21 @@
 
 namespace adaptive_bvh {
 
-/// What recording queries did in a tree since its last update, for the fitness tests. Of a node:
+/// Records, for the fitness tests, what queries did in a tree since its last update. For each node:
 /// - visited (test B): a query went below it, or tested its triangle;
-/// - obstructing (test D): in such a visit the volume was tested, and its inflation may have been
-///   why it did not stop the query;
-/// - child gap (test C): how much farther off than the node both its children were. Test C requires
-///   a visit with alpha > t and beta > t. Over all visits that means: the largest min(alpha, beta)
-///   exceeds t. So one number a node is enough, and no query needs the policy. Ten binary digits of
-///   it are enough: it decides about work, not about answers.
+/// - obstructing (test D): in such a visit the volume was tested, and its inflation may have
+///   prevented it from stopping the query;
+/// - child gap (test C): how much farther away both its children were than the node itself. Test C
+///   requires a visit with alpha > t and beta > t, which means that the largest min(alpha, beta)
+///   over all visits exceeds t. So one number per node suffices, and queries do not need the
+///   policy. Ten bits of it suffice, because it affects only the amount of work, not results.
 ///
-/// All of it is one word a node, with the number of the update that it follows. An update clears
-/// everything by raising that number.
+/// All this is packed in one word per node, with the number of the update that it follows. An
+/// update clears everything by incrementing that number.
 ///
-/// Queries hold the model const and run on many threads. They only raise words, by relaxed atomic
-/// operations, so their order does not matter and no lock is taken. Reading and clearing belong to
-/// the update, which the caller keeps apart from queries.
+/// Queries access the model as const on many threads. They only raise words by relaxed atomic
+/// operations, so their order does not matter and no lock is needed. The update reads and clears
+/// the words; the caller must not run it concurrently with queries.
 class TraversalStatistics {
  public:
   TraversalStatistics() = default;
@@ -39,7 +39,7 @@ class TraversalStatistics {
     return *this;
   }
 
-  /// Room for `nodes` nodes, none visited.
+  /// Allocates `nodes` nodes, none visited.
   void reset(int nodes) {
     if (nodes != size_)
       words_ = std::make_unique<std::atomic<Word>[]>(static_cast<std::size_t>(nodes));
@@ -48,7 +48,7 @@ class TraversalStatistics {
     clear();
   }
 
-  /// Forgets all visits and all work.
+  /// Clears all visits and the counted work.
   void clear() {
     if (++epoch_ > kEpochs) {
       for (int i = 0; i < size_; ++i) words_[i].store(0, std::memory_order_relaxed);
@@ -65,10 +65,11 @@ class TraversalStatistics {
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
   }
   void recordVisit(int node) { raise(node, 0); }
-  /// A visit in which the test of the volume did not stop the query, maybe because of its
+  /// Records a visit in which the volume's test did not stop the query, possibly because of its
   /// inflation.
   void recordObstruction(int node) { raise(node, kObstructing); }
-  /// A visit, and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as none.
+  /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as
+  /// none.
   template <typename S>
   void recordChildGap(int node, S gap) {
     raise(node, gapBits(static_cast<float>(gap)));
@@ -85,8 +86,8 @@ class TraversalStatistics {
   }
   bool visited(int node) const { return seen(node) != 0; }
   bool obstructing(int node) const { return (seen(node) & kObstructing) != 0; }
-  /// The largest min(alpha, beta), rounded down by less than one part in 1000; -infinity when no
-  /// visit had one.
+  /// The largest recorded min(alpha, beta), rounded down by less than one part in 1000; -infinity
+  /// if no visit had one.
   float childGap(int node) const {
     const Word bits = seen(node) & kGapMask;
     return bits == 0 ? -std::numeric_limits<float>::infinity() : gapOf(bits);
@@ -95,7 +96,7 @@ class TraversalStatistics {
   std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(words_[0]); }
 
  private:
-  /// From the top: the epoch, 12 bits, never 0; obstructing, 1; the child gap, 19.
+  /// Bit layout from the top: epoch (12 bits, never 0), obstructing (1 bit), child gap (19 bits).
   using Word = std::uint32_t;
   static constexpr int kGapBits = 19;
   static constexpr Word kGapMask = (Word(1) << kGapBits) - 1;
@@ -103,7 +104,8 @@ class TraversalStatistics {
   static constexpr int kEpochShift = kGapBits + 1;
   static constexpr Word kEpochs = (Word(1) << (32 - kEpochShift)) - 1;
 
-  /// The first bits of a number, ordered as the numbers are; 0 for NaN.
+  /// The most significant bits of a number, in an encoding that is ordered like the numbers; 0 for
+  /// NaN.
   static Word gapBits(float gap) {
     if (gap != gap) return 0;
     Word bits;
@@ -119,7 +121,7 @@ class TraversalStatistics {
     return gap;
   }
 
-  /// The word of a node that was visited since the last `clear`; 0 for one that was not.
+  /// The word of a node that was visited since the last `clear`; 0 for other nodes.
   Word seen(int node) const {
     const Word word = words_[node].load(std::memory_order_relaxed);
     return word >> kEpochShift == epoch_ ? word : 0;
@@ -150,7 +152,7 @@ class TraversalStatistics {
   std::atomic<long> box_tests_{0}, bv_tests_{0}, leaf_tests_{0};
 };
 
-/// Where a query of two objects records its traversal. Null for a side that is not adaptive.
+/// The statistics of both objects of a query; null for an object that is not an adaptive model.
 struct PairStatistics {
   TraversalStatistics* side[2] = {nullptr, nullptr};
 

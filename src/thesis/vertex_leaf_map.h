@@ -7,15 +7,15 @@
 
 namespace adaptive_bvh {
 
-/// Dirty flags of pairs of siblings (2k+1, 2k+2), given by their left one: what a step of a few
-/// vertices has to visit.
+/// Dirty flags of pairs of siblings (2k+1, 2k+2), identified by the left one: the nodes that a step
+/// of a few vertices has to visit.
 class DirtyPairs {
  public:
-  /// Room for so many pairs, none dirty.
+  /// Allocates this number of pairs, none dirty.
   void reset(std::size_t pairs) { words_.assign(pairs / 64 + 1, 0); }
 
   bool isDirty(int left) const { return (words_[wordOf(left)] & bitOf(left)) != 0; }
-  /// Returns whether it was dirty already.
+  /// Marks a pair as dirty. Returns whether it already was.
   bool set(int left) {
     std::uint64_t& word = words_[wordOf(left)];
     const bool was_dirty = (word & bitOf(left)) != 0;
@@ -24,7 +24,7 @@ class DirtyPairs {
   }
   void unset(int left) { words_[wordOf(left)] &= ~bitOf(left); }
 
-  /// The left sibling of the last dirty pair before the pair of `left`; -1 when there is none.
+  /// The left sibling of the last dirty pair before the pair of `left`; -1 if there is none.
   int before(int left) const {
     int pair = (left - 1) / 2;
     if (pair <= 0) return -1;
@@ -44,17 +44,17 @@ class DirtyPairs {
   static std::size_t wordOf(int left) { return static_cast<std::size_t>(left - 1) / 128; }
   static std::uint64_t bitOf(int left) { return std::uint64_t(1) << (((left - 1) / 2) % 64); }
 
-  std::vector<std::uint64_t> words_;  // a bit for each pair
+  std::vector<std::uint64_t> words_;  // one bit per pair
 };
 
-/// The leaves that each vertex belongs to, and the parents above them, for steps of a few vertices.
-/// Made when first needed.
+/// Maps each vertex to its leaves, and pairs to the nodes above them, for steps of a few vertices.
+/// Created when first needed.
 class VertexLeafMap {
  public:
   bool empty() const { return parent_.empty(); }
   void clear() { *this = VertexLeafMap(); }
 
-  void adopt(const Topology& topology, int num_vertices) {
+  void assign(const Topology& topology, int num_vertices) {
     const std::size_t leaves = topology.slots.leaves();
     parent_.assign(leaves - 1, 0);
     first_.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
@@ -62,7 +62,7 @@ class VertexLeafMap {
     for (std::size_t leaf = 0; leaf < leaves; ++leaf)
       for (unsigned v : topology.slots.verticesOf(leaf)) ++first_[v];
     int sum = 0;
-    for (int& first : first_) first = sum += first;  // where the vertex's leaves end
+    for (int& first : first_) first = sum += first;  // end of the vertex's leaves
     for (int i = 0; i < static_cast<int>(topology.links.size()); ++i) {
       if (!topology.isLeaf(i)) {
         parent_[topology.innerIndex(i)] = i;
@@ -73,10 +73,10 @@ class VertexLeafMap {
     }
   }
 
-  /// Makes all pairs of siblings dirty on the paths from the leaves of `vertex` to the root.
+  /// Marks all pairs of siblings on the paths from the leaves of `vertex` to the root as dirty.
   void markAncestors(unsigned vertex, DirtyPairs& dirty) const {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
-      // From pair to pair: the parent of a pair is a node, and that node is in a pair, or the root.
+      // From pair to pair: the parent of a pair is a node in another pair, or the root.
       for (int node = leaf_[static_cast<std::size_t>(i)]; node > 0;) {
         const int left = node - (node % 2 == 0);
         if (dirty.set(left)) break;
@@ -85,8 +85,8 @@ class VertexLeafMap {
     }
   }
 
-  /// Calls visit(slot) for every slot of a vertex; more than once for some. None for a vertex
-  /// without a triangle.
+  /// Calls visit(slot) for every slot of a vertex, for some slots more than once. A vertex without
+  /// a triangle has none.
   template <typename Visit>
   void forEachSlot(unsigned vertex, const Topology& topology, Visit&& visit) const {
     for (int i = first_[vertex]; i < first_[vertex + 1]; ++i) {
@@ -101,8 +101,8 @@ class VertexLeafMap {
   }
 
  private:
-  std::vector<int> parent_;  // by pair: the node above it
-  std::vector<int> first_;   // by vertex, and one more: where its leaves begin
+  std::vector<int> parent_;  // by pair: its parent node
+  std::vector<int> first_;   // by vertex, plus one element: beginning of its leaves
   std::vector<int> leaf_;
 };
 

@@ -5,9 +5,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The displacement of a few vertices when they agree to a sixteenth of it: the body is carried
-/// along. Else 0. Any vector is sound. Also 0 in a two-frame update, whose first frame does not
-/// move.
+/// The common displacement of a few sample vertices if they agree to within a sixteenth of it,
+/// which means that the body is transported; otherwise 0. Any vector is valid. Also 0 in a
+/// two-frame update, whose first frame does not move.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
                                   const std::vector<unsigned>& samples) {
@@ -18,7 +18,7 @@ fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInpu
   const S allowed = common.cwiseAbs().maxCoeff() / 16;
   for (unsigned v : samples)
     if (!((motion(v) - common).cwiseAbs().maxCoeff() <= allowed))
-      return Point::Zero();  // (positions that are not numbers are refused)
+      return Point::Zero();  // NaN positions are refused elsewhere
   return common;
 }
 
@@ -53,8 +53,9 @@ template <typename S>
 template <typename BV>
 StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
                                      int first, int last) {
-  constexpr int kAhead = 8;  // the mesh's order is another
-  // Locals, for the stores below could change what is read through pointers.
+  constexpr int kAhead = 8;  // the mesh's order differs from the slots' order
+  // Local copies, because the compiler must assume that the stores below change data behind
+  // pointers.
   const ScaledFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;
@@ -82,10 +83,10 @@ StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepI
       if (i < used) seen.body.add(position);
       float4::store(position, previous_[static_cast<std::size_t>(i)].data());
     }
-  return StepSummary<S>(seen);  // a copy: `seen` itself would be the caller's, in memory
+  return StepSummary<S>(seen);  // a copy, so that `seen` stays in registers
 }
 
-/// The model's positions as they stand, without motion.
+/// Reads the model's current positions, without motion.
 template <typename S>
 template <typename BV>
 void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {

@@ -19,16 +19,16 @@
 namespace adaptive_bvh {
 
 /// The single-precision coordinates of an update: y = scale (x - origin), along the axes of the
-/// mesh. The origin is near the body's middle. The scale is a power of two that brings the body's
-/// size to about 1, so that neither huge nor tiny meshes leave the range of single precision. Their
-/// unit is a *body unit*.
+/// mesh. The origin is near the body's centre. The scale is a power of two that brings the body's
+/// size to about 1, so that neither huge nor tiny meshes leave the range of single precision. A
+/// unit of these coordinates is called a *body unit*.
 template <typename S>
 class ScaledFrame {
  public:
   using Point = fcl::Vector3<S>;
 
   ScaledFrame() : ScaledFrame(Point::Zero(), S(1)) {}
-  /// `size`: some length of the body, >= 0.
+  /// `size` is a typical length of the body, >= 0.
   ScaledFrame(const Point& origin, S size) : origin_(origin) {
     const int limit = std::numeric_limits<S>::max_exponent - 25;
     const int exponent = size > 0 ? std::min(std::max(std::ilogb(size), -limit), limit) : 0;
@@ -36,21 +36,21 @@ class ScaledFrame {
     unit_ = std::ldexp(S(1), exponent);
   }
 
-  /// Where x is. A component is off by 2u of itself, u = 2^-24: the difference is rounded in S, and
-  /// converted. One below 2^-126 may become 0.
+  /// Converts x. The relative error of a component is 2u, u = 2^-24: the difference is rounded in
+  /// S, then converted. A component below 2^-126 may become 0.
   ADAPTIVE_BVH_INLINE Float4 operator()(const Point& x) const {
     return Float4{scaled(x[0] - origin_[0]), scaled(x[1] - origin_[1]), scaled(x[2] - origin_[2]),
                   0};
   }
-  /// Where that point is in the mesh's coordinates.
+  /// Converts back to the mesh's coordinates.
   Point back(const Float4& y) const {
     return {origin_[0] + S(y[0]) * unit_, origin_[1] + S(y[1]) * unit_,
             origin_[2] + S(y[2]) * unit_};
   }
 
-  /// A difference of two points, in body units. Off by 2u relative, or by less than 2^-59 in each
-  /// component: what is smaller than `kLeast` must not vanish, because a motion of zero is none. (A
-  /// huge body may have tiny triangles.)
+  /// Converts a difference of two points to body units. The relative error is 2u, or the error of
+  /// each component is below 2^-59: displacements below `kLeast` must not become zero, because zero
+  /// means no motion. (A huge body may have tiny triangles.)
   ADAPTIVE_BVH_INLINE Float4 displacement(const Point& d) const {
     Float4 v{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
     const bool is_large =
@@ -64,7 +64,7 @@ class ScaledFrame {
   void moveOrigin(const Point& origin) { origin_ = origin; }
   /// Body units per unit of the mesh, a power of two: products with it are exact.
   S scale() const { return scale_; }
-  /// The mesh's units per body unit: the inverse of `scale`, as exact.
+  /// The mesh's units per body unit: the exact inverse of `scale`.
   S unit() const { return unit_; }
 
  private:
@@ -74,10 +74,10 @@ class ScaledFrame {
   S scale_, unit_;
 };
 
-/// What a step is, from its vertices.
+/// Statistics of a step's positions.
 template <typename S>
 struct StepSummary : VertexSummary<S> {
-  /// Box of the coordinates of all vertices with a triangle, of both frames if two are stored.
+  /// Bounding box of all vertices that belong to a triangle, of both frames if two are stored.
   Box body{float4::all(std::numeric_limits<float>::max()),
            float4::all(std::numeric_limits<float>::lowest())};
 
@@ -89,45 +89,45 @@ struct StepSummary : VertexSummary<S> {
 };
 
 /// The vertex pass of TranslationPropagation: reads the positions of a step into the states that
-/// the propagation uses, by slot (VertexSlots). Changes nothing that queries see.
+/// the propagation uses, indexed by slot (VertexSlots). Changes nothing that queries read.
 template <typename S>
 class VertexStates {
  public:
   using Point = fcl::Vector3<S>;
 
   void reset(std::size_t slots) { states_.resize(slots + 1); }
-  /// Begins anew, at the model's positions without motion, in a frame.
+  /// Restarts at the model's positions, without motion, in a given frame.
   template <typename BV>
   void start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame);
 
-  /// Before the positions of a step are read: chooses its frame and its common translation. The
-  /// origin follows the body: far from it, single precision would lose digits.
+  /// Prepares reading a step: chooses its frame and its common translation. The origin follows the
+  /// body, because far from it single precision would lose digits.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
-  /// Reads the positions of the slots in [first, last), where all are given. Several threads may do
-  /// so.
+  /// Reads the positions of the slots in [first, last), if positions of all vertices are given.
+  /// Several threads may do this at once.
   template <typename BV>
   StepSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                       int last);
-  /// Reads the positions of some vertices. Calls moving(vertex, position) once for each vertex
-  /// named, with the last position given for it.
+  /// Reads the positions of some vertices. Calls moving(vertex, position) once for each listed
+  /// vertex, with the last position given for it.
   template <typename BV, typename Moving>
   StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
                           const VertexLeafMap& leaves, Moving&& moving);
-  /// The step does not take place: what was read is not the model's state.
+  /// Discards a step: the states no longer match the model's positions.
   void discard() { stale_ = true; }
   void accept(const StepSummary<S>& seen) {
     stale_ = false;
     body_ = seen.body;
   }
 
-  /// The coordinates of the step that is being read.
+  /// The coordinates of the step being read.
   const ScaledFrame<S>& frame() const { return frame_; }
-  /// The largest of them in the last step that took place.
+  /// The largest coordinate in the last accepted step.
   float extent() const { return body_.largestCoordinate(); }
   const Point& commonTranslation() const { return common_; }
   const VertexState* data() const { return states_.data(); }
-  /// By slot, where two frames are kept: where it was in the step before.
+  /// The previous position of each slot, if two frames are stored.
   const std::array<float, 4>* previous() const { return previous_.data(); }
 
   std::size_t bytes() const {
@@ -140,21 +140,21 @@ class VertexStates {
   void readInPlace(const UpdateTarget<BV>& target);
   void forgetMotion();
 
-  std::vector<VertexState> states_;  ///< and one more, for loads of four numbers
+  std::vector<VertexState> states_;  ///< plus one element, for loads of four numbers
   std::vector<std::array<float, 4>> previous_;
-  /// Which slots may have a motion other than 0: all, or those listed.
+  /// The slots that may have a motion other than 0: all, or those listed in `moving_`.
   bool all_moving_ = true;
   std::vector<unsigned> moving_;
   NamedVertices named_;
-  /// The states are not those of the model's present positions.
+  /// Whether the states differ from the model's current positions.
   bool stale_ = false;
 
   ScaledFrame<S> frame_;
-  Box body_;  ///< of StepSummary
-  /// A motion of any size that most of the body shares in this step. What remains of a vertex's
-  /// motion is small when the body hardly deforms, and so are its errors in single precision.
+  Box body_;  ///< StepSummary::body of the last accepted step
+  /// A translation of any size that most of the body shares in this step. The remaining motion of a
+  /// vertex is small if the body hardly deforms, and so are its errors in single precision.
   Point common_ = Point::Zero();
-  std::vector<unsigned> samples_;  ///< vertices, spread over the body
+  std::vector<unsigned> samples_;  ///< sample vertices, spread over the body
 };
 
 template <typename S>

@@ -15,12 +15,13 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point of the difference of both sets, first minus second, and where it comes from.
+/// A point of the Minkowski difference, first minus second, and the two points that it is the
+/// difference of.
 struct Difference {
   Vector at, on_first, on_second;
 };
 
-/// A triangle as a convex set, without virtual calls.
+/// A triangle as a convex set with a non-virtual support function.
 class TriangleSet {
  public:
   explicit TriangleSet(const Triangle& triangle) : triangle_(triangle) {}
@@ -39,7 +40,7 @@ class TriangleSet {
 Vector anyPointOf(const ConvexSet& set) { return set.support(Vector::UnitX()); }
 Vector anyPointOf(const TriangleSet& set) { return set.triangle()[0]; }
 
-/// The largest component of a coordinate of a set, from a point on.
+/// The largest absolute component of x - from, over all points x of the set.
 double extentFrom(const Vector& from, const ConvexSet& set) {
   double extent = 0;
   for (int k = 0; k < 3; ++k)
@@ -54,8 +55,8 @@ double extentFrom(const Vector& from, const TriangleSet& set) {
   return extent;
 }
 
-/// The difference of two convex sets: it holds the origin where they touch. `First`: TriangleSet,
-/// to which no virtual calls are made, or ConvexSet.
+/// The Minkowski difference of two convex sets. It contains the origin if they touch. `First` is
+/// TriangleSet, which needs no virtual calls, or ConvexSet.
 template <typename First>
 class DifferenceSet {
  public:
@@ -66,7 +67,8 @@ class DifferenceSet {
     return {on_first - on_second, on_first, on_second};
   }
 
-  /// The largest component of a coordinate of either, from a point of the first on.
+  /// The largest absolute component of x - p, over all points x of both sets, where p is a point of
+  /// the first.
   double extent() const {
     const Vector from = anyPointOf(first_);
     return std::max(extentFrom(from, first_), extentFrom(from, second_));
@@ -77,7 +79,7 @@ class DifferenceSet {
   const ConvexSet& second_;
 };
 
-/// Up to four points of a difference, and the point of their hull that is nearest to the origin.
+/// A simplex of up to four points of a Minkowski difference, and its point nearest to the origin.
 class Simplex {
  public:
   void add(const Difference& point) { corners_[count_++] = point; }
@@ -86,7 +88,8 @@ class Simplex {
                        [&](const Difference& corner) { return corner.at == point.at; });
   }
 
-  /// Finds the nearest point and keeps only the corners that it is made of.
+  /// Finds the point nearest to the origin and keeps only the corners of the feature that contains
+  /// it.
   void reduce() {
     least_ = std::numeric_limits<double>::infinity();
     if (count_ == 4 && holdsOrigin()) return;
@@ -109,8 +112,9 @@ class Simplex {
   void forEachCorner(const Visit& visit) const {
     std::for_each(corners_, corners_ + count_, visit);
   }
-  /// Calls visit(normal), of length 1 or 0, for its face, if it is one, and for the edges and faces
-  /// that join it to a point: of an edge the normal that is most along `nearest`.
+  /// Calls visit(normal), of length 1 or 0, for the face, if the simplex is one, and for each face
+  /// spanned by `point` and an edge of the simplex. If the simplex is an edge, the normal is the
+  /// one that is most along `nearest`.
   template <typename Visit>
   void forEachFaceWith(const Difference& point, const Visit& visit) const {
     const auto edge = [&](std::size_t i, const Difference& from) -> Vector {
@@ -151,7 +155,7 @@ class Simplex {
     const double t = feature_distance::Edge<double>(corners_[j].at - from).coordinate(-from);
     if (t > 0 && t < 1) consider({i, j}, {1 - t, t});
   }
-  /// Seen across the longest edge, as in feature_distance.h.
+  /// Projects along the longest edge, like feature_distance.h.
   void considerFace(std::size_t i, std::size_t j, std::size_t k) {
     const auto square = [&](std::size_t a, std::size_t b) {
       return (corners_[a].at - corners_[b].at).squaredNorm();
@@ -170,8 +174,8 @@ class Simplex {
     if (share > 0 && along > 0 && share + along < 1)
       consider({i, j, apex}, {1 - share - along, along, share});
   }
-  /// By signs without error: where the tetrahedron is nearly flat, those of rounded volumes would
-  /// be anything.
+  /// Whether the tetrahedron contains the origin, by exact signs of volumes: in a nearly flat
+  /// tetrahedron the signs of rounded volumes would be arbitrary.
   bool holdsOrigin() {
     double volumes[4], sum = 0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -203,12 +207,13 @@ class Simplex {
   Combination best_;
 };
 
-/// The best plane between two convex sets so far.
+/// The separating plane of two convex sets with the widest gap so far.
 struct SeparatingPlane {
-  Vector normal = Vector::Zero();  ///< from the second to the first, of length 1
+  Vector normal = Vector::Zero();  ///< unit vector from the second to the first
   double gap = -std::numeric_limits<double>::infinity();
 
-  /// Returns the difference's lowest point along a normal of length 1.
+  /// Keeps the normal m, of length 1, if its gap is the widest so far. Returns the lowest point of
+  /// the difference along m.
   template <typename Differences>
   Difference tryNormal(const Vector& m, const Differences& differences) {
     const Difference lowest = differences.support(-m);
@@ -218,10 +223,10 @@ struct SeparatingPlane {
   }
 };
 
-/// Finishes a search in which rounding hides that a point beside the simplex would bring it nearer:
-/// the two sets have nearly parallel faces, or nearly flat ones. There the normal of a plane
-/// through an edge of the simplex and the point is a better direction than that of the nearest
-/// point, and all points found count, not only those of the simplex.
+/// Finishes a search in which rounding hides that a point beside the simplex would bring it nearer
+/// to the origin. That happens if the two sets have nearly parallel or nearly flat faces. There the
+/// normal of a plane through an edge of the simplex and the point is a better search direction than
+/// the nearest point, and all points found are considered, not only those of the simplex.
 template <typename Differences>
 class FlatSearch {
  public:
@@ -323,7 +328,7 @@ ConvexGap findGap(const Differences& differences, const GapSearch& search) {
   return gapOf(simplex, plane);
 }
 
-/// A polytope inside of a difference, which grows where its surface is nearest to the origin.
+/// A polytope inside a Minkowski difference. It is expanded at the face nearest to the origin.
 template <typename Differences>
 class ExpandingPolytope {
  public:
@@ -354,7 +359,7 @@ class ExpandingPolytope {
   struct Face {
     std::size_t corners[3];
     Vector normal;  ///< outward
-    double offset;  ///< of its plane from the origin
+    double offset;  ///< distance of its plane from the origin
 
     Edge edge(std::size_t k) const { return {corners[k], corners[(k + 1) % 3]}; }
     bool has(const Edge& other) const {
@@ -362,17 +367,18 @@ class ExpandingPolytope {
     }
   };
 
-  /// Asks how far the difference reaches along a direction of length 1: no shorter motion along it
-  /// separates the two.
+  /// Returns the farthest point of the difference along a unit direction, and keeps the direction
+  /// if its extent is the smallest so far: no shorter translation along it separates the two sets.
   Vector measure(const Vector& direction) {
     const Vector top = differences_.support(direction).at;
-    const double reach = direction.dot(top);
-    if (reach < best_.depth) best_ = {direction, reach, reach};
+    const double depth = direction.dot(top);
+    if (depth < best_.depth) best_ = {direction, depth, depth};
     return top;
   }
 
-  /// Looks for a shorter way along directions around the best one, by smaller and smaller steps:
-  /// where both sets are round, a polytope comes near the surface of the difference but slowly.
+  /// Searches for a shorter translation in directions around the best one, with decreasing step
+  /// sizes. Needed if both sets are round: there the polytope approaches the surface of the
+  /// difference slowly.
   void polish() {
     constexpr double kSmallest = 1e-8, kGolden = 0.618, kTurn = 2 * 3.14159265358979323846;
     constexpr int kDirections = 8, kMostRounds = 1000;
@@ -390,7 +396,8 @@ class ExpandingPolytope {
     best_.error = best_.depth - lower;
   }
 
-  /// A tetrahedron of far points. False where the difference is flat: then it touches, no more.
+  /// Builds a tetrahedron of extreme points. Returns false if the difference is flat: then the two
+  /// sets touch without overlap.
   bool start() {
     const Vector low = measure(-Vector::UnitX()), high = measure(Vector::UnitX());
     if (!((high - low).norm() > kError * extent_)) return false;
@@ -411,7 +418,7 @@ class ExpandingPolytope {
     addFace(2, 0, 3);
     return true;
   }
-  /// Of four points around a line, the farthest by `distance`.
+  /// The farthest point, by `distance`, of the extreme points in four directions around a line.
   template <typename Distance>
   Vector farther(const Distance& distance, const Vector& first, const Vector& along) {
     const Vector second = along.cross(first);
@@ -426,7 +433,7 @@ class ExpandingPolytope {
   void addFace(std::size_t a, std::size_t b, std::size_t c) {
     const Vector normal =
         (corners_[b] - corners_[a]).cross(corners_[c] - corners_[a]).stableNormalized();
-    // One without an area is never the nearest.
+    // A face without area is never the nearest one.
     const double offset =
         normal.isZero(0) ? std::numeric_limits<double>::infinity() : normal.dot(corners_[a]);
     faces_.push_back({{a, b, c}, normal, offset});
@@ -460,7 +467,7 @@ class ExpandingPolytope {
     for (const auto& [from, to] : horizon) addFace(from, to, corners_.size() - 1);
     return true;
   }
-  /// Removes a face, and changes the edge of the hole.
+  /// Removes a face and updates the boundary edges of the hole.
   void take(std::size_t face, std::vector<Edge>& horizon) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Edge edge = faces_[face].edge(k);

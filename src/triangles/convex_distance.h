@@ -9,58 +9,59 @@
 
 namespace adaptive_bvh {
 
-/// How deep a triangle or a convex set is in another convex set that it touches: the latter moved
-/// by `depth` along `normal`, of length 1, is apart from the former, and no shorter motion would
-/// do.
+/// Penetration depth of a triangle or convex set A that touches another convex set B: B translated
+/// by `depth` along the unit vector `normal` no longer overlaps A, and no shorter translation
+/// separates them.
 struct Penetration {
   fcl::Vector3d normal;
   double depth;
-  /// The shortest motion is at most so much shorter: certified by points of both.
+  /// The exact depth is at least `depth - error`, as points of both sets certify.
   double error;
 };
 
-/// A convex set, by its farthest points.
+/// A convex set given by its support function.
 class ConvexSet {
  public:
-  /// A point of the set that is farthest along a direction, of any length > 0.
+  /// Returns a point of the set that is farthest along a direction of any length > 0.
   virtual fcl::Vector3d support(const fcl::Vector3d& direction) const = 0;
-  /// How deep a triangle is in the set, which it touches: by penetrationOf, or a form of its own.
+  /// Returns the penetration of a triangle that touches the set. The default calls penetrationOf; a
+  /// set may override it with a closed form.
   virtual Penetration penetration(const TrianglePoints<double>& triangle) const;
 
  protected:
   ~ConvexSet() = default;
 };
 
-/// The nearest points of two convex sets, or of a triangle and one. Where they have a common point,
-/// `points` are one, up to rounding, and the distance is 0.
+/// The nearest points of two convex sets, or of a triangle and a convex set. If the two intersect,
+/// both `points` are one common point, up to rounding, and the distance is 0.
 struct ConvexGap {
   PointPair<double> points;
   double distance;
-  /// The exact distance is at most so much less: certified by a plane between the two.
+  /// The exact distance is at least `distance - error`, as a plane between the two certifies.
   double error;
-  /// Of length 1, from the second to the first: the extents of both along it are `distance` less
-  /// `error` apart. Zero where no plane was found: they touch, or nearly.
+  /// Unit vector from the second to the first. The projections of the two on it are at least
+  /// `distance - error` apart. Zero if no separating plane was found: the two touch, or nearly.
   fcl::Vector3d normal;
 };
 
-/// When a search for a gap ends.
+/// Termination criteria of convexGap.
 struct GapSearch {
-  double error = 0x1p-44;  ///< at most so much of the extent of both sets
+  double error = 0x1p-44;  ///< relative to the extent of both sets
   int most_steps = 1000;
-  /// Whether to go on where rounding hides progress: between faces that are nearly parallel or
-  /// flat.
+  /// Whether to continue the search where rounding hides progress, that is between nearly parallel
+  /// or nearly flat faces.
   bool finishes_flat = true;
-  double least = 0;  ///< ends where the distance is surely less
+  double least = 0;  ///< the search ends once the distance is certainly less
 };
 
-/// By the algorithm of Gilbert, Johnson and Keerthi (1988). Nearer than 2^-46 of the extent of both
-/// counts as touching.
+/// The gap by the algorithm of Gilbert, Johnson and Keerthi (1988). A distance below 2^-46 of the
+/// extent of both counts as touching.
 ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, const GapSearch& search = {});
 ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
                     const GapSearch& search = {});
 
-/// By expanding polytopes (van den Bergen 2001), until the error is at most 1e-10 of the extent of
-/// both.
+/// The penetration by expanding polytopes (van den Bergen 2001), with an error of at most 1e-10 of
+/// the extent of both.
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 
@@ -68,31 +69,32 @@ inline std::array<fcl::Vector3d, 3> edgesOf(const TrianglePoints<double>& t) {
   return {t[1] - t[0], t[2] - t[1], t[0] - t[2]};
 }
 
-/// At right angles to both; zero where they are so nearly parallel that this would be rounding.
+/// The cross product of two edges; zero if they are so nearly parallel that it would consist of
+/// rounding errors.
 inline fcl::Vector3d acrossEdges(const fcl::Vector3d& e, const fcl::Vector3d& f) {
   const fcl::Vector3d across = e.cross(f);
   const double least = 0x1p-40 * e.norm() * f.norm();
   return across.norm() > least ? across : fcl::Vector3d::Zero();
 }
 
-/// The shortest of the motions along some directions that take a convex set out of a triangle
-/// (docs/bounds.md, 17).
-/// `Reach` says how far the set reaches against a direction of length 1.
-template <typename Reach>
-class ShortestWay {
+/// Finds the shortest translation that moves a convex set out of a triangle, among the directions
+/// that are tried (docs/bounds.md, 17). `Extent` is a function that returns the extent of the set
+/// along the negative of a unit direction.
+template <typename Extent>
+class ShortestTranslation {
  public:
-  ShortestWay(const TrianglePoints<double>& triangle, const Reach& reach)
-      : triangle_(triangle), reach_(reach) {}
+  ShortestTranslation(const TrianglePoints<double>& triangle, const Extent& extent)
+      : triangle_(triangle), extent_(extent) {}
 
-  /// Along a direction of any length; nothing where it is 0.
+  /// Tries one direction of any length; ignores a zero vector.
   void tryDirection(const fcl::Vector3d& direction) {
     const double length = direction.norm();
     if (!(length > 0)) return;
     const fcl::Vector3d m = direction / length;
-    const double way =
-        reach_(m) + std::max({m.dot(triangle_[0]), m.dot(triangle_[1]), m.dot(triangle_[2])});
-    if (!(way < depth_)) return;
-    depth_ = way;
+    const double distance =
+        extent_(m) + std::max({m.dot(triangle_[0]), m.dot(triangle_[1]), m.dot(triangle_[2])});
+    if (!(distance < depth_)) return;
+    depth_ = distance;
     normal_ = m;
   }
   void tryBoth(const fcl::Vector3d& direction) {
@@ -105,13 +107,13 @@ class ShortestWay {
   }
 
   const fcl::Vector3d& normal() const { return normal_; }
-  /// Less than 0 where they are apart along the normal.
+  /// Negative if the two are apart along the normal.
   double signedDepth() const { return depth_; }
   Penetration penetration() const { return {normal_, std::max(depth_, 0.), 0}; }
 
  private:
   const TrianglePoints<double>& triangle_;
-  Reach reach_;
+  Extent extent_;
   double depth_ = std::numeric_limits<double>::infinity();
   fcl::Vector3d normal_ = fcl::Vector3d::UnitX();
 };

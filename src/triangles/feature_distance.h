@@ -12,16 +12,17 @@
 namespace adaptive_bvh {
 
 /// The nearest points of two features, a vertex and a face or two edges, and their distance. A face
-/// may be a segment or a point, an edge a point; edges may be parallel.
+/// may be degenerate to a segment or a point, an edge to a point, and edges may be parallel.
 ///
-/// With R the largest distance of two corners and u the unit roundoff of S: `distance` is the exact
-/// one up to 32 u R, whatever the shape of the face and whatever the angle of the edges. It is that
-/// of the points up to 8 u R, and they lie on the features up to 8 u of the largest coordinate.
-/// R may be as small as numbers are: what is short altogether is enlarged first.
-/// docs/bounds.md, 16.
+/// Let R be the largest distance of two corners and u the unit roundoff of S. `distance` differs
+/// from the exact one by at most 32 u R, whatever the shape of the face or the angle of the edges.
+/// It differs from the distance of the two points by at most 8 u R, and the points lie on the
+/// features up to 8 u times the largest coordinate. R may be as small as numbers are: tiny inputs
+/// are scaled up first. docs/bounds.md, 16.
 ///
-/// No normal is computed, which a needle hardly has: everything is seen across the longest edge
-/// (of a face, or of the two), as what is left of a vector without its component along that edge.
+/// No normal is computed, because the normal of a needle is inaccurate. Instead, vectors are
+/// projected along the longest edge (of the face, or of the two): their components along that edge
+/// are subtracted.
 template <typename S>
 struct FeatureDistance {
   using Point = Eigen::Matrix<S, 3, 1>;
@@ -29,7 +30,7 @@ struct FeatureDistance {
   Point first, second;
   S distance;
 
-  /// From the second to the first.
+  /// The vector from the second point to the first.
   Point difference() const { return first - second; }
 };
 
@@ -38,13 +39,13 @@ namespace feature_distance {
 template <typename S>
 using Point = Eigen::Matrix<S, 3, 1>;
 
-/// 1 / x, or 0 where x is so small that this overflows.
+/// 1 / x, or 0 if x is so small that 1 / x overflows.
 template <typename S>
 S inverse(S x) {
   return x > std::numeric_limits<S>::min() * 4 ? 1 / x : S(0);
 }
 
-/// An edge, from a corner on.
+/// An edge vector, relative to its first corner.
 template <typename S>
 struct Edge {
   Point<S> along;
@@ -54,18 +55,20 @@ struct Edge {
   explicit Edge(const Point<S>& vector)
       : along(vector), square(vector.squaredNorm()), inverse_square(inverse(square)) {}
 
-  /// How far along the edge the point nearest to x is, from 0 to 1. `x` is seen from the corner.
+  /// The parameter, from 0 to 1, of the point of the edge nearest to x. `x` is relative to the
+  /// first corner.
   S nearestTo(const Point<S>& x) const {
     return std::clamp(x.dot(along) * inverse_square, S(0), S(1));
   }
-  /// The component of a vector along the edge, in its lengths.
+  /// The component of a vector along the edge, in units of the edge's length.
   S coordinate(const Point<S>& x) const { return x.dot(along) * inverse_square; }
-  /// The rest of the vector.
+  /// The component of a vector perpendicular to the edge.
   Point<S> across(const Point<S>& x) const { return x - coordinate(x) * along; }
 };
 
-/// Where two edges are nearest inside both: s on the first, t on the second. False where they are
-/// not, or parallel. `between`: from the first's corner to the second's.
+/// Finds the parameters s on the first and t on the second edge where the edges are nearest, if
+/// both points are interior. Returns false if not, or if the edges are parallel. `between` is the
+/// vector from the first corner of the first edge to that of the second.
 template <typename S>
 bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& between, S& s,
                    S& t) {
@@ -77,8 +80,9 @@ bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& 
   return s >= 0 && s <= 1;
 }
 
-/// Where a point of a face lies: on the edge from corner `edge` to the next, at `along`, from 0 on
-/// and below 1; or inside, `share` of the way from there up to the opposite corner.
+/// The position of a point on a face. On a side: `edge` is its first corner and `along` the
+/// parameter on it, from 0 and below 1. Inside: the point is moved from there by `share` of the
+/// vector to the opposite corner.
 template <typename S>
 struct FacePlace {
   std::size_t edge = 0;
@@ -86,7 +90,7 @@ struct FacePlace {
   bool is_inside = false;
 };
 
-/// A triangle, prepared for the search of its nearest points.
+/// A triangle with precomputed edges and height for nearest-point searches.
 template <typename S>
 class Face {
  public:
@@ -106,24 +110,24 @@ class Face {
   const Corners& corners() const { return corners_; }
   const Edge<S>& edge(std::size_t k) const { return edges_[k]; }
 
-  /// Finds its point nearest to x, on one of the sides or inside. Returns the distance.
+  /// Finds the point of the face nearest to x, on a side or inside. Returns its distance.
   S distance(const Point<S>& x, Point<S>& on_face) const {
     FacePlace<S> place;
     return distance(x, on_face, place);
   }
-  /// Also finds where on the face that point lies.
+  /// Finds the nearest point and its position on the face. Returns its distance.
   S distance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     const S found = std::sqrt(squaredDistance(x, on_face, place));
     return found < rounding::shortLength<S>() ? shortDistance(x, on_face, place, found) : found;
   }
-  /// The square of `distance`, where squares of lengths are not too small.
+  /// The square of `distance`, for lengths whose squares do not underflow.
   S squaredDistance(const Point<S>& x, Point<S>& on_face) const {
     FacePlace<S> place;
     return squaredDistance(x, on_face, place);
   }
   S squaredDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
-    Point<S> from_best;  // from the corner of its side
+    Point<S> from_best;  // relative to the first corner of its side
     const auto take = [&](const FacePlace<S>& at, const Point<S>& from_corner) {
       const S square = (corners_[at.edge] - x + from_corner).squaredNorm();
       constexpr S kSame = 16 * std::numeric_limits<S>::epsilon();
@@ -133,18 +137,18 @@ class Face {
       from_best = from_corner;
       place = at;
     };
-    // A corner counts as the begin of its side: as it is, without rounding.
+    // A corner is the beginning of a side, so its coordinates are used without rounding.
     for (std::size_t k = 0; k < 3; ++k) {
       const S along = edges_[k].nearestTo(x - corners_[k]);
       if (along < 1) take({k, along, 0, false}, along * edges_[k].along);
     }
-    // From so far away that a side is less than rounding.
+    // Where x is so far away that rounding swallows the sides.
     if (!(best < std::numeric_limits<S>::infinity())) take({0, 0, 0, false}, Point<S>::Zero());
     const Edge<S>& base = edges_[base_];
     const Point<S> from_base = x - corners_[base_];
     const S along = base.coordinate(from_base),
             share = base.across(from_base).dot(height_) * inverse_height_,
-            other = along - share * apex_along_;  // barycentric, of the end of the base
+            other = along - share * apex_along_;  // barycentric coordinate of the end of the base
     if (share > 0 && other >= 0 && share + other <= 1)
       take({base_, other, share, true}, along * base.along + share * height_);
     on_face = corners_[place.edge] + from_best;
@@ -152,15 +156,17 @@ class Face {
   }
 
  private:
-  /// Which of two points of the face is nearer to x, by the plane between them: from far away their
-  /// distances may be the same number. Each is given by its place, and from the corner there.
+  /// Whether the first of two points of the face is nearer to x, by the bisecting plane between
+  /// them: for a distant x their rounded distances may be equal. Each point is given by its place
+  /// and its vector from the corner there.
   bool isNearer(const Point<S>& x, const FacePlace<S>& one, const Point<S>& from_one,
                 const FacePlace<S>& other, const Point<S>& from_other) const {
     const Point<S> seen = x - corners_[0], a = corners_[one.edge] - corners_[0] + from_one,
                    b = corners_[other.edge] - corners_[0] + from_other;
     return (a - b).dot((seen - a) + (seen - b)) > 0;
   }
-  /// `found`: what was found so far, which is right unless all corners are near x.
+  /// Recomputes a short distance with enlarged coordinates. `found` is the distance computed
+  /// without, which is accurate unless all corners are near x.
   S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
     if (on_face == x) return found;
     Corners seen = corners_;
@@ -180,14 +186,14 @@ class Face {
   Corners corners_;
   Edge<S> edges_[3];
   std::size_t base_ = 0;  ///< the longest edge
-  S apex_along_;          ///< the corner opposite of it: its coordinate along the base
-  Point<S> height_;       ///< and its vector from there
+  S apex_along_;          ///< coordinate along the base of the corner opposite to it
+  Point<S> height_;       ///< vector from the base line to that corner
   S inverse_height_;
 };
 
 }  // namespace feature_distance
 
-/// Distance of a vertex (first) and a face.
+/// The distance of a vertex (first) and a face (second).
 template <typename S>
 FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
                                       const std::array<Eigen::Matrix<S, 3, 1>, 3>& face) {
@@ -197,7 +203,7 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
   return found;
 }
 
-/// Of two edges, where squares of lengths are not too small; see edgeEdgeDistance.
+/// The distance of two edges, for lengths whose squares do not underflow; see edgeEdgeDistance.
 template <typename S>
 FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
                                         const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
@@ -225,7 +231,8 @@ FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>,
   return nearest;
 }
 
-/// Of two edges. `along`: where the points lie on them, 0 at the first end and 1 at the other.
+/// The distance of two edges. `along` receives the parameters of the nearest points: 0 at the first
+/// end of an edge and 1 at the other.
 template <typename S>
 FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
                                     const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,

@@ -4,17 +4,17 @@
 
 namespace adaptive_bvh {
 
-/// Four pairs of features in an interval of time, in single precision: corners at its begin and at
-/// its end, each on a straight line between.
+/// Four pairs of features over a time interval, in single precision: their corners at its begin and
+/// at its end. Corners move in straight lines between.
 struct MovingPairs4 {
   Vector4x3 begin[4], end[4];
 };
 
-/// How near counts, and what is off.
+/// The separation to prove, and the errors of the input.
 struct MovingPairs4Limits {
-  float separation;      ///< the features may come as near
-  float position_error;  ///< of a component of a position
-  float share;           ///< of the interval: from its begin so far
+  float separation;      ///< the distance that features must exceed
+  float position_error;  ///< error of a component of a position
+  float share;           ///< share of the interval to consider, from its begin
 };
 
 namespace moving_pairs4 {
@@ -28,13 +28,13 @@ ADAPTIVE_BVH_INLINE Float4 chosen(const Float4& where, const Float4& a, const Fl
 ADAPTIVE_BVH_INLINE Vector4x3 chosen(const Float4& where, const Vector4x3& a, const Vector4x3& b) {
   return {chosen(where, a.x, b.x), chosen(where, a.y, b.y), chosen(where, a.z, b.z)};
 }
-/// a / b, from 0 to 1; b >= 0.
+/// a / b clamped to [0, 1]; b >= 0.
 ADAPTIVE_BVH_INLINE Float4 share(const Float4& a, const Float4& b) {
   const Float4 quotient = a / (b + float4::all(1e-30f));
   return float4::lower(float4::upper(quotient, float4::all(0)), float4::all(1));
 }
 
-/// From an edge to an edge, where they are nearest, or nearly.
+/// The vector between points of two edges that are nearest, or nearly so.
 ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
   using vectors::cross;
   using vectors::difference;
@@ -48,7 +48,7 @@ ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&at)[4]) {
   return sum(w, difference(scaled(v, t), scaled(u, s)));
 }
 
-/// From a vertex to a face.
+/// The direction, of any length, from a vertex to the nearest point of a face.
 ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&at)[4]) {
   using vectors::cross;
   using vectors::difference;
@@ -75,8 +75,8 @@ ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&at)[4]) {
 
 }  // namespace moving_pairs4
 
-/// Which of four pairs surely stay apart by more than the separation: along the direction in which
-/// they are apart at the begin. A bit for each. docs/bounds.md, 15.
+/// A bit for each of four pairs that certainly stays farther apart than the separation, projected
+/// on the direction in which it is apart at the begin. docs/bounds.md, 15.
 template <int kFirsts>
 ADAPTIVE_BVH_INLINE unsigned stayApart(const MovingPairs4& pairs,
                                        const MovingPairs4Limits& limits) {

@@ -7,15 +7,16 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The sum of two doubles, the second at most half a unit of the first's last digit: 106 bits
-/// (Dekker 1971, "A floating-point technique for extending the available precision").
+/// An unevaluated sum of two doubles, where the second is at most half a unit in the last place of
+/// the first: 106 bits (Dekker 1971, "A floating-point technique for extending the available
+/// precision").
 struct Precise {
   double high = 0, low = 0;
 
   Precise operator-() const { return {-high, -low}; }
 };
 
-/// Without error (Knuth's TwoSum).
+/// The exact sum of two doubles (Knuth's TwoSum).
 Precise sumOf(double a, double b) {
   const double sum = a + b, of_b = sum - a;
   return {sum, (a - (sum - of_b)) + (b - of_b)};
@@ -42,12 +43,12 @@ struct PreciseVector {
 PreciseVector difference(const fcl::Vector3d& a, const fcl::Vector3d& b) {
   return {sumOf(a[0], -b[0]), sumOf(a[1], -b[1]), sumOf(a[2], -b[2])};
 }
-/// `by`: a power of two.
+/// Multiplies by a power of two, without error.
 PreciseVector scaled(const PreciseVector& v, double by) {
   const auto times = [&](const Precise& x) -> Precise { return {by * x.high, by * x.low}; };
   return {times(v.x), times(v.y), times(v.z)};
 }
-/// The edge from a to b, of a length of about 1.
+/// The edge from a to b, scaled by a power of two to a length of about 1.
 PreciseVector direction(const fcl::Vector3d& a, const fcl::Vector3d& b) {
   constexpr int kMost = std::numeric_limits<double>::max_exponent - 1;
   const double size = (b - a).lpNorm<Eigen::Infinity>();
@@ -61,19 +62,20 @@ PreciseVector cross(const PreciseVector& a, const PreciseVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// Only directions of edges count, so products keep their digits however small the face is.
+/// The squared distance of x, times scale^2, to the feature of the face at `at`. It depends only on
+/// the directions of the edges, so products keep their digits however small the face is.
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                         const feature_distance::FacePlace<double>& at, double scale) {
   const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
-  const PreciseVector way = scaled(difference(x, from), scale);
+  const PreciseVector vector = scaled(difference(x, from), scale);
   if (at.is_inside) {
     const PreciseVector normal =
         cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
-    const Precise height = dot(normal, way);
+    const Precise height = dot(normal, vector);
     return height * height / dot(normal, normal);
   }
-  if (at.along == 0) return dot(way, way);
-  const PreciseVector edge = direction(from, to), across = cross(way, edge);
+  if (at.along == 0) return dot(vector, vector);
+  const PreciseVector edge = direction(from, to), across = cross(vector, edge);
   return dot(across, across) / dot(edge, edge);
 }
 

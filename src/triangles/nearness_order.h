@@ -8,17 +8,17 @@
 
 namespace adaptive_bvh {
 
-/// The square of a point's distance to the corner, the line of the side or the plane of a face on
-/// which its nearest point lies, with twice the digits of a double: to tell faces that are exactly
-/// as near from others. docs/bounds.md, 16.
+/// The squared distance of a point to the feature of a face on which its nearest point lies (a
+/// corner, the line of a side, or the plane), with twice the digits of a double. Decides whether
+/// two faces are equally near. docs/bounds.md, 16.
 class PreciseSquare {
  public:
-  /// `at`: where the nearest point lies. `scale`: a power of two, the unit of the distance; it
-  /// should bring the distance to about 1.
+  /// `at` is the position of the nearest point. `scale`, a power of two, is the unit of the
+  /// distance; choose it so that the scaled distance is about 1.
   PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
                 const feature_distance::FacePlace<double>& at, double scale);
 
-  /// Whether it is certainly less: by more than what is rounded in both.
+  /// Whether this square is less than `other` by more than the rounding errors of both.
   bool isLess(const PreciseSquare& other) const;
 
  private:

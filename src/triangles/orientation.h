@@ -11,19 +11,20 @@
 
 namespace adaptive_bvh {
 
-/// A sum of products of three doubles, without any rounding, overflow or underflow: two long fixed-
-/// point numbers, of what was added and subtracted, that hold the lowest bit of the smallest
-/// product and the highest of the largest (U. Kulisch, "Computer Arithmetic and Validity", 2013: a
-/// long accumulator). For the few decisions that an error bound leaves open.
+/// An exact sum of products of three doubles, without rounding, overflow or underflow. It consists
+/// of two long fixed-point numbers, one for added and one for subtracted products, wide enough for
+/// the lowest bit of the smallest product and the highest bit of the largest (a long accumulator:
+/// U. Kulisch, "Computer Arithmetic and Validity", 2013). Used for the few decisions that an error
+/// bound leaves open.
 class ExactSum {
  public:
-  /// A number whose exponent may be out of the range of a double: mantissa * 2^exponent. The
-  /// mantissa is 0 or from 0.5 to 1, with a sign.
+  /// A number mantissa * 2^exponent whose exponent may be out of the range of a double. The
+  /// absolute value of the mantissa is 0 or from 0.5 to 1.
   struct Scaled {
     double mantissa;
     int exponent;
 
-    /// The quotient with a relative error of 2^-50; infinite or 0 where it is out of range.
+    /// The quotient, with a relative error of 2^-50; infinite or 0 if it is out of range.
     friend double operator/(const Scaled& a, const Scaled& b) {
       if (a.mantissa == 0) return 0;
       return std::ldexp(a.mantissa / b.mantissa, a.exponent - b.exponent);
@@ -35,7 +36,7 @@ class ExactSum {
   /// Subtracts a * b * c.
   void subtract(double a, double b, double c) { addProduct(a, b, c, true); }
 
-  /// -1, 0 or 1.
+  /// The sign of the sum: -1, 0 or 1.
   int sign() const {
     for (std::size_t k = last_; k-- > first_;)
       if (added_[k] != subtracted_[k]) return added_[k] > subtracted_[k] ? 1 : -1;
@@ -50,7 +51,7 @@ class ExactSum {
         its_sign > 0 ? differenceOf(added_, subtracted_) : differenceOf(subtracted_, added_);
     std::size_t top = last_;
     while (difference[top - 1] == 0) --top;
-    // Three limbs hold more than 128 bits from the highest one on.
+    // The three highest limbs contain more than 128 significant bits.
     const std::size_t lowest = top < 3 ? 0 : top - 3;
     double sum = 0;
     for (std::size_t k = top; k-- > lowest;)
@@ -61,15 +62,16 @@ class ExactSum {
   }
 
  private:
-  // A product's lowest bit is 2^(3 * -1074) or higher; 2^64 of the largest, 2^3072, stay in range.
+  // The lowest bit of a product is 2^(3 * -1074) or higher. There is room for 2^64 times the
+  // largest product, 2^3072.
   static constexpr int kPoint = 3 * 1074;
   static constexpr std::size_t kLimbs = (kPoint + 3 * 1024 + 64) / 64 + 1;
   __extension__ typedef unsigned __int128 Wide;
 
-  /// The lowest limb first.
+  /// Limbs in little-endian order.
   using Limbs = std::array<std::uint64_t, kLimbs>;
 
-  /// The first number is the larger one.
+  /// The difference more - less, for more >= less.
   Limbs differenceOf(const Limbs& more, const Limbs& less) const {
     Limbs difference{};
     std::uint64_t borrow = 0;
@@ -97,7 +99,7 @@ class ExactSum {
     int ea, eb, ec;
     const std::uint64_t x = wholeOf(a, ea), y = wholeOf(b, eb), z = wholeOf(c, ec);
     is_negative ^= std::signbit(a) ^ std::signbit(b) ^ std::signbit(c);
-    // x * y * z, of 159 bits, as three limbs; shifted, as four.
+    // x * y * z has 159 bits: three limbs, or four when shifted.
     const Wide xy = Wide(x) * y, low = Wide(static_cast<std::uint64_t>(xy)) * z,
                high = (xy >> 64) * z + (low >> 64);
     std::array<std::uint64_t, 4> limbs = {static_cast<std::uint64_t>(low),
@@ -124,12 +126,14 @@ class ExactSum {
     last_ = std::max(last_, k);
   }
 
-  // Apart, so that no sum changes its sign, which would change all limbs above.
+  // Added and subtracted products are kept apart: a sum that changed its sign would change all
+  // higher limbs.
   Limbs added_{}, subtracted_{};
-  std::size_t first_ = kLimbs, last_ = 0;  ///< the limbs of either that are not 0
+  std::size_t first_ = kLimbs,
+              last_ = 0;  ///< range of limbs that contains all limbs that are not 0
 };
 
-/// Adds det(a, b, c) to a sum, or subtracts it.
+/// Adds det(a, b, c) to a sum, or subtracts it if `is_negative`.
 inline void addDeterminant(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vector3d& b,
                            const fcl::Vector3d& c, bool is_negative = false) {
   for (int k = 0; k < 3; ++k) {
@@ -150,7 +154,8 @@ inline void addOrientation(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
 
 namespace orientations {
 
-/// Whether x - y is a double. If so, the rest of the rounded difference is 0 (Knuth's TwoSum).
+/// Whether `difference`, the rounded x - y, is exact: then its rounding error by Knuth's TwoSum is
+/// 0.
 inline bool isExact(double x, double y, double difference) {
   const double other = x - difference;
   return (x - (difference + other)) + (other - y) == 0;
@@ -159,26 +164,27 @@ inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::V
   return isExact(x[0], y[0], z[0]) && isExact(x[1], y[1], z[1]) && isExact(x[2], y[2], z[2]);
 }
 
-/// Whether a determinant of three differences has the sign that was computed. `size`: the product
-/// of the largest components of the three. With the unit roundoff u = 2^-53 each of the six
-/// products is off by 5 u times that, and their sum by 20 u more: 50 u.
+/// Whether a rounded determinant of three differences certainly has the correct sign. `size` is the
+/// product of the largest components of the three differences. With the unit roundoff u = 2^-53,
+/// the error of each of the six products is at most 5 u times that, and the sum adds 20 u: 50 u in
+/// total.
 inline bool isCertain(double determinant, double size) {
   return size > 0x1p-800 && size < 0x1p1000 && std::fabs(determinant) > 0x1p-47 * size;
 }
 
-/// det(a - d, b - d, c - d) without any error, of rounded differences p, q and r.
+/// The exact det(a - d, b - d, c - d). p, q and r are the rounded differences.
 inline ExactSum exactly(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                         const fcl::Vector3d& d, const fcl::Vector3d& p, const fcl::Vector3d& q,
                         const fcl::Vector3d& r) {
   ExactSum sum;
   if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r))
-    addDeterminant(sum, p, q, r);  // as for coordinates of few digits
+    addDeterminant(sum, p, q, r);  // the usual case for coordinates with few digits
   else
     addOrientation(sum, a, b, c, d);
   return sum;
 }
 
-/// Whether three vectors lie in a plane across an axis.
+/// Whether three vectors lie in a plane perpendicular to a coordinate axis.
 inline bool areAcrossAxis(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& r) {
   for (int k = 0; k < 3; ++k)
     if (p[k] == 0 && q[k] == 0 && r[k] == 0) return true;
@@ -187,10 +193,10 @@ inline bool areAcrossAxis(const fcl::Vector3d& p, const fcl::Vector3d& q, const 
 
 }  // namespace orientations
 
-/// On which side of the plane of a, b and c a point d lies, the sign of det(a - d, b - d, c - d):
-/// without any error for the numbers as they are given (the sign of "orient3d" of Shewchuk 1997,
-/// "Adaptive precision floating-point arithmetic and fast robust geometric predicates"). The value
-/// is that determinant up to its rounding; it is 0 only where the determinant is.
+/// The side of the plane of a, b and c on which d lies: the sign of det(a - d, b - d, c - d), exact
+/// for the given numbers (like "orient3d" of Shewchuk 1997, "Adaptive precision floating-point
+/// arithmetic and fast robust geometric predicates"). The value is that determinant up to rounding;
+/// it is 0 only if the determinant is.
 inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                           const fcl::Vector3d& d) {
   using namespace orientations;
@@ -209,7 +215,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
              : std::copysign(std::numeric_limits<double>::max(), value);
 }
 
-/// The sign of the determinant, if a rounded determinant did not decide it.
+/// The exact sign of that determinant. Call it if the rounded determinant is not certain.
 inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;
@@ -217,9 +223,9 @@ inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, cons
   return orientations::exactly(a, b, c, d, p, q, r).sign();
 }
 
-/// The sign of det(p - r, q - r) of points in a plane, without any error: 1 where they are counter-
-/// clockwise, 0 where they are on one line. Each product is off by 3 u of itself, their difference
-/// by u of both: 4 u in all ("orient2d" of Shewchuk 1997).
+/// The exact sign of det(p - r, q - r) for points in the plane: 1 if p, q, r are counter-clockwise,
+/// 0 if they are collinear. The relative error of each product is 3 u, and their difference adds u
+/// of both: 4 u in total ("orient2d" of Shewchuk 1997).
 inline int planarOrientation(double px, double py, double qx, double qy, double rx, double ry) {
   const double left = (px - rx) * (qy - ry), right = (py - ry) * (qx - rx);
   const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
@@ -235,7 +241,7 @@ inline int planarOrientation(double px, double py, double qx, double qy, double 
   return sum.sign();
 }
 
-/// Whether three points are all on one side of a plane, and none in it, by their heights or
+/// Whether three points lie strictly on the same side of a plane, given their heights or
 /// orientations.
 inline bool areOnOneSide(const std::array<double, 3>& sides) {
   return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0) ||

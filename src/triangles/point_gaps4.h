@@ -4,13 +4,13 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances of a point and four triangles, in single precision: gaps along a
-/// line from the point to each triangle, which are never larger than the distance. However the line
-/// was found, and whatever was rounded then, only the gap's own rounding counts, which `margin`
-/// covers: docs/bounds.md, 16.
+/// Lower bounds of the distances from a point to four triangles, in single precision: gaps along a
+/// line from the point to each triangle, which never exceed the distance. Errors in the choice of
+/// the line do not matter; only the rounding of the gap itself does, and `margin` covers it:
+/// docs/bounds.md, 16.
 class PointGaps4 {
  public:
-  /// Corners, seen from the point. `error`: of their components.
+  /// `corners` are relative to the point. `error` bounds the error of their components.
   ADAPTIVE_BVH_INLINE PointGaps4(const Vector4x3 (&corners)[3], const Float4& error)
       : corners_(corners) {
     using float4::upper;
@@ -20,42 +20,42 @@ class PointGaps4 {
     margin_ = float4::all(2) * error + float4::all(16 * kUnit) * size;
   }
 
-  /// Along the line to the middle; 0 or less where there is none.
+  /// The gap along the line to the triangle's centroid; 0 or less if there is no gap.
   ADAPTIVE_BVH_INLINE Float4 byMiddles() const {
     return along(vectors::sum(vectors::sum(corners_[0], corners_[1]), corners_[2]));
   }
-  /// Along the line to the nearest point.
+  /// The gap along the line to the triangle's nearest point.
   ADAPTIVE_BVH_INLINE Float4 byNearest() const {
     Vector4x3 edges[3];
     for (int k = 0; k < 3; ++k) edges[k] = vectors::difference(corners_[(k + 1) % 3], corners_[k]);
     Nearest nearest{float4::all(1e30f), corners_[0]};
     for (int k = 0; k < 3; ++k) considerEdge(corners_[k], edges[k], nearest);
     considerFace(edges, nearest);
-    return along(nearest.way);
+    return along(nearest.vector);
   }
 
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
-  static constexpr float kLeast = 1e-30f;  // of a divisor
+  static constexpr float kLeast = 1e-30f;  // the least divisor
 
   struct Nearest {
     Float4 squared;
-    Vector4x3 way;
+    Vector4x3 vector;
 
     template <typename Mask>
     ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& other, const Vector4x3& w) {
       squared = is_nearer ? other : squared;
-      way.x = is_nearer ? w.x : way.x;
-      way.y = is_nearer ? w.y : way.y;
-      way.z = is_nearer ? w.z : way.z;
+      vector.x = is_nearer ? w.x : vector.x;
+      vector.y = is_nearer ? w.y : vector.y;
+      vector.z = is_nearer ? w.z : vector.z;
     }
   };
 
-  ADAPTIVE_BVH_INLINE Float4 along(const Vector4x3& way) const {
+  ADAPTIVE_BVH_INLINE Float4 along(const Vector4x3& vector) const {
     using float4::lower;
-    const Float4 a = vectors::dot(way, corners_[0]), b = vectors::dot(way, corners_[1]),
-                 c = vectors::dot(way, corners_[2]);
-    const Float4 squared = float4::upper<Float4>(vectors::dot(way, way), float4::all(kLeast));
+    const Float4 a = vectors::dot(vector, corners_[0]), b = vectors::dot(vector, corners_[1]),
+                 c = vectors::dot(vector, corners_[2]);
+    const Float4 squared = float4::upper<Float4>(vectors::dot(vector, vector), float4::all(kLeast));
     return lower<Float4>(lower<Float4>(a, b), c) / float4::squareRoot(squared) - margin_;
   }
 
@@ -65,11 +65,11 @@ class PointGaps4 {
     const Float4 squared = float4::upper<Float4>(vectors::dot(edge, edge), all(kLeast));
     const Float4 share = float4::lower<Float4>(
         float4::upper<Float4>(-vectors::dot(from, edge) / squared, all(0)), all(1));
-    const Vector4x3 way = vectors::sum(from, vectors::scaled(edge, share));
-    const Float4 square = vectors::dot(way, way);
-    nearest.keep(square < nearest.squared, square, way);
+    const Vector4x3 vector = vectors::sum(from, vectors::scaled(edge, share));
+    const Float4 square = vectors::dot(vector, vector);
+    nearest.keep(square < nearest.squared, square, vector);
   }
-  /// The foot on the plane, where it lies between the sides.
+  /// Considers the projection of the point on the triangle's plane, if it lies inside the triangle.
   ADAPTIVE_BVH_INLINE void considerFace(const Vector4x3 (&edges)[3], Nearest& nearest) const {
     using float4::all;
     const Vector4x3 normal = vectors::cross(edges[0], edges[1]);
@@ -78,9 +78,9 @@ class PointGaps4 {
     };
     const Float4 outside = float4::lower<Float4>(float4::lower<Float4>(side(0), side(1)), side(2));
     const Float4 squared = float4::upper<Float4>(vectors::dot(normal, normal), all(kLeast));
-    const Vector4x3 way =
+    const Vector4x3 vector =
         vectors::scaled(normal, Float4(vectors::dot(normal, corners_[0]) / squared));
-    nearest.keep(outside >= all(0), vectors::dot(way, way), way);
+    nearest.keep(outside >= all(0), vectors::dot(vector, vector), vector);
   }
 
   const Vector4x3 (&corners_)[3];

@@ -10,29 +10,30 @@
 
 namespace adaptive_bvh {
 
-/// A ray and a triangle. Whether the ray meets the triangle, its sides, its corners, and whether
-/// that is behind the origin, is decided without any error, for the numbers as they are given. So
-/// neighbours leave no gap. Almost always by the signs of areas of the triangle sheared such that
-/// the ray is an axis (Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection"); where
-/// their error bounds leave a sign open, by sums of exact products. docs/bounds.md, 16.
+/// Intersects a ray with triangles. Whether the ray hits the triangle, one of its sides or corners,
+/// and whether the hit is behind the origin, is decided exactly for the given numbers, so the ray
+/// passes no gap between neighbours. Nearly always the signs of areas decide, of the triangle
+/// sheared so that the ray becomes an axis (Woop, Benthin, Wald 2013, "Watertight ray/triangle
+/// intersection"); where their error bounds leave a sign open, sums of exact products decide.
+/// docs/bounds.md, 16.
 class RayTriangle {
  public:
   struct Hit {
-    /// >= 0, never -0, and 0 only where the origin is in the triangle's plane; infinite where it is
-    /// larger than any double.
+    /// At least 0, never -0, and 0 only if the origin is in the triangle's plane; infinite if it
+    /// exceeds the largest double.
     double t;
     double u, v;
-    bool is_front;      ///< seen counter-clockwise
-    bool is_on_a_side;  ///< or on a corner
+    bool is_front;      ///< the ray sees the corners counter-clockwise
+    bool is_on_a_side;  ///< on a side or a corner
   };
 
   RayTriangle(const fcl::Vector3d& origin, const fcl::Vector3d& direction)
       : RayTriangle(direction) {
     setOrigin(origin);
   }
-  /// From where setOrigin says.
+  /// A ray without an origin; call setOrigin.
   explicit RayTriangle(const fcl::Vector3d& direction) : direction_(direction) {
-    // Without branches, which would be guesses.
+    // Without branches, because they would be mispredicted.
     constexpr int kAxes[] = {0, 1, 2, 0, 1};
     const double x = std::fabs(direction[0]), y = std::fabs(direction[1]),
                  z = std::fabs(direction[2]);
@@ -53,8 +54,8 @@ class RayTriangle {
 
   void setOrigin(const fcl::Vector3d& origin) { origin_ = origin; }
 
-  /// False when the ray, from its origin on, does not meet the triangle, or lies in its plane. An
-  /// origin in the triangle's plane is met at t = 0.
+  /// Returns whether the ray hits the triangle at t >= 0, and describes the hit. False if the ray
+  /// lies in the triangle's plane. If the origin is in the triangle's plane, the hit is at t = 0.
   template <typename S>
   bool meets(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b, const fcl::Vector3<S>& c,
              Hit& hit) const {
@@ -85,7 +86,7 @@ class RayTriangle {
  private:
   struct Sheared {
     double x, y, z;
-    double size;  ///< the largest component before it was sheared
+    double size;  ///< the largest component before shearing
 
     double width() const { return std::max(std::fabs(x), std::fabs(y)); }
   };
@@ -98,26 +99,28 @@ class RayTriangle {
   }
   static double area(const Sheared& a, const Sheared& b) { return a.x * b.y - a.y * b.x; }
 
-  /// With the unit roundoff u = 2^-53, corners seen from the origin of at most m in each component,
-  /// and sheared components x and y of at most s <= 2 m: these are off by 7 u m, an area, at most
-  /// 2 s^2, by 36 u m s, and the volume by 160 u m^2 s.
+  /// Error bounds, with the unit roundoff u = 2^-53. Let the components of the corners relative to
+  /// the origin be at most m, and the sheared components x and y at most s <= 2 m. The sheared
+  /// components have an error of at most 7 u m, an area, at most 2 s^2, one of 36 u m s, and the
+  /// volume one of 160 u m^2 s.
   static constexpr double kAreaError = 0x1p-47, kVolumeError = 0x1p-45;
-  /// Areas whose sum is larger than their error by this have barycentric coordinates to six digits.
+  /// If the sum of the areas exceeds its error by this factor, barycentric coordinates have six
+  /// correct digits.
   static constexpr double kAccurate = 0x1p20;
-  /// Nothing overflows, nor underflows by more than the errors cover.
+  /// Whether nothing overflows, or underflows by more than the error bounds allow for.
   static bool isInRange(double size, double width) {
     return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300;
   }
 
-  /// What is not 0 may have become 0.
+  /// Replaces a 0 that results from underflow by the smallest positive number.
   static double atLeastTiny(double t) {
     return std::max(t, std::numeric_limits<double>::denorm_min());
   }
 
   using Corners = std::array<fcl::Vector3d, 3>;
 
-  /// Adds det(direction, b - origin, c - origin): positive where the ray passes the side from b to
-  /// c on its left, seen against the ray.
+  /// Adds det(direction, b - origin, c - origin). It is positive if the ray passes to the left of
+  /// the side from b to c, looking against the ray.
   void addSide(ExactSum& sum, const fcl::Vector3d& b, const fcl::Vector3d& c) const {
     addDeterminant(sum, direction_, b, c);
     addDeterminant(sum, direction_, b, origin_, true);
@@ -148,7 +151,7 @@ class RayTriangle {
 
   fcl::Vector3d origin_ = fcl::Vector3d::Zero(), direction_;
   int x_, y_, z_;
-  int exponent_;  ///< by which a very long or short direction is scaled; else 0
+  int exponent_;  ///< power of two that scales a very long or short direction; else 0
   double shear_x_, shear_y_, per_depth_;
 };
 

@@ -8,37 +8,40 @@
 
 namespace adaptive_bvh {
 
-/// How a curved patch differs from the triangle with the same corners: every point of the patch is
-/// the sum of one of the triangle and one of the hull of 0 and these vectors.
+/// Bounds how far a curved patch deviates from the triangle with the same corners: every point of
+/// the patch is the sum of a point of the triangle and a point of the convex hull of 0 and these
+/// vectors.
 struct Bulge {
-  std::array<fcl::Vector3d, 3> ways;
-  int count = 0;      ///< of ways
-  double height = 0;  ///< length of the longest
+  std::array<fcl::Vector3d, 3> offsets;
+  int count = 0;      ///< number of vectors
+  double height = 0;  ///< length of the longest vector
 
-  void add(const fcl::Vector3d& way) {
-    ways[static_cast<std::size_t>(count++)] = way;
-    height = std::max(height, way.norm());
+  void add(const fcl::Vector3d& offset) {
+    offsets[static_cast<std::size_t>(count++)] = offset;
+    height = std::max(height, offset.norm());
   }
 };
 
-/// A part of the surface of a shape, as the image of a flat one: of triangles of parameters.
+/// A part of a shape's surface as the image of a planar parameter domain, which is divided into
+/// triangles.
 class SurfaceChart {
  public:
   using Vector = fcl::Vector3d;
 
-  /// A parameter is a point itself.
+  /// Flat surface: a parameter is the surface point itself.
   static SurfaceChart flat() { return {Kind::Flat, Vector::Zero(), Vector::Zero()}; }
-  /// A parameter is a point of the unit sphere; it is scaled by the radii and moved.
+  /// Ellipsoid: a parameter is a point of the unit sphere. It is scaled by the radii and translated
+  /// by the center.
   static SurfaceChart round(const Vector& center, const Vector& radii) {
     return {Kind::Round, center, radii};
   }
-  /// A disk around the z axis. A parameter is x, y, and 1 on the rim, else 0. Triangles with two
-  /// corners on the rim reach up to it.
+  /// A disk around the z axis. A parameter is (x, y, w) with w = 1 on the rim, else 0. The patch of
+  /// a triangle with two corners on the rim extends to the rim.
   static SurfaceChart disk(double radius, double z) {
     return {Kind::Disk, Vector(radius, 0, z), Vector::Zero()};
   }
-  /// A line (radius, z) turned around the z axis, from one point to another. A parameter is a share
-  /// of the line, and an angle.
+  /// A surface of revolution: the line between two points (radius, z), rotated around the z axis. A
+  /// parameter is the position on the line, from 0 to 1, and an angle.
   static SurfaceChart turned(double radius0, double z0, double radius1, double z1) {
     return {Kind::Turned, Vector(radius0, 0, z0), Vector(radius1, 0, z1)};
   }
@@ -54,8 +57,8 @@ class SurfaceChart {
     const Vector p = a_ + parameter[0] * (b_ - a_);
     return {p[0] * std::cos(parameter[1]), p[0] * std::sin(parameter[1]), p[2]};
   }
-  /// A parameter on the edge between two; the patches of a triangle that is cut there cover its
-  /// patch.
+  /// The parameter that divides the edge from p to q at `share`. If a triangle is divided there,
+  /// the patches of both parts cover its patch.
   Vector between(const Vector& p, const Vector& q, double share) const {
     Vector linear = p + share * (q - p);
     if (kind_ == Kind::Round) return linear.normalized();
@@ -64,23 +67,23 @@ class SurfaceChart {
       const double out = is_rim ? a_[0] / std::hypot(linear[0], linear[1]) : 1;
       return {out * linear[0], out * linear[1], is_rim ? 1. : 0.};
     }
-    if (kind_ == Kind::Turned) {  // angles count by their radii
+    if (kind_ == Kind::Turned) {  // angles are weighted by the radii
       const double of_p = (1 - share) * radiusAt(p), of_q = share * radiusAt(q);
       if (of_p + of_q > 0) linear[1] = p[1] + of_q / (of_p + of_q) * (q[1] - p[1]);
     }
     return linear;
   }
-  /// How many patches a full turn is cut into; 0 where nothing is round.
+  /// The number of patches of a full turn; 0 if nothing is round.
   int patchesOfTurn() const {
     if (kind_ == Kind::Flat) return 0;
     return kind_ == Kind::Round ? 4 : 8;
   }
-  /// For which edge of a triangle of parameters to cut.
+  /// A length for choosing the edge of a triangle to divide.
   double length(const Vector& p, const Vector& q) const {
     if (kind_ == Kind::Round) return b_.maxCoeff() * (q - p).norm();
     return ((*this)(q) - (*this)(p)).norm();
   }
-  /// Of the patch over a triangle of parameters: docs/bounds.md, 19.
+  /// The bulge of the patch over a triangle of parameters: docs/bounds.md, 19.
   Bulge bulge(const Vector& p, const Vector& q, const Vector& r) const {
     if (kind_ == Kind::Flat) return {};
     if (kind_ == Kind::Round) return roundBulge(p, q, r);
@@ -93,9 +96,9 @@ class SurfaceChart {
 
   double radiusAt(const Vector& parameter) const { return a_[0] + parameter[0] * (b_[0] - a_[0]); }
 
-  /// The patch of the unit sphere is the triangle moved outward along radii. A point of it with the
-  /// barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, with the edges e: at
-  /// least 1 less a third of the longest one's square.
+  /// The patch of the unit sphere is the triangle, moved outward along radii. A point of the
+  /// triangle with barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, where e
+  /// are the edges: at least 1 minus a third of the square of the longest edge.
   Bulge roundBulge(const Vector& p, const Vector& q, const Vector& r) const {
     const double square =
         std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
@@ -105,7 +108,7 @@ class SurfaceChart {
     for (const Vector& corner : {p, q, r}) bulge.add(kSlack * share * b_.cwiseProduct(corner));
     return bulge;
   }
-  /// Up to the arc over the edge whose ends are on the rim.
+  /// The bulge up to the arc over the edge whose ends are on the rim.
   Bulge rimBulge(const Vector& p, const Vector& q, const Vector& r) const {
     Bulge bulge;
     const auto addArc = [&](const Vector& from, const Vector& to) {
@@ -120,8 +123,8 @@ class SurfaceChart {
     addArc(r, p);
     return bulge;
   }
-  /// By the second derivative along the angle, the radius towards the axis: there is none along the
-  /// line. At the axis there is no angle.
+  /// The bulge by the second derivative along the angle, which is the radius, towards the axis;
+  /// along the line the surface does not bend. At the axis the angle is undefined.
   Bulge turnedBulge(const Vector& p, const Vector& q, const Vector& r) const {
     double low = 0, high = 0, radius = 0;
     for (const Vector& corner : {p, q, r}) {

@@ -15,13 +15,14 @@ using Corners = std::array<Vector, 4>;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;
 
-/// Normalises a direction; zero if its length is uncertain.
+/// Normalizes a direction; zero if its length is inaccurate.
 Vector unit(const Vector& direction) {
   const double length = direction.norm();
   return length > 1e-150 ? Vector(direction / length) : Vector(Vector::Zero());
 }
 
-/// Unit vectors along which features may be apart: from the second to the first.
+/// Candidate directions in which the features may be separated: unit vectors from the second to the
+/// first.
 class Directions {
  public:
   static constexpr int kCount = 5;
@@ -35,11 +36,11 @@ class Directions {
                       .difference();
   }
 
-  /// The likeliest first. Zero where there is none. Near contact the difference of the nearest
-  /// points has lost its digits; the normal has not, nor what is at right angles to an edge. The
-  /// normal of edges at an angle of a has an error of 2^-53 / a; when it is made perpendicular to
-  /// one of them, what is left is in the plane of both, where the features are only a times their
-  /// length wide.
+  /// Candidate k, the likeliest first; zero if there is none. Near contact the difference of the
+  /// nearest points has lost its digits. The normal has not, nor has a direction perpendicular to
+  /// an edge. The normal of edges at an angle a has an error of 2^-53 / a. After it is made
+  /// perpendicular to one of the edges, the remaining error lies in the plane of both, where the
+  /// width of the features is only a times their length.
   Vector operator[](int k) const {
     if (k == 0) return unit(difference_);
     if (k == 1) {
@@ -62,13 +63,15 @@ class Directions {
   Vector edges_[3], difference_;
 };
 
-/// A lower bound of the first zero of a cubic polynomial on [0, 1], by its Bernstein coefficients:
-/// where their hull first meets zero; 1 where it does not, 0 where the polynomial begins there.
+/// A lower bound of the first zero on [0, 1] of a cubic polynomial given by its Bernstein
+/// coefficients: the first zero of their convex hull; 1 if there is none, 0 if the polynomial
+/// begins at zero or below.
 double firstZero(const std::array<double, 4>& coefficients) {
   if (!(coefficients[0] > 0)) return 0;
   double zero = 1;
   for (int i = 0; i < 4; ++i)
-    for (int j = i + 1; j < 4; ++j) {  // to one before, the line from the first meets it earlier
+    for (int j = i + 1; j < 4;
+         ++j) {  // for j < i, the line from coefficient 0 to j meets 0 earlier
       const double above = coefficients[std::size_t(i)], below = coefficients[std::size_t(j)];
       if (above > 0 && below <= 0)
         zero = std::min(zero, (i + (j - i) * (above / (above - below))) / 3);
@@ -78,11 +81,11 @@ double firstZero(const std::array<double, 4>& coefficients) {
 
 }  // namespace
 
-/// A direction that turns: a curve of vectors of the second order, by its Bernstein coefficients,
-/// through three directions.
+/// A direction that rotates over time: a quadratic curve through three directions, as Bernstein
+/// coefficients.
 struct MovingFeatures::Turn {
   Point control[3];
-  double length;  ///< of no vector more
+  double length;  ///< upper bound of the vectors' lengths
 
   Turn(const Point& now, Point middle, Point later) {
     if (middle.dot(now) < 0) middle = -middle;
@@ -113,40 +116,41 @@ Corners MovingFeatures::at(double t) const {
   return corners;
 }
 
-/// How long the features stay apart by more than `target` along a direction; 0 when they are not.
+/// How long the features stay farther apart than `target` along a direction; 0 if they are not
+/// farther apart now.
 double MovingFeatures::stepAlong(const Point& direction, const Corners& now, double target) const {
-  double place[4], speed[4];
+  double position[4], speed[4];
   for (std::size_t i = 0; i < 4; ++i) {
-    place[i] = direction.dot(now[i]);
+    position[i] = direction.dot(now[i]);
     speed[i] = direction.dot(motion_[i]);
   }
   double step = kNever;
   for (int i = 0; i < firsts_; ++i)
     for (int j = firsts_; j < 4; ++j) {
-      const double gap = place[i] - place[j] - target, closing = speed[j] - speed[i];
+      const double gap = position[i] - position[j] - target, closing = speed[j] - speed[i];
       if (!(gap > 0)) return 0;
       if (gap < closing * step) step = gap / closing;
     }
   return step;
 }
 
-/// Returns the share of the time between two times for which the features stay apart along a
-/// direction that turns in between. The gap of two corners is a cubic polynomial in time, which
-/// lies in the hull of its Bernstein coefficients.
+/// Returns the share of the time between `now` and `later` for which the features stay apart along
+/// a direction that rotates in between. The gap of two corners is a cubic polynomial in time, which
+/// lies in the convex hull of its Bernstein coefficients.
 double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Corners& later,
                                   double target) const {
-  double places[3][2][4];  // along each control vector, now and later
+  double positions[3][2][4];  // along each control vector, now and later
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 4; ++i) {
-      places[k][0][i] = turn.control[k].dot(now[i]);
-      places[k][1][i] = turn.control[k].dot(later[i]);
+      positions[k][0][i] = turn.control[k].dot(now[i]);
+      positions[k][1][i] = turn.control[k].dot(later[i]);
     }
   const double least = target * turn.length;
   double share = 1;
   for (int i = 0; i < firsts_; ++i)
     for (int j = firsts_; j < 4; ++j) {
       const auto gap = [&](int k, int end) {
-        return places[k][end][i] - places[k][end][j] - least;
+        return positions[k][end][i] - positions[k][end][j] - least;
       };
       share = std::min(share, firstZero({gap(0, 0), (gap(0, 1) + 2 * gap(1, 0)) / 3,
                                          (2 * gap(1, 1) + gap(2, 0)) / 3, gap(2, 1)}));
@@ -155,13 +159,14 @@ double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Co
 }
 
 double MovingFeatures::timeOfImpact(double separation, double until) const {
-  // Nearly all pairs take fewer than 20. Edges that turn and stay nearly parallel and near each
-  // other take hundreds; to end sooner would report an impact that never happens.
+  // Nearly all pairs take fewer than 20 steps. Edges that rotate and stay nearly parallel and near
+  // each other take hundreds; to end sooner would report an impact that never happens.
   constexpr int kMostSteps = 20000;
   const double target = separation * (1 + 4 * kUnit) + slack_;
-  double t = 0, look = 4;  // so much farther than along one direction
+  double t = 0, look = 4;  // look-ahead, as a multiple of the step along one direction
   for (int count = 0; count < kMostSteps; ++count) {
-    const double least = t * (1 + 16 * kUnit);  // a step that does not lead beyond it is none
+    const double least =
+        t * (1 + 16 * kUnit);  // a step that does not exceed this makes no progress
     const Corners now = at(t);
     const Directions directions(firsts_, now);
     double step = 0;

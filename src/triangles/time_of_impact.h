@@ -9,9 +9,9 @@
 
 namespace adaptive_bvh {
 
-/// The four corners of a pair of features, each on a straight line: start + t * motion, t from 0 to
-/// 1. From positions in any place: what counts for rounding is how far the corners are from each
-/// other and move.
+/// The four corners of a pair of features, each moving in a straight line: start + t * motion, t
+/// from 0 to 1. Rounding errors depend on the corners' distances from each other and on their
+/// motions, not on where the pair is.
 class MovingFeatures {
  public:
   using Point = Eigen::Vector3d;
@@ -19,16 +19,15 @@ class MovingFeatures {
   /// No impact before the end.
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 
-  /// Corners: of a vertex and a face the vertex first, whichever mesh it is of; of two edges those
-  /// of the first first. `error`: how far each position may be from the exact one.
+  /// Corners: for a vertex and a face the vertex first, whichever mesh it belongs to; for two edges
+  /// the corners of the first edge first. `error` bounds the error of each position.
   MovingFeatures(FeatureKind kind, const std::array<Point, 4>& start,
                  const std::array<Point, 4>& end, double error = 0);
 
-  /// A time up to which the features are surely farther apart than `separation`, the largest that
-  /// rounding lets it find; kNever when that holds up to `until`. 0 when they are as near at the
-  /// start. Never later than the first time at which the exact ones are as near;
-  /// docs/bounds.md, 15. The same numbers give the same time, whatever `until` is, if it is not
-  /// kNever.
+  /// Returns a time up to which the features certainly stay farther apart than `separation`, as
+  /// late as rounding allows; kNever if that holds up to `until`; 0 if they are not farther apart
+  /// at the start. Never later than the exact time of impact; docs/bounds.md, 15. The result does
+  /// not depend on `until`, unless it is kNever.
   double timeOfImpact(double separation, double until = 1) const;
 
   /// A lower bound of the distance at the start.
@@ -44,7 +43,7 @@ class MovingFeatures {
                     double target) const;
   double gapAlong(const Point& direction, const Corners& now) const;
 
-  int firsts_;  ///< corners of the first feature
+  int firsts_;  ///< number of corners of the first feature
   Corners start_, motion_;
   double slack_;
 };

@@ -11,11 +11,12 @@
 
 namespace adaptive_bvh {
 
-/// Four triangles in single precision, from an origin beside them.
+/// Four triangles in single precision, relative to a nearby origin.
 struct Triangles4 {
   Vector4x3 corner[3];
 
-  /// Sets one. `scale`: a power of two. Components are off by u of themselves, u = 2^-24.
+  /// Sets the triangle of one lane. `scale` is a power of two. The relative error of a component is
+  /// u = 2^-24.
   template <typename Point>
   void set(int lane, const std::array<Point, 3>& points, const fcl::Vector3d& origin,
            double scale) {
@@ -28,15 +29,15 @@ struct Triangles4 {
   }
 };
 
-/// What TriangleBlock needs to know of four triangles.
+/// Precomputed data of four triangles for TriangleBlock.
 struct TriangleSides {
   const Triangles4* triangles = nullptr;
-  Vector4x3 normal, middle;  ///< the normal of length 1, or zero; three times the middle
-  Float4 low, high;          ///< along a direction
-  float size = 0;            ///< the largest component of a corner
+  Vector4x3 normal, middle;  ///< unit normal, or zero; three times the centroid
+  Float4 low, high;          ///< range of the corners along `direction`
+  float size = 0;            ///< largest absolute component of a corner
 
   TriangleSides() = default;
-  /// `direction`: of length 1 up to rounding, or zero. `t` is referred to.
+  /// `direction` has length 1 up to rounding, or is zero. Keeps a pointer to `t`.
   ADAPTIVE_BVH_INLINE TriangleSides(const Triangles4& t, const Vector4x3& direction)
       : triangles(&t) {
     using float4::lower;
@@ -52,7 +53,7 @@ struct TriangleSides {
                                         vectors::size(c[2])));
   }
 
-  /// A direction of length 1; zero if squares would underflow.
+  /// Normalizes a direction; zero if its square would underflow.
   ADAPTIVE_BVH_INLINE static Vector4x3 unit(const Vector4x3& v) {
     const Float4 squared = vectors::dot(v, v), zero = float4::all(0);
     const Float4 inverse =
@@ -61,17 +62,19 @@ struct TriangleSides {
   }
 };
 
-/// Lower bounds of the distances of four triangles p and four triangles q: the largest separation
-/// along both normals, the line between the middles, and the direction of the sides, from p to q.
-/// The origin is near, so that single precision is nearly as good as double: docs/bounds.md, 5.
+/// Lower bounds of the distances of four triangles p from four triangles q: the largest separation
+/// along both normals, the line between the centroids, and a common direction from p to q. The
+/// origin must be near the triangles, so that single precision is nearly as good as double:
+/// docs/bounds.md, 5.
 class TriangleBlock {
  public:
-  /// Both sides along the same direction.
+  /// Both arguments must have been made with the same direction.
   TriangleBlock(const TriangleSides& p, const TriangleSides& q)
       : p_(p), q_(q), margin_(float4::all(32 * kUnit * std::max(p.size, q.size))) {}
 
-  /// Of the triangles p and triangle `kLane` of q; may be negative. In the scaled unit. Further
-  /// directions are not tried once all of `lanes`, a bit for each p, reach `enough`.
+  /// Lower bounds of the distances of the triangles p from triangle `kLane` of q, in the scaled
+  /// unit; may be negative. Stops trying further directions once the bounds of all `lanes`, a bit
+  /// for each p, reach `enough`.
   template <int kLane>
   ADAPTIVE_BVH_INLINE Float4 bounds(float enough = std::numeric_limits<float>::infinity(),
                                     unsigned lanes = 15) const {
@@ -92,13 +95,13 @@ class TriangleBlock {
     const Vector4x3 between = vectors::difference(lane<kLane>(q_.middle), p_.middle);
     return upper<Float4>(best, certain(gap(p, q, TriangleSides::unit(between))));
   }
-  /// By so much, at most, a bound is smaller than it had to be in exact arithmetic.
+  /// The most by which rounding margins lower a bound, compared with exact arithmetic.
   float slack() const { return 4 * margin_[0]; }
 
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
 
-  /// Less what may be rounded.
+  /// The separation minus the largest rounding error.
   ADAPTIVE_BVH_INLINE Float4 certain(const Float4& separation) const {
     return (separation - margin_) * float4::all(1 - 16 * kUnit);
   }
@@ -107,7 +110,7 @@ class TriangleBlock {
     using float4::broadcast;
     return {broadcast<kLane>(v.x), broadcast<kLane>(v.y), broadcast<kLane>(v.z)};
   }
-  /// The larger one of both sides.
+  /// The gap of two triangles along a direction, whichever of them comes first.
   ADAPTIVE_BVH_INLINE static Float4 gap(const Vector4x3 (&p)[3], const Vector4x3 (&q)[3],
                                         const Vector4x3& along) {
     using float4::lower;
@@ -127,13 +130,14 @@ class TriangleBlock {
   const Float4 margin_;
 };
 
-/// What is near up to four triangles, between two planes across the sum of their normals: on a
-/// smooth surface they lie in a thin slab. In single precision. docs/bounds.md, 16.
+/// A slab between two planes that contains everything within a distance of up to four triangles.
+/// The planes are perpendicular to the sum of the triangles' normals: on a smooth surface the slab
+/// is thin. In single precision. docs/bounds.md, 16.
 class LeafSlab {
  public:
   LeafSlab() = default;
-  /// Lanes without a triangle repeat another. `error`: of a component of a corner, none of which is
-  /// 2 or more.
+  /// Lanes without a triangle repeat another one. `error` bounds the error of a component of a
+  /// corner; all components are below 2.
   ADAPTIVE_BVH_INLINE LeafSlab(const Vector4x3 (&corners)[3], float distance, float error) {
     const Vector4x3 normals = vectors::cross(vectors::difference(corners[1], corners[0]),
                                              vectors::difference(corners[2], corners[0]));
@@ -155,7 +159,8 @@ class LeafSlab {
     above_ = float4::all(packs::largest(range.high)) + margin;
   }
 
-  /// Which of four other triangles are surely farther than the distance from all of these.
+  /// A bit for each of four other triangles that is certainly farther than the distance from all of
+  /// these.
   ADAPTIVE_BVH_INLINE unsigned apart(const Vector4x3 (&corners)[3]) const {
     const Range range = along(corners);
     return float4::bits((range.low > above_) | (range.high < below_));
@@ -163,7 +168,7 @@ class LeafSlab {
 
  private:
   static constexpr float kUnit = 1.f / (1 << 24), kUp = 1 + 1.f / (1 << 20);
-  static constexpr float kLeast = 1e-18f;  // more than a length whose square underflows
+  static constexpr float kLeast = 1e-18f;  // larger than any length whose square underflows
 
   struct Range {
     Float4 low, high;

@@ -40,7 +40,7 @@ struct Plane {
   double t;
 };
 
-/// The corners of a triangle that are deepest below a plane; none where all lie on one side.
+/// The corners of a triangle that are deepest below a plane; none if all corners lie on one side.
 struct Deepest {
   Deepest(const TrianglePoints<double>& triangle, const Plane& plane) {
     constexpr double kOn = 1e-5, kAsDeep = 1e-6;  // FCL's
@@ -65,9 +65,9 @@ struct Deepest {
   Point points[2];
 };
 
-/// FCL's contact of two triangles that meet, neither of them thin: the corners of one that are
-/// deepest below the plane of the other, where that is less deep. No points where rounding hides
-/// that they meet.
+/// FCL's contact of two intersecting triangles, neither of them thin. The points are the corners of
+/// one triangle that are deepest below the plane of the other; the triangle whose depth is smaller
+/// supplies them. No points if rounding hides the intersection.
 TriangleContact contactByPlanes(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
   const Plane of_a(a), of_b(b);
   const Deepest of_first(a, of_b), of_second(b, of_a);
@@ -93,8 +93,9 @@ Point nearestPoint(const TrianglePoints<double>& t, const Point& x) {
   return nearest;
 }
 
-/// The sine of the angle between the edges, times their lengths over the longest one's: below the
-/// root of epsilon the normal's direction is off by as much as the triangle is wide.
+/// Compares the sine of the angle between the edges, times their lengths over the longest edge's,
+/// with the square root of epsilon. Below that, the error of the normal's direction is as large as
+/// the triangle is wide.
 bool isThin(const TrianglePoints<double>& t) {
   return normalOf(t).norm() <=
          std::sqrt(rounding::epsilon<double>()) * longestEdge(t).squaredNorm();

@@ -20,23 +20,26 @@ struct PointPair {
   fcl::Vector3<S> first, second;
 };
 
-/// The point of the triangle that is nearest to `x`. The triangle may be a segment or a point.
+/// The point of the triangle nearest to `x`. The triangle may be degenerate to a segment or a
+/// point.
 fcl::Vector3d nearestPoint(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
 
-/// Is the triangle so close to a segment or a point that its normal is mostly rounding?
+/// Whether the triangle is so close to a segment or a point that its normal is dominated by
+/// rounding.
 bool isThin(const TrianglePoints<double>& triangle);
 
 /// The fields of FCL's contact, in the frame of the triangles.
 struct TriangleContact {
-  unsigned count;  ///< of points: 1 or 2
+  unsigned count;  ///< number of points: 1 or 2
   fcl::Vector3d points[2];
   fcl::Vector3d normal;
   double depth;
 };
 
-/// The contact of two triangles that touch: FCL's, if it computes one. (It needs the planes of both
-/// triangles, and points on either side.) Else the middle of their nearest points, with depth 0 and
-/// the normal of one of them or, when both are thin, a direction across their edges.
+/// The contact of two triangles that touch: FCL's, if FCL computes one (FCL needs the planes of
+/// both triangles, and points on either side). Otherwise the midpoint of their nearest points, with
+/// depth 0 and the normal of one of the triangles or, if both are thin, a direction perpendicular
+/// to their edges.
 TriangleContact contactOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
 }  // namespace adaptive_bvh

@@ -6,20 +6,21 @@
 
 namespace adaptive_bvh {
 
-/// What is certain about the distances of four pairs of triangles and a limit; a bit for each pair.
+/// Which of four pairs of triangles are certainly nearer than a limit (`near`) or farther
+/// (`apart`); a bit for each pair.
 struct Nearness4 {
   unsigned near = 0, apart = 0;
 };
 
-/// Four pairs of triangles p and q in single precision, and whether they are at most so far apart.
+/// Decides in single precision whether four pairs of triangles p and q are nearer than a limit.
 ///
-/// Two points, one of each triangle, are never nearer than the triangles are; a gap along a line is
-/// never larger. Both come from the nearest features that are found: whatever is rounded in looking
-/// for these, the points are points of the triangles and the line is a line. So only the rounding
-/// of the last few operations counts, which `margin` covers: docs/bounds.md, 16.
+/// The distance of two points, one of each triangle, is an upper bound; a gap along a line is a
+/// lower bound. Both use the nearest features found. Rounding errors of that search do not matter,
+/// because the points are points of the triangles and the line is a line. Only the last few
+/// operations are subject to rounding, and `margin` covers it: docs/bounds.md, 16.
 class TriangleDistances4 {
  public:
-  /// The triangles p, as they are seen from their first corners.
+  /// The triangles p, relative to their first corners.
   struct Seen {
     Seen() = default;
     explicit Seen(const Vector4x3 (&corners)[3]) : from(corners[0]) {
@@ -27,10 +28,10 @@ class TriangleDistances4 {
       size = float4::upper<Float4>(vectors::size(to[0]), vectors::size(to[1]));
     }
     Vector4x3 from, to[2];
-    Float4 size;  ///< the largest component
+    Float4 size;  ///< the largest absolute component
   };
 
-  /// `error`: of a component of a corner.
+  /// `error` bounds the error of a component of a corner.
   ADAPTIVE_BVH_INLINE TriangleDistances4(const Seen& p, const Vector4x3 (&q_corners)[3],
                                          float error) {
     p_[0] = {float4::all(0), float4::all(0), float4::all(0)};
@@ -44,14 +45,15 @@ class TriangleDistances4 {
     margin_ = float4::all(8 * error) + float4::all(64 * kUnit) * size;
   }
 
-  /// By the nearest corners, and the line between the middles: that decides most, at a tenth of the
-  /// price. `pairs`: the others may be left open.
+  /// Compares the distances of corners and the gap along the line between the centroids with the
+  /// limit. Decides most pairs, at a tenth of the cost of byFeatures. Pairs that are not in `pairs`
+  /// may stay undecided.
   ADAPTIVE_BVH_INLINE Nearness4 byCorners(float limit, unsigned pairs = 15) const {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
     for (const Vector4x3& q : q_) {
       const Vector4x3 from[3] = {q, vectors::difference(q, p_[1]), vectors::difference(q, p_[2])};
-      for (const Vector4x3& way : from)
-        squared = float4::lower<Float4>(squared, vectors::dot(way, way));
+      for (const Vector4x3& vector : from)
+        squared = float4::lower<Float4>(squared, vectors::dot(vector, vector));
     }
     const unsigned near = isNear(squared, limit);
     if (!(pairs & ~near)) return {near, 0};
@@ -60,7 +62,7 @@ class TriangleDistances4 {
     return {near, apart(middles, limit)};
   }
 
-  /// By the nearest points of edges and faces.
+  /// Compares the nearest points of edges and faces with the limit.
   Nearness4 byFeatures(float limit) const {
     Nearest nearest;
     considerEdges(nearest);
@@ -74,13 +76,13 @@ class TriangleDistances4 {
  private:
   static constexpr float kUnit = 1.f / (1 << 24);
   static constexpr float kSquares = 16 * kUnit;
-  static constexpr float kLeast = 1e-30f;      // of a divisor
-  static constexpr float kLeastLine = 1e-20f;  // the square of a line's length
+  static constexpr float kLeast = 1e-30f;      // the least divisor
+  static constexpr float kLeastLine = 1e-20f;  // the least squared length of a line
 
-  /// From p to q.
+  /// The shortest vector found so far from p to q.
   struct Nearest {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
-    Vector4x3 way = {float4::all(0), float4::all(0), float4::all(0)};
+    Vector4x3 vector = {float4::all(0), float4::all(0), float4::all(0)};
 
     ADAPTIVE_BVH_INLINE void consider(const Vector4x3& w) {
       const Float4 other = vectors::dot(w, w);
@@ -89,9 +91,9 @@ class TriangleDistances4 {
     template <typename Mask>
     ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& other, const Vector4x3& w) {
       squared = is_nearer ? other : squared;
-      way.x = is_nearer ? w.x : way.x;
-      way.y = is_nearer ? w.y : way.y;
-      way.z = is_nearer ? w.z : way.z;
+      vector.x = is_nearer ? w.x : vector.x;
+      vector.y = is_nearer ? w.y : vector.y;
+      vector.z = is_nearer ? w.z : vector.z;
     }
   };
 
@@ -102,8 +104,9 @@ class TriangleDistances4 {
     return float4::lower<Float4>(float4::upper<Float4>(v, float4::all(0)), float4::all(1));
   }
 
-  /// The nearest points of two segments: that on the second for the best of the first, and then
-  /// that on the first for it. Of parallel ones, too.
+  /// Considers the nearest points of all pairs of edges, parallel ones included: first the point on
+  /// the second edge nearest to the first edge, then the point on the first edge nearest to that
+  /// point.
   ADAPTIVE_BVH_INLINE void considerEdges(Nearest& nearest) const {
     Vector4x3 p_edge[3], q_edge[3];
     Float4 p_squared[3], q_squared[3], p_inverse[3], q_inverse[3];
@@ -131,7 +134,8 @@ class TriangleDistances4 {
       }
   }
 
-  /// The corners x of one and the points of the other below them. `sign`: 1 where the other is p.
+  /// Considers the corners x of one triangle and their projections on the face of the other. `sign`
+  /// is 1 if the face belongs to p.
   ADAPTIVE_BVH_INLINE static void considerFaces(Nearest& nearest, const Vector4x3 (&face)[3],
                                                 const Vector4x3 (&x)[3], float sign) {
     const Vector4x3 u = vectors::difference(face[1], face[0]),
@@ -144,24 +148,24 @@ class TriangleDistances4 {
     for (const Vector4x3& corner : x) {
       const Vector4x3 w = vectors::difference(corner, face[0]);
       const Float4 s = vectors::dot(w, to_u), t = vectors::dot(w, to_v);
-      const Vector4x3 way = vectors::scaled(
+      const Vector4x3 vector = vectors::scaled(
           {w.x - u.x * s - v.x * t, w.y - u.y * s - v.y * t, w.z - u.z * s - v.z * t}, signs);
-      const Float4 squared = vectors::dot(way, way);
+      const Float4 squared = vectors::dot(vector, vector);
       nearest.keep((s >= zero) & (t >= zero) & (s + t <= one) & (squared < nearest.squared),
-                   squared, way);
+                   squared, vector);
     }
   }
 
-  /// Of two points, one of each triangle.
+  /// A bit for each pair whose two points are certainly nearer than the limit.
   ADAPTIVE_BVH_INLINE unsigned isNear(const Float4& squared, float limit) const {
     const Float4 within = float4::upper<Float4>(float4::all(limit) - margin_, float4::all(0));
     return float4::bits(squared * float4::all(1 + kSquares) < within * within);
   }
-  /// Whether the gap along `line.way` is larger.
+  /// A bit for each pair whose gap along the line certainly exceeds the limit.
   ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
     using float4::lower;
     using float4::upper;
-    const auto along = [&](const Vector4x3& x) { return vectors::dot(line.way, x); };
+    const auto along = [&](const Vector4x3& x) { return vectors::dot(line.vector, x); };
     const Float4 high = upper<Float4>(upper<Float4>(along(p_[0]), along(p_[1])), along(p_[2])),
                  low = lower<Float4>(lower<Float4>(along(q_[0]), along(q_[1])), along(q_[2]));
     const Float4 gap = upper<Float4>(low - high, float4::all(0)),
@@ -171,7 +175,7 @@ class TriangleDistances4 {
         (line.squared > float4::all(kLeastLine)));
   }
 
-  Vector4x3 p_[3], q_[3];  ///< from the first corner of p
+  Vector4x3 p_[3], q_[3];  ///< relative to the first corner of p
   Float4 margin_;
 };
 

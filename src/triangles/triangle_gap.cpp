@@ -8,7 +8,7 @@ namespace {
 
 using Face = feature_distance::Face<double>;
 
-/// The nearest pair of points so far, one of each triangle.
+/// The nearest pair of points of two triangles, by all pairs of features.
 class NearestOfFeatures {
  public:
   NearestOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b)
@@ -34,7 +34,7 @@ class NearestOfFeatures {
     at_vertex = vertex;
     at_face = on_face;
   }
-  /// Their ends are vertices.
+  /// Considers interior points of two edges; their ends are considered as vertices.
   void considerEdges(std::size_t i, std::size_t j) {
     const auto &u = a_.edge(i), &v = b_.edge(j);
     const fcl::Vector3d &from = a_.corners()[i], &to = b_.corners()[j], between = to - from;
@@ -51,14 +51,14 @@ class NearestOfFeatures {
   double least_ = std::numeric_limits<double>::infinity();
 };
 
-/// Points whose distance is surely that of the triangles: the slab between the planes across the
-/// line from one to the other has each triangle on its side, up to a tolerance. So however the
-/// points were found, they are right. Tries the nearest points of all edges, and of corners and
-/// faces, at a fifth of the price of NearestOfFeatures, which does not depend on how narrow a face
-/// is.
+/// Finds nearest points together with a proof. The slab between the two planes through the points,
+/// perpendicular to the line between them, must have each triangle on its own side, up to a
+/// tolerance; then the points are right, however they were found. Tries the nearest points of all
+/// edges, and of corners and faces, at a fifth of the cost of NearestOfFeatures, which also works
+/// for needle-shaped faces.
 class SeparatedPoints {
  public:
-  /// `extent`: of both triangles.
+  /// `extent` is that of both triangles together.
   SeparatedPoints(const TrianglePoints<double>& a, const TrianglePoints<double>& b, double extent)
       : a_(a), b_(b), tolerance_(kTolerance * extent), least_(kLeast * extent * kLeast * extent) {}
 
@@ -87,16 +87,16 @@ class SeparatedPoints {
           t = clamped(t);
           s = clamped((uw + t * uv) * inverse_uu[i]);
         }
-        const fcl::Vector3d way = w + t * v[j] - s * u[i];
-        const double square = way.squaredNorm();
+        const fcl::Vector3d between = w + t * v[j] - s * u[i];
+        const double square = between.squaredNorm();
         if (!(square < best)) continue;
         best = square;
         const fcl::Vector3d on_a = s * u[i], on_b = t * v[j];
-        // The third corners decide nearly always.
-        if (u[(i + 2) % 3].dot(way) + on_a.dot(way) < -tolerance_ * way.lpNorm<1>() ||
-            v[(j + 2) % 3].dot(way) + on_b.dot(way) > tolerance_ * way.lpNorm<1>())
+        // The third corners reject nearly all candidates.
+        if (u[(i + 2) % 3].dot(between) + on_a.dot(between) < -tolerance_ * between.lpNorm<1>() ||
+            v[(j + 2) % 3].dot(between) + on_b.dot(between) > tolerance_ * between.lpNorm<1>())
           continue;
-        if (take(a_[i] + on_a, b_[j] + on_b, way)) return true;
+        if (take(a_[i] + on_a, b_[j] + on_b, between)) return true;
       }
     return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
   }
@@ -107,8 +107,8 @@ class SeparatedPoints {
  private:
   static constexpr double kTolerance = 10 * 0x1p-53, kLeast = 16 * 0x1p-52, kUnderflow = 0x1p-900;
 
-  /// The corner that is nearest to the plane of a face, where all are on one side of it. `sign`: 1
-  /// where the face is a's.
+  /// Tries the corner nearest to the plane of a face, if all corners are on one side of the plane.
+  /// `sign` is 1 if the face belongs to a.
   bool findAbove(const TrianglePoints<double>& face, const fcl::Vector3d (&edges)[3],
                  const TrianglePoints<double>& corners, double sign) {
     const fcl::Vector3d normal = edges[0].cross(edges[1]);
@@ -121,7 +121,7 @@ class SeparatedPoints {
       if (std::fabs(heights[k]) < std::fabs(heights[nearest])) nearest = k;
     }
     if (!areOnOneSide(heights)) return false;
-    // The foot on the plane, by its barycentric coordinates: so it lies in the face.
+    // The projection on the plane, in barycentric coordinates, so that it lies in the face.
     const fcl::Vector3d& corner = corners[nearest];
     double weights[3], sum = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -134,12 +134,14 @@ class SeparatedPoints {
     return sign > 0 ? take(foot, corner, corner - foot) : take(corner, foot, foot - corner);
   }
 
-  /// Takes two points, one of each triangle, where all corners lie beyond them.
-  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& way) {
-    const double square = way.squaredNorm(), tolerance = tolerance_ * way.lpNorm<1>();
+  /// Accepts two points, one of each triangle, if all corners lie beyond the two planes through
+  /// them.
+  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& between) {
+    const double square = between.squaredNorm(), tolerance = tolerance_ * between.lpNorm<1>();
     if (!(square > least_)) return false;
     for (std::size_t k = 0; k < 3; ++k)
-      if ((a_[k] - on_a).dot(way) > tolerance || (b_[k] - on_b).dot(way) < -tolerance) return false;
+      if ((a_[k] - on_a).dot(between) > tolerance || (b_[k] - on_b).dot(between) < -tolerance)
+        return false;
     points_ = {on_a, on_b};
     distance_ = std::sqrt(square);
     return true;
@@ -161,7 +163,7 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
   return (high - low).maxCoeff();
 }
 
-/// `unit`: the enlargement of their extent.
+/// The gap by all pairs of features. `unit` is the enlargement for the extent of both triangles.
 TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
                           double unit) {
   const auto gap = [](const TrianglePoints<double>& p, const TrianglePoints<double>& q) {

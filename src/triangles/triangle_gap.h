@@ -14,30 +14,30 @@ struct TriangleGap {
   double distance;
 };
 
-/// A distance in S: 0 only where it is 0.
+/// Rounds a distance to S; 0 only if the distance is 0.
 template <typename S>
 S distanceAs(double distance) {
   return distance > 0 ? std::max(static_cast<S>(distance), std::numeric_limits<S>::denorm_min())
                       : S(0);
 }
 
-/// The exact distance up to 2^-46 of the extent of both triangles, the largest component of a
-/// difference of two corners, whatever their shapes. 0 where they have a common point, and only
-/// there: that is decided without any error (triangle_intersection.h). Then both points are a
-/// common point, up to rounding.
+/// The nearest points of two triangles. The error of the distance is at most 2^-46 of their extent,
+/// the largest component of a difference of two corners, whatever their shapes. The distance is 0
+/// if and only if the triangles have a common point, which is decided exactly
+/// (triangle_intersection.h); then both points are a common point, up to rounding.
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
-/// By how much distances of bodies are rounded: separations along a line by a share of the numbers
-/// that coordinates are made of; nearest points, which may be farther apart than the triangles, by
-/// a share of the distance. docs/bounds.md, 5.
+/// Rounding errors of distances of bodies. Separations along a line have an error relative to the
+/// magnitude of coordinates; distances of nearest points, which may exceed the triangles' distance,
+/// one relative to the distance. docs/bounds.md, 5.
 class DistanceRounding {
  public:
   explicit DistanceRounding(double numbers) : of_separations_(8 * 0x1p-52 * numbers) {}
 
   double ofSeparations() const { return of_separations_; }
-  /// Whether what is as near as `distance`, up to rounding, surely does not touch.
+  /// Whether bodies at this rounded distance certainly do not touch.
   bool isClear(double distance) const { return distance > 4 * of_separations_; }
-  /// What is not nearer than this is as near as `distance`.
+  /// A lower limit: candidates that are not nearer than it count as equal to `distance`.
   double below(double distance) const {
     return distance - (of_separations_ + 18 * 0x1p-52 * distance);
   }
@@ -46,8 +46,9 @@ class DistanceRounding {
   double of_separations_;
 };
 
-/// Whether two triangles are surely farther apart than that, along a normal or a product of two
-/// edges: of most pairs that are, and much cheaper than gapOf. docs/bounds.md, 16.
+/// Whether two triangles are certainly farther apart than `distance`, separated along a normal or a
+/// product of two edges. Detects most pairs that are farther, and is much cheaper than gapOf.
+/// docs/bounds.md, 16.
 inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
                              double distance) {
   const std::array<fcl::Vector3d, 5> seen = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],

@@ -12,14 +12,15 @@ using Triangle = TrianglePoints<double>;
 
 double largest(const Vector& v) { return v.lpNorm<Eigen::Infinity>(); }
 
-/// The sign of orientation(a, b, c, d), of which a determinant was computed of three differences,
-/// whose product of largest components is `size`.
+/// A number with the sign of orientation(a, b, c, d). `determinant` is its rounded value, computed
+/// from three differences, and `size` the product of their largest components.
 double signOf(double determinant, double size, const Vector& a, const Vector& b, const Vector& c,
               const Vector& d) {
   return orientations::isCertain(determinant, size) ? determinant : exactOrientation(a, b, c, d);
 }
 
-/// By det(b - a, c - a, a - x), of which the first two are the same for all points.
+/// The side of the face's plane on which each point x lies, as the sign of det(b - a, c - a, a -
+/// x); the first two vectors are the same for all points.
 std::array<double, 3> sidesOf(const Triangle& face, const Triangle& points) {
   const Vector p = face[1] - face[0], q = face[2] - face[0], normal = p.cross(q);
   const double size = largest(p) * largest(q);
@@ -35,8 +36,8 @@ bool areInPlane(const std::array<double, 3>& sides) {
   return sides[0] == 0 && sides[1] == 0 && sides[2] == 0;
 }
 
-/// Whether the line from p to q meets the face or its sides, where it does not lie in the face's
-/// plane. By det(q - p, y - p, x - p) for the sides of the face from x to y.
+/// Whether the line through p and q intersects the face or its sides, provided that the line does
+/// not lie in the face's plane. By the signs of det(q - p, y - p, x - p) for the sides from x to y.
 bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
   const Vector along = q - p, to[3] = {face[0] - p, face[1] - p, face[2] - p};
   const double length = largest(along), sizes[3] = {largest(to[0]), largest(to[1]), largest(to[2])};
@@ -51,17 +52,18 @@ bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
   return is_left != is_right;
 }
 
-/// How far from p to q, on either side of the face's plane, that plane is. Without cancellation:
-/// the sides of needles have hardly a digit in double precision.
+/// The parameter, from p to q, at which the segment crosses the face's plane; p and q lie on
+/// opposite sides. Computed without cancellation: for needles, double precision would leave hardly
+/// a correct digit.
 double shareUpTo(const Triangle& face, const Vector& p, const Vector& q) {
   ExactSum above, whole;
   addOrientation(above, face[0], face[1], face[2], p);
   addOrientation(whole, face[0], face[1], face[2], p);
-  addOrientation(whole, face[1], face[0], face[2], q);  // minus that of q
+  addOrientation(whole, face[1], face[0], face[2], q);  // minus the orientation of q
   return above.value() / whole.value();
 }
 
-/// Points of one plane, as seen along an axis that does not lie in that plane.
+/// Projects points of one plane along an axis that does not lie in that plane.
 class View {
  public:
   explicit View(int axis) : i_((axis + 1) % 3), j_((axis + 2) % 3) {}
@@ -76,10 +78,11 @@ class View {
               at_q = turn(r, s, q);
     if (at_r * at_s > 0 || at_p * at_q > 0) return false;
     if (at_r || at_s || at_p || at_q) return true;
-    return overlap(p[i_], q[i_], r[i_], s[i_]) && overlap(p[j_], q[j_], r[j_], s[j_]);  // one line
+    return overlap(p[i_], q[i_], r[i_], s[i_]) &&
+           overlap(p[j_], q[j_], r[j_], s[j_]);  // all are collinear
   }
 
-  /// The triangle is not thin.
+  /// Whether a triangle, which is not thin in this projection, contains x.
   bool contains(const Triangle& t, const Vector& x) const {
     bool is_left = false, is_right = false;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -98,29 +101,30 @@ class View {
   int i_, j_;
 };
 
-/// An axis along which the triangle is not thin; 3 where it is a segment or a point.
+/// An axis along which the projected triangle is not thin; 3 if the triangle is a segment or a
+/// point.
 int axisAcross(const Triangle& t) {
   int axis = 0;
   while (axis < 3 && View(axis).isThin(t)) ++axis;
   return axis;
 }
 
-/// Intersection of two triangles in one plane, projected along `axis`.
+/// Whether two coplanar triangles intersect, projected along `axis`.
 bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
   const View view(axis);
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
       if (view.segmentsMeet(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])) return true;
-  // If neither's boundary meets the other's, one may be inside the other.
+  // If the boundaries do not intersect, one triangle may be inside the other.
   return (!view.isThin(a) && view.contains(a, b[0])) || (!view.isThin(b) && view.contains(b, a[0]));
 }
 
-/// Intersection of triangles that are both segments or points.
+/// Whether two triangles that are both degenerate to segments or points intersect.
 bool segmentsMeet(const Triangle& a, const Triangle& b) {
   const auto isBefore = [](const Vector& x, const Vector& y) {
     return std::lexicographical_compare(x.data(), x.data() + 3, y.data(), y.data() + 3);
   };
-  // On a line, this order is that along the line.
+  // On a line, the lexicographical order is the order along the line.
   const auto [a_first, a_last] = std::minmax_element(a.begin(), a.end(), isBefore);
   const auto [b_first, b_last] = std::minmax_element(b.begin(), b.end(), isBefore);
   if (orientation(*a_first, *a_last, *b_first, *b_last) != 0) return false;
@@ -143,7 +147,7 @@ TriangleIntersection::TriangleIntersection(const Triangle& a, const Triangle& b)
   if (findCrossing(a, b, sides_of_a) || findCrossing(b, a, sides_of_b)) return;
   const bool b_in_plane = areInPlane(sides_of_b), a_in_plane = areInPlane(sides_of_a);
   if (!a_in_plane && !b_in_plane) return;
-  // A segment or a point has no plane: every point seems to be in it.
+  // A segment or a point has no plane: every point would count as lying in it.
   if (const int axis = axisAcross(a); axis < 3)
     is_in_plane_ = b_in_plane && meetInPlane(a, b, axis);
   else if (const int other_axis = axisAcross(b); other_axis < 3)
@@ -173,13 +177,14 @@ PointPair<double> TriangleIntersection::crossing() const {
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
 }
 
-/// One shared corner v, triangles v a b and v c d: their common points are a convex set. A ray from
-/// v through another one of them leaves one triangle first, and through the side that v is not on.
-/// So they have another one if and only if the segment a b meets v c d, or c d meets v a b.
+/// One shared corner v, triangles v a b and v c d: their intersection is convex. A ray from v
+/// through another common point leaves one of the triangles first, through the side opposite to v.
+/// So they have another common point if and only if the segment a b intersects v c d, or c d
+/// intersects v a b.
 ///
-/// Two, u and v, with the other corners a and b: planes that differ have only the line u v in
-/// common. In one plane, the triangles overlap beside that line where a and b are on one side of
-/// it.
+/// Two shared corners u and v, with the other corners a and b: if the planes differ, they have only
+/// the line u v in common. In one plane, the triangles overlap beyond that line if and only if a
+/// and b are on the same side of it.
 bool meetBeyondShared(const Triangle& p, const std::array<unsigned, 3>& of_p, const Triangle& q,
                       const std::array<unsigned, 3>& of_q) {
   std::size_t shared = 0, own_p[3], own_q[3], num_p = 0, num_q = 0, in_p[3] = {0, 0, 0};

@@ -6,21 +6,20 @@
 
 namespace adaptive_bvh {
 
-/// Whether two triangles have a common point: decided without any error for the numbers as they are
-/// given. Triangles are closed, may lie in one plane, and may be segments or points. Refers to
-/// both.
+/// Decides whether two triangles have a common point, exactly for the given numbers. Triangles are
+/// closed, may be coplanar, and may be degenerate to segments or points. Keeps references to both.
 class TriangleIntersection {
  public:
   TriangleIntersection(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
   bool exists() const { return edges_ || is_in_plane_; }
-  /// Whether an edge of one triangle leaves the plane of the other where it meets it.
+  /// Whether an edge of one triangle crosses the plane of the other at a common point.
   bool isCrossing() const { return edges_; }
-  /// Where it does: a common point, up to rounding, as each triangle has it.
+  /// That common point, up to rounding, as a point of each triangle.
   PointPair<double> crossing() const;
 
  private:
-  /// The sides of a face's plane on which three points are, by orientation.
+  /// The sides of a face's plane on which three points lie, as orientations.
   using Sides = std::array<double, 3>;
 
   bool findCrossing(const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
@@ -28,7 +27,7 @@ class TriangleIntersection {
 
   const TrianglePoints<double>&a_, &b_;
   const TrianglePoints<double>* edges_ = nullptr;  ///< the triangle whose edge crosses the other
-  std::size_t edge_ = 0;                           ///< from this corner to the next
+  std::size_t edge_ = 0;                           ///< first corner of that edge
   bool is_in_plane_ = false;
 };
 
@@ -36,10 +35,10 @@ inline bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>&
   return TriangleIntersection(a, b).exists();
 }
 
-/// Whether two triangles have a common point beyond the corners that they share by index; of those
-/// that share no corner, whether they have a common point. Decided without any error for the
-/// numbers as they are given. Triangles that share all corners have. A triangle without area, which
-/// one that repeats a corner is, has no point beyond a shared corner.
+/// Whether two triangles have a common point beyond the corners that they share by index, or any
+/// common point if they share no corner. Decided exactly for the given numbers. True for triangles
+/// that share all three corners. A triangle without area, such as one that repeats a corner, has no
+/// point beyond a shared corner.
 bool meetBeyondShared(const TrianglePoints<double>& p, const std::array<unsigned, 3>& of_p,
                       const TrianglePoints<double>& q, const std::array<unsigned, 3>& of_q);
 

@@ -6,33 +6,33 @@
 
 namespace adaptive_bvh {
 
-/// Errors of the input of TrianglePairs4, in addition to rounding.
+/// Errors of the input of PackedTrianglePairs, in addition to rounding.
 struct PairError {
-  float position;  ///< of a component of a corner
-  float share;     ///< of a component, as a share of the extent of the pair
-  float least;     ///< of a product: for numbers too small for FCL's test, or for this one
-  /// Not an error: pairs count as apart if they are farther than this, 0 or more.
-  float reach = 0;
+  float position;  ///< error of a component of a corner
+  float share;     ///< error of a component, relative to the extent of the pair
+  float least;     ///< error of a product: covers underflow in FCL's test and in this one
+  /// Not an error: pairs count as apart if they are farther apart than this, 0 or more.
+  float distance = 0;
 };
 
-/// What FCL's test says of pairs of triangles, where that is certain; a bit for each.
+/// The certain results of FCL's test for pairs of triangles; a bit for each pair.
 struct PairVerdicts {
   unsigned apart, touching;
 };
 
-/// Pairs of triangles p and q, as many as a pack has numbers, as FCL's test looks at them. It
-/// projects both on seventeen axes (the normals, the products of an edge of p and one of q, the
-/// products of edges and normals), and says that they are apart where their projections on one axis
-/// are. The same axes are tried here, in single precision: where the gap of two projections is
-/// larger than all that both computations can be off by, FCL finds a gap, too; where they overlap
-/// by more than that on every axis, FCL finds no gap. docs/bounds.md, 13.
+/// Pairs of triangles p and q, one in each lane, tested like FCL tests them. FCL projects both
+/// triangles on seventeen axes (the normals, the products of an edge of p and one of q, the
+/// products of edges and normals), and reports them apart if their projections on one axis are
+/// disjoint. This class tries the same axes in single precision. If the gap of two projections
+/// exceeds the errors of both computations, FCL finds a gap, too; if they overlap by more than the
+/// errors on every axis, FCL finds no gap. docs/bounds.md, 13.
 template <typename P>
 class PackedTrianglePairs {
  public:
   using Vector = Vectors<P>;
 
-  Vector p_edges[3], q_edges[3];  ///< k: from corner k to the next
-  Vector q[3];                    ///< corners, from the first corner of p
+  Vector p_edges[3], q_edges[3];  ///< edge k runs from corner k to the next
+  Vector q[3];                    ///< corners relative to the first corner of p
 
   PackedTrianglePairs() = default;
   ADAPTIVE_BVH_INLINE PackedTrianglePairs(const Vector (&p_corners)[3],
@@ -44,7 +44,7 @@ class PackedTrianglePairs {
     }
   }
 
-  /// From corners in two numbers each, the second being what the first was rounded by.
+  /// From corners as sums of two numbers: the second is the rounding error of the first.
   ADAPTIVE_BVH_INLINE PackedTrianglePairs(const Vector (&p_corners)[3],
                                           const Vector (&p_residuals)[3],
                                           const Vector (&q_corners)[3],
@@ -58,17 +58,18 @@ class PackedTrianglePairs {
     }
   }
 
-  /// Which are apart along the normal of either: that leaves few.
+  /// A bit for each pair that is apart along the normal of p or q. Few pairs remain.
   ADAPTIVE_BVH_INLINE unsigned apartByPlanes(const PairError& error) const {
     const Sizes sizes(*this, error);
     const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
     const Vector q_normal = vectors::cross(q_edges[0], q_edges[1]);
-    return packs::bits((gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.reachAlong(p_normal)) |
-                       (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.reachAlong(q_normal)));
+    return packs::bits(
+        (gapAlongP(p_normal) > sizes.margin(sizes.p) + sizes.distanceAlong(p_normal)) |
+        (gapAlongQ(q_normal) > sizes.margin(sizes.q) + sizes.distanceAlong(q_normal)));
   }
 
-  /// Which are apart in the plane of either, at right angles to one of its edges: triangles side by
-  /// side on a smooth surface.
+  /// A bit for each pair that is apart along a direction in the plane of p or q, perpendicular to
+  /// one of its edges: finds triangles side by side on a smooth surface.
   ADAPTIVE_BVH_INLINE unsigned apartByEdgeNormals(const PairError& error) const {
     const Sizes sizes(*this, error);
     const Vector p_normal = vectors::cross(p_edges[0], p_edges[1]);
@@ -78,24 +79,24 @@ class PackedTrianglePairs {
     for (int i = 0; i < 3; ++i) {
       const Vector p_axis = vectors::cross(p_edges[i], p_normal);
       const Vector q_axis = vectors::cross(q_edges[i], q_normal);
-      const P p_gap = gap(p_axis) - (p_margin + sizes.reachAlong(p_axis));
-      const P q_gap = gap(q_axis) - (q_margin + sizes.reachAlong(q_axis));
+      const P p_gap = gap(p_axis) - (p_margin + sizes.distanceAlong(p_axis));
+      const P q_gap = gap(q_axis) - (q_margin + sizes.distanceAlong(q_axis));
       apart = packs::upper(apart, packs::upper(p_gap, q_gap));
     }
     return packs::bits(apart > packs::filled<P>(0));
   }
 
-  /// By all axes.
+  /// The verdicts by all axes.
   ADAPTIVE_BVH_INLINE PairVerdicts verdicts(const PairError& error) const {
     using packs::upper;
     using vectors::cross;
     const Sizes sizes(*this, error);
     const Vector p_normal = cross(p_edges[0], p_edges[1]);
     const Vector q_normal = cross(q_edges[0], q_edges[1]);
-    // The largest of all gaps, less and plus its margin.
+    // The largest of all gaps, minus and plus its margin.
     P low = packs::filled<P>(kLowest), high = low;
     const auto add = [&](const P& gap, const P& margin, const Vector& axis) {
-      low = upper<P>(low, gap - (margin + sizes.reachAlong(axis)));
+      low = upper<P>(low, gap - (margin + sizes.distanceAlong(axis)));
       high = upper<P>(high, gap + margin);
     };
     const auto addAxis = [&](const Vector& axis, const P& margin) { add(gap(axis), margin, axis); };
@@ -118,10 +119,11 @@ class PackedTrianglePairs {
 
  private:
   static constexpr float kLowest = std::numeric_limits<float>::lowest();
-  /// Triangles that are surely not thin (triangle_contact.h): of these FCL's test alone decides.
+  /// Lower bound of a normal's size, relative to the edges, for a triangle that is certainly not
+  /// thin (triangle_contact.h). For pairs of such triangles FCL's test alone decides.
   static constexpr float kThin = 1.f / (1 << 9);
 
-  /// Of the two triangles and of both together, at least; and what products of these are off by.
+  /// Sizes of the two triangles and of both together, and the errors of products of these.
   struct Sizes {
     ADAPTIVE_BVH_INLINE Sizes(const PackedTrianglePairs& pairs, const PairError& e) {
       p = largest(pairs.p_edges);
@@ -133,30 +135,30 @@ class PackedTrianglePairs {
       q += slack;
       extent += slack + slack + slack;
       least = packs::filled<P>(e.least);
-      reach = e.reach;
+      distance = e.distance;
     }
-    /// Of a gap along the product of two edges of this size.
+    /// The error of a gap along the product of two edges of this size.
     ADAPTIVE_BVH_INLINE P margin(const P& edge) const {
       return edge * extent *
                  (position * packs::filled<P>(80) + edge * packs::filled<P>(256 * kUnit)) +
              least;
     }
-    /// Along the product of three.
+    /// The error of a gap along the product of three edges.
     ADAPTIVE_BVH_INLINE P marginOfThree(const P& edge) const {
       return edge * edge * extent *
                  (position * packs::filled<P>(208) + edge * packs::filled<P>(640 * kUnit)) +
              least;
     }
-    /// How far apart projections on an axis are of what is as far apart as the reach along it, or
-    /// farther by rounding; with room for squares that underflow.
-    ADAPTIVE_BVH_INLINE P reachAlong(const Vector& axis) const {
-      if (!(reach > 0)) return packs::filled<P>(0);
+    /// The gap that the projections on `axis` have if the triangles are `distance` apart along it,
+    /// rounded up, with room for squares that underflow.
+    ADAPTIVE_BVH_INLINE P distanceAlong(const Vector& axis) const {
+      if (!(distance > 0)) return packs::filled<P>(0);
       const P length = packs::squareRoot(vectors::dot(axis, axis));
-      return packs::filled<P>(reach) *
+      return packs::filled<P>(distance) *
              (length * packs::filled<P>(1 + 1.f / (1 << 20)) + packs::filled<P>(1e-18f));
     }
     P p, q, extent, position, least;
-    float reach;
+    float distance;
 
    private:
     static constexpr float kUnit = 1.f / (1 << 24);
@@ -185,7 +187,7 @@ class PackedTrianglePairs {
     return range(vectors::dot(axis, q[0]), vectors::dot(axis, q[1]), vectors::dot(axis, q[2]));
   }
   ADAPTIVE_BVH_INLINE P gap(const Vector& axis) const { return gap(pAlong(axis), qAlong(axis)); }
-  /// Along the normal of p, or of q, on which that triangle is one point.
+  /// The gap along the normal of p or of q, on which that triangle projects to one point.
   ADAPTIVE_BVH_INLINE P gapAlongP(const Vector& normal) const {
     return gap({packs::filled<P>(0), packs::filled<P>(0)}, qAlong(normal));
   }

@@ -22,7 +22,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ParameterRange, low, high)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WorkCosts, bv_test, leaf_test, propagated, refitted_leaf,
                                    refitted_inner, refitted_primitive)
 
-/// The options that must not change between stop and start.
+/// The options that must not change between an interruption and its resumption.
 static json identityOf(const TuningOptions& options) {
   return {{"population", options.population},
           {"generations", options.generations},

@@ -6,25 +6,26 @@
 
 namespace adaptive_bvh {
 
-/// The parameters of a policy that is tried, in the order of `parametersOf`, and what it costs.
+/// The parameters of a candidate policy, in the order of `parametersOf`, and its cost.
 struct Individual {
   std::vector<double> x;
   double cost;
 };
 
-/// Where a search is.
+/// The progress of a search.
 struct SearchState {
-  std::size_t criterion = 0;           ///< index of the one being searched
-  int generation = 0;                  ///< generations done of it
+  std::size_t criterion = 0;           ///< index of the criterion being searched
+  int generation = 0;                  ///< completed generations of this criterion
   std::vector<Individual> population;  ///< of this criterion; empty before the first generation
-  std::vector<TunedPolicy> done;       ///< of the criteria before it, and its best so far
+  std::vector<TunedPolicy>
+      done;  ///< results of the previous criteria, and the best so far of this one
 };
 
-/// Writes the checkpoint, if the options name one. Throws std::runtime_error when that fails.
+/// Writes the checkpoint if the options name one. Throws std::runtime_error if that fails.
 void saveSearch(const SearchState& state, const TuningOptions& options);
 
-/// The state to start from: that of the checkpoint, if the options name one that is there. Throws
-/// std::runtime_error when it cannot be read or belongs to other options.
+/// The state to start from: the checkpoint if the options name an existing one, otherwise a new
+/// search. Throws std::runtime_error if it cannot be read or belongs to other options.
 SearchState loadSearch(const TuningOptions& options);
 
 }  // namespace adaptive_bvh

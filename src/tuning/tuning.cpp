@@ -36,7 +36,7 @@ void check(const Simulation& simulation, const TuningOptions& options) {
   options.base.check();
 }
 
-/// A parameter that is searched.
+/// A parameter to be searched.
 struct Parameter {
   double RefitPolicy::*member;
   ParameterRange range;
@@ -59,7 +59,7 @@ std::vector<Parameter> parametersOf(FitnessCriterion criterion, const TuningOpti
 }
 
 /// The steady-state genetic algorithm of the thesis (GAlib's, with overlapping populations), one
-/// run a criterion, with pagmo's operators.
+/// run per criterion, with pagmo's operators.
 class Search {
  public:
   Search(const Simulation& simulation, const TuningOptions& options)
@@ -74,7 +74,7 @@ class Search {
   }
 
  private:
-  /// Returns false when the user stops.
+  /// Searches one criterion. Returns false if the user stops the search.
   bool searchCriterion() {
     parameters_ = parametersOf(options_.criteria[state_.criterion], options_);
     const int generations = parameters_.empty() ? 0 : options_.generations;
@@ -92,12 +92,13 @@ class Search {
     return go_on || state_.criterion == options_.criteria.size();
   }
 
-  /// Seed of this criterion and generation, so that a resumed search continues unchanged.
+  /// The seed of this criterion and generation, so that a resumed search continues unchanged.
   unsigned seed() const {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }
 
-  /// Policies from all over the ranges. Without parameters there is one.
+  /// Starts with policies spread over the parameter ranges. Without parameters there is only one
+  /// policy.
   void begin() {
     Random random(seed());
     state_.done.emplace_back();
@@ -135,14 +136,14 @@ class Search {
     state_.population.resize(std::size_t(options_.population));
   }
 
-  /// The better of any two.
+  /// The better of two random individuals (tournament selection).
   const std::vector<double>& parent(Random& random) const {
     std::uniform_int_distribution<std::size_t> anyone(0, state_.population.size() - 1);
     const Individual &a = state_.population[anyone(random)], &b = state_.population[anyone(random)];
     return a.cost <= b.cost ? a.x : b.x;
   }
 
-  /// Adds to the population, whose best comes first.
+  /// Adds policies to the population, and keeps it sorted by cost.
   void add(const std::vector<std::vector<double>>& points) {
     for (const std::vector<double>& x : points)
       state_.population.push_back({x, costOf(policyAt(x))});
@@ -192,7 +193,7 @@ class Search {
   const Simulation& simulation_;
   const TuningOptions& options_;
   SearchState state_;
-  std::vector<Parameter> parameters_;  ///< of the criterion that is being searched
+  std::vector<Parameter> parameters_;  ///< of the criterion being searched
   double done_at_start_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -14,7 +14,7 @@ namespace {
 
 using Point = fcl::Vector3d;
 
-/// Nanoseconds a call, the least of several rounds.
+/// The time per call in nanoseconds, the least of several rounds.
 template <typename Work>
 double nanoseconds(int calls, Work&& work) {
   double least = 1e300;
@@ -46,7 +46,7 @@ TriangleMesh<double> hills() {
   return mesh;
 }
 
-/// Two such sheets in many poses near each other, in the public API's own words.
+/// Measures costs on two such sheets in many poses near each other, through the public API.
 class CostMeasurement {
  public:
   explicit CostMeasurement(Propagation propagation) {
@@ -88,7 +88,7 @@ class CostMeasurement {
     });
   }
 
-  /// Nanoseconds of a query and what it counted. `lift` is the gap, `turn` an angle.
+  /// The time of a query in nanoseconds, and its work. `lift` is the gap, `turn` an angle.
   double query(double turn, double lift, QueryWork& work) {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = Eigen::AngleAxisd(turn, Point(1, 0.2, 3).normalized()).matrix();
@@ -122,7 +122,8 @@ class CostMeasurement {
     costs.bv_test = bv_time / bv_tests;
   }
 
-  /// All vertices move, to and fro, and not all alike.
+  /// The time per propagated volume in nanoseconds. All vertices move to and fro, by different
+  /// displacements.
   double propagated() {
     std::vector<Point> rest(first_.vertices, first_.vertices + first_.num_vertices), bent = rest;
     for (Point& p : bent) p[2] += 1e-4 * std::sin(20 * p[0]);
@@ -134,7 +135,8 @@ class CostMeasurement {
     return least;
   }
 
-  /// A fit of so many triangles, by the fitter that the model gives to FCL.
+  /// The time in nanoseconds of fitting `count` triangles, by the fitter that the model gives to
+  /// FCL.
   double fit(int count, int calls) {
     std::vector<unsigned> primitives(static_cast<std::size_t>(first_.num_tris));
     for (std::size_t i = 0; i < primitives.size(); ++i) primitives[i] = unsigned(i);
@@ -148,7 +150,7 @@ class CostMeasurement {
   }
 
   AdaptiveBVHModeld first_, second_;
-  double sink_ = 0;  // so that nothing is left out as unused
+  double sink_ = 0;  // keeps the compiler from removing unused results
 };
 
 }  // namespace

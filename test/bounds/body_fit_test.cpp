@@ -156,7 +156,7 @@ class Body {
   Body(const TriangleMesh<S>& mesh, const BV* root) {
     fillModel(mesh, *model_);
     model_->computeLocalAABB();
-    tree_->adopt(*model_);
+    tree_->assign(*model_);
     method_->reset(target());
     method_->start(target(), root ? *root : model_->getBV(0).bv);
   }

@@ -284,7 +284,7 @@ TYPED_TEST(Motion, VolumesThatAreNeverRefittedHoldAVertex) {
     }
   }
   EXPECT_EQ(0, model.lastUpdate().refitted());
-  EXPECT_TRUE(restarts > 0 || tree.adoptions > 1) << "sums begin anew on the way";
+  EXPECT_TRUE(restarts > 0 || tree.resets > 1) << "sums begin anew on the way";
 }
 
 }  // namespace motion_test

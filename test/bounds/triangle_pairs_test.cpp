@@ -190,7 +190,7 @@ TEST_F(Pairs4, WhatIsFartherIsSo) {
     const double factor =
         this->random_.oneIn(2) ? 1 + this->random_.size(-6, 0) : this->random_.uniform(0, 1);
     const auto withReach = [&](PairError error) -> PairError {
-      error.reach = static_cast<float>(double(of_judged) * factor);
+      error.distance = static_cast<float>(double(of_judged) * factor);
       return error;
     };
     const PairError rough = withReach(g.coarseError()), fine = withReach(g.preciseError());
@@ -201,10 +201,10 @@ TEST_F(Pairs4, WhatIsFartherIsSo) {
     for (int k = 0; k < 4; ++k) {
       const Real distance = scale * exact::distance(this->exactOf(g.p[k]), this->exactOf(g.q[k]));
       const bool is_apart = (bits >> k & 1) != 0;
-      ASSERT_TRUE(!is_apart || distance > Real(fine.reach)) << round << " " << k;
-      farther += distance > Real(fine.reach);
+      ASSERT_TRUE(!is_apart || distance > Real(fine.distance)) << round << " " << k;
+      farther += distance > Real(fine.distance);
       // In double precision.
-      const double reach = double(Real(fine.reach) / scale);
+      const double reach = double(Real(fine.distance) / scale);
       const TrianglePoints<double> p = pointsAs<double>(g.p[k]), q = pointsAs<double>(g.q[k]);
       const bool surely = adaptive_bvh::areSurelyFarther(p, q, reach);
       const exact::Point from = exact::of(g.p[k][0]);
@@ -216,7 +216,7 @@ TEST_F(Pairs4, WhatIsFartherIsSo) {
       doubtful += is_doubtful;
       surely_farther += surely;
       apart += is_apart;
-      nearly += is_apart && distance < Real(fine.reach) * 1.5L;
+      nearly += is_apart && distance < Real(fine.distance) * 1.5L;
     }
   }
   EXPECT_GT(apart, farther / 3) << farther;

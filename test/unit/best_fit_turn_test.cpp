@@ -21,7 +21,7 @@ class BestFit : public testing::Test {
     mesh_ = mesh;
     fillModel(mesh, model_);
     model_.computeLocalAABB();
-    topology_.adopt(model_);
+    topology_.assign(model_);
     axes_ = axes;
     fit_.start(model_.vertices, topology_.slots, axes, 1);
   }

@@ -76,8 +76,8 @@ class VertexLeaves : public testing::Test {
 
   void build(const TriangleMesh<S>& mesh) {
     fillModel(mesh, model_);
-    topology_.adopt(model_);
-    leaves_.adopt(topology_, model_.num_vertices);
+    topology_.assign(model_);
+    leaves_.assign(topology_, model_.num_vertices);
     dirty_.reset(topology_.slots.leaves() - 1);
   }
 

@@ -68,7 +68,7 @@ TYPED_TEST(Trees, TopologyTellsLeavesAndDepth) {
     fcl::BVHModel<BV> model;
     fillModel(mesh, model);
     Topology topology;
-    topology.adopt(model);
+    topology.assign(model);
     EXPECT_EQ(this->depthBelow(model, 0), topology.depth);
     EXPECT_GT(topology.stackCapacity(), std::size_t(topology.depth));
     ASSERT_EQ(mesh.triangles.size(), topology.slots.leaves());
@@ -89,7 +89,7 @@ TYPED_TEST(Trees, LinksAreFcls) {
     fcl::BVHModel<fcl::RSS<TypeParam>> model;
     fillModel(mesh, model);
     Topology topology;
-    topology.adopt(model);
+    topology.assign(model);
     std::vector<bool> seen(mesh.triangles.size() - 1);
     for (int i = 0; i < model.getNumBVs(); ++i) {
       const auto& node = model.getBV(i);

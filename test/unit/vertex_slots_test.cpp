@@ -56,7 +56,7 @@ void forEachTree(Check&& check) {
       Model model(strategy);
       ASSERT_EQ(fcl::BVH_OK, fillModel(mesh, model));
       Topology topology;
-      topology.adopt(model);
+      topology.assign(model);
       check(mesh, model, topology.slots);
     }
 }
@@ -151,7 +151,7 @@ TEST(VertexSlots, OfPointClouds) {
   cloud.addSubModel(points);
   cloud.endModel();
   Topology topology;
-  topology.adopt(cloud);
+  topology.assign(cloud);
   const VertexSlots& slots = topology.slots;
   ASSERT_EQ(points.size(), slots.leaves());
   EXPECT_EQ(points.size(), slots.size());

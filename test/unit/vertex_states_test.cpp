@@ -28,7 +28,7 @@ class States : public testing::Test {
   States() {
     fillModel(plate<S>(9, 9), model_);
     model_.computeLocalAABB();
-    tree_.adopt(model_);
+    tree_.assign(model_);
     states_.reset(slots().size());
     states_.start(UpdateTarget<BV>{model_, tree_}, ScaledFrame<S>(P(S(0.5), S(0.5), 0), 3));
     positions_.assign(model_.vertices, model_.vertices + model_.num_vertices);
@@ -172,7 +172,7 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
 TYPED_TEST(States, ReadSomeVertices) {
   using S = TypeParam;
   VertexLeafMap leaves;
-  leaves.adopt(this->tree_.topology, this->model_.num_vertices);
+  leaves.assign(this->tree_.topology, this->model_.num_vertices);
   const auto read = [&](const std::vector<unsigned>& indices, const std::vector<Vector3<S>>& to) {
     const unsigned none = 0;
     const StepInput<S> input{StepKind::Replace, to.data(), to.size(),
@@ -214,7 +214,7 @@ TYPED_TEST(States, ForgetWhatWasDiscarded) {
   const StepInput<S> input{StepKind::Replace, to.data(), 1, index.data()};
   this->states_.begin(this->target(), input);
   VertexLeafMap leaves;
-  leaves.adopt(this->tree_.topology, this->model_.num_vertices);
+  leaves.assign(this->tree_.topology, this->model_.num_vertices);
   this->states_.readSome(this->target(), input, leaves, [](unsigned, const Vector3<S>&) {});
   for (int v = 0; v < this->vertices(); ++v)
     if (v != 2) this->expectState(v, this->model_.vertices[v], Vector3<S>::Zero());

@@ -32,7 +32,7 @@ class Wide : public testing::Test {
     const auto count = unsigned(mesh_.triangles.size());
     const OrderedTree order(adaptive_bvh::buildBottomUp(view, count));
     auto leaves = std::make_shared<LeafTriangles>();
-    leaves->slots.adopt(order, view, mesh_.vertices.size());
+    leaves->slots.assign(order, view, mesh_.vertices.size());
     for (const unsigned t : order.primitives) {
       const VertexIndices v = view.verticesOf(t);
       leaves->corners.push_back(Int4{int(v[0]), int(v[1]), int(v[2]), int(t)});

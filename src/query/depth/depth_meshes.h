@@ -138,7 +138,7 @@ class MeshTarget {
       for (const fcl::Vector3d& x : face) lowest = std::min(lowest, along.dot(x - face[0]));
       for (const fcl::Vector3d& x : triangle) highest = std::max(highest, along.dot(x - face[0]));
       for (int k = 0; k < bulge.count; ++k)
-        above = std::max(above, along.dot(bulge.ways[static_cast<std::size_t>(k)]));
+        above = std::max(above, along.dot(bulge.offsets[static_cast<std::size_t>(k)]));
       return highest + above < lowest;
     };
     const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);

@@ -244,7 +244,7 @@ class DepthSearch {
       const fcl::Vector3d& x = point(i).x;
       most = std::max(most, bound(x));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(most, bound(x + bulge.ways[static_cast<std::size_t>(k)]));
+        most = std::max(most, bound(x + bulge.offsets[static_cast<std::size_t>(k)]));
     }
     return most;
   }
@@ -255,8 +255,8 @@ class DepthSearch {
     for (const int i : part.corners) {
       const auto bound = target_.boundBy(witnessOf(i));
       for (int k = 0; k < bulge.count; ++k)
-        most = std::max(
-            most, bound(point(i).x + bulge.ways[static_cast<std::size_t>(k)]) - bound(point(i).x));
+        most = std::max(most, bound(point(i).x + bulge.offsets[static_cast<std::size_t>(k)]) -
+                                  bound(point(i).x));
     }
     return most;
   }
@@ -320,7 +320,7 @@ class DepthSearch {
         lowest = std::min(lowest, plane.n.dot(moved[k]));
       }
       for (int k = 0; k < bulge.count; ++k)
-        below = std::min(below, plane.n.dot(bulge.ways[static_cast<std::size_t>(k)]));
+        below = std::min(below, plane.n.dot(bulge.offsets[static_cast<std::size_t>(k)]));
       if (lowest + below > plane.d && !target_.touches(moved, bulge) &&
           !target_.isInside((moved[0] + moved[1] + moved[2]) / 3))
         return true;

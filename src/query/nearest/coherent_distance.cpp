@@ -25,8 +25,8 @@ class CoherentNearest {
       supports_paid_ = search.supportsPaid();
       witness1_ = result_.b1;
       witness2_ = result_.b2;
-      positions_[0] = first.mesh.positions;
-      positions_[1] = second.mesh.positions;
+      positions_[0] = first.mesh.version;
+      positions_[1] = second.mesh.version;
       tf1_ = first.tf;
       tf2_ = second.tf;
       request_ = query.request;
@@ -38,7 +38,7 @@ class CoherentNearest {
   /// Whether the last call had the same positions, transforms and request.
   bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
                   const fcl::DistanceRequestd& asked) const {
-    return positions_[0] == first.mesh.positions && positions_[1] == second.mesh.positions &&
+    return positions_[0] == first.mesh.version && positions_[1] == second.mesh.version &&
            tf1_.matrix() == first.tf.matrix() && tf2_.matrix() == second.tf.matrix() &&
            request_.enable_nearest_points == asked.enable_nearest_points &&
            request_.abs_err == asked.abs_err && request_.rel_err == asked.rel_err;

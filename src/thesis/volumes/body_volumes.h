@@ -7,7 +7,7 @@
 
 namespace adaptive_bvh {
 
-/// What is special to the size of a pack.
+/// Operations that depend on the pack's size.
 template <typename P>
 struct Lanes;
 
@@ -15,12 +15,12 @@ template <>
 struct Lanes<Float4> {
   static constexpr int kCount = 4;
 
-  /// load(k) is the vector of lane k.
+  /// Gathers vectors; load(k) is the vector of lane k.
   template <typename Load>
   ADAPTIVE_BVH_INLINE static Vectors<Float4> gather(Load&& load) {
     return float4::columns(load(0), load(1), load(2), load(3));
   }
-  /// All four numbers of load(k).
+  /// Gathers all four numbers of load(k).
   template <typename Load>
   ADAPTIVE_BVH_INLINE static void gather4(Load&& load, Float4 (&numbers)[4]) {
     const float4::Rows rows = float4::transposed(load(0), load(1), load(2), load(3));
@@ -29,14 +29,14 @@ struct Lanes<Float4> {
     numbers[2] = rows.z;
     numbers[3] = rows.w;
   }
-  /// The largest of each.
+  /// The largest number of each pack.
   ADAPTIVE_BVH_INLINE static Float4 largest(const Float4& a, const Float4& b, const Float4& c,
                                             const Float4& d) {
     const float4::Rows rows = float4::transposed(a, b, c, d);
     return float4::upper(float4::upper(rows.x, rows.y), float4::upper(rows.z, rows.w));
   }
 
-  /// Half of the lanes in double precision.
+  /// Converts half of the lanes to double precision.
   using Doubles = Pack<double>;
   template <int kHalf>
   ADAPTIVE_BVH_INLINE static Doubles widened(const Float4& v) {
@@ -44,21 +44,22 @@ struct Lanes<Float4> {
   }
 };
 
-/// The surface of all points within r of an a x b rectangle.
+/// The surface area of the set of points within r of an a x b rectangle.
 template <typename N>
 ADAPTIVE_BVH_INLINE N sweptArea(const N& a, const N& b, const N& r) {
   constexpr float kPi = 3.14159265f;
   return 2 * a * b + 2 * kPi * r * (a + b + 2 * r);
 }
 
-/// The rectangle in the plane z = middle with which the least sphere, of half the thickness, holds
-/// some points: after Larsen et al. (1999), PQP. Over a point at height h the sphere reaches w =
-/// sqrt(r^2 - h^2) within the plane, so the rectangle may end w short of it. Points beyond two
-/// sides at once may lie outside the round corner: there both sides grow. All points are to be
-/// added, then `close`, then all as corners, then `finish`. docs/bounds.md, 11.
+/// Finds the rectangle in the plane z = middle that, swept with the smallest possible sphere (half
+/// the thickness of the points), encloses some points: after Larsen et al. (1999), PQP. For a point
+/// at height h above the plane, the sphere covers w = sqrt(r^2 - h^2) within the plane, so the
+/// rectangle may end w short of a point. Points beyond two sides at once may lie outside the round
+/// corner; for them both sides grow. Usage: add all points, call `close`, add all points as
+/// corners, call `finish`. docs/bounds.md, 11.
 ///
-/// Each lane has a rectangle of its own; or all have points of one set: `enclose` and
-/// `encloseCorners` put together what they found.
+/// Each lane has its own rectangle; or all lanes share one set of points, and `enclose` and
+/// `encloseCorners` combine their results.
 template <typename P>
 class SlabRectangle {
  public:
@@ -72,14 +73,15 @@ class SlabRectangle {
   /// Surface area of the volume.
   ADAPTIVE_BVH_INLINE P area() const { return sweptArea(side(0), side(1), radius); }
 
-  /// All points of one set but for its corners. at(i): those from i on, as many as there are lanes.
+  /// Encloses all points of one set, except for its corners. at(i) returns the points from i on,
+  /// one per lane.
   template <typename At>
   ADAPTIVE_BVH_INLINE void enclose(std::size_t count, At&& at) {
     for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) add(at(i));
     putTogether();
     close();
   }
-  /// The corners of that set.
+  /// Encloses the corners of that set.
   template <typename At>
   ADAPTIVE_BVH_INLINE void encloseCorners(std::size_t count, At&& at) {
     for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) addCorner(at(i));
@@ -94,7 +96,7 @@ class SlabRectangle {
     low[1] = packs::lower<P>(low[1], at.y + w);
     high[1] = packs::upper<P>(high[1], at.y - w);
   }
-  /// An empty side becomes its middle: every ball then reaches the point from both sides.
+  /// Collapses an empty side to its middle, from which every ball reaches the points on both sides.
   ADAPTIVE_BVH_INLINE void close() {
     for (int k = 0; k < 2; ++k) {
       const P half = (low[k] + high[k]) * 0.5f;
@@ -104,7 +106,7 @@ class SlabRectangle {
     }
   }
 
-  /// Lets both sides grow by the least equal step that reaches a point beyond them: by dx and dy.
+  /// Extends both sides by the smallest equal step that includes a point beyond them by dx and dy.
   /// The step is the smaller root g of (dx - g)^2 + (dy - g)^2 = w^2.
   ADAPTIVE_BVH_INLINE void addCorner(const Points& at) {
     const P none{};
@@ -135,7 +137,7 @@ class SlabRectangle {
  private:
   static constexpr float kFar = 1e30f;
 
-  /// Gives all lanes the least and the largest ends of any.
+  /// Sets all lanes to the minimum and maximum over all lanes.
   ADAPTIVE_BVH_INLINE void putTogether() {
     const auto far = Lanes<P>::largest(-low[0], -low[1], high[0], high[1]);
     for (int k = 0; k < 2; ++k) {
@@ -144,7 +146,7 @@ class SlabRectangle {
     }
   }
 
-  /// w^2.
+  /// The square of w for points at height z.
   ADAPTIVE_BVH_INLINE P squaredHalfChord(const P& z) const {
     const P height = z - middle;
     return packs::upper<P>(radius * radius - height * height, P{});
@@ -153,19 +155,19 @@ class SlabRectangle {
   P growth_low_[2] = {}, growth_high_[2] = {};
 };
 
-/// Volumes as a fit decides them, a lane each: those of a step in its coordinates.
+/// The results of fits, one volume per lane, in the coordinates of the step.
 template <typename P>
 struct BodyVolumes {
   Axes<P> axes;
-  Vectors<P> corner;  ///< of the rectangle, along the first two axes
+  Vectors<P> corner;  ///< first corner of the rectangle
   P sides[2], radius;
-  /// A box around the same points: its middle relative to `corner`, and half its sides, along the
-  /// first two axes. Along the third it is as high as the sphere.
+  /// A box around the same points: its centre relative to `corner`, and its half sides, along the
+  /// first two axes. Along the third axis it has the sphere's extent.
   P to_middle[2], half[2];
 
   BodyVolumes() = default;
-  /// Along axes, from `first`: rectangles from `low` on, in the planes z = `middle`; boxes between
-  /// two ends.
+  /// The arguments are along the axes, relative to `first`: rectangles from `low` to `high` in the
+  /// planes z = `middle`, and boxes between two ends.
   ADAPTIVE_BVH_INLINE BodyVolumes(const Axes<P>& along, const Vectors<P>& first, const P (&low)[2],
                                   const P (&high)[2], const P& middle, const P& sphere,
                                   const P (&box_low)[2], const P (&box_high)[2])
@@ -183,7 +185,7 @@ struct BodyVolumes {
   ADAPTIVE_BVH_INLINE P area() const { return sweptArea(sides[0], sides[1], radius); }
 };
 
-/// The least and the largest of some points.
+/// The coordinate ranges of some points.
 template <typename P>
 struct PointRange {
   Vectors<P> low, high;
@@ -196,8 +198,8 @@ struct PointRange {
   }
 };
 
-/// The volumes along some axes of sets of points. `along[k]`: the k-th point of each, along the
-/// axes and from `first`.
+/// The volumes of sets of points along given axes. `along[k]` is the k-th point of each set, along
+/// the axes and relative to `first`.
 template <typename P>
 ADAPTIVE_BVH_INLINE BodyVolumes<P> volumesAround(const Axes<P>& axes, const Vectors<P>& first,
                                                  const Vectors<P>* along, int count) {
@@ -218,9 +220,9 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> volumesAround(const Axes<P>& axes, const Vect
           {range.high.x, range.high.y}};
 }
 
-/// The volumes of triangles: the rectangle on the longest edge, which has twice the area of the
-/// triangle, the least any rectangle has. The axes of a needle are off, so what they leave of a
-/// height is measured as well.
+/// The volumes of triangles: the rectangle on the longest edge, whose area is twice the triangle's,
+/// the least possible. A needle's axes are inaccurate, so the height that they leave is measured as
+/// well.
 template <typename P>
 ADAPTIVE_BVH_INLINE BodyVolumes<P> triangleVolumes(const Vectors<P>& p, const Vectors<P>& q,
                                                    const Vectors<P>& r) {
@@ -231,7 +233,7 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> triangleVolumes(const Vectors<P>& p, const Ve
   const P squares = dot(pq, pq), squares1 = dot(qr, qr), squares2 = dot(rp, rp);
   const auto second = squares1 > squares, third = squares2 > packs::upper<P>(squares, squares1);
   const Vectors<P> along = select(third, rp, select(second, qr, pq));
-  const Vectors<P> back = select(third, qr, select(second, pq, rp));  // to where `along` begins
+  const Vectors<P> back = select(third, qr, select(second, pq, rp));  // to the beginning of `along`
   const Vectors<P> apex = {-back.x, -back.y, -back.z};
   const Axes<P> axes = axesAlong(along, apex);
   PointRange<P> range{};
@@ -248,9 +250,9 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> triangleVolumes(const Vectors<P>& p, const Ve
           high};
 }
 
-/// The volumes of pairs of triangles abc and bad, with the common edge ab: of four points. Of all
-/// pairs of planes between which these lie, those through the diagonals are nearest. In them, the
-/// least rectangle has a side along one of the outer edges.
+/// The volumes of pairs of triangles abc and bad with the common edge ab, that is, of four points.
+/// Among all pairs of parallel planes that enclose them, the planes through the diagonals are
+/// closest. In these planes, the least rectangle has a side along one of the outer edges.
 template <typename P>
 ADAPTIVE_BVH_INLINE BodyVolumes<P> quadVolumes(const Vectors<P>& a, const Vectors<P>& b,
                                                const Vectors<P>& c, const Vectors<P>& d) {
@@ -258,7 +260,7 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> quadVolumes(const Vectors<P>& a, const Vector
   constexpr float kTiny = 1e-30f;
   const P none{};
   const Axes<P> axes = axesAlong(difference(b, a), difference(d, c));
-  // Around, from a.
+  // The corners in cyclic order, relative to a.
   Vectors<P> around[4] = {{none, none, none},
                           axes.components(difference(c, a)),
                           axes.components(difference(b, a)),
@@ -266,8 +268,8 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> quadVolumes(const Vectors<P>& a, const Vector
   P least = packs::filled<P>(1e30f), cosine = packs::filled<P>(1), sine = none;
   for (int i = 0; i < 4; ++i) {
     const Vectors<P> edge = difference(around[(i + 1) % 4], around[i]);
-    P low_x = none, high_x = none, low_y = none, high_y = none;  // of a
-    for (int k = 1; k < 4; ++k) {  // along the edge and across, times its length
+    P low_x = none, high_x = none, low_y = none, high_y = none;  // starting with a
+    for (int k = 1; k < 4; ++k) {  // along the edge and perpendicular to it, times its length
       const P forth = edge.x * around[k].x + edge.y * around[k].y,
               across = edge.x * around[k].y - edge.y * around[k].x;
       low_x = packs::lower<P>(low_x, forth);

@@ -8,39 +8,39 @@
 #include "thesis/volumes/volume_writer.h"
 
 // The arithmetic of BodyFit. Compiled once for every processor, four nodes at a time, and once for
-// those with AVX2, eight at a time. For the second no function may be shared with other sources,
-// which the linker would then give to all: in what this file includes there is nothing of the
-// standard library, and everything is a template of the pack, or always inlined.
+// processors with AVX2, eight at a time. The AVX2 code must share no functions with other sources,
+// because the linker could then use its version everywhere. Therefore this file includes nothing of
+// the standard library, and everything is a template on the pack or always inlined.
 namespace adaptive_bvh {
 
-/// A vertex in a step: where it is (ScaledFrame), and its motion beyond the common translation, in
-/// body units. Loads of four numbers take one of what follows in memory.
+/// A vertex in a step: its position (ScaledFrame) and its motion beyond the common translation, in
+/// body units. Loads of four numbers read one number beyond.
 struct VertexState {
   float position[3];
   float motion[3];
 };
 
-/// So many nodes are in a group at most.
+/// The largest number of nodes in a group.
 constexpr int kMostLanes = 8;
 
-/// FCL's volumes: RSS, or an OBB with it, of numbers of either type.
+/// The type of FCL's volumes: RSS, or an OBB with an RSS, in either number type.
 template <typename S, bool kWithBox>
 constexpr int kVolumeType = 2 * (sizeof(S) == sizeof(double)) + kWithBox;
 
-/// Nodes of one kind, whose volumes are found at once. Lanes beyond `count` are as the first.
+/// Nodes of one kind, whose volumes are computed together. Lanes beyond `count` repeat the first.
 struct FitGroup {
   int count = 0;
   const LeafSlots* leaves[kMostLanes];  ///< the first leaf of each node
-  int triangles[kMostLanes];            ///< how many there are
-  std::uint64_t slots[kMostLanes];      ///< their vertices, as VertexSlots::Set::bits
-  unsigned end[kMostLanes];             ///< of the slots, where no bit is set
+  int triangles[kMostLanes];            ///< number of triangles
+  std::uint64_t slots[kMostLanes];      ///< their vertices as VertexSlots::Set::bits
+  unsigned end[kMostLanes];             ///< end of the slots, if no bit is set
   const KeptAxes* kept[kMostLanes];
   void* to[kMostLanes];  ///< the numbers of FCL's volume
 };
 
-/// What they are found from.
+/// The input of fits.
 struct FitSource {
-  const VertexState* states;  ///< by slot
+  const VertexState* states;  ///< indexed by slot
   const float* previous;      ///< four numbers for each slot, or null
   ModelCoordinates model;
   float* work[3];   ///< as PointExtents needs them
@@ -49,34 +49,35 @@ struct FitSource {
   ADAPTIVE_BVH_INLINE Float4 at(unsigned slot) const { return packs::load(states[slot].position); }
 };
 
-/// Returns the largest Volume::cornerSum; sets `areas`, in body units, where axes are kept.
+/// Fits a group. Returns the largest Volume::cornerSum; sets `areas`, in body units, if axes are
+/// kept.
 using FitFunction = double (*)(const FitSource&, const FitGroup&, float* areas);
 
-/// By kind: of one triangle each; of two with a common edge; along kept axes, within a block of
-/// slots; along kept axes, of many slots or of two frames.
+/// Functions by kind of node: one triangle; two triangles with a common edge; kept axes, within one
+/// block of slots; kept axes, many slots or two frames.
 struct FitFunctions {
   int lanes;
   FitFunction triangles, quads, patches, others;
 };
 
-/// The fastest for this processor.
+/// The fastest functions for this processor.
 const FitFunctions& fitFunctions();
 
-/// Some points in an array: those at some offsets, or all.
+/// Points in an array: at some offsets, or all.
 struct PointSet {
   const float* base;
-  std::size_t stride;           ///< in numbers
-  const std::uint8_t* offsets;  ///< null: all
+  std::size_t stride;           ///< distance of two points, in numbers
+  const std::uint8_t* offsets;  ///< null for all points
   std::size_t count;
 };
 
-/// How far the points of one node extend along axes x, y and z, from one of them: many points, as
-/// many at a time as there are lanes.
+/// The extents of one node's points along axes x, y and z, relative to one of them. For many
+/// points: processes one per lane at a time.
 template <typename P>
 class PointExtents {
  public:
-  /// `axes`: of a lane. `work`: room for the coordinates of all points along the axes, and as many
-  /// as there are lanes for each set.
+  /// Uses the axes of `lane`. `work` must have room for the coordinates of all points along the
+  /// axes, plus one pack for each set.
   ADAPTIVE_BVH_INLINE PointExtents(const Axes<P>& axes, int lane, const Float4& first,
                                    float* const (&work)[3])
       : axes_{broadcast(axes.x, lane), broadcast(axes.y, lane), broadcast(axes.z, lane)},
@@ -90,7 +91,7 @@ class PointExtents {
     std::size_t i = 0;
     for (; i + Lanes<P>::kCount <= set.count; i += Lanes<P>::kCount)
       put(Lanes<P>::gather([&](std::size_t k) -> Float4 { return load(i + k); }));
-    if (i < set.count)  // the last one again where there are no more
+    if (i < set.count)  // repeats the last point in unused lanes
       put(Lanes<P>::gather([&](std::size_t k) -> Float4 {
         return load(i + k < set.count ? i + k : set.count - 1);
       }));
@@ -109,9 +110,9 @@ class PointExtents {
     box = Float4{-ends[0], -ends[1], ends[2], ends[3]};
   }
 
-  Float4 rectangle;  ///< of a SlabRectangle: low x, low y, high x, high y
+  Float4 rectangle;  ///< sides of a SlabRectangle: low x, low y, high x, high y
   Float4 sphere;     ///< its plane and its radius
-  Float4 box;        ///< of the points: low x, low y, high x, high y
+  Float4 box;        ///< bounding box of the points: low x, low y, high x, high y
 
  private:
   ADAPTIVE_BVH_INLINE static P filled(float x) { return packs::filled<P>(x); }
@@ -138,10 +139,10 @@ class PointExtents {
   const Vectors<P> first_;
   float* const work_[3];
   std::size_t count_ = 0;
-  PointRange<P> range_{};  ///< and `first`
+  PointRange<P> range_{};  ///< range of the points, including `first`
 };
 
-/// The offsets of the bits that are set; returns how many.
+/// Writes the offsets of the set bits; returns their number.
 ADAPTIVE_BVH_INLINE int offsetsOf(std::uint64_t bits, std::uint8_t* offsets) {
   int count = 0;
   for (; bits != 0; bits &= bits - 1)
@@ -153,8 +154,8 @@ template <typename P>
 struct FitKernels {
   static constexpr int kLanes = Lanes<P>::kCount;
 
-  /// Frames that turn as the nodes' vertices do: each spanned by three of them, far apart; where
-  /// these lie nearly on a line, by two of them and a triangle.
+  /// Frames that rotate with the nodes' vertices: each is spanned by three distant vertices of a
+  /// node or, if these are nearly collinear, by two of them and a triangle.
   ADAPTIVE_BVH_INLINE static Axes<P> nodeFrames(const FitSource& source, const FitGroup& group) {
     using vectors::difference;
     using vectors::dot;
@@ -185,7 +186,7 @@ struct FitKernels {
     return nodeFrames(source, group) * rotations<P>(q[0], q[1], q[2], q[3]);
   }
 
-  /// Along given axes, lane by lane.
+  /// Volumes along given axes, lane by lane.
   ADAPTIVE_BVH_INLINE static BodyVolumes<P> volumesAlong(const Axes<P>& axes,
                                                          const FitSource& source,
                                                          const FitGroup& group) {

@@ -1,4 +1,4 @@
-// Compiled for AVX2, and called only where the processor has it: see fit_kernels.h.
+// Compiled for AVX2, and called only if the processor supports it: see fit_kernels.h.
 #ifdef __AVX2__
 #include "thesis/volumes/fit_kernels.h"
 
@@ -18,7 +18,7 @@ struct Lanes<Float8> {
   }
   template <typename Load>
   ADAPTIVE_BVH_INLINE static void gather4(Load&& load, Float8 (&numbers)[4]) {
-    // Each holds a lane and the fourth lane after it.
+    // Each register contains lane k and lane k + 4.
     const Float8 a = _mm256_set_m128(load(4), load(0)), b = _mm256_set_m128(load(5), load(1)),
                  c = _mm256_set_m128(load(6), load(2)), d = _mm256_set_m128(load(7), load(3));
     const Float8 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);

@@ -17,7 +17,7 @@ namespace packs {
 template <typename P>
 using Number = std::remove_reference_t<decltype(std::declval<P&>()[0])>;
 
-/// Whether a comparison holds in any lane, or in each, of a pack of any size.
+/// Whether a comparison holds in any lane, or in all lanes, of a pack of any size.
 template <typename Mask>
 ADAPTIVE_BVH_INLINE bool inAny(const Mask& mask) {
   if constexpr (sizeof(mask[0]) == 4)
@@ -32,12 +32,12 @@ ADAPTIVE_BVH_INLINE bool inEach(const Mask& mask) {
 
 }  // namespace packs
 
-/// The axes of frames, orthonormal and right-handed: as many as there are numbers in a pack.
+/// The axes of right-handed orthonormal frames, one frame per lane of the pack.
 template <typename P>
 struct Axes {
   Vectors<P> x, y, z;
 
-  /// Where the vectors are that have these components along the axes.
+  /// The vectors that have these components along the axes.
   ADAPTIVE_BVH_INLINE Vectors<P> combine(const P& a, const P& b, const P& c) const {
     return {x.x * a + y.x * b + z.x * c, x.y * a + y.y * b + z.y * c, x.z * a + y.z * b + z.z * c};
   }
@@ -48,13 +48,13 @@ struct Axes {
   ADAPTIVE_BVH_INLINE Axes components(const Axes& other) const {
     return {components(other.x), components(other.y), components(other.z)};
   }
-  /// Axes whose components along these are given.
+  /// The axes whose components along these axes are given.
   ADAPTIVE_BVH_INLINE Axes operator*(const Axes& components) const {
     return {combine(components.x.x, components.x.y, components.x.z),
             combine(components.y.x, components.y.y, components.y.z),
             combine(components.z.x, components.z.y, components.z.z)};
   }
-  /// Turned in the planes of x and y, by angles given as unit vectors.
+  /// The axes rotated in the planes of x and y, by angles given as unit vectors.
   ADAPTIVE_BVH_INLINE Axes turned(const P& cosine, const P& sine) const {
     return {vectors::sum(vectors::scaled(x, cosine), vectors::scaled(y, sine)),
             vectors::difference(vectors::scaled(y, cosine), vectors::scaled(x, sine)), z};
@@ -63,7 +63,7 @@ struct Axes {
 
 namespace vectors {
 
-/// Selects one or the other for each lane.
+/// Selects a or b in each lane.
 template <typename Mask, typename P>
 ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, const Vectors<P>& b) {
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
@@ -71,7 +71,7 @@ ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, con
 
 }  // namespace vectors
 
-/// Vectors of length 1 that are orthogonal to given ones of length 1.
+/// Unit vectors orthogonal to given unit vectors.
 template <typename P>
 ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
   const P one = packs::filled<P>(1), none{};
@@ -81,12 +81,13 @@ ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
   return vectors::scaled<P>(across, one / packs::squareRoot(vectors::dot(across, across)));
 }
 
-/// Right-handed axes, the first along a, the third orthogonal to a and b; any where a and b leave
-/// the choice open. Orthonormal up to 28 units of roundoff, also where a and b are nearly parallel:
-/// the product of these is then off, and with it the length of the second axis. docs/bounds.md, 11.
+/// Right-handed axes, the first along a, the third orthogonal to a and b; arbitrary where a and b
+/// do not determine them. Orthonormal up to 28 units of roundoff, even if a and b are nearly
+/// parallel, where their product is inaccurate, and with it the length of the second axis.
+/// docs/bounds.md, 11.
 template <typename P>
 ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) {
-  // Squares above kTiny have lost no digits to underflow.
+  // Squares above kTiny are not affected by underflow.
   using Number = packs::Number<P>;
   constexpr Number kTiny = static_cast<Number>(sizeof(Number) == 4 ? 1e-36 : 1e-300);
   constexpr Number kNoise = Number(0.005f);
@@ -108,8 +109,8 @@ ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) 
   return axes;
 }
 
-/// A rotation in eight bytes, off by less than 0.01 degrees: a unit quaternion in numbers of
-/// sixteen bits.
+/// A rotation in eight bytes, with an error below 0.01 degrees: a unit quaternion of four 16-bit
+/// numbers.
 class PackedRotation {
  public:
   PackedRotation() = default;
@@ -127,8 +128,8 @@ class PackedRotation {
   std::int16_t numbers_[4] = {0, 0, 0, kOne};
 };
 
-/// Rotations from quaternions, which are not quite as long as 1 where their numbers were rounded:
-/// one step of Newton's method corrects that.
+/// Rotations from quaternions, whose lengths differ slightly from 1 because their numbers were
+/// rounded: one step of Newton's method corrects that.
 template <typename P>
 ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const P& r) {
   const P scale = 1.5f - 0.5f * (i * i + j * j + k * k + r * r);
@@ -141,15 +142,15 @@ ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const 
           {xz + wy, yz - wx, 1 - xx - yy}};
 }
 
-/// What a refit needs of an inner node.
+/// The data about an inner node that refits need.
 struct KeptAxes {
-  std::uint64_t slots = 0;  ///< which vertices are below it, as VertexSlots::Set::bits
-  /// The axes that were chosen for its volume, in a frame that three of its vertices span, so that
-  /// they turn as the node does; and the volume's surface then.
+  std::uint64_t slots = 0;  ///< vertices below the node, as VertexSlots::Set::bits
+  /// The axes chosen for the node's volume, relative to a frame spanned by three of its vertices,
+  /// so that they rotate with the node; and the surface area of the volume then.
   PackedRotation rotation;
   float area = 0;
-  /// Instead of these, of two triangles with a common edge: its ends, and the two other corners, as
-  /// offsets in the block of slots. Four equal ones where it is no such pair.
+  /// For two triangles with a common edge, instead of axes: the ends of the edge and the two other
+  /// corners, as offsets in the block of slots. Four equal offsets for other nodes.
   std::uint8_t quad[4] = {0, 0, 0, 0};
 
   bool isQuad() const { return quad[0] != quad[1]; }

@@ -16,7 +16,7 @@ template <>
 struct Lanes<Pack<double>> {
   static constexpr int kCount = 2;
 
-  /// The largest of each.
+  /// The largest element of each.
   struct Four {
     double of[4];
     double operator[](int k) const { return of[k]; }
@@ -28,8 +28,8 @@ struct Lanes<Pack<double>> {
 };
 
 /// Points as three arrays of numbers, for vector instructions. The last pack is filled up with
-/// copies of the first point: they change neither extents nor sums about that point. The arrays
-/// only grow, so from the largest set on nothing is allocated.
+/// copies of the first point, which change neither extents nor sums about that point. The arrays
+/// never shrink, so once the largest set has been stored, nothing is allocated.
 template <typename S>
 class PointArrays {
  public:
@@ -44,13 +44,13 @@ class PointArrays {
     for (int k = 0; k < 3; ++k) numbers_[k][size_] = p[k];
     ++size_;
   }
-  /// After the last point.
+  /// Fills up the last pack; call it after adding the last point.
   void fillUp() {
     for (std::size_t i = size_; i % packs::kSize<S> != 0; ++i)
       for (auto& numbers : numbers_) numbers[i] = numbers[0];
   }
 
-  /// Every `stride`-th of some points.
+  /// Copies every `stride`-th of some points.
   void assign(const PointArrays& points, std::size_t stride) {
     clear();
     for (std::size_t i = 0; i < points.size(); i += stride) {
@@ -59,7 +59,7 @@ class PointArrays {
     }
     fillUp();
   }
-  /// The components of some points along axes, from the first of them.
+  /// Computes the components of some points along axes, relative to the first point.
   void assign(const PointArrays& points, const Axes<Pack<S>>& axes) {
     if (numbers_[0].size() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
     size_ = points.size();
@@ -68,7 +68,7 @@ class PointArrays {
       put(i, axes.components(vectors::difference(at, first)));
     });
   }
-  /// Turns the first two axes in their plane, by an angle given as a unit vector.
+  /// Rotates the first two axes in their plane, by an angle given as a unit vector.
   void turn(S cosine, S sine) {
     forEachPack([&](std::size_t i, const Vectors<Pack<S>>& at) {
       put(i, {cosine * at.x + sine * at.y, cosine * at.y - sine * at.x, at.z});
@@ -77,16 +77,16 @@ class PointArrays {
 
   std::size_t size() const { return size_; }
   Point operator[](std::size_t i) const { return {numbers_[0][i], numbers_[1][i], numbers_[2][i]}; }
-  /// The first point, in every lane.
+  /// The first point, repeated in every lane.
   Vectors<Pack<S>> first() const {
     return {packs::all(numbers_[0][0]), packs::all(numbers_[1][0]), packs::all(numbers_[2][0])};
   }
-  /// The points from i on, a multiple of the pack's size.
+  /// The pack of points from i on; i is a multiple of the pack's size.
   ADAPTIVE_BVH_INLINE Vectors<Pack<S>> at(std::size_t i) const {
     return {packs::load(&numbers_[0][i]), packs::load(&numbers_[1][i]),
             packs::load(&numbers_[2][i])};
   }
-  /// Calls visit(i, at(i)).
+  /// Calls visit(i, at(i)) for each pack.
   template <typename Visit>
   ADAPTIVE_BVH_INLINE void forEachPack(Visit&& visit) const {
     for (std::size_t i = 0; i < size_; i += packs::kSize<S>) visit(i, at(i));
@@ -107,7 +107,7 @@ class PointArrays {
   std::size_t size_ = 0;
 };
 
-/// The least and the largest of many numbers.
+/// The smallest and the largest of many numbers.
 template <typename S>
 class Extent {
  public:

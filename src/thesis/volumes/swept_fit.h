@@ -10,18 +10,18 @@
 
 namespace adaptive_bvh {
 
-/// What a fit of many points decides: axes, and along given axes a rectangle with a sphere.
-/// Rounding errors here cost tightness, never containment: a volume in the model's numbers measures
-/// its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
+/// Fits of many points: the choice of axes, and of a rectangle with a sphere along given axes.
+/// Rounding errors here cost tightness, never containment: a volume in the model's precision
+/// measures its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
 
-/// A vector in every lane.
+/// Repeats a vector in every lane.
 template <typename S>
 Vectors<Pack<S>> inAllLanes(const fcl::Vector3<S>& v) {
   return {packs::all<S>(v[0]), packs::all<S>(v[1]), packs::all<S>(v[2])};
 }
 
-/// Divided by the number of points and by their largest variance along an axis of coordinates.
-/// Moments are taken about one of the points, so that a far-off mesh loses no digits.
+/// The covariance of points, divided by the largest variance along a coordinate axis. Moments are
+/// computed about one of the points, so that a mesh far from the origin loses no accuracy.
 template <typename S>
 fcl::Matrix3<S> scaledCovariance(const PointArrays<S>& points) {
   const Vectors<Pack<S>> first = points.first();
@@ -46,11 +46,12 @@ fcl::Matrix3<S> scaledCovariance(const PointArrays<S>& points) {
   fcl::Matrix3<S> covariance;
   covariance << cxx, cxy, cxz, cxy, cyy, cyz, cxz, cyz, czz;
   const S size = covariance.diagonal().maxCoeff();
-  if (size > std::numeric_limits<S>::min()) covariance /= size;  // squares of its numbers follow
+  if (size > std::numeric_limits<S>::min())
+    covariance /= size;  // so that squares do not overflow or underflow later
   return covariance;
 }
 
-/// A unit vector that m, symmetric and of rank 2, maps to zero: all rows are orthogonal to it.
+/// A unit vector in the kernel of m, a symmetric matrix of rank 2: it is orthogonal to all rows.
 template <typename S>
 fcl::Vector3<S> kernelOf(const fcl::Matrix3<S>& m) {
   using Point = fcl::Vector3<S>;
@@ -65,13 +66,14 @@ fcl::Vector3<S> kernelOf(const fcl::Matrix3<S>& m) {
   return best_squared > 0 ? Point(best / std::sqrt(best_squared)) : Point::UnitX();
 }
 
-/// Directions of the largest and the second largest eigenvalue of a symmetric matrix whose numbers
-/// are about 1, orthogonal to each other, of any lengths.
+/// Orthogonal directions, of any length, of the largest and the second largest eigenvalue of a
+/// symmetric matrix with numbers of about 1.
 ///
-/// With the mean of the eigenvalues subtracted and their spread divided out, the one farthest from
-/// the others is the root t in [sqrt(3), 2] of t^3 - 3 t = 2 |r|, r half the determinant (Smith
-/// 1961): by Newton's method, from a parabola that is off by 0.002, after two steps by 1e-11.
-/// Across its eigenvector what is left is plane.
+/// After subtracting the mean of the eigenvalues and dividing by their spread, the eigenvalue
+/// farthest from the others is the root t in [sqrt(3), 2] of t^3 - 3 t = 2 |r|, where r is half the
+/// determinant (Smith 1961). It is found by Newton's method from a parabola with an error of 0.002,
+/// which two steps reduce to 1e-11. Perpendicular to its eigenvector, the remaining problem is
+/// two-dimensional.
 template <typename S>
 void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
                          fcl::Vector3<S>& second) {
@@ -81,7 +83,7 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   fcl::Matrix3<S> m = matrix;
   m.diagonal().array() -= matrix.trace() / 3;
   const S spread_squared = m.squaredNorm() / 6;
-  if (!(spread_squared > std::numeric_limits<S>::min())) return;  // all directions are alike
+  if (!(spread_squared > std::numeric_limits<S>::min())) return;  // all directions are equivalent
   const S spread = std::sqrt(spread_squared);
   const S r = m.col(0).dot(m.col(1).cross(m.col(2))) / (2 * spread_squared * spread);
   const S r_size = std::min(std::abs(r), S(1));
@@ -89,7 +91,7 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   for (int step = 0; step < 2; ++step) t = 2 * (t * t * t + r_size) / (3 * (t * t - 1));
   m.diagonal().array() -= std::copysign(t * spread, r);
 
-  // u and v are as long as each other, which is all that the angle between them and the axes needs.
+  // u and v have equal lengths, which suffices to determine the angle between them and the axes.
   const Point pole = kernelOf(m);
   const Point u =
       std::abs(pole[2]) < S(0.8) ? Point(-pole[1], pole[0], 0) : Point(0, -pole[2], pole[1]);
@@ -97,8 +99,9 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   const Point mv = m * v;
   const S cross = u.dot(mv), half = (u.dot(m * u) - v.dot(mv)) / 2;
   const S root = std::sqrt(half * half + cross * cross);
-  // If they differ by rounding errors only (a square), u and v are the axes. So equal shapes with
-  // the same orientation get equal axes, and boxes along these are tight around each other.
+  // If the eigenvalues differ only by rounding errors (a square), u and v are the axes. So equal
+  // shapes with the same orientation get equal axes, and boxes along these are tight around each
+  // other.
   constexpr S kNoise = 256 * rounding::epsilon<S>();
   const Point larger = !(root > kNoise) ? u
                        : half > 0       ? Point(u * (half + root) + v * cross)
@@ -108,27 +111,27 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   second = pole_is_smallest ? Point(pole.cross(larger)) : larger;
 }
 
-/// Principal axes, largest variance first.
+/// The principal axes, largest variance first.
 template <typename S>
 Axes<Pack<S>> principalAxes(const PointArrays<S>& points) {
   const fcl::Matrix3<S> covariance = scaledCovariance(points);
   fcl::Vector3<S> first, second;
   principalDirections(covariance, first, second);
-  // One step of power iteration mends what matters: of a flat set, the normal.
+  // One step of power iteration corrects what matters: the normal of a flat set.
   return axesAlong(inAllLanes<S>(covariance * first), inAllLanes<S>(covariance * second));
 }
 
-/// A direction in the plane of the rectangle, of length 1.
+/// A unit direction in the plane of the rectangle.
 template <typename S>
 struct Direction {
   S x = 1, y = 0;
 
-  /// By an angle with the given cosine and sine.
+  /// Rotates the direction by an angle with the given cosine and sine.
   Direction turned(S cosine, S sine) const {
     return {cosine * x - sine * y, sine * x + cosine * y};
   }
 
-  /// The area of the rectangle with this direction around the points, in the plane.
+  /// The area of the points' bounding rectangle with this direction.
   S boundingArea(const PointArrays<S>& points) const {
     Extent<S> along, across;
     points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
@@ -156,9 +159,10 @@ struct LeastRectangle {
   S area;
 };
 
-/// Principal axes say nothing about a square, and mislead about an L. The least rectangle has a
-/// side along two of the points: among four, that is found by trying all pairs. Among more, four
-/// directions are tried and the best one refined by halves of the angle between.
+/// The direction of the least bounding rectangle, or nearly. Principal axes do not determine it for
+/// a square, and mislead for an L shape. The least rectangle has a side along two of the points:
+/// for up to four points all pairs are tried. For more points, four directions are tried, and the
+/// best one is refined by halving the angle.
 template <typename S>
 Direction<S> bestDirection(const PointArrays<S>& points) {
   LeastRectangle<S> least(points);
@@ -186,7 +190,7 @@ Direction<S> bestDirection(const PointArrays<S>& points) {
   return least.direction;
 }
 
-/// A choice of sides and sphere, with what they need around some points.
+/// A choice of sides and sphere, with the resulting rectangle around some points.
 template <typename S>
 struct Shape {
   Direction<S> side;
@@ -194,8 +198,8 @@ struct Shape {
   S area = std::numeric_limits<S>::infinity();
 };
 
-/// Keeps the better of a shape and the one with the sphere that spans [low, high]. Returns half the
-/// circumference of the latter's rectangle, without its corners, which only add to the area.
+/// Keeps the better of a shape and the shape with the sphere that spans [low, high]. Returns half
+/// the circumference of the latter's rectangle without corners, which only increase the area.
 template <typename S>
 S attempt(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side, S low, S high) {
   SlabRectangle<Pack<S>> slab(packs::all(low), packs::all(high));
@@ -216,10 +220,10 @@ Extent<S> heights(const PointArrays<S>& points) {
   return z;
 }
 
-/// Keeps the best of the shapes with a given side, along which the points are turned. A sphere of
-/// half the thickness is the least that will do, but not always the best: over a dome, a larger one
-/// lets the rectangle end far within the rim. Returns false for a set so flat that this cannot
-/// matter.
+/// Keeps the best shape with a given side; `turned` are the points along that side. A sphere of
+/// half the thickness is the smallest possible, but not always the best: over a dome, a larger
+/// sphere lets the rectangle end far inside the rim. Returns false for a set so flat that this
+/// cannot matter.
 template <typename S>
 bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side) {
   const Extent<S> z = heights(turned);
@@ -232,7 +236,7 @@ bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& s
   return thick;
 }
 
-/// The points that decide: all, or evenly picked ones.
+/// The points used for decisions: all points, or an even selection.
 template <typename S>
 const PointArrays<S>& judges(const PointArrays<S>& points, PointArrays<S>& few) {
   constexpr std::size_t kJudges = 64;
@@ -247,8 +251,8 @@ struct FitMemory {
   PointArrays<S> few, local;
 };
 
-/// The normal is the direction of least variance. Which sides suit it best is judged on a few
-/// points.
+/// The best axes found: the normal is the direction of least variance, and the sides are chosen on
+/// a few points.
 template <typename S>
 Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
   PointArrays<S>& local = memory.local;
@@ -265,8 +269,8 @@ Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
   return axes.turned(packs::all(shape.side.x), packs::all(shape.side.y));
 }
 
-/// The rectangle and the sphere along given axes, about the first point. The sphere is judged on a
-/// few points; then all are enclosed.
+/// The rectangle and the sphere along given axes, relative to the first point. The sphere is chosen
+/// on a few points; then all points are enclosed.
 template <typename S>
 SlabRectangle<Pack<S>> shapeAlong(const Axes<Pack<S>>& axes, const PointArrays<S>& points,
                                   FitMemory<S>& memory) {

@@ -10,13 +10,13 @@ S Volume<fcl::RSS<S>>::distanceToRectangle(const BV& bv, const Point& p) {
   return vectorFromRectangle(bv, p).norm();
 }
 
-// Any x in [0, l0] and y in [0, l1] name a point q of the rectangle, so |p - q| bounds the distance
-// whatever the rounding of x and y. Let w = p - To - a0 x - a1 y exactly. A component of the
-// computed w is off by at most 3u (|v_i| + |a0_i x| + |a1_i y|), hence the vector by
-// 3u (|v| + 1.01 (x + y)) <= 3u |w| + 6.1u (l0 + l1), with |v| <= |w| + 1.01 (x + y) and axes of
-// length at most 1.01. The norm adds 3u and underflow adds tiny. So the exact distance is at most
-// d (1 + 6u) + 6.2u (l0 + l1) + tiny; the bound below is twice that, which also covers its own
-// evaluation, the caller's sum, and a distance taken as the upper end.
+// For any x in [0, l0] and y in [0, l1], q = To + a0 x + a1 y is a point of the rectangle, so |p -
+// q| bounds the distance whatever the rounding of x and y. Let w = p - To - a0 x - a1 y exactly.
+// The error of a component of the computed w is at most 3u (|v_i| + |a0_i x| + |a1_i y|), hence the
+// vector's at most 3u (|v| + 1.01 (x + y)) <= 3u |w| + 6.1u (l0 + l1), with |v| <= |w| + 1.01 (x +
+// y) and axes of length at most 1.01. The norm adds 3u and underflow adds tiny. So the exact
+// distance is at most d (1 + 6u) + 6.2u (l0 + l1) + tiny; the bound below is twice that, which also
+// covers its own evaluation, the caller's sum, and a distance taken as the upper end.
 template <typename S>
 S Volume<fcl::RSS<S>>::containmentError(const BV& bv, S distance) {
   return 6 * rounding::epsilon<S>() * (distance + bv.l[0] + bv.l[1]) + rounding::tiny<S>();
@@ -35,7 +35,7 @@ double Volume<fcl::RSS<S>>::volume(const BV& bv) {
   return a * b * 2 * r + M_PI * r * r * (a + b) + 4. / 3 * M_PI * r * r * r;
 }
 
-// Its derivative by r.
+// The derivative of the volume by r.
 template <typename S>
 double Volume<fcl::RSS<S>>::surfaceArea(const BV& bv) {
   const double a = bv.l[0], b = bv.l[1], r = bv.r;
@@ -48,13 +48,13 @@ double Volume<fcl::RSS<S>>::aspectRatio(const BV& bv) {
   return std::min(a, b) > 0 ? std::max(a, b) / std::min(a, b) : 0;
 }
 
-// The points are the first 64 of the additive recurrence with the powers of 1/g, g^4 = g + 1
-// (Roberts 2018), which fills a box evenly from any number of points on.
+// The sample points are the first 64 of the additive recurrence with the powers of 1/g, g^4 = g + 1
+// (Roberts 2018), which fills a box evenly for any number of points.
 template <typename S>
 double Volume<fcl::RSS<S>>::shareWithin(const BV& inner, const BV& outer) {
   constexpr int kSamples = 64;
   constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-  const S slack = S(1e-6) * (outer.r + outer.l[0] + outer.l[1]);  // coplanar ones count as touching
+  const S slack = S(1e-6) * (outer.r + outer.l[0] + outer.l[1]);  // coplanar points count as inside
   int within = 0;
   for (int i = 0; i < kSamples; ++i) {
     double at[3];

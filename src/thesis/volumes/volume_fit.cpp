@@ -6,7 +6,8 @@
 #include "thesis/volumes/swept_fit.h"
 #include "thesis/volumes/volume.h"
 
-// Fits in the model's numbers. Whatever is chosen, the radius and the box are measured afterwards.
+// Fits in the model's precision. Whatever axes and sides are chosen, the radius and the box are
+// measured afterwards.
 namespace adaptive_bvh {
 namespace {
 
@@ -15,22 +16,22 @@ using Vector3 = fcl::Vector3<S>;
 template <typename S>
 using Matrix3 = fcl::Matrix3<S>;
 
-/// In every lane.
+/// Repeats axes in every lane.
 template <typename S>
 Axes<Pack<S>> axesOf(const Matrix3<S>& axes) {
   return {inAllLanes<S>(axes.col(0)), inAllLanes<S>(axes.col(1)), inAllLanes<S>(axes.col(2))};
 }
 
-/// The least radius, error included, with which the volume holds points that are at most this far
-/// from its rectangle, squared.
+/// The smallest radius, error included, that encloses points whose squared distance from the
+/// rectangle is at most `squared`.
 template <typename S>
 S radiusFor(const fcl::RSS<S>& bv, S squared) {
   const S distance = std::sqrt(squared);
   return distance + Volume<fcl::RSS<S>>::containmentError(bv, distance);
 }
 
-/// The square of the largest `distanceToRectangle`: the same arithmetic, many points at once, so
-/// the same bound on its error holds.
+/// The square of the largest `distanceToRectangle`: the same arithmetic for many points at once, so
+/// that the same error bound applies.
 template <typename S>
 S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points) {
   const Axes<Pack<S>> axes = axesOf(bv.axis);
@@ -51,7 +52,7 @@ S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points
   return packs::largest(squared);
 }
 
-/// The volume along axes, from `first`, of a rectangle in a plane; its radius is not set.
+/// Converts a volume to an RSS without a radius.
 template <typename S>
 fcl::RSS<S> rssOf(const BodyVolumes<Pack<S>>& of) {
   const auto vector = [](const Vectors<Pack<S>>& v) -> Vector3<S> {
@@ -65,7 +66,7 @@ fcl::RSS<S> rssOf(const BodyVolumes<Pack<S>>& of) {
   return bv;
 }
 
-/// One triangle: see triangleVolumes.
+/// The volume of one triangle: see triangleVolumes.
 template <typename S>
 fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector3<S>& p2) {
   fcl::RSS<S> bv =
@@ -86,13 +87,13 @@ const VertexIndices& cornersOf(const MeshView<S>&, const VertexIndices& primitiv
   return primitive;
 }
 
-/// The positions of a fit, gathered once: a fit walks them five times, and in the mesh they lie
-/// apart. Each vertex is taken once, though about six triangles share it: that is faster, and in
-/// the principal axes better than counting it for every triangle (queries on the scenarios needed 5
-/// % fewer volume tests).
+/// The positions of a fit, gathered once, because a fit reads them five times and they are
+/// scattered in the mesh. Each vertex is taken once, though about six triangles share it: that is
+/// faster, and better for the principal axes than counting it for every triangle (queries on the
+/// scenarios needed 5 % fewer volume tests).
 ///
-/// The arrays grow to the largest fit that the thread has made, which is the first one of a build,
-/// the root's; from then on nothing is allocated.
+/// The arrays grow to the size of the thread's largest fit, which is the first fit of a build, the
+/// root's; after that nothing is allocated.
 template <typename S>
 class Gathered {
  public:
@@ -118,11 +119,11 @@ class Gathered {
   }
 
   PointArrays<S> points_;
-  std::vector<std::uint64_t> taken_in_;  // by vertex: the last fit that took it
+  std::vector<std::uint64_t> taken_in_;  // by vertex: the last fit that included it
   std::uint64_t fit_ = 0;
 };
 
-/// Names the sides so that the first is the longer one: along it FCL's splitter cuts.
+/// Orders the sides so that the first is the longer one: FCL's splitter divides along it.
 template <typename S>
 void putLongerSideFirst(fcl::RSS<S>& bv) {
   if (bv.l[0] >= bv.l[1]) return;
@@ -131,7 +132,7 @@ void putLongerSideFirst(fcl::RSS<S>& bv) {
   bv.axis.col(2) *= -1;
 }
 
-/// The volume around points.
+/// Fits a volume to points.
 template <typename S>
 fcl::RSS<S> fitRss(const PointArrays<S>& points) {
   const Leased<FitMemory<S>> memory;
@@ -144,7 +145,7 @@ fcl::RSS<S> fitRss(const PointArrays<S>& points) {
   return bv;
 }
 
-/// One triangle without a second frame gets a closer look.
+/// Fits a volume to primitives; uses fitTriangle for a single triangle in one frame.
 template <typename S, typename Primitive>
 fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int count) {
   if (count == 1 && mesh.triangles && !mesh.previous) {
@@ -157,7 +158,7 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
 
 // Rounding of the box: docs/bounds.md, 12.
 
-/// The middle of the box around points, along some axes.
+/// The centre of the points' bounding box along some axes.
 template <typename S>
 Vector3<S> middleAlong(const Matrix3<S>& axes, const PointArrays<S>& points) {
   const Axes<Pack<S>> along = axesOf(axes);
@@ -171,7 +172,7 @@ Vector3<S> middleAlong(const Matrix3<S>& axes, const PointArrays<S>& points) {
   return points[0] + axes * Vector3<S>(x.middle(), y.middle(), z.middle());
 }
 
-/// The largest |a (p - middle)| of points p, as computed, for each of three axes a.
+/// The largest computed |a (p - middle)| over points p, for each of three axes a.
 template <typename S>
 Vector3<S> farthestAlong(const Matrix3<S>& axes, const Vector3<S>& middle,
                          const PointArrays<S>& points) {
@@ -187,8 +188,8 @@ Vector3<S> farthestAlong(const Matrix3<S>& axes, const Vector3<S>& middle,
   return {packs::largest(far.x), packs::largest(far.y), packs::largest(far.z)};
 }
 
-/// The box with these axes around points. Like the radius of a fit, its extents are measured from
-/// the middle as it was rounded.
+/// The box with these axes around points. Its extents are measured from the rounded centre, as a
+/// fit's radius is.
 template <typename S>
 fcl::OBB<S> boxAround(const fcl::Matrix3<S>& axes, const PointArrays<S>& points) {
   fcl::OBB<S> box;

@@ -5,15 +5,17 @@
 // Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
 namespace adaptive_bvh {
 
-/// How the coordinates of a step lie in the model's.
+/// The transform from a step's coordinates to the model's.
 struct ModelCoordinates {
   double origin[3], unit;
-  double error;       ///< of a fit beyond its own operations: docs/bounds.md, 11
-  double askew_axes;  ///< by how much a box is larger for them, as a share of its half sides' sum
+  double error;       ///< error of a fit in addition to its own operations: docs/bounds.md, 11
+  double askew_axes;  ///< enlargement of a box for inexact axes, as a share of the sum of its half
+                      ///< sides
 };
 
-/// From the coordinates of a step to FCL's volumes in the model's, enlarged by what a fit in single
-/// precision may have rounded: docs/bounds.md, 11. Works on half of the lanes of BodyVolumes.
+/// Converts volumes from the coordinates of a step to FCL's in the model's, enlarged by the
+/// rounding errors of a fit in single precision: docs/bounds.md, 11. Processes half of the lanes of
+/// BodyVolumes.
 template <typename P, int kHalf, bool kWithBox>
 class VolumeWriter {
  public:
@@ -31,15 +33,15 @@ class VolumeWriter {
                to.origin[2] + corner.z * to.unit};
     for (int k = 0; k < 2; ++k) sides_[k] = widened(of.sides[k]) * to.unit;
     const Numbers around = widened(of.radius) * to.unit;
-    // What operations round is relative to the sides and the diameter.
+    // The rounding errors of operations are relative to the sides and the diameter.
     constexpr double kOperations = 1. / (1 << 16);
-    const Numbers reach = to.error + kOperations * (sides_[0] + sides_[1] + 2 * around);
-    radius_ = around + reach;
+    const Numbers margin = to.error + kOperations * (sides_[0] + sides_[1] + 2 * around);
+    radius_ = around + margin;
     corner_sum_ = coordinateSum(corner_) + radius_ + sides_[0] + sides_[1];
-    if constexpr (kWithBox) setBox(of, to, around, reach);
+    if constexpr (kWithBox) setBox(of, to, around, margin);
   }
 
-  /// Writes lane i of these: FCL's RSS, or its OBB and its RSS, are numbers side by side.
+  /// Writes lane i to the contiguous numbers of FCL's RSS, or of its OBB and RSS.
   template <typename S>
   ADAPTIVE_BVH_INLINE void write(int i, S* to) const {
     if constexpr (kWithBox) {
@@ -52,7 +54,7 @@ class VolumeWriter {
     to[2] = S(radius_[i]);
   }
 
-  /// As Volume::cornerSum.
+  /// The Volume::cornerSum of each volume.
   ADAPTIVE_BVH_INLINE const Numbers& cornerSum() const { return corner_sum_; }
 
  private:
@@ -62,7 +64,7 @@ class VolumeWriter {
   ADAPTIVE_BVH_INLINE static Vectors<Numbers> widened(const Vectors<P>& v) {
     return {widened(v.x), widened(v.y), widened(v.z)};
   }
-  /// Vectors as long as 1 up to rounding, from some that are up to 1e-5: the series of 1 / sqrt(n)
+  /// Normalizes vectors whose lengths differ from 1 by at most 1e-5: the series of 1 / sqrt(n)
   /// about 1, whose next term is below 1e-15.
   ADAPTIVE_BVH_INLINE static Vectors<Numbers> unitVectors(const Vectors<Numbers>& v) {
     const Numbers d = vectors::dot(v, v) - 1;
@@ -73,14 +75,14 @@ class VolumeWriter {
            packs::absolute<Numbers>(v.z);
   }
   ADAPTIVE_BVH_INLINE void setBox(const BodyVolumes<P>& of, const ModelCoordinates& to,
-                                  const Numbers& around, const Numbers& reach) {
+                                  const Numbers& around, const Numbers& margin) {
     const Numbers a = widened(of.to_middle[0]) * to.unit, b = widened(of.to_middle[1]) * to.unit;
     middle_ = {corner_.x + x_.x * a + y_.x * b, corner_.y + x_.y * a + y_.y * b,
                corner_.z + x_.z * a + y_.z * b};
     half_[0] = widened(of.half[0]) * to.unit;
     half_[1] = widened(of.half[1]) * to.unit;
     half_[2] = around;
-    const Numbers more = reach + to.askew_axes * (half_[0] + half_[1] + half_[2]);
+    const Numbers more = margin + to.askew_axes * (half_[0] + half_[1] + half_[2]);
     for (Numbers& half : half_) half += more;
     const Numbers longest =
         packs::upper<Numbers>(packs::upper<Numbers>(half_[0], half_[1]), half_[2]);
