@@ -10,6 +10,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "base/rounding.h"
 #include "support/exact_geometry.h"
+#include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
 #include "support/test_mesh.h"

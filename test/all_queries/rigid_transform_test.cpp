@@ -9,6 +9,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
+#include "support/fcl_float.h"
 #include "support/test_mesh.h"
 
 namespace adaptive_bvh_test {

@@ -8,6 +8,7 @@
 
 #include "support/exact_geometry.h"
 #include "support/random_geometry.h"
+#include "support/test_mesh.h"
 #include "triangles/time_of_impact.h"
 
 namespace adaptive_bvh_test {

@@ -9,6 +9,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "support/failing.h"
+#include "support/fcl_float.h"
 #include "support/meshes.h"
 #include "support/test_mesh.h"
 

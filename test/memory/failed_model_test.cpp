@@ -5,6 +5,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/query.h"
 #include "support/failing.h"
+#include "support/fcl_float.h"
 #include "support/test_volume.h"
 
 namespace adaptive_bvh_test {

@@ -13,6 +13,7 @@
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
 #include "support/closed_bodies.h"
+#include "support/fcl_float.h"
 #include "support/long_mode.h"
 #include "support/shapes.h"
 

@@ -31,6 +31,7 @@
 #include "adaptive_bvh/hierarchy.h"
 #include "adaptive_bvh/query.h"
 #include "recording/body.h"
+#include "support/fcl_float.h"
 #include "support/full_disk.h"
 #include "support/meshes.h"
 #include "support/recorded_page.h"
